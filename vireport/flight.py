@@ -1,0 +1,75 @@
+"""Closed-form flight of the ball between two impacts, and the impact law.
+
+Turns a state just after an impact into the state any time later. Everything here is dimensionless
+(length x_c, velocity y_c, time t_c = pi/omega), and knows nothing of periodic motions: the analytic
+solution and the simulation both stand on it, and share nothing else.
+
+The functions take the sines and cosines they need instead of phases, so that a caller who already has them
+(arrays of orbits, a simulation that carries them from impact to impact) does not pay for them twice.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+def acceleration(cosine, gbar):  # type: ignore[no-untyped-def]
+    """Relative acceleration Z'' = gbar + cos(phase), with the forcing cos(pi t + phi).
+
+    Parameters
+    ----------
+    cosine : array_like
+        Cosine of the forcing phase [-].
+    gbar : array_like
+        Gravity along the capsule over the forcing's acceleration, M g sin(beta)/F [-].
+
+    Source: Eq. (2.8).
+    """
+    return gbar + cosine
+
+
+def velocity(elapsed, velocity_after, sine_start, sine, gbar):  # type: ignore[no-untyped-def]
+    """Relative velocity Z' a time `elapsed` after an impact.
+
+    Z'(t) = Z'+ + gbar t + [sin(phase) - sin(phase_start)]/pi.
+
+    Parameters
+    ----------
+    elapsed : array_like
+        Time since the impact [t_c].
+    velocity_after : array_like
+        Velocity just after it, Z'+ [y_c].
+    sine_start, sine : array_like
+        Sines of the forcing phase at the impact and now [-].
+    gbar : array_like
+        As in `acceleration` [-].
+
+    Source: Eq. (2.11) with F1 of (3.13).
+    """
+    return velocity_after + gbar * elapsed + (sine - sine_start) / pi
+
+
+def displacement(elapsed, velocity_after, sine_start, cosine_start, cosine, gbar):  # type: ignore[no-untyped-def]
+    """Relative displacement Z - Z_start a time `elapsed` after an impact.
+
+    Z - Z_start = Z'+ t + gbar t^2/2 - [cos(phase) - cos(phase_start)]/pi^2 - sin(phase_start) t/pi.
+
+    Parameters are those of `velocity`, with the cosines of the phase at the impact and now.
+
+    Source: Eq. (2.12) with F1 and F2 of (3.13).
+    """
+    return (
+        (velocity_after + gbar * elapsed / 2 - sine_start / pi) * elapsed
+        - (cosine - cosine_start) / (pi * pi)
+    )
+
+
+def reflect(velocity_before, restitution):  # type: ignore[no-untyped-def]
+    """Velocity just after an impact, Z'+ = -r Z'-.
+
+    Source: Eq. (2.10).
+    """
+    return -restitution * velocity_before
