@@ -1,0 +1,114 @@
+"""What a reader must know before acting on the numbers: each alert has a code, a cause with its numbers, and a remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from vireport.study import Study
+
+NEAR_CRITICAL = 0.02
+"""Share of the design value within which a critical point is called near: what masses and lengths are commonly made to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Alert:
+    """One warning.
+
+    Attributes
+    ----------
+    code : str
+        Stable identifier.
+    severity : str
+        ``warning`` or ``note``.
+    title, cause, remedy : str
+    """
+
+    code: str
+    severity: Literal["warning", "note"]
+    title: str
+    cause: str
+    remedy: str
+
+
+def alerts(study: Study) -> tuple[Alert, ...]:
+    """Collect the alerts of a study, warnings first."""
+    found = [*_motion_alerts(study), *_design_alerts(study), *_energy_alerts(study)]
+    return tuple(sorted(found, key=lambda alert: (alert.severity != "warning", alert.code)))
+
+
+def _motion_alerts(study: Study) -> Iterator[Alert]:
+    if study.solution is None:
+        return
+    if not study.stable_ranges:
+        yield Alert(
+            "VR001", "warning", "No stable 1:1 motion",
+            "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
+            "Widen the sweep, or change length, force, frequency or inclination.",
+        )
+    discarded = [
+        (part, branch) for branch in study.solution.branches for part in branch.segments() if not part.admissible
+    ]
+    if discarded:
+        depth = -min(float(branch.motions.wall_gap[part.first : part.last + 1].min()) for part, branch in discarded)
+        stable = any(part.stability.startswith("stable") for part, _ in discarded)
+        yield Alert(
+            "VR002", "note", "Solutions that are not motions were left out",
+            f"{len(discarded)} stretch{'es' if len(discarded) > 1 else ''} of the algebraic solution pass{'' if len(discarded) > 1 else 'es'} through a membrane, by up to "
+            f"{depth:.3g} of the length unit x_c{', some of them with eigenvalues that would call them stable' if stable else ''}. "
+            "They are listed in the results as not admissible, and neither drawn nor counted.",
+            "Nothing to do; the grazing points show where the motions end.",
+        )
+
+
+def _design_alerts(study: Study) -> Iterator[Alert]:
+    design = study.design
+    if design is None:
+        return
+    count = int(design.motions.stable.sum())
+    if not count:
+        yield Alert(
+            "VR003", "warning", "The design point has no stable 1:1 motion",
+            f"At {design.parameter} = {design.value:.6g} there are {len(design.motions)} solutions, none of them admissible and stable.",
+            "Move the design point into a stable range.",
+        )
+    elif count > 1 and not (design.families.count("asymmetric") == 2 and count == 2 and study.horizontal):
+        yield Alert(
+            "VR004", "note", "Several stable motions coexist at the design point",
+            f"{count} stable 1:1 motions exist there; which one is reached depends on the start.",
+            "Check the start, or move to where there is one.",
+        )
+    near = [m for m in design.margins if m.relative is not None and abs(m.relative) < NEAR_CRITICAL and m.kind != "node_focus"]
+    if near:
+        nearest = near[0]
+        yield Alert(
+            "VR005", "warning", "The design point is near a critical point",
+            f"{nearest.label} ({nearest.kind.replace('_', ' ')}) is {100 * nearest.relative:+.2f} % away in {nearest.parameter}.",  # type: ignore[operator]
+            "Keep a larger margin: manufacturing tolerances and the unknown restitution may carry the device across.",
+        )
+
+
+def _energy_alerts(study: Study) -> Iterator[Alert]:
+    if study.membrane is None:
+        return
+    radius = study.membrane.active_radius_m
+    depth, volts = 0.0, 0.0
+    for branch, voltage in zip(study.solution.branches if study.solution else (), study.voltages, strict=False):
+        inside = branch.motions.admissible
+        depth = max(depth, float(np.max(voltage.deflection_m, where=inside, initial=0.0)))
+        volts = max(volts, float(np.max(np.maximum(voltage.bottom_v, voltage.top_v), where=inside, initial=0.0)))
+    if study.design is not None and study.design_voltages is not None and len(study.design.motions):
+        depth = max(depth, float(study.design_voltages.deflection_m.max()))
+        volts = max(volts, float(np.maximum(study.design_voltages.bottom_v, study.design_voltages.top_v).max()))
+    if depth > radius:
+        yield Alert(
+            "VR010", "warning", "The membrane model is outside its geometry",
+            f"The impacts press the membrane up to {1e3 * depth:.3g} mm deep, {depth / radius:.2g} times its active radius of {1e3 * radius:.3g} mm. "
+            f"The formulae still evaluate, to {volts:.3g} V above a bias of {study.membrane.bias_voltage_v:.4g} V, but the cone-and-cap shape of Eqs. (5.3)-(5.5) "
+            "cannot hold there: read the voltages as a ranking, not as volts.",
+            "Use a lighter ball, a stiffer or larger membrane, or gentler forcing; or measure the membrane's force law at such depths.",
+        )

@@ -1,0 +1,207 @@
+"""All 1:1 motions of period T = 2n, in closed form, as one smooth surface over (q, phase).
+
+Equations (3.9)-(3.11) are linear in the velocity, the sine and cosine of the phase, gbar and d. Solved for the velocity, gbar and d
+instead of for the phase, they have exactly one solution for *every* pair (q, phase): their determinant is
+K(q) = -T^2 (1+r) [(q - 1/2)^2 + ((1-r)/(2(1+r)))^2], which vanishes for no r < 1. So no guess is needed, no motion is lost, and neither
+q = 1/(1+r), where (3.10) divides by zero, nor q = 1/2 is special. A sweep is a level curve on that surface.
+
+Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a nearly horizontal capsule live at
+u ~ gbar, where q itself has no digits left. The formulae take the module that provides `sin`, `cos` and `pi`, so that the same lines
+serve arrays, floats and decimal numbers of any length.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coefficients:
+    """The surface above one value of q: each quantity is `*_sine` sin(phi) + `*_cosine` cos(phi).
+
+    Attributes
+    ----------
+    sin_a, cos_a : array_like
+        Of the phase a = pi Tu that passes from the bottom to the top impact [-].
+    time_up, time_down : array_like
+        Tu = T q and Td = T (1-q) [t_c].
+    determinant : array_like
+        K(q) < 0 of the linear system [t_c^2].
+    gbar_sine, gbar_cosine, velocity_sine, velocity_cosine, d_sine, d_cosine : array_like
+        Coefficients of gbar, of the velocity at the bottom impact, and of d.
+    """
+
+    sin_a: Any
+    cos_a: Any
+    time_up: Any
+    time_down: Any
+    determinant: Any
+    gbar_sine: Any
+    gbar_cosine: Any
+    velocity_sine: Any
+    velocity_cosine: Any
+    d_sine: Any
+    d_cosine: Any
+
+
+def coefficients(u: Any, r: Any, n: int, ops: Any = np) -> Coefficients:
+    """Solve the linear system (3.9)-(3.11) for the velocity, gbar and d at given q = 1/2 + u.
+
+    Parameters
+    ----------
+    u : array_like
+        q - 1/2, strictly between -1/2 and 1/2 [-].
+    r : float
+        Restitution coefficient, 0 <= r < 1 [-].
+    n : int
+        Forcing periods per motion, T = 2n, Eq. (3.14).
+    ops : module
+        Provider of `sin`, `cos` and `pi`.
+
+    Notes
+    -----
+    As printed, (3.10) contains g/2; gbar/2 is meant. The printed form divides by r Tu - Td, this one by K(q).
+    For odd n both coefficients of gbar vanish with u; they are written so that this happens without cancellation.
+    """
+    pi = ops.pi
+    period = 2 * n
+    half = pi * n * u
+    sin_half, cos_half = ops.sin(half), ops.cos(half)
+    versine = 2 * sin_half * sin_half
+    sin_theta = 2 * sin_half * cos_half
+    p = (1 + r) * u - (1 - r) / 2
+    determinant = -period * period * ((1 + r) * u * u + (1 - r) * (1 - r) / (4 * (1 + r)))
+    if n % 2:
+        sin_a, cos_a_less_one = -sin_theta, versine - 2
+        gbar_sine = versine * p - 2 * (1 + r) * u
+    else:
+        sin_a, cos_a_less_one = sin_theta, -versine
+        gbar_sine = cos_a_less_one * p - (1 - r)
+    scale = period / (pi * determinant)
+    gbar_sine, gbar_cosine = scale * gbar_sine, scale * sin_a * p
+    velocity_sine = scale * period * (u * cos_a_less_one + p / (1 + r))
+    velocity_cosine = scale * period * u * sin_a
+    reach = period * (1 - 4 * u * u) / 8  # Tu Td/(2T)
+    return Coefficients(
+        sin_a=sin_a,
+        cos_a=1 + cos_a_less_one,
+        time_up=n + period * u,
+        time_down=n - period * u,
+        determinant=determinant,
+        gbar_sine=gbar_sine,
+        gbar_cosine=gbar_cosine,
+        velocity_sine=velocity_sine,
+        velocity_cosine=velocity_cosine,
+        d_sine=reach * (2 * (1 + r) * velocity_sine - period * gbar_sine) - sin_a / (pi * pi),
+        d_cosine=reach * (2 * (1 + r) * velocity_cosine - period * gbar_cosine) + cos_a_less_one / (pi * pi),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Orbits:
+    """Periodic motions with one bottom and one top impact, as numbers or arrays of one shape (dimensionless).
+
+    Attributes
+    ----------
+    u : array_like
+        q - 1/2, with q the share of the period that the ball travels from bottom to top.
+    phi : array_like
+        Forcing phase at the bottom impact [rad].
+    sin_phi, cos_phi, sin_top, cos_top : array_like
+        Sines and cosines of the phase at the bottom and at the top impact.
+    time_up, time_down : array_like
+        Flight times from bottom to top and back [t_c].
+    velocity_bottom, velocity_top : array_like
+        Relative velocities just before the impacts [y_c]; positive at the bottom and negative at the top in a motion.
+    gbar, d : array_like
+        Gravity and length for which this is a motion.
+    """
+
+    u: Any
+    phi: Any
+    sin_phi: Any
+    cos_phi: Any
+    sin_top: Any
+    cos_top: Any
+    time_up: Any
+    time_down: Any
+    velocity_bottom: Any
+    velocity_top: Any
+    gbar: Any
+    d: Any
+
+
+def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = np) -> Orbits:
+    """Evaluate the motion through (q = 1/2 + u, phi): the only one there is, with the gbar and d it belongs to.
+
+    Parameters are those of `coefficients`, and the forcing phase `phi` at the bottom impact [rad].
+    The velocity at the top is (3.8).
+    """
+    c = coefficients(u, r, n, ops)
+    sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
+    gbar = c.gbar_sine * sin_phi + c.gbar_cosine * cos_phi
+    velocity = c.velocity_sine * sin_phi + c.velocity_cosine * cos_phi
+    return Orbits(
+        u=u,
+        phi=phi,
+        sin_phi=sin_phi,
+        cos_phi=cos_phi,
+        sin_top=sin_phi * c.cos_a + cos_phi * c.sin_a,
+        cos_top=cos_phi * c.cos_a - sin_phi * c.sin_a,
+        time_up=c.time_up,
+        time_down=c.time_down,
+        velocity_bottom=velocity,
+        velocity_top=2 * n * gbar / (1 + r) - velocity,
+        gbar=gbar,
+        d=c.d_sine * sin_phi + c.d_cosine * cos_phi,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """What a sweep holds: a linear condition on (gbar, d), hence a curve on the surface.
+
+    Attributes
+    ----------
+    kind : str
+        ``"gbar"`` (a sweep over length or frequency, or any sweep of a horizontal capsule), ``"ratio"``, d/gbar held
+        (a sweep over the force), or ``"d"`` (a sweep over the inclination).
+    value : float or Decimal
+        The value held.
+    """
+
+    kind: str
+    value: Any
+
+
+def level_terms(level: Level, u: Any, r: Any, n: int) -> tuple[Floats, Floats, Floats]:
+    """Write the level as a sin(phi) + b cos(phi) = c above each q, and return (a, b, c).
+
+    For a horizontal capsule and odd n the factor u, whose zeros are the symmetric family, is divided out.
+    """
+    k = coefficients(u, r, n)
+    zero = np.zeros_like(k.determinant)
+    if level.kind == "gbar":
+        if level.value == 0 and n % 2:
+            p = (1 + r) * u - (1 - r) / 2
+            a = 2 * np.pi * n * np.sinc(n * u) * np.sin(np.pi * n * u) * p - 2 * (1 + r)
+            return a, -2 * np.pi * n * np.sinc(2 * n * u) * p, zero
+        return k.gbar_sine, k.gbar_cosine, zero + level.value
+    if level.kind == "ratio":
+        return k.d_sine - level.value * k.gbar_sine, k.d_cosine - level.value * k.gbar_cosine, zero
+    return k.d_sine, k.d_cosine, zero + level.value
+
+
+def level_residual(level: Level, orbit: Orbits) -> Any:
+    """How far a motion is from the level, in the level's own terms (zero on the curve)."""
+    if level.kind == "gbar":
+        return orbit.gbar - level.value
+    if level.kind == "ratio":
+        return orbit.d - level.value * orbit.gbar
+    return orbit.d - level.value

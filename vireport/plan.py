@@ -1,0 +1,96 @@
+"""What a run has to do: derived from the scenario and the outputs asked for, before anything is computed.
+
+A run follows its plan; what the plan leaves out is neither computed, nor imported, nor drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from vireport.scenario import Scenario
+
+FORMATS = ("html", "pdf", "png", "json", "csv")
+"""What `--format` can ask for; all of them are written by default."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One thing that a run could do.
+
+    Attributes
+    ----------
+    name : str
+        Key of the step.
+    runs : bool
+    what : str
+        What it is, for the reader.
+    why : str
+        Why it runs, or why it is left out.
+    """
+
+    name: str
+    runs: bool
+    what: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The steps of a run, in their order."""
+
+    steps: tuple[Step, ...]
+
+    def runs(self, name: str) -> bool:
+        """Whether a step is part of the run."""
+        return any(step.name == name and step.runs for step in self.steps)
+
+    @property
+    def left_out(self) -> tuple[Step, ...]:
+        """The steps that do not run."""
+        return tuple(step for step in self.steps if not step.runs)
+
+
+def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
+    """Derive the steps from a scenario and the outputs asked for.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    formats : iterable of str
+        Among `FORMATS`.
+    """
+    asked = set(formats)
+    swept = scenario.sweep is not None
+    designed = scenario.design_value is not None if swept else True
+    energy = scenario.device.ball_mass_kg is not None
+    horizontal = scenario.inclination_deg == 0 and (not swept or scenario.sweep.parameter != "inclination_deg")  # type: ignore[union-attr]
+    pictures = bool(asked & {"html", "pdf", "png"})
+    no_sweep = "no sweep: a single design point has no branches to follow"
+    no_mass = "device.ball_mass_kg is not given"
+    not_asked = "no figure, HTML or PDF is asked for"
+
+    def step(name: str, what: str, *conditions: tuple[bool, str], why: str) -> Step:
+        failing = next((reason for holds, reason in conditions if not holds), None)
+        return Step(name, failing is None, what, failing or why)
+
+    return Plan((
+        step("branches", "branches of 1:1 motions along the sweep, admissibility and stability", (swept, no_sweep), why="a sweep is given"),
+        step(
+            "symmetric", "the symmetric family", (horizontal, "gravity along the capsule: no motion is symmetric for beta > 0"),
+            (scenario.period_ratio % 2 == 1, "for an even period ratio no motion is symmetric"), why="the capsule is horizontal",
+        ),
+        step("critical", "critical points and Table 1", (swept, no_sweep), why="a sweep is given"),
+        step("design", "the motions at the design point and their margins", (designed, f"{_path(scenario)} is not given"), why="the design point is given"),
+        step("energy", "voltages", (energy, no_mass), why="the ball mass is given"),
+        step("figure-2", "figure 2: impact velocity, phase and flight time", (swept, no_sweep), (pictures, not_asked), why="a sweep is given"),
+        step("figure-4", "figure 4: Delta and the eigenvalues", (swept, no_sweep), (pictures, not_asked), why="a sweep is given"),
+        step("figure-7", "figure 7: voltages", (swept, no_sweep), (energy, no_mass), (pictures, not_asked), why="a sweep and the ball mass are given"),
+        *(step(name, f"output: {name}", (name in asked, "not among the formats asked for"), why="asked for") for name in FORMATS),
+    ))
+
+
+def _path(scenario: Scenario) -> str:
+    from vireport.scenario import SWEPT_PATHS
+
+    return SWEPT_PATHS[scenario.sweep.parameter] if scenario.sweep is not None else ""

@@ -1,0 +1,146 @@
+"""Everything that is found out about one scenario, gathered step by step as its plan says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from vireport.alerts import Alert, alerts
+from vireport.design import DesignPoint, StableInterval, design_point, stable_ranges
+from vireport.energy import Membrane, Voltages, voltages
+from vireport.errors import NumericalError
+from vireport.model import Device, Sweep
+from vireport.motions import Motions
+from vireport.plan import FORMATS, Plan, plan
+from vireport.scenario import Loaded, Scenario
+from vireport.solution import Solution, solve
+from vireport.table import Row, table
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """The results of one scenario; what its plan leaves out is None or empty.
+
+    Attributes
+    ----------
+    loaded : Loaded
+        The scenario and where it came from.
+    plan : Plan
+    device : Device
+    sweep : Sweep or None
+    solution : Solution or None
+        Branches and critical points.
+    table : tuple of Row
+        Table 1 for this scenario.
+    stable_ranges : tuple of StableInterval
+    design : DesignPoint or None
+    membrane : Membrane or None
+        None where no energy is evaluated.
+    voltages : tuple of Voltages
+        One for each branch.
+    design_voltages : Voltages or None
+    """
+
+    loaded: Loaded
+    plan: Plan
+    device: Device
+    sweep: Sweep | None
+    solution: Solution | None
+    table: tuple[Row, ...]
+    stable_ranges: tuple[StableInterval, ...]
+    design: DesignPoint | None
+    membrane: Membrane | None
+    voltages: tuple[Voltages, ...]
+    design_voltages: Voltages | None
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario as understood."""
+        return self.loaded.scenario
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether gravity has no part along the capsule anywhere in the study."""
+        return self.plan.runs("symmetric")
+
+    @cached_property
+    def alerts(self) -> tuple[Alert, ...]:
+        """What a reader must know before acting on the numbers."""
+        return alerts(self)
+
+
+def device_of(scenario: Scenario) -> Device:
+    """The device of a scenario; a swept parameter is None where no design point is given."""
+    return Device(
+        capsule_mass_kg=scenario.device.capsule_mass_kg,
+        restitution=scenario.device.restitution,
+        gravity_m_s2=scenario.gravity_m_s2,
+        length_m=scenario.device.length_m,
+        amplitude_n=scenario.excitation.amplitude_n,
+        frequency_hz=scenario.excitation.frequency_hz,
+        inclination_deg=scenario.inclination_deg,
+        period_ratio=scenario.period_ratio,
+    )
+
+
+def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS) -> Study:
+    """Solve a scenario analytically: motions, admissibility, stability, critical points, voltages, as its plan says.
+
+    Parameters
+    ----------
+    loaded : Loaded
+        From `scenario.load`.
+    formats : iterable of str
+        Outputs that are wanted, among `plan.FORMATS`.
+
+    Raises
+    ------
+    NumericalError
+        If the scenario is outside the theory (restitution 1), or a point cannot be computed to its error bound.
+    """
+    scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
+    device = device_of(scenario)
+    if device.restitution == 1:
+        raise NumericalError(
+            "device.restitution: 1 means impacts without loss; periodic motions then come in continua and none is asymptotically stable, "
+            "so that the criteria of Table 1 do not apply (allowed here: 0 <= restitution < 1)"
+        )
+    sweep = Sweep(device, scenario.sweep.parameter, scenario.sweep.from_, scenario.sweep.to) if scenario.sweep else None
+    solution = solve(sweep) if sweep is not None else None
+    design = design_point(device, sweep.parameter if sweep else None, solution) if steps.runs("design") else None
+    study = Study(
+        loaded=loaded,
+        plan=steps,
+        device=device,
+        sweep=sweep,
+        solution=solution,
+        table=table(solution) if solution else (),
+        stable_ranges=stable_ranges(solution) if solution else (),
+        design=design,
+        membrane=None,
+        voltages=(),
+        design_voltages=None,
+    )
+    return _with_energy(study) if steps.runs("energy") else study
+
+
+def _with_energy(study: Study) -> Study:
+    scenario, device = study.scenario, study.device
+    membrane = Membrane(**{name: getattr(scenario.device.membrane, name) for name in Membrane.__slots__})
+    mass = scenario.device.ball_mass_kg
+    parameter = study.sweep.parameter if study.sweep else "length_m"
+
+    def of(motions: Motions) -> Voltages:
+        unit = np.asarray(device.velocity_unit(parameter, motions.sweep_value))
+        return voltages(unit * motions.velocity_bottom, unit * motions.velocity_top, mass, membrane)
+
+    branches = study.solution.branches if study.solution else ()
+    return replace(
+        study,
+        membrane=membrane,
+        voltages=tuple(of(branch.motions) for branch in branches),
+        design_voltages=of(study.design.motions) if study.design else None,
+    )
