@@ -20,6 +20,9 @@ Floats = NDArray[np.float64]
 ITERATIONS = 60
 """More than bisection needs to exhaust a double; Newton's steps end the search after four to seven."""
 
+SMALLEST_STEP = 1e-15
+"""Newton step at which a turning point is found: the position there no longer depends on it, for Z' is zero."""
+
 
 def wall_gap(orbit: Orbits, r: float, n: int) -> Floats:
     """Smallest distance between the ball and a membrane at the turning points of its flights [x_c].
@@ -121,9 +124,9 @@ def _velocity_zero(low: Floats, high: Floats, phase: Floats, velocity: Floats, s
         low = np.where(upper, low, t)
         slope = flight.acceleration(np.cos(angle), gbar)
         step = value / np.where(slope == 0, 1.0, slope)
-        trial = t - step
-        trial = np.where((trial > low) & (trial < high) & (slope != 0), trial, (low + high) / 2)
-        if np.all(np.abs(trial - t) <= 4e-16 * np.abs(t)):
+        done = (np.abs(step) <= SMALLEST_STEP * np.maximum(t, 1.0)) & (slope != 0)
+        if done.all():
             break
-        t = trial
+        inside = (t - step > low) & (t - step < high) & (slope != 0)
+        t = np.where(done, t, np.where(inside, t - step, (low + high) / 2))
     return t

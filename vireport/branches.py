@@ -36,7 +36,9 @@ PASSES = 60
 EVENTS = ("period_doubling", "node_focus", "node_focus", "fold", "grazing", "bottom_rest", "top_rest", "start", "end")
 """What can happen along a strand, in the order of the columns of `event_values`."""
 
-TRACE_EVENTS = 4
+ROUGH = 1e-7
+"""Tolerance of a parameter at which an event is found before it is polished."""
+
 GRAZING, VALIDITY = 4, slice(5, 9)
 
 
@@ -72,8 +74,11 @@ class Curve:
         """Motions at parameters `w` of the strands `which`."""
         return evaluate(self.strands, which, w, self.level, self.r, self.n)
 
-    def event_values(self, orbit: Orbits, with_gap: bool = True) -> Floats:
-        """Functions whose zeros are the `EVENTS`, one column each; the last four are positive exactly on what may be a motion."""
+    def event_values(self, orbit: Orbits, with_gap: object = True) -> Floats:
+        """Functions whose zeros are the `EVENTS`, one column each; the last four are positive exactly on what may be a motion.
+
+        The gap costs most; it is NaN outside the mask `with_gap` and where there can be no motion.
+        """
         r, (low, high) = self.r, self.bounds
         coordinate = self.sweep.coordinate(orbit)
         validity = [
@@ -86,8 +91,8 @@ class Curve:
             trace = trace_and_determinant(orbit, r)[0]
         one, two = 1 + r**4, 2 * r * r
         gap = np.full(trace.shape, np.nan)
-        inside = np.min(validity, axis=0) > 0
-        if with_gap and inside.any():
+        inside = (np.min(validity, axis=0) > 0) & with_gap
+        if inside.any():
             gap[inside] = wall_gap(select(orbit, inside), r, self.n)
         return np.stack([trace + one, trace + two, trace - two, trace - one, gap, *validity], axis=-1)
 
@@ -151,7 +156,7 @@ def sample(curve: Curve, coarseness: float = 1.0) -> Samples:
         bend = middle.drawn - samples.drawn[index] - chord / 2
         coarse = (np.linalg.norm(bend, axis=1) > smooth) | (np.linalg.norm(chord, axis=1) > longest)
         seen = (middle.validity > 0) | (samples.validity[index] > 0) | (samples.validity[index + 1] > 0)
-        coarse &= seen | (np.abs(middle.w - samples.w[index]) > 1e-9)
+        coarse &= np.abs(middle.w - samples.w[index]) > np.where(seen, 1e-13, 1e-9)
         active = np.zeros(len(samples.w) - 1, dtype=bool)
         active[index] = coarse
         active = np.insert(active, index + 1, coarse)
@@ -169,6 +174,8 @@ def _samples(curve: Curve, which: Ints, w: Floats) -> Samples:
     speed = 1 + (1 + r) / (1 - r) / np.pi
     with np.errstate(all="ignore"):
         root = np.sqrt(np.abs(np.clip(discriminant(trace, r), -4.0, 4.0)))
+        # The trace passes through infinity where an impact velocity vanishes; faded out there, the eigenvalues stay continuous.
+        fade = np.clip(-100 * orbit.velocity_bottom * orbit.velocity_top, -1.0, 1.0) / 3
         drawn = np.stack(
             [
                 (curve.sweep.coordinate(orbit) - low) / (high - low),
@@ -177,8 +184,8 @@ def _samples(curve: Curve, which: Ints, w: Floats) -> Samples:
                 orbit.cos_phi / (2 * np.pi),
                 orbit.sin_phi / (2 * np.pi),
                 orbit.u,
-                np.clip((trace + root) / 2, -1.5, 1.5) / 3,
-                np.clip((trace - root) / 2, -1.5, 1.5) / 3,
+                fade * np.clip((trace + root) / 2, -1.5, 1.5),
+                fade * np.clip((trace - root) / 2, -1.5, 1.5),
             ],
             axis=-1,
         )
@@ -300,14 +307,14 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[list[tuple[float, int]]]
     ]
 
 
-def _roots(curve: Curve, which: Ints, low: Floats, high: Floats, kind: Ints) -> Floats:
+def _roots(curve: Curve, which: Ints, low: Floats, high: Floats, kind: Ints, tolerance: float = 0.0) -> Floats:
     """Parameters between `low` and `high` at which the event of each row happens."""
-    rows = np.arange(len(which))
+    rows, grazing = np.arange(len(which)), kind == GRAZING
 
     def function(w: Floats) -> Floats:
-        return np.asarray(curve.event_values(curve.at(which, w))[rows, kind])
+        return np.asarray(curve.event_values(curve.at(which, w), grazing)[rows, kind])
 
-    return bisect(function, low, high)
+    return bisect(function, low, high, tolerance)
 
 
 def _with_inner_events(curve: Curve, found: list[Piece]) -> list[Piece]:
@@ -328,7 +335,7 @@ def _with_inner_events(curve: Curve, found: list[Piece]) -> list[Piece]:
     crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
     crossing &= np.abs(values[1:]) + np.abs(values[:-1]) < 1e6
     row, kind = np.nonzero(crossing)
-    root = _roots(curve, which[row], w[row], w[row + 1], kind) if row.size else np.empty(0)
+    root = _roots(curve, which[row], w[row], w[row + 1], kind, ROUGH) if row.size else np.empty(0)
     result = []
     for i, piece in enumerate(found):
         mine = owner[row] == i

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from vireport.scenario import Scenario
+from vireport.blocks import SWEEPABLE, Scenario
 
 FORMATS = ("html", "pdf", "png", "json", "csv")
 """What `--format` can ask for; all of them are written by default."""
@@ -62,7 +62,7 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
     """
     asked = set(formats)
     swept = scenario.sweep is not None
-    designed = scenario.design_value is not None if swept else True
+    designed = design_value(scenario) is not None
     energy = scenario.device.ball_mass_kg is not None
     horizontal = scenario.inclination_deg == 0 and (not swept or scenario.sweep.parameter != "inclination_deg")  # type: ignore[union-attr]
     pictures = bool(asked & {"html", "pdf", "png"})
@@ -90,7 +90,16 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
     ))
 
 
-def _path(scenario: Scenario) -> str:
-    from vireport.scenario import SWEPT_PATHS
+def design_value(scenario: Scenario) -> float | None:
+    """Value of the swept parameter at the design point (of the length where nothing is swept), None where it is not given."""
+    values = {
+        "length_m": scenario.device.length_m,
+        "amplitude_n": scenario.excitation.amplitude_n,
+        "frequency_hz": scenario.excitation.frequency_hz,
+        "inclination_deg": scenario.inclination_deg,
+    }
+    return values[scenario.sweep.parameter if scenario.sweep else "length_m"]
 
-    return SWEPT_PATHS[scenario.sweep.parameter] if scenario.sweep is not None else ""
+
+def _path(scenario: Scenario) -> str:
+    return SWEEPABLE[scenario.sweep.parameter if scenario.sweep else "length_m"]

@@ -118,7 +118,9 @@ def _with_extrema(grid: Floats, values: Floats, function: Callable[[Floats], Flo
     middle, left, right = values[1:-1], values[:-2], values[2:]
     towards = (np.abs(middle) <= np.abs(left)) & (np.abs(middle) <= np.abs(right))
     same = (middle * left > 0) & (middle * right > 0)
-    index = np.nonzero(towards & same)[0] + 1
+    # A smooth function moves less beyond an extremum of its samples than between them.
+    reach = np.abs(middle) <= np.maximum(np.abs(left - middle), np.abs(right - middle))
+    index = np.nonzero(towards & same & reach)[0] + 1
     if not index.size:
         return grid, values
     low, high = grid[index - 1], grid[index + 1]
@@ -134,8 +136,8 @@ def _with_extrema(grid: Floats, values: Floats, function: Callable[[Floats], Flo
     return grid[order], np.concatenate([values, function(extra)])[order]
 
 
-def bisect(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
-    """Zeros between `low` and `high`, where the sign of a function of an array differs, to the last bit.
+def bisect(function: Callable[[Floats], Floats], low: Floats, high: Floats, tolerance: float = 0.0) -> Floats:
+    """Zeros between `low` and `high`, where the sign of a function of an array differs, to a tolerance or the last bit.
 
     Bisection with secant steps (the Illinois rule) in between; the bracket is never left.
     """
@@ -155,6 +157,6 @@ def bisect(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> F
         f_low = np.where(replace_low, f, f_low * halve)
         high = np.where(replace_low, high, x)
         low = np.where(replace_low, x, low)
-        if np.all((np.abs(high - low) <= 4e-16 * np.abs(low)) | (f == 0)):
+        if np.all((np.abs(high - low) <= tolerance + 4e-16 * np.abs(low)) | (f == 0)):
             break
     return np.where(f == 0, x, high)

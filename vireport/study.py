@@ -15,7 +15,9 @@ from vireport.errors import NumericalError
 from vireport.model import Device, Sweep
 from vireport.motions import Motions
 from vireport.plan import FORMATS, Plan, plan
-from vireport.scenario import Loaded, Scenario
+from vireport import blocks
+from vireport.blocks import Scenario
+from vireport.scenario import Loaded
 from vireport.solution import Solution, solve
 from vireport.table import Row, table
 
@@ -129,7 +131,8 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS) -> Study:
 
 def _with_energy(study: Study) -> Study:
     scenario, device = study.scenario, study.device
-    membrane = Membrane(**{name: getattr(scenario.device.membrane, name) for name in Membrane.__slots__})
+    given = scenario.device.membrane or blocks.Membrane()
+    membrane = Membrane(**{name: getattr(given, name) for name in Membrane.__slots__})
     mass = scenario.device.ball_mass_kg
     parameter = study.sweep.parameter if study.sweep else "length_m"
 
