@@ -296,6 +296,9 @@ def _label(curve: Curve, drafts: list[_Draft]) -> Solution:
         event = [""] * len(draft.branch.motions)
         for row, kind in zip(draft.rows, draft.kinds, strict=True):
             event[row] = labels[owner[i, row]] if (i, row) in owner else f"({kind})"
+        for row in (0, -1):
+            if draft.branch.ends[row] == "pitchfork":
+                event[row] = next((labels[k] for k in order if _meets(seen[k], draft.branch, row)), "")
         twin_branch = mirrored[i]
         branches.append(
             replace(draft.branch, number=i + 1, mirror_of=None if twin_branch is None else twin_branch + 1, event=tuple(event))
@@ -314,6 +317,11 @@ def _critical(curve: Curve, label: str, seen: tuple[str, str, Point, Point | Non
 def _same(seen: tuple[str, str, Point, Point | None, int, str], kind: str, point: Point) -> bool:
     close = abs(seen[2].sweep_value - point.sweep_value) <= SAME_POINT * abs(point.sweep_value)
     return seen[0] == kind and seen[3] is None and close
+
+
+def _meets(seen: tuple[str, str, Point, Point | None, int, str], branch: Branch, row: int) -> bool:
+    """Whether a critical point is the pitchfork at which an asymmetric branch begins."""
+    return seen[0] == "pitchfork" and abs(seen[2].d - float(branch.motions.d[row])) <= SAME_POINT * seen[2].d
 
 
 def _mirrors(curve: Curve, drafts: list[_Draft]) -> list[int | None]:

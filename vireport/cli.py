@@ -1,0 +1,231 @@
+"""The command line: reads options, calls one function, says what was done, returns an exit code.
+
+Exit codes: 0 done; 1 done, but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had,
+or an internal error; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # Typer would load every plugin installed: milliseconds, and not ours
+
+import typer
+from typer.core import TyperGroup
+
+from vireport import __version__
+from vireport.errors import ScenarioError, UsageError, VireportError
+
+if TYPE_CHECKING:
+    from vireport.scenario import Loaded
+
+EPILOG = (
+    "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, but a requirement of the "
+    "scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had, or an internal error; 130 interrupted."
+)
+
+
+class DefaultGroup(TyperGroup):
+    """Commands, with `run` understood where the first word is none of them."""
+
+    group_only = frozenset({"--help", "-h", "--version", "-V", "--install-completion", "--show-completion"})
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Put `run` before anything that is neither a command nor an option of the group."""
+        if args and args[0] not in self.commands and args[0] not in self.group_only:
+            args = ["run", *args]
+        return super().parse_args(ctx, args)
+
+
+app = typer.Typer(
+    cls=DefaultGroup,
+    no_args_is_help=True,
+    subcommand_metavar="SCENARIO | COMMAND ...",
+    epilog=EPILOG,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+ScenarioFile = Annotated[str, typer.Argument(metavar="SCENARIO", help="A YAML file, or - for standard input.")]
+Overrides = Annotated[
+    list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Set a value over the file's; may be repeated.")
+]
+Formats = Annotated[
+    list[str] | None,
+    typer.Option("--format", metavar="FORMAT", help="Write only these: html, pdf, png, json, csv; commas, or repeated."),
+]
+
+
+def _version(shown: bool) -> None:
+    if shown:
+        print(f"vireport {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _group(
+    version: Annotated[bool, typer.Option("--version", "-V", callback=_version, is_eager=True, help="Show the version.")] = False,
+) -> None:
+    """Periodic motions, stability and voltage of a vibro-impact energy harvester, from a YAML scenario to a report."""
+
+
+@app.command()
+def run(
+    scenario: ScenarioFile,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Where to write; by default a folder named after the scenario."),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")] = False,
+    set_: Overrides = None,
+    format_: Formats = None,
+    templates: Annotated[
+        Path | None, typer.Option("--templates", metavar="DIR", help="A folder whose report templates replace ours, file by file.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")] = False,
+) -> None:
+    """Solve a scenario and write its report, figures and results."""
+    loaded = _load(scenario, set_)
+    command = _command(scenario, json, set_, format_)
+    if json:
+        if output is not None or format_:
+            raise UsageError("--json prints the results and writes no file: leave out --output and --format")
+        from vireport.export import results_json
+        from vireport.provenance import provenance_of
+        from vireport.study import analyse
+
+        study = analyse(loaded, ("json",))
+        _emit(results_json(study, provenance_of(loaded, command)))
+        return
+    from vireport.outputs import default_folder, write_outputs
+
+    folder = output or default_folder(scenario)
+    progress = None if quiet or not sys.stderr.isatty() else _progress
+    summary = write_outputs(loaded, folder, _formats(format_), command, templates, progress)
+    if not quiet:
+        print(summary, file=sys.stderr)
+
+
+@app.command()
+def validate(scenario: ScenarioFile, set_: Overrides = None) -> None:
+    """Check a scenario and say what is wrong with it; compute nothing."""
+    loaded = _load(scenario, set_)
+    print(f"{loaded.document.name}: valid", file=sys.stderr)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scenarios, for editors."""
+    import json
+
+    from vireport.schema import schema as build
+
+    print(json.dumps(build(), indent=2, ensure_ascii=False))
+
+
+@app.command()
+def init(
+    path: Annotated[str, typer.Argument(metavar="[FILE]", help="Where to write it; - prints it.")] = "scenario.yaml",
+) -> None:
+    """Write a commented scenario to start from; an existing file is left alone."""
+    from vireport.schema import init_text
+
+    if path == "-":
+        print(init_text(), end="")
+        return
+    try:
+        with open(path, "x", encoding="utf-8") as file:
+            file.write(init_text())
+    except FileExistsError as error:
+        raise UsageError(f"{path} exists already; name another file, or - to print the scenario") from error
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}") from error
+    print(f"wrote {path}; next: vireport {path}", file=sys.stderr)
+
+
+@app.command(name="plan")
+def show_plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats = None) -> None:
+    """Print what a run would do, what it would leave out, and why; compute nothing."""
+    from vireport.plan import plan
+
+    steps = plan(_load(scenario, set_).scenario, _formats(format_)).steps
+    width = max(len(step.name) for step in steps)
+    for step in steps:
+        print(f"{'run ' if step.runs else 'skip'}  {step.name:<{width}}  {step.what} ({step.why})")
+
+
+def _load(scenario: str, overrides: list[str] | None) -> Loaded:
+    from vireport.scenario import load
+
+    if scenario != "-" and not Path(scenario).exists():
+        from difflib import get_close_matches
+
+        commands = [command.name or command.callback.__name__ for command in app.registered_commands if command.callback]
+        if close := get_close_matches(scenario, commands, 1):
+            raise UsageError(f"no such file {scenario!r}; did you mean the command {close[0]!r}?")
+    return load(scenario, overrides or ())
+
+
+def _formats(asked: list[str] | None) -> tuple[str, ...]:
+    from vireport.plan import FORMATS
+
+    words = [word.strip() for part in asked or [] for word in part.split(",") if word.strip()]
+    unknown = [word for word in words if word not in FORMATS]
+    if unknown:
+        raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} (allowed: {', '.join(FORMATS)})")
+    return tuple(name for name in FORMATS if name in words) or FORMATS
+
+
+def _command(scenario: str, json: bool, overrides: list[str] | None, formats: list[str] | None) -> str:
+    """The command for the record: without the folders, which do not change the results."""
+    from shlex import join
+
+    words = ["vireport", "run", scenario if scenario == "-" else Path(scenario).name]
+    words += ["--json"] * json
+    words += [word for part in overrides or [] for word in ("--set", part)]
+    words += [word for part in formats or [] for word in ("--format", part)]
+    return join(words)
+
+
+def _progress(what: str) -> None:
+    """Show a step on one line of the terminal; nothing is left of it afterwards."""
+    sys.stderr.write(f"\r\x1b[K{what}")
+    sys.stderr.flush()
+
+
+def _emit(data: bytes) -> None:
+    """Write to standard output, and not mind a reader that has gone."""
+    try:
+        sys.stdout.buffer.write(data)
+        sys.stdout.buffer.flush()
+    except BrokenPipeError:
+        # What is still buffered must not raise again when the interpreter closes the stream.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def main(arguments: list[str]) -> int:
+    """Run the command line on `arguments` and return the exit code."""
+    try:
+        app(args=arguments, prog_name="vireport")
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else 0
+    except ScenarioError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    except VireportError as error:
+        print(f"vireport: error: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("vireport: interrupted", file=sys.stderr)
+        return 130
+    except Exception:
+        import traceback
+
+        traceback.print_exc()
+        print(f"vireport {__version__}: internal error: this is a fault of ours; please report it with the lines above", file=sys.stderr)
+        return VireportError.exit_code
+    return 0

@@ -1,0 +1,172 @@
+"""Results for machines: results.json and branches.csv, by the names that scripts rely on.
+
+Numbers are written so that they read back exactly. There is no NaN and no Infinity: what was not computed is null, and `left_out` says why.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from vireport.critical import Point
+from vireport.design import DesignPoint, StableInterval
+from vireport.energy import Voltages
+from vireport.motions import Motions
+from vireport.scenario import to_dict
+from vireport.solution import Branch, CriticalPoint
+from vireport.study import Study
+
+if TYPE_CHECKING:
+    from vireport.provenance import Provenance
+
+SCHEMA_VERSION = 1
+
+
+def results(study: Study, provenance: Provenance) -> dict[str, Any]:
+    """Return the results of a study as plain data, ready for JSON.
+
+    Parameters
+    ----------
+    study : Study
+    provenance : Provenance
+        Where the results came from.
+    """
+    branches = study.solution.branches if study.solution else ()
+    voltages = study.voltages or (None,) * len(branches)
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "scenario": to_dict(study.scenario),
+        "branches": [_branch(branch, volts) for branch, volts in zip(branches, voltages, strict=True)],
+        "critical_points": [_critical(point) for point in (study.solution.critical_points if study.solution else ())],
+        "design_point": _design(study.design, study.design_voltages),
+        "stable_range": [_range(part) for part in study.stable_ranges],
+        "table_1": [asdict(row) for row in study.table],
+        "alerts": [asdict(alert) for alert in study.alerts],
+        "left_out": [{"step": step.name, "what": step.what, "why": step.why} for step in study.plan.left_out],
+        "provenance": asdict(provenance),
+    }
+
+
+def results_json(study: Study, provenance: Provenance) -> bytes:
+    """Serialise `results`, one top-level key a line."""
+    data = results(study, provenance)
+    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+def branches_csv(study: Study) -> bytes:
+    """Every motion of every branch as a row of a table, by the names of results.json."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    branches = study.solution.branches if study.solution else ()
+    voltages = study.voltages or (None,) * len(branches)
+    header: list[str] | None = None
+    for branch, volts in zip(branches, voltages, strict=True):
+        columns = {**_motions(branch.motions), **_voltages(volts), "critical_point": list(branch.event)}
+        if header is None:
+            header = ["branch", "family", *columns]
+            writer.writerow(header)
+        writer.writerows(
+            [branch.number, branch.family, *(_cell(value) for value in row)] for row in zip(*columns.values(), strict=True)
+        )
+    return text.getvalue().encode()
+
+
+def _cell(value: Any) -> Any:
+    return repr(value) if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else value
+
+
+def _motions(motions: Motions) -> dict[str, list[Any]]:
+    return {
+        "sweep_value": motions.sweep_value.tolist(),
+        "d": motions.d.tolist(),
+        "gbar": motions.gbar.tolist(),
+        "q": motions.q.tolist(),
+        "phi_bottom_rad": motions.phi_bottom.tolist(),
+        "phi_top_rad": motions.phi_top.tolist(),
+        "velocity_bottom": motions.velocity_bottom.tolist(),
+        "velocity_top": motions.velocity_top.tolist(),
+        "trace": motions.trace.tolist(),
+        "determinant": motions.determinant.tolist(),
+        "discriminant": motions.discriminant.tolist(),
+        "stability": motions.words,
+        "admissible": motions.admissible.tolist(),
+        "wall_gap": motions.wall_gap.tolist(),
+    }
+
+
+def _voltages(voltages: Voltages | None) -> dict[str, list[float]]:
+    if voltages is None:
+        return {}
+    return {
+        "u_bottom_v": voltages.bottom_v.tolist(),
+        "u_top_v": voltages.top_v.tolist(),
+        "u_ave_v": voltages.average_v.tolist(),
+        "deflection_m": voltages.deflection_m.tolist(),
+    }
+
+
+def _branch(branch: Branch, voltages: Voltages | None) -> dict[str, Any]:
+    return {
+        "number": branch.number,
+        "family": branch.family,
+        "mirror_of": branch.mirror_of,
+        "ends": list(branch.ends),
+        **_motions(branch.motions),
+        **_voltages(voltages),
+        "critical_point": [label or None for label in branch.event],
+    }
+
+
+def _point(point: Point) -> dict[str, float]:
+    return {
+        "q": 0.5 + point.u,
+        "phi_bottom_rad": point.phi,
+        "velocity_bottom": point.velocity_bottom,
+        "velocity_top": point.velocity_top,
+    }
+
+
+def _critical(critical: CriticalPoint) -> dict[str, Any]:
+    point = critical.point
+    return {
+        "label": critical.label,
+        "kind": critical.kind,
+        "family": critical.family,
+        "sweep_value": point.sweep_value,
+        "error_bound": point.error_bound,
+        "d": point.d,
+        "gbar": point.gbar,
+        **_point(point),
+        "phi_top_rad": critical.phi_top,
+        "mirror": None if critical.mirror is None else _point(critical.mirror),
+        "branch": critical.branch,
+        "detail": critical.detail,
+    }
+
+
+def _design(design: DesignPoint | None, voltages: Voltages | None) -> dict[str, Any] | None:
+    if design is None:
+        return None
+    return {
+        "parameter": design.parameter,
+        "value": design.value,
+        "family": list(design.families),
+        **_motions(design.motions),
+        **_voltages(voltages),
+        "margins": [asdict(margin) for margin in design.margins],
+        "stable_range": [_range(part) for part in design.stable],
+    }
+
+
+def _range(part: StableInterval) -> dict[str, Any]:
+    return {
+        "parameter": part.parameter,
+        "from": part.start,
+        "to": part.end,
+        "from_reason": part.start_reason,
+        "to_reason": part.end_reason,
+    }

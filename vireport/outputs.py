@@ -1,0 +1,120 @@
+"""Runs a scenario to its files: study, pictures, report, results; each file is whole or is not there."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vireport.errors import UsageError
+from vireport.provenance import provenance_of
+from vireport.scenario import Loaded
+from vireport.study import Study, analyse
+
+if TYPE_CHECKING:
+    from vireport.figures import Picture
+
+Progress = Callable[[str], None]
+
+
+def default_folder(scenario: str) -> Path:
+    """Folder named after the scenario, in the current one."""
+    return Path("stdin" if scenario == "-" else Path(scenario).stem or "report")
+
+
+def write_outputs(
+    loaded: Loaded,
+    folder: Path,
+    formats: Iterable[str],
+    command: str,
+    templates: Path | None = None,
+    progress: Progress | None = None,
+) -> str:
+    """Study a scenario, write the outputs asked for, and return a summary in words.
+
+    Parameters
+    ----------
+    loaded : Loaded
+    folder : Path
+        Created if it is not there.
+    formats : iterable of str
+        Among `plan.FORMATS`.
+    command : str
+        For the record.
+    templates : Path, optional
+        A folder whose report templates replace the package's.
+    progress : callable, optional
+        Told each step as it begins.
+
+    Raises
+    ------
+    UsageError
+        If the folder cannot be written to.
+    """
+    say = progress or (lambda what: None)
+    say("solving")
+    study = analyse(loaded, formats)
+    files = render(study, command, templates, say)
+    say("writing")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in files.items():
+            write_whole(folder / name, data)
+    except OSError as error:
+        raise UsageError(f"{error.filename or folder} cannot be written: {error.strerror}") from error
+    say("")
+    from vireport.verdict import verdict_of
+
+    return f"{verdict_of(study).headline}\nwrote {', '.join(str(folder / name) for name in files)}"
+
+
+def render(study: Study, command: str, templates: Path | None, say: Progress) -> dict[str, bytes]:
+    """The files of a study by their names, in memory; only what its plan asks for is imported."""
+    plan, provenance, files = study.plan, provenance_of(study.loaded, command), {}
+    drawn: tuple[Picture, ...] = ()
+    if any(plan.runs(name) for name in ("figure-2", "figure-4", "figure-7")):
+        say("drawing")
+        from vireport.figures import pictures
+
+        drawn = pictures(study)
+    if plan.runs("html") or plan.runs("pdf"):
+        say("setting the report")
+        from vireport.rendering import render_html, render_pdf
+        from vireport.report import build_report
+
+        model = build_report(study, drawn, provenance)
+        if plan.runs("html"):
+            files["report.html"] = render_html(model, templates)
+        if plan.runs("pdf"):
+            files["report.pdf"] = render_pdf(model, templates)
+    if plan.runs("png"):
+        files |= {f"{picture.name}.png": picture.png for picture in drawn}
+    if plan.runs("json") or plan.runs("csv"):
+        from vireport.export import branches_csv, results_json
+
+        if plan.runs("json"):
+            files["results.json"] = results_json(study, provenance)
+        if plan.runs("csv"):
+            files["branches.csv"] = branches_csv(study)
+    return files
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write under a temporary name and rename: an interrupted run leaves the old file or the new one."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+        os.chmod(name, 0o666 & ~_umask())
+        os.replace(name, path)
+    except BaseException:
+        os.unlink(name)
+        raise
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
