@@ -78,7 +78,7 @@ def eigenvalues(trace: Any, r: float) -> tuple[Any, Any]:
     trace = np.asarray(trace, dtype=float)
     root = np.sqrt(np.maximum(discriminant(trace, r), 0.0))
     large = (trace + np.copysign(root, trace)) / 2
-    safe = np.where(large == 0, 1.0, large)
+    safe = np.where(root > 0, large, 1.0)
     small = np.where(root > 0, r**4 / safe, large)
     return np.maximum(large, small), np.minimum(large, small)
 

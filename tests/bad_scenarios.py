@@ -1,0 +1,415 @@
+"""Scenarios that must be refused, and every mistake that must be named in them: its line, its key, words of it.
+
+Most are the scenario `GOOD` with one line changed. Its lines are counted from 1, and `PATHS` names their keys.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+GOOD = """\
+schema_version: 1
+title: Good
+device:
+  capsule_mass_kg: 0.1245
+  ball_mass_kg: 0.0041
+  restitution: 0.5
+  length_m: 0.7
+  membrane:
+    bias_voltage_v: 2000
+excitation:
+  amplitude_n: 3.0
+  frequency_hz: 2.0
+inclination_deg: 45
+gravity_m_s2: 9.8
+period_ratio: 1
+sweep:
+  parameter: length_m
+  from: 0.59
+  to: 0.75
+"""
+_ROWS = GOOD.splitlines()
+_DEVICE = [
+    f"device.{key}" for key in ("capsule_mass_kg", "ball_mass_kg", "restitution", "length_m", "membrane")
+]
+PATHS = [
+    *("schema_version", "title", "device", *_DEVICE, "device.membrane.bias_voltage_v", "excitation"),
+    *("excitation.amplitude_n", "excitation.frequency_hz", "inclination_deg", "gravity_m_s2", "period_ratio"),
+    *("sweep", "sweep.parameter", "sweep.from", "sweep.to"),
+]
+DEVICE, LENGTH, AMPLITUDE, ANGLE = "device", "device.length_m", "excitation.amplitude_n", "inclination_deg"
+BALL, MEMBRANE = "device.ball_mass_kg", "device.membrane"
+MISSING = "required, but missing"
+
+
+@dataclass(frozen=True)
+class Bad:
+    """A text that is no scenario, and all that must be said about it: (line, path, fragment of the message)."""
+
+    name: str
+    text: str | bytes
+    expected: tuple[tuple[int, str, str], ...]
+
+
+def bad(name: str, text: str | bytes, *expected: tuple[int, str, str]) -> Bad:
+    return Bad(name, text, expected)
+
+
+def good_but(number: int, row: str) -> str:
+    """Return GOOD with one line put in another's place."""
+    return "".join(f"{row if i == number else old}\n" for i, old in enumerate(_ROWS, 1))
+
+
+def without(*numbers: int) -> str:
+    """Return GOOD without some of its lines."""
+    return "".join(f"{row}\n" for i, row in enumerate(_ROWS, 1) if i not in numbers)
+
+
+def value(number: int, value: str, fragment: str) -> Bad:
+    """Build the case of a line's key with another value."""
+    key, path = _ROWS[number - 1].partition(":")[0], PATHS[number - 1]
+    return bad(f"{path} {value[:40]}", good_but(number, f"{key}: {value}"), (number, path, fragment))
+
+
+def key(number: int, path: str, row: str, fragment: str, *also: tuple[int, str, str]) -> Bad:
+    """Build the case of a line with an unknown key; `also` is what follows from the one it replaces."""
+    found = sorted([(number, path, fragment), *also], key=lambda expected: expected[0])
+    return bad(f"key {row.strip()}", good_but(number, row), *found)
+
+
+def row(number: int, row: str, path: str, fragment: str) -> Bad:
+    """Build the case of another line in the place of one of GOOD."""
+    return bad(f"row {row.strip()[:40]}", good_but(number, row), (number, path, fragment))
+
+
+NOT_A_NUMBER = (
+    value(
+        7, '"0.7"', 'got "0.7", which is text; write 0.7, without quotes (a number from 1e-15 to 1e15, in m)'
+    ),
+    value(7, "'1e-3'", "write 1e-3, without quotes"),
+    value(7, "0,7", "got '0,7', which is text; write 0.7, with a decimal point"),
+    value(7, "0.7 m", "the unit stands in the key, write 0.7 (a number from"),
+    value(7, "0.7m", "the unit stands in the key, write 0.7"),
+    value(7, "700 mm", "the unit stands in the key, write 0.7"),
+    value(7, "0,7 m", "the unit stands in the key, write 0.7"),
+    value(7, "0.7 furlong", "the unit stands in the key ("),
+    value(7, "1_000", "write 1000, without separators"),
+    value(7, "1 000", "write 1000, without separators"),
+    value(7, "1,000.5", "write 1000.5, without separators"),
+    value(7, "7/10", "expressions are not evaluated"),
+    value(7, "yes", "got 'yes', which is text (a number from 1e-15 to 1e15, in m)"),
+    value(7, "off", "got 'off', which is text"),
+    value(7, "true", "got true, which is not a number"),
+    value(7, "1:30", "got '1:30', which is text"),
+    value(7, "2024-01-01", "got '2024-01-01', which is text"),
+    value(7, "\u22120.7", "write -0.7, with the '-' of the keyboard"),
+    value(7, "\uff11.\uff15", "which is text"),
+    value(7, "NaN", "got 'NaN', which is text"),
+    value(7, "0b11", "got '0b11', which is text"),
+    value(7, "[0.7]", "got a list, where one value belongs"),
+    value(7, "{m: 0.7}", "got a block of keys, where one value belongs"),
+    value(7, "|\n    0.7", "which is text"),
+    value(13, "-45°", "got '-45°', which is text; the unit stands in the key, write -45"),
+    value(13, "0.785 rad", "write 44.97"),
+    value(13, "pi/4", "expressions are not evaluated"),
+)
+
+OUT_OF_RANGE = (
+    value(7, ".nan", "got .nan, which is not a finite number (a number from 1e-15 to 1e15, in m)"),
+    value(7, "-.inf", "got -.inf, which is not a finite number"),
+    value(7, "1e400", "got 1e400, which is not a finite number"),
+    value(7, "9" * 5000, "..., which is not a finite number"),
+    value(7, "0x" + "f" * 5000, "..., which is not a finite number"),
+    value(7, "-0.7", "got -0.7, which is not positive (a number from 1e-15 to 1e15, in m)"),
+    value(7, "0", "got 0, which is not positive"),
+    value(7, "1e-20", "got 1e-20, which is too small"),
+    value(7, "1e20", "got 1e20, which is too large"),
+    value(6, "1.5", "got 1.5, which is too large (a number from 0 to 1)"),
+    value(6, "-0.1", "got -0.1, which is too small (a number from 0 to 1)"),
+    value(13, "91", "got 91, which is too large (a number from 0 to 90, in deg)"),
+    value(14, "0.0", "which is not positive (a number from 1e-15 to 1e15, in m/s^2)"),
+    value(15, "0", "got 0, which is not positive (a whole number from 1 to 20)"),
+    value(15, "21", "got 21, which is too large"),
+    value(15, "1.5", "got 1.5, which is not a whole number"),
+    value(15, "2.0", "got 2.0; write 2"),
+    value(1, "2", "got 2, a version that is not known here (always 1)"),
+    value(1, '"1"', "without quotes (always 1)"),
+    value(1, "1.0", "got 1.0; write 1"),
+    value(1, "true", "got true, which is not a number"),
+    value(2, "3", "got 3, which is not text; put it in quotes (text on one line, 1 to 200 characters)"),
+    value(2, "''", "which is empty"),
+    value(2, "'  '", "printable text on one line"),
+    value(2, '"\\e[31m"', r"got '\x1b[31m' (printable text on one line)"),
+    value(2, '"two\\nlines"', r"got 'two\nlines' (printable text on one line)"),
+    value(2, "x" * 201, "has 201 characters"),
+    value(2, '"\\ud83d"', "half a character"),
+)
+
+RELATIONS = (
+    value(5, "0.2", "got 0.2, which is too large (below capsule_mass_kg, 0.1245"),
+    value(5, "0.1245", "which is too large"),
+    row(
+        9,
+        "    ball_radius_m: 7e-3",
+        f"{MEMBRANE}.ball_radius_m",
+        "got 0.007, which is too large (below active_radius_m",
+    ),
+    row(
+        9,
+        "    active_radius_m: 5e-3",
+        f"{MEMBRANE}.active_radius_m",
+        "(above ball_radius_m, 0.005 by default)",
+    ),
+    bad(
+        "membrane, no ball mass",
+        without(5),
+        (7, MEMBRANE, "ball_mass_kg is required where energy is evaluated"),
+    ),
+    value(
+        17,
+        "lenght_m",
+        "got 'lenght_m'; did you mean 'length_m'? (one of length_m, amplitude_n, frequency_hz,",
+    ),
+    value(17, "device.length_m", "did you mean 'length_m'?"),
+    value(17, "restitution", "got 'restitution', which cannot be swept"),
+    value(17, "[length_m]", "got a list, where one value belongs"),
+    value(17, "3", "got 3 (one of length_m"),
+    value(18, "0", "got 0, which is not positive (a number from 1e-15 to 1e15, in m)"),
+    value(19, ".inf", "got .inf, which is not a finite number (a number from 1e-15 to 1e15, in m)"),
+    value(19, "0.59", "got 0.59, the same as sweep.from (a different value)"),
+    bad(
+        "angle swept out of range",
+        without(16, 17, 18, 19) + "sweep: {parameter: inclination_deg, from: -5, to: 95}\n",
+        (16, "sweep.from", "got -5, which is too small (a number from 0 to 90, in deg)"),
+        (16, "sweep.to", "got 95, which is too large"),
+    ),
+)
+
+LEFT_OUT = (
+    bad("no version", without(1), (1, "schema_version", f"{MISSING} (always 1)")),
+    bad("no capsule mass", without(4), (3, "device.capsule_mass_kg", f"{MISSING} (a number from")),
+    bad("no length, no sweep", without(7, 16, 17, 18, 19), (3, LENGTH, MISSING)),
+    bad("no amplitude", without(11), (10, AMPLITUDE, f"{MISSING} (a number from 1e-15 to 1e15, in N)")),
+    bad("no angle", without(13), (1, ANGLE, f"{MISSING} (a number from 0 to 90, in deg)")),
+    bad(
+        "no excitation",
+        without(10, 11, 12),
+        (1, "excitation", "(a block of keys: amplitude_n, frequency_hz)"),
+    ),
+    bad("no parameter", without(17), (16, "sweep.parameter", f"{MISSING} (one of length_m")),
+    value(4, "", "is empty (a number"),
+    value(11, "null", "required, but empty"),
+    value(14, "~", "is empty (a number"),
+    bad("no keys", without(4, 5, 6, 7, 8, 9), (3, DEVICE, "is empty (a block of keys: capsule_mass_kg")),
+    bad("device a number", without(*range(3, 10)) + "device: 5\n", (13, DEVICE, "got 5 (a block of keys")),
+    bad("device a list", without(*range(3, 10)) + "device: [1]\n", (13, DEVICE, "got a list (a block")),
+    bad("sweep a word", without(16, 17, 18, 19) + "sweep: length_m\n", (16, "sweep", "got 'length_m' (a")),
+)
+
+UNKNOWN = (
+    key(
+        7, "device.lenght_m", "  lenght_m: 0.7", "unknown key; did you mean 'length_m'? (allowed in device: "
+    ),
+    key(
+        7, "device.length_mm", "  length_mm: 700", "'length_m'? It is in m: 1 mm is 0.001 m, so length_m: 0.7"
+    ),
+    key(7, "device.length_mm", "  length_mm: long", "It is in m: 1 mm is 0.001 m (allowed"),
+    key(7, "device.length", "  length: 0.7", "did you mean 'length_m'? (allowed"),
+    key(7, "device.Length_M", "  Length_M: 0.7", "did you mean 'length_m'? (allowed"),
+    key(7, "device.'length-m'", "  length-m: 0.7", "did you mean 'length_m'? (allowed"),
+    key(7, "device.s", "  s: 0.7", "did you mean 'length_m'? (allowed"),
+    key(7, "device.gap_mm", "  gap_mm: 700", "so length_m: 0.7"),
+    key(
+        7,
+        "device.l\u0435ngth_m",
+        "  l\u0435ngth_m: 0.7",
+        "it contains '\u0435' (CYRILLIC SMALL LETTER IE); did",
+    ),
+    key(7, "device.frequency_hz", "  frequency_hz: 2", "did you mean 'excitation.frequency_hz'?"),
+    key(7, "device.on", "  on: 1", "unknown key (allowed in device: capsule_mass_kg,"),
+    key(
+        14,
+        "gravity",
+        "gravity: 9.81",
+        "did you mean 'gravity_m_s2'? (allowed: schema_version, title, device,",
+    ),
+    key(
+        14, "simulation", "simulation: {periods: 100}", "unknown key (allowed: schema_version, title, device,"
+    ),
+    key(14, "'device.length_m'", "device.length_m: 1", "unknown key with a dot in it"),
+    key(14, "''", "'': 1", "unknown key (allowed"),
+    key(14, r"'a\nb'", r'"a\nb": 1', "unknown key (allowed"),
+    key(14, f"'{'x' * 60}'", f"{'x' * 90}: 1", "unknown key (allowed"),
+    key(
+        5,
+        "device.ball_mass_g",
+        "  ball_mass_g: 4.1",
+        "so ball_mass_kg: 0.0041",
+        (8, MEMBRANE, "ball_mass_kg is"),
+    ),
+    key(6, "device.r", "  r: 0.5", "did you mean 'restitution'?", (3, "device.restitution", MISSING)),
+    key(
+        13, "inclination", "inclination: 45", "did you mean 'inclination_deg'? (allowed", (1, ANGLE, MISSING)
+    ),
+    key(13, "inclination_rad", "inclination_rad: 0.785", "1 rad is 57.2958 deg, so inc", (1, ANGLE, MISSING)),
+    key(13, "beta", "beta: 45", "did you mean 'inclination_deg'? (allowed", (1, ANGLE, MISSING)),
+    key(
+        11, "excitation.amplitude_kn", "  amplitude_kn: 0.003", "1 kN is 1000 N, so", (10, AMPLITUDE, MISSING)
+    ),
+    key(
+        12,
+        "excitation.frequency_rad_s",
+        "  frequency_rad_s: 12.566",
+        "1 rad/s is 0.159155 Hz, so frequency_hz: 1.99994",
+        (10, "excitation.frequency_hz", MISSING),
+    ),
+    key(
+        12,
+        "excitation.omega",
+        "  omega: 12.566",
+        "did you mean 'frequency_hz'? It is in Hz: 1 rad/s is",
+        (10, "excitation.frequency_hz", MISSING),
+    ),
+    key(18, "sweep.start", "  start: 0.59", "did you mean 'from'?", (16, "sweep.from", MISSING)),
+    bad(
+        "step",
+        GOOD + "  step: 0.1\n",
+        (20, "sweep.step", "unknown key (allowed in sweep: parameter, from, to)"),
+    ),
+)
+
+STRUCTURE = (
+    bad("duplicate key", GOOD + "title: Again\n", (20, "title", "given twice, first on line 2")),
+    row(7, "  length_m: 0.7\n  length_m: 0.8", LENGTH, "given twice, first on line 7"),
+    row(10, "device:\n  length_m: 1\nexcitation:", DEVICE, "given twice, first on line 3"),
+    row(14, "1: 2", "'1'", "the key 1 is not a name"),
+    row(14, "~: 2", "'~'", "the key ~ is not a name"),
+    row(14, "true: 2", "true", "the key true is not a name"),
+    row(14, "? [a, b]\n: 2", "", "a key that is not a name"),
+    row(14, r'"\ud83d": 2', r"'\ud83d'", "half a character"),
+    row(11, "  amplitude_n: *f", AMPLITUDE, "aliases are not read, got *f (write the value out)"),
+    row(11, "  amplitude_n: &f 3.0", AMPLITUDE, "anchors are not read, got &f (delete it)"),
+    row(11, "  &f amplitude_n: 3.0", AMPLITUDE, "anchors and tags are not read"),
+    row(14, "<<: {gravity_m_s2: 9.8}", "'<<'", "merge keys are not read"),
+    row(14, "<<: *defaults", "'<<'", "merge keys are not read"),
+    row(11, "  amplitude_n: !!float 3", AMPLITUDE, "tags are not read, got '!!float'"),
+    row(
+        2,
+        "title: !!python/object/apply:os.system [ls]",
+        "title",
+        "tags are not read, got '!!python/object/apply:os.",
+    ),
+    row(16, "sweep: !sweep", "sweep", "tags are not read, got '!sweep'"),
+    bad("two documents", GOOD + "---\n" + GOOD, (20, "", "a second document starts here")),
+    bad("directive", "%YAML 1.1\n---\n" + GOOD, (2, "", "directives are not read")),
+    bad("empty", "", (1, "", "the file is empty (a scenario starts with 'schema_version: 1'")),
+    bad("only comments", "# nothing\n\n# here\n", (1, "", "the file is empty")),
+    bad("scalar root", "0.7\n", (1, "", "the file is not a block of keys")),
+    bad("list root", "- schema_version: 1\n", (1, "", "the file is not a block of keys")),
+    bad("deep brackets", "[" * 100_000, (1, "0.0.0", "nested more than 20 levels deep")),
+    bad("deep braces", "{" * 100_000, (1, "", "nested more than 20 levels deep")),
+    bad("deep list", "- " * 100_000, (1, "0.0.0", "nested more than 20 levels deep")),
+    bad("deep keys", "? " * 100_000, (1, "", "nested more than 20 levels deep")),
+    row(7, "  length_m: " + "[" * 100_000, f"{LENGTH}.0", "nested more than 20 levels deep"),
+    bad("wide list", GOOD + f"list: [{'1, ' * 6000}]\n", (20, "list.4961", "more than 5000 keys and values")),
+    bad(
+        "alias bomb",
+        GOOD + "a: &a [x]\nb: [*a, *a]\n",
+        (20, "a", "anchors are not read, got &a"),
+        (20, "a", "unknown key"),
+        (21, "b.0", "aliases are not read, got *a"),
+        (21, "b.1", "aliases are not read, got *a"),
+        (21, "b", "unknown key"),
+    ),
+)
+
+SYNTAX = (
+    row(7, "\tlength_m: 0.7", "", "a tab where YAML does not allow one"),
+    row(7, "  length_m:\t0.7", "", "a tab where YAML does not allow one"),
+    row(2, "title: 'Good", "", "a quote is opened here and never closed"),
+    row(2, 'title: "Good', "", "a quote is opened here and never closed"),
+    row(7, "  length_m: [0.7", "", "a '[' is opened here and not closed"),
+    row(16, "sweep: {parameter: length_m", "", "a '{' is opened here and not closed"),
+    row(7, "  length_m: ]", "", "a value is missing before this bracket"),
+    row(2, "title: Harvester: sweep", "", "a second colon in one value"),
+    row(7, "  length_m:0.7", "", "no space after the colon (write 'key: value')"),
+    row(7, "  length_m 0.7", "", "a key without its colon (write 'key: value')"),
+    row(7, " length_m: 0.7", "", "wrong indentation"),
+    row(7, "    length_m: 0.7", "", "wrong indentation"),
+    row(14, "- 9.8", "", "a list entry among keys"),
+    row(2, "title: @home", "", "cannot start with this character"),
+    row(2, "title: *", "", "a value cannot start with '*'"),
+    row(2, 'title: "\\q"', "", "an unknown escape after '\\'"),
+    row(2, 'title: "\\UFFFFFFFF"', "", "an escape or a number that does not exist"),
+    row(2, "title: a\x07b", "", "the invisible character U+0007 is not allowed"),
+    row(2, "title: a\u2028b", "", "the invisible character U+2028 is not allowed"),
+    row(14, "gravity_m_s2: 9.8\x85", "", "the invisible character U+0085 is not allowed"),
+    row(14, "\ufeffgravity_m_s2: 9.8", "", "the invisible character U+FEFF is not allowed"),
+    bad("binary", bytes(range(256)), (1, "", "the file is not text (save it as UTF-8 text)")),
+    bad(
+        "Latin-1",
+        good_but(2, "title: Caf\xe9").encode("latin-1"),
+        (2, "", "the byte 0xE9, which is not UTF-8"),
+    ),
+    bad("UTF-16", GOOD.encode("utf-16"), (1, "", "the file is UTF-16 (save it as UTF-8 text)")),
+    bad("2 MB", GOOD + "#" * 2_000_000, (1, "", "the file is larger than 1 MB")),
+    bad("2 MB of bytes", (GOOD + "#" * 2_000_000).encode(), (1, "", "the file is larger than 1 MB")),
+)
+
+SEVERAL = (
+    bad(
+        "eleven at once",
+        """\
+schema_version: 2
+device:
+  capsule_mass_kg: 124,5
+  lenght_m: 0.7
+  restitution: 1.5
+  membrane: {exponent: .nan}
+excitation:
+  amplitude_n: yes
+  amplitude_n: 3
+  frequency_hz: 2.0 Hz
+inclination_deg: 45
+inclination_deg: 30
+""",
+        (1, "schema_version", "got 2"),
+        (2, LENGTH, MISSING),
+        (3, "device.capsule_mass_kg", "with a decimal point"),
+        (4, "device.lenght_m", "did you mean 'length_m'?"),
+        (5, "device.restitution", "got 1.5"),
+        (6, "device.membrane.exponent", "not a finite number"),
+        (6, MEMBRANE, "ball_mass_kg is required"),
+        (8, AMPLITUDE, "got 'yes'"),
+        (9, AMPLITUDE, "given twice, first on line 8"),
+        (10, "excitation.frequency_hz", "the unit stands in the key, write 2"),
+        (12, ANGLE, "given twice, first on line 11"),
+    ),
+    bad(
+        "syntax and what is before it",
+        good_but(2, "title: &t Good").replace("9.8", "'9.8"),
+        (2, "title", "anchors are not read"),
+        (14, "", "a quote is opened here and never closed"),
+    ),
+    bad(
+        "merge of an alias",
+        good_but(3, "device: &d").replace("gravity_m_s2: 9.8", "<<: *d"),
+        (3, DEVICE, "anchors are not read, got &d"),
+        (14, "'<<'", "merge keys are not read"),
+    ),
+    bad(
+        "all blocks wrong",
+        "schema_version: 1\ndevice: 1\nexcitation: []\ninclination_deg: {}\nsweep: true\n",
+        (2, DEVICE, "got 1 (a block of keys"),
+        (3, "excitation", "got a list (a block of keys"),
+        (4, ANGLE, "got a block of keys, where one value belongs"),
+        (5, "sweep", "got true (a block of keys"),
+    ),
+    bad(
+        "line ends and byte order mark of Windows",
+        b"\xef\xbb\xbf" + good_but(7, "  length_m: -1").replace("\n", "\r\n").encode(),
+        (7, LENGTH, "got -1, which is not positive"),
+    ),
+)
+
+BAD_SCENARIOS = (*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *LEFT_OUT, *UNKNOWN, *STRUCTURE, *SYNTAX, *SEVERAL)
