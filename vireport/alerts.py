@@ -15,6 +15,10 @@ NEAR_CRITICAL = 0.02
 """Share of the design value within which a critical point is called near: what masses and lengths are commonly made to."""
 
 
+ROUGH = 1e-12
+"""Relative error bound above which a critical point is called rough."""
+
+
 @dataclass(frozen=True, slots=True)
 class Alert:
     """One warning.
@@ -37,7 +41,7 @@ class Alert:
 
 def alerts(study: Study) -> tuple[Alert, ...]:
     """Collect the alerts of a study, warnings first."""
-    found = [*_motion_alerts(study), *_design_alerts(study), *_energy_alerts(study)]
+    found = [*_motion_alerts(study), *_accuracy_alerts(study), *_design_alerts(study), *_energy_alerts(study)]
     return tuple(sorted(found, key=lambda alert: (alert.severity != "warning", alert.code)))
 
 
@@ -65,6 +69,17 @@ def _motion_alerts(study: Study) -> Iterator[Alert]:
         )
 
 
+def _accuracy_alerts(study: Study) -> Iterator[Alert]:
+    points = study.solution.critical_points if study.solution else ()
+    rough = [c for c in points if c.point.error_bound > ROUGH * abs(c.point.sweep_value)]
+    if rough:
+        yield Alert(
+            "VR006", "warning", "A critical point is known only roughly",
+            f"{', '.join(c.label for c in rough)}: the point is so nearly degenerate that it was bracketed, not polished; its error bound says how well.",
+            "Use it only as far as its error bound allows.",
+        )
+
+
 def _design_alerts(study: Study) -> Iterator[Alert]:
     design = study.design
     if design is None:
@@ -82,11 +97,11 @@ def _design_alerts(study: Study) -> Iterator[Alert]:
             f"{count} stable 1:1 motions exist there; which one is reached depends on the start.",
             "Check the start, or move to where there is one.",
         )
-    near = [m for m in design.margins if m.relative is not None and abs(m.relative) < NEAR_CRITICAL and m.kind != "node_focus"]
+    near = [m for m in design.margins if m.ends_stability and m.relative is not None and abs(m.relative) < NEAR_CRITICAL]
     if near:
         nearest = near[0]
         yield Alert(
-            "VR005", "warning", "The design point is near a critical point",
+            "VR005", "warning", "The design point is near the end of stable motion",
             f"{nearest.label} ({nearest.kind.replace('_', ' ')}) is {100 * nearest.relative:+.2f} % away in {nearest.parameter}.",  # type: ignore[operator]
             "Keep a larger margin: manufacturing tolerances and the unknown restitution may carry the device across.",
         )

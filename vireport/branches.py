@@ -94,7 +94,9 @@ class Curve:
         inside = (np.min(validity, axis=0) > 0) & with_gap
         if inside.any():
             gap[inside] = wall_gap(select(orbit, inside), r, self.n)
-        return np.stack([trace + one, trace + two, trace - two, trace - one, gap, *validity], axis=-1)
+        # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
+        foci = [trace + two, trace - two] if r > 0 else [np.full(trace.shape, np.nan)] * 2
+        return np.stack([trace + one, *foci, trace - one, gap, *validity], axis=-1)
 
 
 def curve_of(sweep: Sweep, bounds: tuple[float, float] | None = None) -> Curve:
@@ -169,7 +171,7 @@ def sample(curve: Curve, coarseness: float = 1.0) -> Samples:
 def _samples(curve: Curve, which: Ints, w: Floats) -> Samples:
     orbit = curve.at(which, w)
     events = curve.event_values(orbit, with_gap=False)
-    r, trace = curve.r, events[:, 1] - 2 * curve.r**2
+    r, trace = curve.r, events[:, 0] - (1 + curve.r**4)
     low, high = curve.bounds
     speed = 1 + (1 + r) / (1 - r) / np.pi
     with np.errstate(all="ignore"):

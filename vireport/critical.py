@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from vireport import flight
-from vireport.admissibility import turning_points
 from vireport.errors import NumericalError
 from vireport.model import Device, Sweep
 from vireport.orbits import Level, Orbits, level_residual, orbits
@@ -20,8 +18,17 @@ from vireport.stability import trace_and_determinant
 POLISHED = 1e-28
 """Relative size of the last correction at which a polish is finished; a double needs 1e-17."""
 
+FINE_STEP = Decimal("1e-18")
+"""Step of differences in decimals: far below any scale of a motion, far above their rounding."""
+
+LARGEST_STEP = 1e3
+"""Correction at which a polish has lost its point: every unknown is of the order of one."""
+
+QUICK_STEPS = 8
+"""Corrections with a Jacobian in doubles, of which three or four are usual, before it is taken in decimals too."""
+
 MOST_STEPS = 60
-"""Corrections before a polish is given up: three or four are usual, more at a nearly double zero."""
+"""Corrections before a polish is given up."""
 
 Condition = Callable[[Orbits, Any, Any, Any], list[Any]]
 """(orbit, further unknowns, r, ops) -> residuals beyond that of the level."""
@@ -69,35 +76,6 @@ CONDITIONS: dict[str, Condition] = {
 """What singles out a critical point, by the names in `branches.EVENTS`."""
 
 
-def grazing_condition(orbit: Orbits, r: float, n: int) -> tuple[Condition, float]:
-    """The condition that the turning point nearest to a membrane touches it, and the time of that turning point in its flight."""
-    best: tuple[float, bool, bool, float] | None = None
-    for turn in turning_points(orbit, r, n):
-        for at_start_wall, gap in ((True, turn.from_start_wall[0]), (False, turn.from_end_wall[0])):
-            if best is None or abs(gap) < abs(best[0]):
-                best = (float(gap), turn.upward, at_start_wall, float(turn.time[0]))
-    if best is None:
-        raise NumericalError("a grazing point has no turning point next to it")
-    _, upward, at_start_wall, time = best
-
-    def condition(orbit: Orbits, more: Any, r: Any, ops: Any) -> list[Any]:
-        t = more[0]
-        if upward:
-            phase, before, sine, cosine, sign = orbit.phi, orbit.velocity_bottom, orbit.sin_phi, orbit.cos_phi, -1
-        else:
-            phase, before, sine, cosine, sign = None, orbit.velocity_top, orbit.sin_top, orbit.cos_top, 1
-        sin_t, cos_t = ops.sin(ops.pi * t), ops.cos(ops.pi * t)
-        later_sine, later_cosine = sine * cos_t + cosine * sin_t, cosine * cos_t - sine * sin_t
-        after = flight.reflect(before, r)
-        moved = sign * flight.displacement(t, after, sine, cosine, later_cosine, orbit.gbar, pi=ops.pi)
-        return [
-            flight.velocity(t, after, sine, later_sine, orbit.gbar, pi=ops.pi),
-            moved if at_start_wall else moved - orbit.d,
-        ]
-
-    return condition, time
-
-
 def value_condition(sweep: Sweep, value: float) -> Condition:
     """The swept parameter has a given value."""
 
@@ -140,23 +118,29 @@ def polish(sweep: Sweep, u: float, phi: float, condition: Condition, more: tuple
     with localcontext() as context:
         context.prec = DIGITS
         exact = _decimal_sweep(sweep)
-        level = exact.level
-        floats, ops = sweep.level, DecimalOps()
+        level, floats, ops = exact.level, sweep.level, DecimalOps()
         x = [Decimal(float(value)) for value in ((phi, *more) if symmetric else (u, phi, *more))]
-        # u is stepped and measured relative to itself where its scale may be that of a tiny gbar.
-        relative = 1 if not symmetric and floats.kind != "d" else 0
+        # u and the time since an impact are stepped and measured relative to themselves, where their scale may be that of a tiny gbar or r.
+        relative = {len(x) - 1} if more else set()
+        relative |= {0} if not symmetric and floats.kind != "d" else set()
         size = np.inf
-        for _ in range(MOST_STEPS):
-            r = exact.device.restitution
-            value = np.array([float(v) for v in residual(x, r, level, ops)])
-            doubles = [float(v) for v in x]
-            scale = np.array([abs(v) if i < relative else 1.0 for i, v in enumerate(doubles)])
-            jacobian = _jacobian(lambda y: residual(y, sweep.device.restitution, floats, np), doubles, scale)
-            step = np.linalg.solve(jacobian, value)
-            x = [a - Decimal(float(b)) for a, b in zip(x, step, strict=True)]
-            size = float(np.max(np.abs(step) / scale))
+        for count in range(MOST_STEPS):
+            value = residual(x, exact.device.restitution, level, ops)
+            scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
+            if count < QUICK_STEPS:
+                columns = _differences(
+                    lambda y: residual(y, sweep.device.restitution, floats, np),
+                    [float(v) for v in x], [float(v) for v in scale], 1e-6,
+                )
+            else:
+                columns = _differences(lambda y: residual(y, exact.device.restitution, level, ops), x, scale, FINE_STEP)
+            step = _solve(columns, value)
+            x = [a - b * s for a, b, s in zip(x, step, scale, strict=True)]
+            size = max(abs(float(b)) for b in step)
             if size < POLISHED:
                 break
+            if size > LARGEST_STEP:
+                raise NumericalError(f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} was lost (correction {size:.1g})")
         else:
             raise NumericalError(f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} did not settle (last correction {size:.1g})")
         u_phi = (Decimal(0), x[0]) if symmetric else (x[0], x[1])
@@ -209,12 +193,24 @@ def _decimal_sweep(sweep: Sweep) -> Sweep:
     return Sweep(replace(device, **numbers), sweep.parameter, Decimal(sweep.start), Decimal(sweep.end))  # type: ignore[arg-type]
 
 
-def _jacobian(function: Callable[[list[Any]], list[Any]], x: list[float], scale: Any) -> Any:
-    """Central differences, each unknown stepped by its scale."""
+def _differences(function: Callable[[list[Any]], list[Any]], x: list[Any], scale: list[Any], step: Any) -> list[list[float]]:
+    """Columns of the Jacobian by central differences, each unknown stepped by its scale and divided by it."""
     columns = []
-    for i, value in enumerate(x):
-        h = 1e-6 * scale[i]
+    for i, size in enumerate(scale):
         ahead, behind = list(x), list(x)
-        ahead[i], behind[i] = value + h, value - h
-        columns.append((np.array(function(ahead)) - np.array(function(behind))) / (2 * h))
-    return np.stack(columns, axis=1)
+        ahead[i], behind[i] = x[i] + step * size, x[i] - step * size
+        columns.append([float((a - b) / (2 * step)) for a, b in zip(function(ahead), function(behind), strict=True)])
+    return columns
+
+
+def _solve(columns: list[list[float]], value: list[Decimal]) -> list[Decimal]:
+    """One Newton correction; the rows are first brought to one size."""
+    matrix = np.array(columns).T
+    size = np.max(np.abs(matrix), axis=1)
+    if not np.all(np.isfinite(matrix)) or not size.all():
+        raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
+    right = [float(v) / s for v, s in zip(value, size, strict=True)]
+    try:
+        return [Decimal(float(b)) for b in np.linalg.solve(matrix / size[:, None], right)]
+    except np.linalg.LinAlgError as error:
+        raise NumericalError("a critical point is degenerate: two of its conditions coincide") from error

@@ -22,6 +22,10 @@ REACH = 4.0
 """Factor up and down over which margins are looked for where no sweep says how far."""
 
 
+WRONG = 1e-6
+"""Impact velocity of the wrong sign beyond which a guess is not worth polishing."""
+
+
 @dataclass(frozen=True, slots=True)
 class Margin:
     """Distance from the design point to a critical point, when one parameter varies.
@@ -37,6 +41,8 @@ class Margin:
         `sweep_value` less the design value.
     relative : float or None
         The distance over the design value; None where that is zero.
+    ends_stability : bool
+        Whether the stable range that holds the design point ends here.
     """
 
     parameter: Parameter
@@ -46,6 +52,7 @@ class Margin:
     sweep_value: float
     distance: float
     relative: float | None
+    ends_stability: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,23 +130,22 @@ def design_point(device: Device, parameter: Parameter | None, solution: Solution
     value = cast(float, getattr(device, chosen))
     motions, families = _motions_at(device, chosen, value)
     solutions = [solution] if solution is not None else [solve(s) for s in _neighbourhood(device)]
-    margins = sorted(
-        (_margin(device, s.curve.sweep.parameter, point) for s in solutions for point in s.critical_points),
-        key=lambda margin: abs(margin.relative if margin.relative is not None else np.inf),
-    )
-    stable = []
+    margins, stable = [], []
     for s in solutions:
         at = cast(float, getattr(device, s.curve.sweep.parameter))
-        stable += [part for part in stable_ranges(s) if part.start <= at <= part.end]
+        holding = [part for part in stable_ranges(s) if part.start <= at <= part.end]
+        ends = {label for part in holding for label in (part.start_reason, part.end_reason)}
+        margins += [_margin(device, s.curve.sweep.parameter, point, point.label in ends) for point in s.critical_points]
+        stable += holding
+    margins.sort(key=lambda margin: abs(margin.relative if margin.relative is not None else np.inf))
     return DesignPoint(chosen, value, motions, families, tuple(margins), tuple(stable))
 
 
-def _margin(device: Device, parameter: Parameter, point: CriticalPoint) -> Margin:
+def _margin(device: Device, parameter: Parameter, point: CriticalPoint, ends_stability: bool) -> Margin:
     value = cast(float, getattr(device, parameter))
     distance = point.point.sweep_value - value
-    return Margin(
-        parameter, point.label, point.kind, point.family, point.point.sweep_value, distance, distance / value if value else None
-    )
+    relative = distance / value if value else None
+    return Margin(parameter, point.label, point.kind, point.family, point.point.sweep_value, distance, relative, ends_stability)
 
 
 def _neighbourhood(device: Device) -> list[Sweep]:
@@ -165,7 +171,9 @@ def _motions_at(device: Device, parameter: Parameter, value: float) -> tuple[Mot
     root = bisect(lambda w: np.asarray(curve.at(which, w).d - target), samples.w[crossing], samples.w[crossing + 1])
     guess = curve.at(which, root)
     found = []
-    for k, u, phi in zip(which, guess.u, guess.phi, strict=True):
+    for i, (k, u, phi) in enumerate(zip(which, guess.u, guess.phi, strict=True)):
+        if guess.velocity_bottom[i] < -WRONG or guess.velocity_top[i] > WRONG:
+            continue
         symmetric = curve.strands[k].low == curve.strands[k].high
         point = polish(sweep, float(u), float(phi), value_condition(sweep, length), symmetric=symmetric)
         if point.velocity_bottom > 0 > point.velocity_top:

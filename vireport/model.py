@@ -121,6 +121,6 @@ class Sweep:
         if self.parameter == "amplitude_n":
             return 4 * mass * x.length_m * x.frequency_hz**2 / d  # type: ignore[operator]
         if self.parameter == "frequency_hz":
-            return np.sqrt(d * x.amplitude_n / (4 * mass * x.length_m))
+            return np.sqrt(np.maximum(d, 0.0) * x.amplitude_n / (4 * mass * x.length_m))
         sine = gbar * x.amplitude_n / (mass * x.gravity_m_s2)
         return np.degrees(np.arctan2(sine, np.sqrt(np.maximum((1 - sine) * (1 + sine), 0.0))))

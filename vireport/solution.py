@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.branches import EVENTS, Curve, Piece, curve_of, pieces, sample
-from vireport.critical import CONDITIONS, Condition, Point, grazing_condition, polish
+from vireport.branches import EVENTS, ROUGH, Curve, Piece, curve_of, pieces, sample
+from vireport.critical import CONDITIONS, Point, polish
+from vireport.errors import NumericalError
+from vireport.grazing import polish_grazing
 from vireport.model import Sweep
 from vireport.orbits import Orbits, orbits
 from vireport.motions import Motions, motions_of
@@ -163,9 +165,10 @@ def _draft(curve: Curve, piece: Piece) -> _Draft:
         event = EVENTS[piece.event[row]]
         if event in ("start", "end"):
             continue
-        exact = curve.at(which[row : row + 1], piece.w[row : row + 1])
-        condition, more = _condition(curve, piece, int(row), exact)
-        point = polish(curve.sweep, float(exact.u[0]), float(exact.phi[0]), condition, more, symmetric)
+        try:
+            point = _polished(curve, piece, int(row))
+        except (NumericalError, ArithmeticError):
+            point = _unpolished(curve, piece, int(row))
         if not event.endswith("rest"):
             u[row], phi[row] = point.u, point.phi
         rows.append(int(row))
@@ -189,15 +192,28 @@ def _short_of_rest(piece: Piece) -> Floats:
     return w
 
 
-def _condition(curve: Curve, piece: Piece, row: int, orbit: Orbits) -> tuple[Condition, tuple[float, ...]]:
-    event = EVENTS[piece.event[row]]
+def _polished(curve: Curve, piece: Piece, row: int) -> Point:
+    """The event at a row of a piece, polished."""
+    event, strand = EVENTS[piece.event[row]], curve.strands[piece.strand]
+    orbit = curve.at(np.array([piece.strand]), piece.w[row : row + 1])
+    symmetric = strand.low == strand.high
     if event == "grazing":
-        condition, time = grazing_condition(orbit, curve.r, curve.n)
-        return condition, (time,)
+        return polish_grazing(curve.sweep, orbit, symmetric)
     if event == "node_focus":
-        trace = trace_and_determinant(orbit, curve.r)[0][0]
-        return CONDITIONS["focus_below" if trace < 0 else "focus_above"], ()
-    return CONDITIONS[event], ()
+        event = "focus_below" if trace_and_determinant(orbit, curve.r)[0][0] < 0 else "focus_above"
+    return polish(curve.sweep, float(orbit.u[0]), float(orbit.phi[0]), CONDITIONS[event], symmetric=symmetric)
+
+
+def _unpolished(curve: Curve, piece: Piece, row: int) -> Point:
+    """The event as it was bracketed, where the polish does not settle: its bound is what the bracket leaves open."""
+    w = piece.w[row] + 10 * ROUGH * np.array([0.0, -1.0, 1.0])
+    orbit = curve.at(np.full(3, piece.strand), w)
+    value = np.asarray(curve.sweep.value(orbit.d, orbit.gbar), dtype=float)
+    return Point(
+        *(float(getattr(orbit, name)[0]) for name in ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")),
+        sweep_value=float(value[0]),
+        error_bound=float(np.max(np.abs(value - value[0])) + 1e-12 * abs(value[0])),
+    )
 
 
 def _turns(curve: Curve, piece: Piece, row: int) -> bool:

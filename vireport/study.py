@@ -22,6 +22,10 @@ from vireport.solution import Solution, solve
 from vireport.table import Row, table
 
 
+SMALLEST_LOSS = 1e-9
+"""1 - r below which the motions are not resolved: they draw together as 1 - r, and the determinant r^4 of DP can no longer be told from 1."""
+
+
 @dataclass(frozen=True, eq=False)
 class Study:
     """The results of one scenario; what its plan leaves out is None or empty.
@@ -105,10 +109,10 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS) -> Study:
     """
     scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
     device = device_of(scenario)
-    if device.restitution == 1:
+    if 1 - device.restitution < SMALLEST_LOSS:
         raise NumericalError(
-            "device.restitution: 1 means impacts without loss; periodic motions then come in continua and none is asymptotically stable, "
-            "so that the criteria of Table 1 do not apply (allowed here: 0 <= restitution < 1)"
+            f"device.restitution: {device.restitution!r} means impacts with hardly any loss; for 1 periodic motions come in continua and none is "
+            f"asymptotically stable, so that the criteria of Table 1 do not apply (allowed here: at most 1 - {SMALLEST_LOSS:g})"
         )
     sweep = Sweep(device, scenario.sweep.parameter, scenario.sweep.from_, scenario.sweep.to) if scenario.sweep else None
     solution = solve(sweep) if sweep is not None else None
