@@ -1,6 +1,6 @@
-"""Scenarios that must be refused, and every mistake that must be named in them: its line, its key, words of it.
+"""Scenarios that must be refused, and every mistake that must be named in them: its line, key and words.
 
-Most are the scenario `GOOD` with one line changed. Its lines are counted from 1, and `PATHS` names their keys.
+Most are the scenario `GOOD` with one line changed. Its lines are counted from 1; `PATHS` has their keys.
 """
 
 from __future__ import annotations
@@ -40,11 +40,12 @@ PATHS = [
 DEVICE, LENGTH, AMPLITUDE, ANGLE = "device", "device.length_m", "excitation.amplitude_n", "inclination_deg"
 BALL, MEMBRANE = "device.ball_mass_kg", "device.membrane"
 MISSING = "required, but missing"
+UNSWEPT = "required unless it is swept, but missing"
 
 
 @dataclass(frozen=True)
 class Bad:
-    """A text that is no scenario, and all that must be said about it: (line, path, fragment of the message)."""
+    """A text that is no scenario, and all that must be said: (line, path, fragment of the message)."""
 
     name: str
     text: str | bytes
@@ -79,7 +80,7 @@ def key(number: int, path: str, row: str, fragment: str, *also: tuple[int, str, 
 
 def row(number: int, row: str, path: str, fragment: str) -> Bad:
     """Build the case of another line in the place of one of GOOD."""
-    return bad(f"row {row.strip()[:40]}", good_but(number, row), (number, path, fragment))
+    return bad(f"row {number} {row[:40]!r}", good_but(number, row), (number, path, fragment))
 
 
 NOT_A_NUMBER = (
@@ -188,9 +189,9 @@ RELATIONS = (
 LEFT_OUT = (
     bad("no version", without(1), (1, "schema_version", f"{MISSING} (always 1)")),
     bad("no capsule mass", without(4), (3, "device.capsule_mass_kg", f"{MISSING} (a number from")),
-    bad("no length, no sweep", without(7, 16, 17, 18, 19), (3, LENGTH, MISSING)),
-    bad("no amplitude", without(11), (10, AMPLITUDE, f"{MISSING} (a number from 1e-15 to 1e15, in N)")),
-    bad("no angle", without(13), (1, ANGLE, f"{MISSING} (a number from 0 to 90, in deg)")),
+    bad("no length, no sweep", without(7, 16, 17, 18, 19), (3, LENGTH, UNSWEPT)),
+    bad("no amplitude", without(11), (10, AMPLITUDE, f"{UNSWEPT} (a number from 1e-15 to 1e15, in N)")),
+    bad("no angle", without(13), (1, ANGLE, f"{UNSWEPT} (a number from 0 to 90, in deg)")),
     bad(
         "no excitation",
         without(10, 11, 12),
@@ -198,7 +199,7 @@ LEFT_OUT = (
     ),
     bad("no parameter", without(17), (16, "sweep.parameter", f"{MISSING} (one of length_m")),
     value(4, "", "is empty (a number"),
-    value(11, "null", "required, but empty"),
+    value(11, "null", "required unless it is swept, but empty"),
     value(14, "~", "is empty (a number"),
     bad("no keys", without(4, 5, 6, 7, 8, 9), (3, DEVICE, "is empty (a block of keys: capsule_mass_kg")),
     bad("device a number", without(*range(3, 10)) + "device: 5\n", (13, DEVICE, "got 5 (a block of keys")),
@@ -249,26 +250,26 @@ UNKNOWN = (
     ),
     key(6, "device.r", "  r: 0.5", "did you mean 'restitution'?", (3, "device.restitution", MISSING)),
     key(
-        13, "inclination", "inclination: 45", "did you mean 'inclination_deg'? (allowed", (1, ANGLE, MISSING)
+        13, "inclination", "inclination: 45", "did you mean 'inclination_deg'? (allowed", (1, ANGLE, UNSWEPT)
     ),
-    key(13, "inclination_rad", "inclination_rad: 0.785", "1 rad is 57.2958 deg, so inc", (1, ANGLE, MISSING)),
-    key(13, "beta", "beta: 45", "did you mean 'inclination_deg'? (allowed", (1, ANGLE, MISSING)),
+    key(13, "inclination_rad", "inclination_rad: 0.785", "1 rad is 57.2958 deg, so inc", (1, ANGLE, UNSWEPT)),
+    key(13, "beta", "beta: 45", "did you mean 'inclination_deg'? (allowed", (1, ANGLE, UNSWEPT)),
     key(
-        11, "excitation.amplitude_kn", "  amplitude_kn: 0.003", "1 kN is 1000 N, so", (10, AMPLITUDE, MISSING)
+        11, "excitation.amplitude_kn", "  amplitude_kn: 0.003", "1 kN is 1000 N, so", (10, AMPLITUDE, UNSWEPT)
     ),
     key(
         12,
         "excitation.frequency_rad_s",
         "  frequency_rad_s: 12.566",
         "1 rad/s is 0.159155 Hz, so frequency_hz: 1.99994",
-        (10, "excitation.frequency_hz", MISSING),
+        (10, "excitation.frequency_hz", UNSWEPT),
     ),
     key(
         12,
         "excitation.omega",
         "  omega: 12.566",
         "did you mean 'frequency_hz'? It is in Hz: 1 rad/s is",
-        (10, "excitation.frequency_hz", MISSING),
+        (10, "excitation.frequency_hz", UNSWEPT),
     ),
     key(18, "sweep.start", "  start: 0.59", "did you mean 'from'?", (16, "sweep.from", MISSING)),
     bad(
@@ -280,7 +281,11 @@ UNKNOWN = (
 
 STRUCTURE = (
     bad("duplicate key", GOOD + "title: Again\n", (20, "title", "given twice, first on line 2")),
-    row(7, "  length_m: 0.7\n  length_m: 0.8", LENGTH, "given twice, first on line 7"),
+    bad(
+        "duplicate length",
+        good_but(8, "  length_m: 0.8\n  membrane:"),
+        (8, LENGTH, "given twice, first on line 7"),
+    ),
     row(10, "device:\n  length_m: 1\nexcitation:", DEVICE, "given twice, first on line 3"),
     row(14, "1: 2", "'1'", "the key 1 is not a name"),
     row(14, "~: 2", "'~'", "the key ~ is not a name"),
@@ -301,7 +306,7 @@ STRUCTURE = (
     ),
     row(16, "sweep: !sweep", "sweep", "tags are not read, got '!sweep'"),
     bad("two documents", GOOD + "---\n" + GOOD, (20, "", "a second document starts here")),
-    bad("directive", "%YAML 1.1\n---\n" + GOOD, (2, "", "directives are not read")),
+    bad("directive", "%YAML 1.1\n---\n" + GOOD, (1, "", "directives are not read")),
     bad("empty", "", (1, "", "the file is empty (a scenario starts with 'schema_version: 1'")),
     bad("only comments", "# nothing\n\n# here\n", (1, "", "the file is empty")),
     bad("scalar root", "0.7\n", (1, "", "the file is not a block of keys")),
@@ -311,7 +316,7 @@ STRUCTURE = (
     bad("deep list", "- " * 100_000, (1, "0.0.0", "nested more than 20 levels deep")),
     bad("deep keys", "? " * 100_000, (1, "", "nested more than 20 levels deep")),
     row(7, "  length_m: " + "[" * 100_000, f"{LENGTH}.0", "nested more than 20 levels deep"),
-    bad("wide list", GOOD + f"list: [{'1, ' * 6000}]\n", (20, "list.4961", "more than 5000 keys and values")),
+    bad("wide list", GOOD + f"list: [{'1, ' * 6000}]\n", (20, "list.4959", "more than 5000 keys and values")),
     bad(
         "alias bomb",
         GOOD + "a: &a [x]\nb: [*a, *a]\n",
@@ -374,7 +379,7 @@ inclination_deg: 45
 inclination_deg: 30
 """,
         (1, "schema_version", "got 2"),
-        (2, LENGTH, MISSING),
+        (2, LENGTH, UNSWEPT),
         (3, "device.capsule_mass_kg", "with a decimal point"),
         (4, "device.lenght_m", "did you mean 'length_m'?"),
         (5, "device.restitution", "got 1.5"),

@@ -7,8 +7,10 @@ from typing import cast
 
 import numpy as np
 
-from vireport.branches import curve_of, sample
+from vireport.admissibility import wall_gap
+from vireport.branches import curve_of, sample, select
 from vireport.critical import polish, value_condition
+from vireport.errors import NumericalError
 from vireport.model import PARAMETERS, Device, Parameter, Sweep
 from vireport.motions import Motions, motions_of
 from vireport.orbits import orbits
@@ -175,7 +177,12 @@ def _motions_at(device: Device, parameter: Parameter, value: float) -> tuple[Mot
         if guess.velocity_bottom[i] < -WRONG or guess.velocity_top[i] > WRONG:
             continue
         symmetric = curve.strands[k].low == curve.strands[k].high
-        point = polish(sweep, float(u), float(phi), value_condition(sweep, length), symmetric=symmetric)
+        try:
+            point = polish(sweep, float(u), float(phi), value_condition(sweep, length), symmetric=symmetric)
+        except NumericalError:
+            if wall_gap(select(guess, slice(i, i + 1)), curve.r, curve.n)[0] > 0:
+                raise
+            continue  # a solution that passes through a membrane, next to q = 0 or 1 where the equations degenerate
         if point.velocity_bottom > 0 > point.velocity_top:
             found.append((symmetric, point))
     u, phi = (np.array([getattr(p, name) for _, p in found], dtype=float) for name in ("u", "phi"))

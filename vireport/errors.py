@@ -1,10 +1,12 @@
 """The few ways a run can fail, each with the exit code it leads to.
 
-Only the command line catches these. Any other exception is a fault of ours and shows its traceback on request.
+Only the command line catches these. Any other exception is a fault of ours and shows its traceback on
+request.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 
@@ -22,11 +24,19 @@ class UsageError(VireportError):
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
-    """One mistake in a scenario: where it is, which key, what is wrong and what is allowed."""
+    """One mistake in a scenario: where it is, which key, what is wrong and what is allowed.
+
+    Line 0 is no line of the file: the mistake was made on the command line, in ``--set path=value``.
+    """
 
     line: int
     path: str
     message: str
+
+    def render(self, name: str) -> str:
+        """Return ``file:line: path: message``, or ``--set path: message`` where it is not in the file."""
+        place = f"{name}:{self.line}: " if self.line else "--set "
+        return f"{place}{self.path}: {self.message}" if self.path else f"{place}{self.message}"
 
 
 class ScenarioError(VireportError):
@@ -36,22 +46,16 @@ class ScenarioError(VireportError):
     ----------
     name : str
         Name of the file, as the caller gave it.
-    mistakes : sequence of Mistake
+    mistakes : iterable of Mistake
         At least one; they are shown in the order of their lines.
     """
 
     exit_code = 2
 
-    def __init__(self, name: str, mistakes: list[Mistake]) -> None:
+    def __init__(self, name: str, mistakes: Iterable[Mistake]) -> None:
         self.name = name
         self.mistakes = tuple(sorted(mistakes, key=lambda mistake: mistake.line))
-        super().__init__(
-            "\n".join(
-                f"{name}:{mistake.line}: {mistake.path}: {mistake.message}" if mistake.path
-                else f"{name}:{mistake.line}: {mistake.message}"
-                for mistake in self.mistakes
-            )
-        )
+        super().__init__("\n".join(mistake.render(name) for mistake in self.mistakes))
 
 
 class NumericalError(VireportError):

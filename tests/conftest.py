@@ -1,0 +1,39 @@
+"""What the tests share: the examples, and results computed once."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+NAMES = ("horizontal", "inclined", "inclined-forcing", "design-point")
+
+settings.register_profile("default", derandomize=True, deadline=None)
+settings.load_profile("default")
+# Colours forced by a CI system must not get into the messages that tests read.
+os.environ.update(TERM="dumb", NO_COLOR="1", COLUMNS="100")
+
+
+@pytest.fixture(scope="session")
+def example() -> Callable[[str], Path]:
+    """Path of an example scenario by its name."""
+    return lambda name: EXAMPLES / f"{name}.yaml"
+
+
+@pytest.fixture(scope="session")
+def study_of() -> Callable[[str], object]:
+    """Study of an example, computed once."""
+    from vireport import analyse, load
+
+    studies: dict[str, object] = {}
+
+    def get(name: str) -> object:
+        if name not in studies:
+            studies[name] = analyse(load(EXAMPLES / f"{name}.yaml"))
+        return studies[name]
+
+    return get

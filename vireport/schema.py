@@ -1,0 +1,140 @@
+"""What a scenario may contain, for editors (JSON Schema) and for people (a commented scenario to start from).
+
+Neither is needed to load a scenario, so nothing on that path imports this module. The wording of mistakes
+reads its ranges and units from the JSON Schema, so that the two cannot say different things.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from vireport.blocks import SWEEPABLE, Scenario
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+_ORDER = ["title", "description", "type", "unit", "minimum", "maximum", "default", "examples", "required"]
+
+# A membrane has no use, and so is a slip, where the ball's mass is not given.
+_MEMBRANE_NEEDS_BALL = {
+    "if": {
+        "required": ["device"],
+        "properties": {"device": {"required": ["membrane"], "properties": {"membrane": {"type": "object"}}}},
+    },
+    "then": {
+        "properties": {
+            "device": {"required": ["ball_mass_kg"], "properties": {"ball_mass_kg": {"type": "number"}}}
+        }
+    },
+}
+
+
+def schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of scenario.yaml: title, meaning, unit, range and example of every key.
+
+    It accepts what `vireport.scenario.load` accepts. What only a program can compare is beyond it:
+    that one mass or radius is smaller than the other, and that a sweep ends elsewhere than it starts.
+    """
+    found = _tidy(Scenario.model_json_schema())
+    rules = [*map(_required_unless_swept, SWEEPABLE), *_sweep_ranges(found), _MEMBRANE_NEEDS_BALL]
+    return {"$schema": DIALECT, **found, "allOf": rules}
+
+
+def _tidy(node: dict[str, Any]) -> dict[str, Any]:
+    """Put what a reader looks for first, and "number or null" as one type instead of a choice of schemas."""
+    choice = node.get("anyOf", [])
+    if len(choice) == 2 and choice[1] == {"type": "null"} and "type" in choice[0]:
+        node = {**node, **choice[0], "type": [choice[0]["type"], "null"]}
+        del node["anyOf"]
+    for group in ("properties", "$defs"):
+        if group in node:
+            node = node | {group: {name: _tidy(part) for name, part in node[group].items()}}
+    if node.get("default", "") is None:
+        node = {name: part for name, part in node.items() if name != "default"}
+    return {name: node[name] for name in sorted(node, key=_rank)}
+
+
+def _rank(name: str) -> tuple[int, str]:
+    return _ORDER.index(name) if name in _ORDER else len(_ORDER), name
+
+
+def _sweeps(parameter: str) -> dict[str, Any]:
+    named = {"type": "object", "required": ["parameter"], "properties": {"parameter": {"const": parameter}}}
+    return {"required": ["sweep"], "properties": {"sweep": named}}
+
+
+def _required_unless_swept(parameter: str) -> dict[str, Any]:
+    block, _, key = SWEEPABLE[parameter].rpartition(".")
+    wanted = {"required": [key], "properties": {key: {"type": "number"}}}
+    return {"if": {"not": _sweeps(parameter)}, "then": {"properties": {block: wanted}} if block else wanted}
+
+
+def _sweep_ranges(found: dict[str, Any]) -> list[dict[str, Any]]:
+    """Give the ends of a sweep the range of the parameter that is swept."""
+    rules = []
+    for parameter, path in SWEEPABLE.items():
+        key = _flatten(found, found)[path]
+        bounds = {name: key[name] for name in ("minimum", "maximum")}
+        ends = {"properties": {"from": bounds, "to": bounds}}
+        rules.append({"if": _sweeps(parameter), "then": {"properties": {"sweep": ends}}})
+    return rules
+
+
+@cache
+def keys() -> dict[str, dict[str, Any]]:
+    """Map the dotted path of every key, blocks included, to its part of the JSON Schema; "" is the whole."""
+    whole = schema()
+    return {"": whole, **_flatten(whole, whole)}
+
+
+def _flatten(node: dict[str, Any], whole: dict[str, Any], path: str = "") -> dict[str, dict[str, Any]]:
+    found: dict[str, dict[str, Any]] = {}
+    for name, key in node.get("properties", {}).items():
+        here = f"{path}.{name}" if path else name
+        reference = next((part["$ref"] for part in [key, *key.get("anyOf", [])] if "$ref" in part), None)
+        block = whole["$defs"][reference.rpartition("/")[2]] if reference else {}
+        found[here] = {**block, **key}
+        found.update(_flatten(block, whole, here))
+    return found
+
+
+def init_text() -> str:
+    """Return a complete, valid scenario with every key, its unit, its meaning and its default."""
+    return TEMPLATE
+
+
+TEMPLATE = """\
+# yaml-language-server: $schema=scenario.schema.json
+# The line above gives completion and checks in editors, after `vireport schema > scenario.schema.json`.
+#
+# Every number is in the unit its key ends in, and is written without it, as 0.7 or 7e-1.
+# A key marked "optional" may be left out; a default is the value that stands here.
+
+schema_version: 1                # version of this format
+title: Inclined harvester        # optional: one line for the head of the report
+
+device:
+  capsule_mass_kg: 0.1245        # M, mass of the capsule
+  ball_mass_kg: 0.0041           # optional: m, mass of the ball; without it, no energy is evaluated
+  restitution: 0.5               # r, coefficient of restitution, 0 to 1
+  length_m: 0.70                 # s, distance between the membranes; where swept, optional: the design point
+  membrane:                      # optional: data for voltage and energy; needs ball_mass_kg
+    stiffness: 4.0847e5          # K in the restoring force K delta^h, in N/m^h
+    exponent: 2.6                # h in the restoring force K delta^h
+    active_radius_m: 6.3e-3      # Rc, radius of the membrane's active area
+    ball_radius_m: 5.0e-3        # rb, radius of the ball, below active_radius_m
+    bias_voltage_v: 2000.0       # Uin, voltage on the undeformed membrane
+
+excitation:
+  amplitude_n: 3.0               # F, amplitude of the force on the capsule; where swept, optional
+  frequency_hz: 2.0              # omega/(2 pi), frequency of that force; where swept, optional
+
+inclination_deg: 45.0            # beta, from the horizontal, 0 to 90; where swept, optional
+gravity_m_s2: 9.8                # optional: g
+period_ratio: 1                  # optional: n, forcing periods that one period of the motion takes, 1 to 20
+
+sweep:                           # optional: without it, the design point alone is evaluated
+  parameter: length_m            # one of length_m, amplitude_n, frequency_hz, inclination_deg
+  from: 0.59                     # first value, in the unit of the parameter
+  to: 0.75                       # last value; it may be the smaller of the two
+"""
