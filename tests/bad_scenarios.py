@@ -177,7 +177,7 @@ RELATIONS = (
     value(17, "3", "got 3 (one of length_m"),
     value(18, "0", "got 0, which is not positive (a number from 1e-15 to 1e15, in m)"),
     value(19, ".inf", "got .inf, which is not a finite number (a number from 1e-15 to 1e15, in m)"),
-    value(19, "0.59", "got 0.59, the same as sweep.from (a different value)"),
+    value(19, "0.59", "got 0.59, the same as sweep.from to nine digits (a different value)"),
     bad(
         "angle swept out of range",
         without(16, 17, 18, 19) + "sweep: {parameter: inclination_deg, from: -5, to: 95}\n",

@@ -7,7 +7,7 @@ import pytest
 
 from vireport import flight
 from vireport.admissibility import turning_points, wall_gap
-from vireport.branches import select
+from vireport.tracing import select
 from vireport.orbits import Orbits, orbits
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -99,3 +101,35 @@ def test_branch_across_the_singularity_of_the_printed_form() -> None:
     assert inside.sum() > 3
     smooth = np.polynomial.Polynomial.fit(main.q[inside], main.velocity_bottom[inside], 7)
     np.testing.assert_allclose(smooth(main.q[inside]), main.velocity_bottom[inside], rtol=1e-9)
+
+
+def crossings(solution, value: float) -> int:
+    """How many motions the branches have at a value of the swept parameter."""
+    count = 0
+    for branch in solution.branches:
+        beyond = branch.motions.sweep_value > value
+        count += int((beyond[1:] != beyond[:-1]).sum())
+    return count
+
+
+@pytest.mark.parametrize("batch", range(6))
+def test_branches_hold_every_motion_of_each_design_point(batch: int) -> None:
+    """The branches of a sweep and the design points along it are found apart from each other, at different samples."""
+    from reference import random_sweeps
+
+    rng = np.random.default_rng(batch)
+    for sweep in random_sweeps(240, seed=77)[batch::6]:
+        solution = solve(sweep)
+        for share in rng.uniform(0.02, 0.98, 2):
+            value = sweep.start + share * (sweep.end - sweep.start)
+            device = replace(sweep.device, **{sweep.parameter: float(value)})
+            alone = design_point(device, "length_m", solve(Sweep(device, "length_m", device.length_m * 50, device.length_m * 51)))
+            assert crossings(solution, value) == len(alone.motions), (sweep, value)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-4, 0.01, 0.05, 0.1, 0.5])
+def test_unstable_branch_near_pi_of_a_nearly_horizontal_capsule(angle: float) -> None:
+    device = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, angle)
+    solution = solve(Sweep(device, "length_m", 0.1, 1.0))
+    assert any(np.abs(m.phi_bottom - np.pi).min() < 0.1 for m in (branch.motions for branch in solution.branches))
+    assert crossings(solution, 0.6) == 2

@@ -1,18 +1,20 @@
 """The blocks of a scenario: which keys exist, what they mean, and the range of each.
 
-This is the one place where a key is defined. The JSON Schema, the wording of mistakes and the commented
-template are all derived from it or checked against it. Nothing here reads a file, and nothing knows what is
-computed.
+This is the one place where a key is defined. The validator at the end of the module, the JSON Schema, the
+wording of mistakes and the commented template are all derived from it or checked against it. Nothing here
+reads a file, and nothing knows what is computed.
 """
 
-from __future__ import annotations
+# Without `from __future__ import annotations`: the annotations below are read, so they must not be text.
 
-import os
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any, Literal
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import cache
+from types import NoneType
+from typing import Annotated, Any, Literal, NamedTuple, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+# Of pydantic only the core: models would cost more time to set up than it takes to solve a scenario.
+from pydantic_core import SchemaValidator
 
 # The dimensionless groups are products of up to six of the quantities, e.g. d = s M omega^2/(pi^2 F), and the
 # theory squares and cubes them. With every quantity in this range those products stay clear of 1e-308 and
@@ -35,163 +37,255 @@ SWEEPABLE: dict[str, str] = {
 }
 
 
-def _key(title: str, unit: str | None, meaning: str, example: object, **bounds: Any) -> Any:
-    if unit:
-        bounds["json_schema_extra"] = {"unit": unit}
-    return Field(title=title, description=meaning, examples=[example], **bounds)
+class Key:
+    """What there is to say of a key beyond its name, type and default.
+
+    Parameters
+    ----------
+    title, unit, meaning : str
+        For the reader; the unit is "" where there is none, and "1" for a pure number.
+    example : object
+        A value it may have; None for a block.
+    **bounds
+        Of the value, by the words of pydantic: ge, gt, le, min_length, max_length.
+    """
+
+    __slots__ = ("bounds", "example", "meaning", "title", "unit")
+
+    def __init__(self, title: str, unit: str, meaning: str, example: object = None, **bounds: float) -> None:
+        self.title, self.unit, self.meaning = title, unit, meaning
+        self.example, self.bounds = example, bounds
 
 
-def _block(title: str, meaning: str, **default: Any) -> Any:
-    return Field(title=title, description=meaning, **default)
+def _positive(title: str, unit: str, meaning: str, example: float) -> Key:
+    return Key(title, unit, meaning, example, ge=SMALLEST, le=LARGEST)
 
 
-def _positive(title: str, unit: str, meaning: str, example: float, **default: Any) -> Any:
-    return _key(title, unit, meaning, example, ge=SMALLEST, le=LARGEST, **default)
-
-
-class _Block(BaseModel):
-    # Built in one go at the end of the module, not once per class.
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
-
-
-class Membrane(_Block):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Membrane:
     """The dielectric elastomer membrane at either end of the capsule, Eqs. (5.2)-(5.5)."""
 
-    stiffness: float = _positive(
-        "Stiffness",
-        "N/m^h",
-        "Coefficient K of the membrane's restoring force K delta^h.",
-        4.0847e5,
-        default=4.0847e5,
-    )
-    exponent: float = _key(
-        "Exponent", "1", "Exponent h of the restoring force K delta^h.", 2.6, default=2.6, gt=0.0, le=20.0
-    )
-    active_radius_m: float = _positive(
-        "Active radius", "m", "Radius Rc of the membrane's active area.", 6.3e-3, default=6.3e-3
-    )
-    ball_radius_m: float = _positive(
-        "Ball radius", "m", "Radius rb of the ball; smaller than active_radius_m.", 5.0e-3, default=5.0e-3
-    )
-    bias_voltage_v: float = _positive(
-        "Bias voltage", "V", "Voltage Uin applied to the undeformed membrane.", 2000.0, default=2000.0
-    )
+    stiffness: Annotated[
+        float,
+        _positive(
+            "Stiffness", "N/m^h", "Coefficient K of the membrane's restoring force K delta^h.", 4.0847e5
+        ),
+    ] = 4.0847e5
+    exponent: Annotated[
+        float, Key("Exponent", "1", "Exponent h of the restoring force K delta^h.", 2.6, gt=0.0, le=20.0)
+    ] = 2.6
+    active_radius_m: Annotated[
+        float, _positive("Active radius", "m", "Radius Rc of the membrane's active area.", 6.3e-3)
+    ] = 6.3e-3
+    ball_radius_m: Annotated[
+        float, _positive("Ball radius", "m", "Radius rb of the ball; smaller than active_radius_m.", 5.0e-3)
+    ] = 5.0e-3
+    bias_voltage_v: Annotated[
+        float, _positive("Bias voltage", "V", "Voltage Uin applied to the undeformed membrane.", 2000.0)
+    ] = 2000.0
 
 
-class Device(_Block):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Device:
     """The capsule, the ball in it, and the membranes that close it."""
 
-    capsule_mass_kg: float = _positive("Capsule mass", "kg", "Mass M of the capsule.", 0.1245)
-    ball_mass_kg: float | None = _positive(
-        "Ball mass",
-        "kg",
-        "Mass m of the ball; smaller than capsule_mass_kg. Energy and voltage are evaluated where it is "
-        "given, and left out where it is not.",
-        0.0041,
-        default=None,
-    )
-    restitution: float = _key(
-        "Restitution", "1", "Coefficient of restitution r of an impact on a membrane.", 0.5, ge=0.0, le=1.0
-    )
-    length_m: float | None = _positive(
-        "Length",
-        "m",
-        "Distance s between the membranes. " + _SWEPT,
-        0.7,
-        default=None,
-    )
-    membrane: Membrane | None = _block(
-        "Membrane",
-        "Electrical and elastic data of the membranes. Left out, the defaults hold; needs ball_mass_kg.",
-        default=None,
-    )
+    capsule_mass_kg: Annotated[float, _positive("Capsule mass", "kg", "Mass M of the capsule.", 0.1245)]
+    ball_mass_kg: Annotated[
+        float | None,
+        _positive(
+            "Ball mass",
+            "kg",
+            "Mass m of the ball; smaller than capsule_mass_kg. Energy and voltage are evaluated where it is "
+            "given, and left out where it is not.",
+            0.0041,
+        ),
+    ] = None
+    restitution: Annotated[
+        float,
+        Key(
+            "Restitution",
+            "1",
+            "Coefficient of restitution r of an impact on a membrane.",
+            0.5,
+            ge=0.0,
+            le=1.0,
+        ),
+    ]
+    length_m: Annotated[
+        float | None, _positive("Length", "m", "Distance s between the membranes. " + _SWEPT, 0.7)
+    ] = None
+    membrane: Annotated[
+        Membrane | None,
+        Key(
+            "Membrane",
+            "",
+            "Electrical and elastic data of the membranes. Left out, the defaults hold; needs ball_mass_kg.",
+        ),
+    ] = None
 
 
-class Excitation(_Block):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Excitation:
     """The harmonic force on the capsule, F cos(omega t)."""
 
-    amplitude_n: float | None = _positive(
-        "Force amplitude",
-        "N",
-        "Amplitude F of the force on the capsule. " + _SWEPT,
-        3.0,
-        default=None,
-    )
-    frequency_hz: float | None = _positive(
-        "Frequency",
-        "Hz",
-        "Frequency omega/(2 pi) of the force. " + _SWEPT,
-        2.0,
-        default=None,
-    )
+    amplitude_n: Annotated[
+        float | None,
+        _positive("Force amplitude", "N", "Amplitude F of the force on the capsule. " + _SWEPT, 3.0),
+    ] = None
+    frequency_hz: Annotated[
+        float | None, _positive("Frequency", "Hz", "Frequency omega/(2 pi) of the force. " + _SWEPT, 2.0)
+    ] = None
 
 
-class Sweep(_Block):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sweep:
     """One parameter taken from one value to another; everything else is held."""
 
-    parameter: SweepParameter = _key("Swept parameter", None, "The parameter that is varied.", "length_m")
-    from_: float = _key(
-        "From", None, "First value, in the parameter's unit; it may be the larger.", 0.59, alias="from"
-    )
-    to: float = _key("To", None, "Last value, in the parameter's unit; not equal to the first.", 0.75)
+    parameter: Annotated[
+        SweepParameter, Key("Swept parameter", "", "The parameter that is varied.", "length_m")
+    ]
+    from_: Annotated[
+        float, Key("From", "", "First value, in the parameter's unit; it may be the larger.", 0.59)
+    ]
+    to: Annotated[float, Key("To", "", "Last value, in the parameter's unit; not equal to the first.", 0.75)]
 
 
-class Scenario(_Block):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
     """A vibro-impact energy harvester, its excitation, and what is varied."""
 
-    schema_version: int = _key("Schema version", None, "Version of this format; 1.", 1, ge=1, le=1)
-    title: str | None = _key(
-        "Title",
-        None,
-        "Free text of one line for the head of the report.",
-        "Inclined harvester",
-        default=None,
-        min_length=1,
-        max_length=LONGEST_TITLE,
-    )
-    device: Device = _block("Device", "The capsule, the ball in it, and the membranes.")
-    excitation: Excitation = _block("Excitation", "The harmonic force on the capsule.")
-    inclination_deg: float | None = _key(
-        "Inclination",
-        "deg",
-        "Angle beta of the capsule to the horizontal. " + _SWEPT,
-        45.0,
-        default=None,
-        ge=0.0,
-        le=90.0,
-    )
-    gravity_m_s2: float = _positive("Gravity", "m/s^2", "Gravitational acceleration g.", 9.8, default=9.8)
-    period_ratio: int = _key(
-        "Period ratio",
-        "1",
-        "Forcing periods n that one period of the motion takes, Eq. (3.14).",
-        1,
-        default=1,
-        ge=1,
-        le=LARGEST_PERIOD_RATIO,
-    )
-    sweep: Sweep | None = _block(
-        "Sweep", "The parameter that is varied. Left out, the design point alone is evaluated.", default=None
-    )
+    schema_version: Annotated[int, Key("Schema version", "", "Version of this format; 1.", 1, ge=1, le=1)]
+    title: Annotated[
+        str | None,
+        Key(
+            "Title",
+            "",
+            "Free text of one line for the head of the report.",
+            "Inclined harvester",
+            min_length=1,
+            max_length=LONGEST_TITLE,
+        ),
+    ] = None
+    device: Annotated[Device, Key("Device", "", "The capsule, the ball in it, and the membranes.")]
+    excitation: Annotated[Excitation, Key("Excitation", "", "The harmonic force on the capsule.")]
+    inclination_deg: Annotated[
+        float | None,
+        Key(
+            "Inclination",
+            "deg",
+            "Angle beta of the capsule to the horizontal. " + _SWEPT,
+            45.0,
+            ge=0.0,
+            le=90.0,
+        ),
+    ] = None
+    gravity_m_s2: Annotated[float, _positive("Gravity", "m/s^2", "Gravitational acceleration g.", 9.8)] = 9.8
+    period_ratio: Annotated[
+        int,
+        Key(
+            "Period ratio",
+            "1",
+            "Forcing periods n that one period of the motion takes, Eq. (3.14).",
+            1,
+            ge=1,
+            le=LARGEST_PERIOD_RATIO,
+        ),
+    ] = 1
+    sweep: Annotated[
+        Sweep | None,
+        Key("Sweep", "", "The parameter that is varied. Left out, the design point alone is evaluated."),
+    ] = None
 
 
-@contextmanager
-def _no_plugins() -> Iterator[None]:
-    """Keep pydantic from loading third-party plugins into our models.
+class Entry(NamedTuple):
+    """A key of a block as it is declared above.
 
-    Looking for them reads the metadata of every installed package (some 5 ms), and what a scenario means must
-    not depend on what else is installed.
+    Attributes
+    ----------
+    name : str
+        In the file.
+    attribute : str
+        In Python: the name, and an underscore where the name is a word of Python.
+    key : Key
+        What it means, and its bounds.
+    kind : type or Literal
+        float, int, str, one of several words, or a block.
+    optional : bool
+        Whether it may be empty.
+    required : bool
+        Whether it must stand in the file.
+    default : object
+        None where it is required, or where there is nothing by default.
     """
-    before = os.environ.get("PYDANTIC_DISABLE_PLUGINS")
-    os.environ["PYDANTIC_DISABLE_PLUGINS"] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ["PYDANTIC_DISABLE_PLUGINS"]
+
+    name: str
+    attribute: str
+    key: Key
+    kind: Any
+    optional: bool
+    required: bool
+    default: object
+
+    @property
+    def is_block(self) -> bool:
+        """Whether it holds keys of its own."""
+        return is_dataclass(self.kind)
+
+
+def entries(block: type[Any]) -> Iterator[Entry]:
+    """Every key of a block, in the order of the format."""
+    for field in fields(block):
+        hint, key = get_args(field.type)
+        optional = NoneType in get_args(hint)
+        kind = get_args(hint)[0] if optional else hint
+        required = field.default is MISSING
+        default = None if required else field.default
+        yield Entry(field.name.removesuffix("_"), field.name, key, kind, optional, required, default)
+
+
+def validated(tree: object) -> Scenario:
+    """Make a scenario of a tree as it is read from a file.
+
+    Raises
+    ------
+    pydantic_core.ValidationError
+        With all values that are wrong in themselves, and all keys that are unknown or missing.
+    """
+    scenario: Scenario = _validator().validate_python(tree)
+    return scenario
+
+
+@cache
+def _validator() -> SchemaValidator:
+    return SchemaValidator(_block_schema(Scenario))
+
+
+# Every block needs it: none takes over that of the block around it.
+_STRICTLY = {"strict": True, "extra_fields_behavior": "forbid", "allow_inf_nan": False}
+_CORE_TYPES = {float: "float", int: "int", str: "str"}
+
+
+def _block_schema(block: type[Any]) -> Any:
+    """Schema, in the terms of pydantic's core, of a dictionary that becomes a block.
+
+    A key that is left out is not filled in by it: the default of the class holds.
+    """
+    found: dict[str, Any] = {}
+    for entry in entries(block):
+        if entry.is_block:
+            schema = _block_schema(entry.kind)
+        elif entry.kind in _CORE_TYPES:
+            schema = {"type": _CORE_TYPES[entry.kind], **entry.key.bounds}
         else:
-            os.environ["PYDANTIC_DISABLE_PLUGINS"] = before
-
-
-with _no_plugins():
-    Scenario.model_rebuild()
+            schema = {"type": "literal", "expected": list(get_args(entry.kind))}
+        if entry.optional:
+            schema = {"type": "nullable", "schema": schema}
+        found[entry.attribute] = {
+            "type": "typed-dict-field",
+            "schema": schema,
+            "required": entry.required,
+            "validation_alias": entry.name,
+        }
+    tree = {"type": "typed-dict", "fields": found, "config": _STRICTLY}
+    make = {"type": "no-info", "function": lambda values: block(**values)}
+    return {"type": "function-after", "schema": tree, "function": make}

@@ -1,354 +1,274 @@
-"""Branches of motions along a sweep: sampled as finely as a drawing shows, ending exactly where they end.
-
-A level curve is refined by bisection in the plane that is drawn, cut where it leaves the sweep or where an impact velocity vanishes, and
-the points are located at which the ball grazes a membrane or the type of stability changes.
-"""
+"""Branches of motions and the critical points on them, made from the pieces of a curve: evaluated, and exact where something is exact."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.admissibility import wall_gap
-from vireport.model import Sweep
-from vireport.orbits import Level, Orbits
-from vireport.stability import discriminant, trace_and_determinant
-from vireport.strands import Strand, bisect, evaluate, find_strands
+from vireport.critical import CONDITIONS, Point, polish
+from vireport.errors import NumericalError
+from vireport.grazing import polish_grazing
+from vireport.motions import Motions, motions_of
+from vireport.orbits import Orbits, orbits
+from vireport.pieces import ROUGH, Piece
+from vireport.stability import STABILITY, trace_and_determinant
+from vireport.tracing import EVENTS, Curve
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
 
-FIRST_SAMPLES = 97
-"""Samples of a strand before refinement; odd, so that the symmetric motion q = 1/2 is one of them."""
-
-SMOOTHNESS = 4e-4
-"""Largest distance of the curve from the drawn polyline, as a share of the axes: about a quarter of a pixel."""
-
-LONGEST_CHORD = 0.04
-"""Longest step of the polyline as a share of the axes, so that no feature of that size hides between two samples."""
-
-PASSES = 60
-"""Bisections of one first step: enough to come from 1/96 of a strand down to rounding."""
-
-EVENTS = ("period_doubling", "node_focus", "node_focus", "fold", "grazing", "bottom_rest", "top_rest", "start", "end")
-"""What can happen along a strand, in the order of the columns of `event_values`."""
-
-ROUGH = 1e-7
-"""Tolerance of a parameter at which an event is found before it is polished."""
-
-GRAZING, VALIDITY = 4, slice(5, 9)
+REST_OFFSET = 1e-7
+"""Share of the last step by which a branch that ends in an impact of zero velocity stops short, where its trace is still a number."""
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
-    """A level curve ready to be evaluated.
+class Segment:
+    """Rows `first` to `last` (inclusive) of a branch, between which nothing changes."""
 
-    Attributes
-    ----------
-    sweep : Sweep
-    level : Level
-    strands : list of Strand
-    bounds : tuple of float
-        Range of the sweep's coordinate that is asked for.
-    """
-
-    sweep: Sweep
-    level: Level
-    strands: list[Strand]
-    bounds: tuple[float, float]
+    first: int
+    last: int
+    stability: str
+    admissible: bool
 
     @property
-    def r(self) -> float:
-        """Restitution coefficient."""
-        return self.sweep.device.restitution
-
-    @property
-    def n(self) -> int:
-        """Forcing periods per motion."""
-        return self.sweep.device.period_ratio
-
-    def at(self, which: Ints, w: Floats) -> Orbits:
-        """Motions at parameters `w` of the strands `which`."""
-        return evaluate(self.strands, which, w, self.level, self.r, self.n)
-
-    def event_values(self, orbit: Orbits, with_gap: object = True) -> Floats:
-        """Functions whose zeros are the `EVENTS`, one column each; the last four are positive exactly on what may be a motion.
-
-        The gap costs most; it is NaN outside the mask `with_gap` and where there can be no motion.
-        """
-        r, (low, high) = self.r, self.bounds
-        coordinate = self.sweep.coordinate(orbit)
-        validity = [
-            orbit.velocity_bottom,
-            -orbit.velocity_top,
-            (coordinate - low) / (high - low),
-            (high - coordinate) / (high - low),
-        ]
-        with np.errstate(all="ignore"):
-            trace = trace_and_determinant(orbit, r)[0]
-        one, two = 1 + r**4, 2 * r * r
-        gap = np.full(trace.shape, np.nan)
-        inside = (np.min(validity, axis=0) > 0) & with_gap
-        if inside.any():
-            gap[inside] = wall_gap(select(orbit, inside), r, self.n)
-        # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
-        foci = [trace + two, trace - two] if r > 0 else [np.full(trace.shape, np.nan)] * 2
-        return np.stack([trace + one, *foci, trace - one, gap, *validity], axis=-1)
-
-
-def curve_of(sweep: Sweep, bounds: tuple[float, float] | None = None) -> Curve:
-    """Find the level curve of a sweep, restricted to its own range or to other bounds of its coordinate."""
-    level = sweep.level
-    device = sweep.device
-    strands = find_strands(level, device.restitution, device.period_ratio)
-    return Curve(sweep, level, strands, bounds or sweep.coordinate_range)
-
-
-def select(orbit: Orbits, index: object) -> Orbits:
-    """The motions picked by an index or mask."""
-    return Orbits(*(np.asarray(getattr(orbit, field.name))[index] for field in fields(Orbits)))  # type: ignore[index]
+    def stable(self) -> bool:
+        """Whether this stretch attracts motions nearby and is a motion at all."""
+        return self.admissible and self.stability.startswith("stable")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Samples:
-    """Parameters along the strands, in order, and what was evaluated there.
+class Branch:
+    """Motions of one family, connected and ordered along their curve.
 
     Attributes
     ----------
-    which, w : ndarray
-        Strand and parameter of each sample.
-    valid : ndarray of bool
-        Inside the sweep, with impact velocities of the right sign.
-    validity : ndarray
-        The least of the functions that decide it.
-    drawn : ndarray, shape (len, columns)
-        The sample in the planes that are drawn, each axis scaled to 1.
+    number : int
+        From 1, in the order of the results.
+    family : str
+        ``symmetric`` or ``asymmetric``.
+    mirror_of : int or None
+        Number of the branch whose mirror image this is.
+    motions : Motions
+        On a critical point itself, the type of stability is the less stable side's.
+    event : tuple of str
+        For each motion the label of the critical point it is, or "".
+    ends : tuple of str
+        Why the branch begins and ends.
     """
 
-    which: Ints
-    w: Floats
-    validity: Floats
-    drawn: Floats
+    number: int
+    family: str
+    mirror_of: int | None
+    motions: Motions
+    event: tuple[str, ...]
+    ends: tuple[str, str]
 
-
-def sample(curve: Curve, coarseness: float = 1.0) -> Samples:
-    """Sample every strand, finer wherever the drawn curve bends, jumps, or may enter the sweep unseen.
-
-    Parameters
-    ----------
-    curve : Curve
-    coarseness : float
-        Factor on `SMOOTHNESS`, and its square root on `LONGEST_CHORD`.
-    """
-    smooth, longest = SMOOTHNESS * coarseness, LONGEST_CHORD * coarseness**0.5
-    which = np.repeat(np.arange(len(curve.strands)), FIRST_SAMPLES)
-    w = np.concatenate([np.linspace(s.start, s.end, FIRST_SAMPLES) for s in curve.strands] or [np.empty(0)])
-    samples = _samples(curve, which, w)
-    active = np.ones(max(len(w) - 1, 0), dtype=bool)
-    for _ in range(PASSES):
-        same = samples.which[1:] == samples.which[:-1]
-        index = np.nonzero(active & same & _relevant(samples))[0]
-        if not index.size:
-            break
-        middle = _samples(curve, samples.which[index], (samples.w[index] + samples.w[index + 1]) / 2)
-        chord = samples.drawn[index + 1] - samples.drawn[index]
-        bend = middle.drawn - samples.drawn[index] - chord / 2
-        coarse = (np.linalg.norm(bend, axis=1) > smooth) | (np.linalg.norm(chord, axis=1) > longest)
-        seen = (middle.validity > 0) | (samples.validity[index] > 0) | (samples.validity[index + 1] > 0)
-        coarse &= np.abs(middle.w - samples.w[index]) > np.where(seen, 1e-13, 1e-9)
-        active = np.zeros(len(samples.w) - 1, dtype=bool)
-        active[index] = coarse
-        active = np.insert(active, index + 1, coarse)
-        samples = Samples(*(
-            np.insert(getattr(samples, f.name), index + 1, getattr(middle, f.name), axis=0) for f in fields(Samples)
-        ))
-    return samples
-
-
-def _samples(curve: Curve, which: Ints, w: Floats) -> Samples:
-    orbit = curve.at(which, w)
-    events = curve.event_values(orbit, with_gap=False)
-    r, trace = curve.r, events[:, 0] - (1 + curve.r**4)
-    low, high = curve.bounds
-    speed = 1 + (1 + r) / (1 - r) / np.pi
-    with np.errstate(all="ignore"):
-        root = np.sqrt(np.abs(np.clip(discriminant(trace, r), -4.0, 4.0)))
-        # The trace passes through infinity where an impact velocity vanishes; faded out there, the eigenvalues stay continuous.
-        fade = np.clip(-100 * orbit.velocity_bottom * orbit.velocity_top, -1.0, 1.0) / 3
-        drawn = np.stack(
-            [
-                (curve.sweep.coordinate(orbit) - low) / (high - low),
-                orbit.velocity_bottom / speed,
-                orbit.velocity_top / speed,
-                orbit.cos_phi / (2 * np.pi),
-                orbit.sin_phi / (2 * np.pi),
-                orbit.u,
-                fade * np.clip((trace + root) / 2, -1.5, 1.5),
-                fade * np.clip((trace - root) / 2, -1.5, 1.5),
-            ],
-            axis=-1,
-        )
-    return Samples(which, w, events[:, VALIDITY].min(axis=1), np.nan_to_num(drawn))
-
-
-def _relevant(samples: Samples) -> NDArray[np.bool_]:
-    """Steps that touch a valid sample, or whose neighbourhood's least validity peaks so that it may rise above zero in between."""
-    v = samples.validity
-    touches = (v[1:] > 0) | (v[:-1] > 0)
-    inner = v[1:-1]
-    rise = 2 * inner - np.minimum(v[:-2], v[2:])  # the peak, if it stands as far above as the lower neighbour below
-    hopeful = (inner < 0) & (inner >= v[:-2]) & (inner >= v[2:]) & (rise > 0)
-    touches[:-1] |= hopeful
-    touches[1:] |= hopeful
-    return np.asarray(touches)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
-    """A connected run of possible motions inside the sweep, with the events on it.
-
-    Attributes
-    ----------
-    strand : int
-    w : ndarray
-        Parameters, ascending; events are among them.
-    event : ndarray of int
-        Index into `EVENTS` for each parameter, -1 for an ordinary sample.
-    """
-
-    strand: int
-    w: Floats
-    event: NDArray[np.int8]
-
-
-def pieces(curve: Curve, samples: Samples) -> list[Piece]:
-    """Cut the strands into runs of possible motions and locate the events on them."""
-    runs = [run for k in range(len(curve.strands)) for run in _runs(curve, samples, k)]
-    if not runs:
-        return []
-    ends = _locate_ends(curve, runs)
-    found = []
-    for (strand, w, before, after), (first, last) in zip(runs, ends, strict=True):
-        if before is not None:
-            w = np.concatenate([[first[0]], w])
-        if after is not None:
-            w = np.concatenate([w, [last[0]]])
-        event = np.full(len(w), -1, dtype=np.int8)
-        event[0], event[-1] = first[1] if before is not None else -1, last[1] if after is not None else -1
-        found.append(Piece(strand, w, event))
-    return _with_inner_events(curve, found)
-
-
-Run = tuple[int, Floats, "float | None", "float | None"]
-
-
-def _runs(curve: Curve, samples: Samples, k: int) -> Iterator[Run]:
-    """Runs of valid samples of strand k, each with the invalid parameter on either side (None where the strand itself ends)."""
-    strand = curve.strands[k]
-    mine = samples.which == k
-    w, valid = samples.w[mine], samples.validity[mine] > 0
-    if strand.closed and valid[0] and not valid.all():
-        turn = strand.end - strand.start
-        first = int(np.argmin(valid))
-        w = np.concatenate([w[first:-1], w[: first + 1] + turn])
-        valid = np.concatenate([valid[first:-1], valid[: first + 1]])
-    edges = np.nonzero(np.diff(np.concatenate([[False], valid, [False]]).astype(np.int8)))[0]
-    cuts = _symmetric_points(curve, strand)
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
-        before = w[a - 1] if a else None
-        after = w[b] if b < len(w) else None
-        run = w[a:b]
-        inner = [c for c in cuts if run[0] < c < run[-1]]
-        parts = np.split(run, np.searchsorted(run, inner, side="left"))
-        for i, part in enumerate(parts):
-            lead = [] if i == 0 else [inner[i - 1]]
-            tail = [] if i == len(parts) - 1 else [inner[i]]
-            body = part[~np.isin(part, inner)]
-            yield (
-                k,
-                np.concatenate([lead, body, tail]),
-                before if i == 0 else None,
-                after if i == len(parts) - 1 else None,
+    def segments(self) -> list[Segment]:
+        """Stretches between critical points, each of one stability and either admissible or not."""
+        marks = [i for i, label in enumerate(self.event) if label or i in (0, len(self.event) - 1)]
+        found = []
+        for first, last in zip(marks, marks[1:], strict=False):
+            inner = (first + last + 1) // 2
+            if last - first == 1 and self.event[last] and not self.event[first]:
+                inner = first
+            found.append(
+                Segment(first, last, STABILITY[self.motions.stability[inner]], bool(self.motions.admissible[inner]))
             )
+        return found
 
 
-def _symmetric_points(curve: Curve, strand: Strand) -> list[float]:
-    """Parameters at which an asymmetric strand of a horizontal capsule passes through the symmetric motion: its two halves are mirror images."""
-    if curve.level.kind != "gbar" or curve.level.value != 0 or curve.n % 2 == 0 or strand.low == strand.high:
+@dataclass(frozen=True, slots=True)
+class CriticalPoint:
+    """Where the type of motion changes.
+
+    Attributes
+    ----------
+    label : str
+        Letter and number, numbered along d (along the sweep where d is constant).
+    kind : str
+        ``period_doubling``, ``fold``, ``pitchfork``, ``node_focus`` or ``grazing``.
+    family : str
+        ``symmetric`` or ``asymmetric``.
+    point : Point
+        The motion, with the error bound of its sweep value.
+    phi_top : float
+        Phase at the top impact [rad].
+    mirror : Point or None
+        The mirror image of the motion, where the capsule is horizontal.
+    branch : int
+        Number of the branch it lies on (of the first of two mirror images).
+    detail : str
+        What happens there, in words.
+    """
+
+    label: str
+    kind: str
+    family: str
+    point: Point
+    phi_top: float
+    mirror: Point | None
+    branch: int
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A critical point on a branch before it has a name: at which row, of what kind, and the polished motion."""
+
+    row: int
+    kind: str
+    point: Point
+    detail: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Draft:
+    """A branch before it and its critical points are numbered."""
+
+    branch: Branch
+    events: tuple[Event, ...]
+
+
+def draft(curve: Curve, piece: Piece) -> Draft:
+    """Evaluate a piece, with its events polished."""
+    w = _short_of_rest(piece)
+    orbit = curve.at(np.full(len(w), piece.strand), w)
+    u, phi = np.array(orbit.u), np.array(orbit.phi)
+    events = [_event(curve, piece, int(row)) for row in np.nonzero(piece.event >= 0)[0] if not _is_end(piece, int(row))]
+    for event in events:
+        if not _at_rest(piece, event.row):
+            u[event.row], phi[event.row] = event.point.u, event.point.phi
+    for row in _pitchfork_ends(curve, piece):
+        u[row] = 0.0
+    return Draft(_branch(curve, piece, orbits(u, phi, curve.r, curve.n), events), tuple(events))
+
+
+def _is_end(piece: Piece, row: int) -> bool:
+    return EVENTS[piece.event[row]] in ("start", "end")
+
+
+def _at_rest(piece: Piece, row: int) -> bool:
+    """Whether an impact velocity vanishes at a row."""
+    return bool(piece.event[row] >= 0 and EVENTS[piece.event[row]].endswith("rest"))
+
+
+def _event(curve: Curve, piece: Piece, row: int) -> Event:
+    try:
+        point = _polished(curve, piece, row)
+    except (NumericalError, ArithmeticError):
+        point = _unpolished(curve, piece, row)
+    name = EVENTS[piece.event[row]]
+    kind = "grazing" if _at_rest(piece, row) else name
+    if kind == "fold" and curve.strands[piece.strand].symmetric and not _turns(curve, piece, row):
+        kind = "pitchfork"
+    return Event(row, kind, point, _detail(kind, name))
+
+
+def _short_of_rest(piece: Piece) -> Floats:
+    """The parameters, those at which an impact velocity vanishes moved inside by a hair."""
+    w = piece.w.copy()
+    for end, inner in ((0, 1), (-1, -2)):
+        if _at_rest(piece, end):
+            w[end] += REST_OFFSET * (w[inner] - w[end])
+    return w
+
+
+def _polished(curve: Curve, piece: Piece, row: int) -> Point:
+    """The event at a row of a piece, polished."""
+    event, symmetric = EVENTS[piece.event[row]], curve.strands[piece.strand].symmetric
+    orbit = curve.at(np.array([piece.strand]), piece.w[row : row + 1])
+    if event == "grazing":
+        return polish_grazing(curve.sweep, orbit, symmetric)
+    if event == "node_focus":
+        event = "focus_below" if trace_and_determinant(orbit, curve.r)[0][0] < 0 else "focus_above"
+    return polish(curve.sweep, float(orbit.u[0]), float(orbit.phi[0]), CONDITIONS[event], symmetric=symmetric)
+
+
+def _unpolished(curve: Curve, piece: Piece, row: int) -> Point:
+    """The event as it was bracketed, where the polish does not settle: its bound is what the bracket leaves open."""
+    w = piece.w[row] + 10 * ROUGH * np.array([0.0, -1.0, 1.0])
+    orbit = curve.at(np.full(3, piece.strand), w)
+    value = np.asarray(curve.sweep.value(orbit.d, orbit.gbar), dtype=float)
+    return Point(
+        *(float(getattr(orbit, name)[0]) for name in ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")),
+        sweep_value=float(value[0]),
+        error_bound=float(np.max(np.abs(value - value[0])) + 1e-12 * abs(value[0])),
+    )
+
+
+def _turns(curve: Curve, piece: Piece, row: int) -> bool:
+    """Whether the sweep's coordinate has an extremum at an event."""
+    w = piece.w[row] + 1e-4 * np.array([-1.0, 0.0, 1.0])
+    x = curve.sweep.coordinate(curve.at(np.full(3, piece.strand), w))
+    return bool((x[0] - x[1]) * (x[2] - x[1]) > 0)
+
+
+def _pitchfork_ends(curve: Curve, piece: Piece) -> list[int]:
+    """Rows at which an asymmetric branch of a horizontal capsule begins at the symmetric motion."""
+    if not curve.horizontal or curve.strands[piece.strand].symmetric:
         return []
-    middle = 2 * np.arcsin(np.sqrt(-strand.low / (strand.high - strand.low)))
-    return [w for w in (-middle, middle, 2 * np.pi - middle) if strand.start < w < strand.end]
+    u = curve.at(np.full(2, piece.strand), piece.w[[0, -1]]).u
+    return [row for row, value in zip((0, -1), u, strict=True) if abs(value) < 1e-12]
 
 
-def _locate_ends(curve: Curve, runs: list[Run]) -> list[list[tuple[float, int]]]:
-    """Where each run ends: the parameter and which condition fails there."""
-    which, inside, outside = [], [], []
-    for strand, w, before, after in runs:
-        for edge, beyond in ((w[0], before), (w[-1], after)):
-            which.append(strand)
-            inside.append(edge)
-            outside.append(edge if beyond is None else beyond)
-    index = np.array(which, dtype=np.intp)
-    good, bad = np.array(inside), np.array(outside)
-    values = curve.event_values(curve.at(index, bad), with_gap=False)[:, VALIDITY]
-    kind = values.argmin(axis=1)
-    for _ in range(4):  # the nearest failing condition may be another than the one failing at the far sample
-        root = _roots(curve, index, good, bad, kind + VALIDITY.start)
-        values = curve.event_values(curve.at(index, root), with_gap=False)[:, VALIDITY]
-        worse = values.argmin(axis=1)
-        wrong = (values.min(axis=1) < -1e-12) & (worse != kind)
-        if not wrong.any():
-            break
-        bad, kind = np.where(wrong, root, bad), np.where(wrong, worse, kind)
-    return [
-        [(float(root[i]), int(kind[i]) + VALIDITY.start), (float(root[i + 1]), int(kind[i + 1]) + VALIDITY.start)]
-        for i in range(0, len(root), 2)
-    ]
+def _detail(kind: str, event: str) -> str:
+    if event == "bottom_rest":
+        return "the impact at the bottom loses its velocity"
+    if event == "top_rest":
+        return "the impact at the top loses its velocity"
+    return {
+        "grazing": "a turning point of the ball touches a membrane",
+        "period_doubling": "lambda = -1",
+        "fold": "lambda = 1, two motions meet",
+        "pitchfork": "lambda = 1, the symmetric motion passes its stability to two asymmetric ones",
+        "node_focus": "Delta = 0, the type changes between node and focus",
+    }[kind]
 
 
-def _roots(curve: Curve, which: Ints, low: Floats, high: Floats, kind: Ints, tolerance: float = 0.0) -> Floats:
-    """Parameters between `low` and `high` at which the event of each row happens."""
-    rows, grazing = np.arange(len(which)), kind == GRAZING
-
-    def function(w: Floats) -> Floats:
-        return np.asarray(curve.event_values(curve.at(which, w), grazing)[rows, kind])
-
-    return bisect(function, low, high, tolerance)
-
-
-def _with_inner_events(curve: Curve, found: list[Piece]) -> list[Piece]:
-    """Insert the changes of stability and the grazing points into the pieces."""
-    which = np.concatenate([np.full(len(p.w), p.strand) for p in found])
-    owner = np.concatenate([np.full(len(p.w), i) for i, p in enumerate(found)])
-    w = np.concatenate([p.w for p in found])
-    orbit = curve.at(which, w)
-    values = curve.event_values(orbit)[:, : GRAZING + 1]
-    ends = np.concatenate([_end_mask(p) for p in found])
-    values[ends & np.isnan(values[:, GRAZING]), GRAZING] = np.nan
-    # On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing: rounding there is no event.
-    touching = (curve.level.kind == "gbar") & (curve.level.value == 0) & (np.abs(orbit.u) < 1e-9)
-    touching &= np.array([curve.strands[k].low < curve.strands[k].high for k in which])
-    values[touching, 3] = np.nan
-    with np.errstate(invalid="ignore"):
-        crossing = (values[1:] > 0) != (values[:-1] > 0)
-    crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
-    crossing &= np.abs(values[1:]) + np.abs(values[:-1]) < 1e6
-    row, kind = np.nonzero(crossing)
-    root = _roots(curve, which[row], w[row], w[row + 1], kind, ROUGH) if row.size else np.empty(0)
-    result = []
-    for i, piece in enumerate(found):
-        mine = owner[row] == i
-        all_w = np.concatenate([piece.w, root[mine]])
-        all_events = np.concatenate([piece.event, kind[mine].astype(np.int8)])
-        order = np.argsort(all_w, kind="stable")
-        result.append(Piece(piece.strand, all_w[order], all_events[order]))
-    return result
+def _branch(curve: Curve, piece: Piece, orbit: Orbits, events: list[Event]) -> Branch:
+    """Arrays of a branch, exact where something is known exactly."""
+    sweep = curve.sweep
+    motions = motions_of(sweep, curve.level, orbit)
+    low_end, high_end = sorted((sweep.start, sweep.end), key=sweep.coordinate_of)
+    for row in (0, -1):
+        if piece.event[row] >= 0 and _is_end(piece, row):
+            motions.sweep_value[row] = end = low_end if EVENTS[piece.event[row]] == "start" else high_end
+            motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
+    node, unstable = STABILITY.index("stable node"), STABILITY.index("unstable node")
+    for event in events:
+        _pin(motions, event.row, event.point, curve)
+        if event.kind != "grazing":
+            motions.stability[event.row] = node if event.kind == "node_focus" else unstable
+        elif not _at_rest(piece, event.row):
+            motions.wall_gap[event.row], motions.admissible[event.row] = 0.0, False
+    for row in _pitchfork_ends(curve, piece):
+        motions.stability[row] = unstable
+    np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
+    return Branch(
+        number=0,
+        family="symmetric" if curve.strands[piece.strand].symmetric else "asymmetric",
+        mirror_of=None,
+        motions=motions,
+        event=(),
+        ends=(_end_word(curve, piece, 0), _end_word(curve, piece, -1)),
+    )
 
 
-def _end_mask(piece: Piece) -> NDArray[np.bool_]:
-    mask = np.zeros(len(piece.w), dtype=bool)
-    mask[[0, -1]] = True
-    return mask
+def _pin(motions: Motions, row: int, point: Point, curve: Curve) -> None:
+    """Put the polished numbers of a critical point in its row; where an impact has no velocity, the trace stays that of a hair before it."""
+    motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
+    motions.q[row], motions.phi_bottom[row] = 0.5 + point.u, point.phi
+    motions.velocity_bottom[row], motions.velocity_top[row] = point.velocity_bottom, point.velocity_top
+    motions.phi_top[row] = phase_at_top(point, curve)
+
+
+def phase_at_top(point: Point, curve: Curve) -> float:
+    orbit = orbits(point.u, point.phi, curve.r, curve.n)
+    return float(np.mod(np.arctan2(orbit.sin_top, orbit.cos_top), 2 * np.pi))
+
+
+def _end_word(curve: Curve, piece: Piece, row: int) -> str:
+    if piece.event[row] >= 0:
+        return "end of the sweep" if _is_end(piece, row) else _detail("grazing", EVENTS[piece.event[row]])
+    return "pitchfork" if row in _pitchfork_ends(curve, piece) else "closed curve"

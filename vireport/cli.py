@@ -36,8 +36,17 @@ class DefaultGroup(TyperGroup):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Put `run` before anything that is neither a command nor an option of the group."""
         if args and args[0] not in self.commands and args[0] not in self.group_only:
+            self._refuse_misspelt_command(args[0])
             args = ["run", *args]
         return super().parse_args(ctx, args)
+
+    def _refuse_misspelt_command(self, word: str) -> None:
+        if word.startswith("-") or Path(word).exists():
+            return
+        from difflib import get_close_matches
+
+        if close := get_close_matches(word, self.commands, 1, 0.7):
+            raise UsageError(f"no such file {word!r}; did you mean the command {close[0]!r}?")
 
 
 app = typer.Typer(
@@ -161,12 +170,6 @@ def show_plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats =
 def _load(scenario: str, overrides: list[str] | None) -> Loaded:
     from vireport.scenario import load
 
-    if scenario != "-" and not Path(scenario).exists():
-        from difflib import get_close_matches
-
-        commands = [command.name or command.callback.__name__ for command in app.registered_commands if command.callback]
-        if close := get_close_matches(scenario, commands, 1):
-            raise UsageError(f"no such file {scenario!r}; did you mean the command {close[0]!r}?")
     return load(scenario, overrides or ())
 
 

@@ -21,8 +21,8 @@ POLISHED = 1e-28
 FINE_STEP = Decimal("1e-18")
 """Step of differences in decimals: far below any scale of a motion, far above their rounding."""
 
-LARGEST_STEP = 1e3
-"""Correction at which a polish has lost its point: every unknown is of the order of one."""
+FARTHEST = 1e-3
+"""Distance in q, phase or time at which a polish has left its point, for another or for none."""
 
 QUICK_STEPS = 8
 """Corrections with a Jacobian in doubles, of which three or four are usual, before it is taken in decimals too."""
@@ -123,7 +123,7 @@ def polish(sweep: Sweep, u: float, phi: float, condition: Condition, more: tuple
         # u and the time since an impact are stepped and measured relative to themselves, where their scale may be that of a tiny gbar or r.
         relative = {len(x) - 1} if more else set()
         relative |= {0} if not symmetric and floats.kind != "d" else set()
-        size = np.inf
+        guess, size = x, np.inf
         for count in range(MOST_STEPS):
             value = residual(x, exact.device.restitution, level, ops)
             scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
@@ -139,7 +139,7 @@ def polish(sweep: Sweep, u: float, phi: float, condition: Condition, more: tuple
             size = max(abs(float(b)) for b in step)
             if size < POLISHED:
                 break
-            if size > LARGEST_STEP:
+            if max(abs(float(a - b)) for a, b in zip(x, guess, strict=True)) > FARTHEST:
                 raise NumericalError(f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} was lost (correction {size:.1g})")
         else:
             raise NumericalError(f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} did not settle (last correction {size:.1g})")

@@ -8,13 +8,14 @@ from typing import cast
 import numpy as np
 
 from vireport.admissibility import wall_gap
-from vireport.branches import curve_of, sample, select
+from vireport.tracing import Curve, Samples, curve_of, sample, select
 from vireport.critical import polish, value_condition
 from vireport.errors import NumericalError
 from vireport.model import PARAMETERS, Device, Parameter, Sweep
 from vireport.motions import Motions, motions_of
 from vireport.orbits import orbits
-from vireport.solution import CriticalPoint, Solution, solve
+from vireport.branches import CriticalPoint
+from vireport.solution import Solution, solve
 from vireport.strands import bisect
 
 COARSE = 30.0
@@ -130,7 +131,7 @@ def design_point(device: Device, parameter: Parameter | None, solution: Solution
     """
     chosen = parameter or "length_m"
     value = cast(float, getattr(device, chosen))
-    motions, families = _motions_at(device, chosen, value)
+    motions, families = _motions_at(device, value, solution)
     solutions = [solution] if solution is not None else [solve(s) for s in _neighbourhood(device)]
     margins, stable = [], []
     for s in solutions:
@@ -160,13 +161,12 @@ def _neighbourhood(device: Device) -> list[Sweep]:
     return found
 
 
-def _motions_at(device: Device, parameter: Parameter, value: float) -> tuple[Motions, tuple[str, ...]]:
+def _motions_at(device: Device, value: float, solution: Solution | None) -> tuple[Motions, tuple[str, ...]]:
     """All motions at a design point: where the level curve of its gbar crosses its d."""
     length = cast(float, device.length_m)
     sweep = Sweep(device, "length_m", length / 2, length * 2)
     target = float(sweep.coordinate_of(length))
-    curve = curve_of(sweep)
-    samples = sample(curve, COARSE)
+    curve, samples = _curve_around(sweep, target, solution)
     distance = samples.drawn[:, 0] - (target - curve.bounds[0]) / (curve.bounds[1] - curve.bounds[0])
     crossing = np.nonzero(((distance[1:] > 0) != (distance[:-1] > 0)) & (samples.which[1:] == samples.which[:-1]))[0]
     which = samples.which[crossing]
@@ -176,7 +176,7 @@ def _motions_at(device: Device, parameter: Parameter, value: float) -> tuple[Mot
     for i, (k, u, phi) in enumerate(zip(which, guess.u, guess.phi, strict=True)):
         if guess.velocity_bottom[i] < -WRONG or guess.velocity_top[i] > WRONG:
             continue
-        symmetric = curve.strands[k].low == curve.strands[k].high
+        symmetric = curve.strands[k].symmetric
         try:
             point = polish(sweep, float(u), float(phi), value_condition(sweep, length), symmetric=symmetric)
         except NumericalError:
@@ -192,6 +192,16 @@ def _motions_at(device: Device, parameter: Parameter, value: float) -> tuple[Mot
     order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
     families = tuple("symmetric" if found[i][0] else "asymmetric" for i in order)
     return _reorder(motions, order), families
+
+
+def _curve_around(sweep: Sweep, target: float, solution: Solution | None) -> tuple[Curve, Samples]:
+    """The level curve of a gbar, sampled around one d: that of the sweep where it serves, for it need not be sampled twice."""
+    if solution is not None and solution.curve.level.kind == "gbar" and solution.curve.level.value == sweep.level.value:
+        low, high = solution.curve.bounds
+        if low <= target <= high:
+            return solution.curve, solution.samples
+    curve = curve_of(sweep)
+    return curve, sample(curve, COARSE)
 
 
 def _reorder(motions: Motions, order: np.ndarray) -> Motions:

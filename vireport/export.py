@@ -16,7 +16,7 @@ from vireport.design import DesignPoint, StableInterval
 from vireport.energy import Voltages
 from vireport.motions import Motions
 from vireport.scenario import to_dict
-from vireport.solution import Branch, CriticalPoint
+from vireport.branches import Branch, CriticalPoint
 from vireport.study import Study
 
 if TYPE_CHECKING:

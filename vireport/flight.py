@@ -11,12 +11,10 @@ The functions take the sines and cosines they need instead of phases, so that a 
 from __future__ import annotations
 
 from math import pi
-from typing import TypeVar
-
-T = TypeVar("T")
+from typing import Any
 
 
-def acceleration(cosine, gbar):  # type: ignore[no-untyped-def]
+def acceleration(cosine: Any, gbar: Any) -> Any:
     """Relative acceleration Z'' = gbar + cos(phase), with the forcing cos(pi t + phi).
 
     Parameters
@@ -31,7 +29,7 @@ def acceleration(cosine, gbar):  # type: ignore[no-untyped-def]
     return gbar + cosine
 
 
-def velocity(elapsed, velocity_after, sine_start, sine, gbar):  # type: ignore[no-untyped-def]
+def velocity(elapsed: Any, velocity_after: Any, sine_start: Any, sine: Any, gbar: Any, pi: Any = pi) -> Any:
     """Relative velocity Z' a time `elapsed` after an impact.
 
     Z'(t) = Z'+ + gbar t + [sin(phase) - sin(phase_start)]/pi.
@@ -52,7 +50,15 @@ def velocity(elapsed, velocity_after, sine_start, sine, gbar):  # type: ignore[n
     return velocity_after + gbar * elapsed + (sine - sine_start) / pi
 
 
-def displacement(elapsed, velocity_after, sine_start, cosine_start, cosine, gbar):  # type: ignore[no-untyped-def]
+def displacement(
+    elapsed: Any,
+    velocity_after: Any,
+    sine_start: Any,
+    cosine_start: Any,
+    cosine: Any,
+    gbar: Any,
+    pi: Any = pi,
+) -> Any:
     """Relative displacement Z - Z_start a time `elapsed` after an impact.
 
     Z - Z_start = Z'+ t + gbar t^2/2 - [cos(phase) - cos(phase_start)]/pi^2 - sin(phase_start) t/pi.
@@ -61,13 +67,11 @@ def displacement(elapsed, velocity_after, sine_start, cosine_start, cosine, gbar
 
     Source: Eq. (2.12) with F1 and F2 of (3.13).
     """
-    return (
-        (velocity_after + gbar * elapsed / 2 - sine_start / pi) * elapsed
-        - (cosine - cosine_start) / (pi * pi)
-    )
+    drift = velocity_after + gbar * elapsed / 2 - sine_start / pi
+    return drift * elapsed - (cosine - cosine_start) / (pi * pi)
 
 
-def reflect(velocity_before, restitution):  # type: ignore[no-untyped-def]
+def reflect(velocity_before: Any, restitution: Any) -> Any:
     """Velocity just after an impact, Z'+ = -r Z'-.
 
     Source: Eq. (2.10).

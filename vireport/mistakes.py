@@ -1,7 +1,7 @@
 """The wording of mistakes: what is wrong, with the value that was given, and what is allowed.
 
 Imported only once there is a mistake. Ranges, units and keys come from the JSON Schema, which comes from the
-models.
+definitions of the keys.
 """
 
 from __future__ import annotations

@@ -18,6 +18,11 @@ Parameter = Literal["length_m", "amplitude_n", "frequency_hz", "inclination_deg"
 PARAMETERS: tuple[Parameter, ...] = ("length_m", "amplitude_n", "frequency_hz", "inclination_deg")
 
 
+NO_GRAVITY = 1e-15
+"""gbar up to which a capsule is taken as horizontal: no phase, velocity or length of a motion then differs in any digit of a double, and
+q - 1/2 ~ gbar could no longer be told from zero."""
+
+
 @dataclass(frozen=True, slots=True)
 class Device:
     """The harvester and its excitation in SI units; one of the four that can be swept may be None.
@@ -55,7 +60,8 @@ class Device:
             sine = DecimalOps().sin(angle * DecimalOps().pi / 180)
         else:
             sine = sine_of_degrees(angle)
-        return d, mass * self.gravity_m_s2 * sine / force
+        gbar = mass * self.gravity_m_s2 * sine / force
+        return d, gbar * (gbar > NO_GRAVITY)
 
     def velocity_unit(self, parameter: Parameter, value: Any) -> Any:
         """y_c = F/(2 M f) [m/s], Eq. (2.5)."""

@@ -10,7 +10,15 @@ from dataclasses import dataclass
 
 from vireport.blocks import SWEEPABLE, Scenario
 
-FORMATS = ("html", "pdf", "png", "json", "csv")
+OUTPUTS = {
+    "html": "report.html",
+    "pdf": "report.pdf",
+    "png": "the figures as PNG files",
+    "json": "results.json",
+    "csv": "branches.csv",
+}
+
+FORMATS = tuple(OUTPUTS)
 """What `--format` can ask for; all of them are written by default."""
 
 
@@ -86,7 +94,13 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
         step("figure-2", "figure 2: impact velocity, phase and flight time", (swept, no_sweep), (pictures, not_asked), why="a sweep is given"),
         step("figure-4", "figure 4: Delta and the eigenvalues", (swept, no_sweep), (pictures, not_asked), why="a sweep is given"),
         step("figure-7", "figure 7: voltages", (swept, no_sweep), (energy, no_mass), (pictures, not_asked), why="a sweep and the ball mass are given"),
-        *(step(name, f"output: {name}", (name in asked, "not among the formats asked for"), why="asked for") for name in FORMATS),
+        *(
+            step(
+                name, f"output: {what}", (name in asked, "not among the formats asked for"), (swept or name not in ("png", "csv"), no_sweep),
+                why="asked for",
+            )
+            for name, what in OUTPUTS.items()
+        ),
     ))
 
 

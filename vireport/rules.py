@@ -1,20 +1,18 @@
 """What must hold between several keys of a scenario, checked on the tree as it was read.
 
-Not part of the models, because a model checks such rules only once every single value is right, and then a
-reader would be told of his mistakes in two instalments.
+Not part of the validation of single values: it would come to such rules only once every value is right, and
+then a reader would be told of his mistakes in two instalments.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from vireport.blocks import LARGEST, SMALLEST, SWEEPABLE, Membrane
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
+class Finding(NamedTuple):
     """Something wrong at a path. `kind` is pydantic's word for it, or one of ours.
 
     Ours are "sweep_range", where the value is out of the range of the parameter that is swept, and "rule",
@@ -85,7 +83,7 @@ def _radii(tree: _Tree) -> Iterator[Finding]:
         return
     sizes = []
     for path in (ball, active):
-        default = Membrane.model_fields[path.rpartition(".")[2]].default
+        default = getattr(Membrane(), path.rpartition(".")[2])
         sizes.append(default if tree.at(path) is None and path not in tree.wrong else tree.number(path))
     small, large = sizes
     if small is None or large is None or small < large:
@@ -99,6 +97,10 @@ def _radii(tree: _Tree) -> Iterator[Finding]:
         )
 
 
+NARROWEST_SWEEP = 1e-9
+"""Relative width of a sweep up to which its ends are taken for the same value: rounding leaves no digits to draw in between."""
+
+
 def _sweep(tree: _Tree) -> Iterator[Finding]:
     parameter = tree.at("sweep.parameter")
     if isinstance(parameter, str) and parameter in SWEEPABLE:
@@ -108,8 +110,8 @@ def _sweep(tree: _Tree) -> Iterator[Finding]:
             if value is not None and not low <= value <= high:
                 yield Finding(path, "sweep_range", tree.at(path))
     first, last = tree.number("sweep.from"), tree.number("sweep.to")
-    if first is not None and first == last:
-        yield Finding("sweep.to", "rule", f"got {last:.12g}, the same as sweep.from (a different value)")
+    if first is not None and last is not None and abs(last - first) <= NARROWEST_SWEEP * max(abs(first), abs(last)):
+        yield Finding("sweep.to", "rule", f"got {last:.12g}, the same as sweep.from to nine digits (a different value)")
 
 
 def _title(tree: _Tree) -> Iterator[Finding]:

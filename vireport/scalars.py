@@ -7,9 +7,8 @@ from math import inf, nan
 
 LONGEST_INTEGER = 300  # characters; a longer one is beyond double precision, and slow to convert
 
-_INTEGER = re.compile(r"[-+]?[0-9]+")
-_BASED_INTEGER = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
-_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
+_BASED_INTEGER = r"0o[0-7]+|0x[0-9a-fA-F]+"  # so rare that it is compiled where it is met
+_NUMBER = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 _WORDS: dict[str, object] = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL")),
     **dict.fromkeys(("true", "True", "TRUE"), True),
@@ -39,9 +38,10 @@ def scalar(text: str) -> object:
         return _WORDS[text]
     if text[0] not in "+-.0123456789":
         return text
-    if _FLOAT.fullmatch(text):
-        return int(text) if len(text) <= LONGEST_INTEGER and _INTEGER.fullmatch(text) else float(text)
-    if _BASED_INTEGER.fullmatch(text):
+    if _NUMBER.fullmatch(text):
+        whole = len(text) <= LONGEST_INTEGER and set(text).isdisjoint(".eE")
+        return int(text) if whole else float(text)
+    if re.fullmatch(_BASED_INTEGER, text):
         return int(text, 0) if len(text) <= LONGEST_INTEGER else inf
     return text
 

@@ -8,15 +8,24 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from hashlib import sha256
+from dataclasses import dataclass, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic_core import ValidationError
 
 from vireport import overrides as overriding
-from vireport.blocks import SWEEPABLE, Device, Excitation, Membrane, Scenario, Sweep, SweepParameter
+from vireport.blocks import (
+    SWEEPABLE,
+    Device,
+    Excitation,
+    Membrane,
+    Scenario,
+    Sweep,
+    SweepParameter,
+    entries,
+    validated,
+)
 from vireport.document import LARGEST_FILE, Document, join, read
 from vireport.errors import Mistake, ScenarioError, UsageError
 from vireport.rules import Finding, check
@@ -66,6 +75,8 @@ class Loaded:
 
         Without overrides it is what ``sha256sum`` prints for the file.
         """
+        from hashlib import sha256  # some milliseconds, which loading does without
+
         parts = [self.document.text, *self.overrides]
         return sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()
 
@@ -116,14 +127,19 @@ def to_dict(scenario: Scenario) -> dict[str, Any]:
 
     What is optional and absent is None. Loading the result gives an equal scenario.
     """
-    return scenario.model_dump(by_alias=True)
+    return _plain(scenario)
+
+
+def _plain(block: Any) -> dict[str, Any]:
+    values = {entry.name: getattr(block, entry.attribute) for entry in entries(type(block))}
+    return {name: _plain(value) if is_dataclass(value) else value for name, value in values.items()}
 
 
 def _validate(document: Document) -> Scenario:
     data: Any = document.data
     scenario, findings = None, []
     try:
-        scenario = Scenario.model_validate(_with_membrane(data))
+        scenario = validated(_with_membrane(data))
     except ValidationError as error:
         for found in error.errors(include_url=False, include_context=False):
             path = ""

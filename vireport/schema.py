@@ -6,13 +6,22 @@ reads its ranges and units from the JSON Schema, so that the two cannot say diff
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
-from typing import Any
+from typing import Any, get_args
 
-from vireport.blocks import SWEEPABLE, Scenario
+from vireport.blocks import SWEEPABLE, Entry, Scenario, entries
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
+_TYPES = {float: "number", int: "integer", str: "string"}
+_BOUNDS = {
+    "ge": "minimum",
+    "gt": "exclusiveMinimum",
+    "le": "maximum",
+    "min_length": "minLength",
+    "max_length": "maxLength",
+}
 _ORDER = ["title", "description", "type", "unit", "minimum", "maximum", "default", "examples", "required"]
 
 # A membrane has no use, and so is a slip, where the ball's mass is not given.
@@ -35,22 +44,64 @@ def schema() -> dict[str, Any]:
     It accepts what `vireport.scenario.load` accepts. What only a program can compare is beyond it:
     that one mass or radius is smaller than the other, and that a sweep ends elsewhere than it starts.
     """
-    found = _tidy(Scenario.model_json_schema())
+    found = _whole()
     rules = [*map(_required_unless_swept, SWEEPABLE), *_sweep_ranges(found), _MEMBRANE_NEEDS_BALL]
     return {"$schema": DIALECT, **found, "allOf": rules}
 
 
-def _tidy(node: dict[str, Any]) -> dict[str, Any]:
-    """Put what a reader looks for first, and "number or null" as one type instead of a choice of schemas."""
-    choice = node.get("anyOf", [])
-    if len(choice) == 2 and choice[1] == {"type": "null"} and "type" in choice[0]:
-        node = {**node, **choice[0], "type": [choice[0]["type"], "null"]}
-        del node["anyOf"]
-    for group in ("properties", "$defs"):
-        if group in node:
-            node = node | {group: {name: _tidy(part) for name, part in node[group].items()}}
-    if node.get("default", "") is None:
-        node = {name: part for name, part in node.items() if name != "default"}
+def _whole() -> dict[str, Any]:
+    """Schema of the blocks, without what holds between several keys."""
+    blocks = {block.__name__: _block(block) for block in _within(Scenario)}
+    return _ordered({**_block(Scenario), "$defs": dict(sorted(blocks.items()))})
+
+
+def _within(block: type[Any]) -> Iterator[type[Any]]:
+    for entry in entries(block):
+        if entry.is_block:
+            yield entry.kind
+            yield from _within(entry.kind)
+
+
+def _block(block: type[Any]) -> dict[str, Any]:
+    required = [entry.name for entry in entries(block) if entry.required]
+    return _ordered(
+        {
+            "title": block.__name__,
+            "description": block.__doc__,
+            "type": "object",
+            **({"required": required} if required else {}),
+            "additionalProperties": False,
+            "properties": {entry.name: _key(entry) for entry in entries(block)},
+        }
+    )
+
+
+def _key(entry: Entry) -> dict[str, Any]:
+    key = entry.key
+    if entry.is_block:
+        reference = {"$ref": f"#/$defs/{entry.kind.__name__}"}
+        if not entry.optional:
+            return {"description": key.meaning, **reference}  # its title is that of the block
+        return {"title": key.title, "description": key.meaning, "anyOf": [reference, {"type": "null"}]}
+    kind = _TYPES.get(entry.kind, "string")
+    found: dict[str, Any] = {
+        "title": key.title,
+        "description": key.meaning,
+        "type": [kind, "null"] if entry.optional else kind,
+        **{_BOUNDS[name]: bound for name, bound in key.bounds.items()},
+        "examples": [key.example],
+    }
+    if key.unit:
+        found["unit"] = key.unit
+    if entry.default is not None:
+        found["default"] = entry.default
+    if entry.kind not in _TYPES:
+        found["enum"] = list(get_args(entry.kind))
+    return _ordered(found)
+
+
+def _ordered(node: dict[str, Any]) -> dict[str, Any]:
+    """Put what a reader looks for first."""
     return {name: node[name] for name in sorted(node, key=_rank)}
 
 

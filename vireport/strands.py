@@ -44,6 +44,11 @@ class Strand:
     end: float
     closed: bool
 
+    @property
+    def symmetric(self) -> bool:
+        """Whether this is the symmetric line u = 0 of a horizontal capsule."""
+        return self.low == self.high
+
 
 def find_strands(level: Level, r: float, n: int) -> list[Strand]:
     """Every strand of a level curve over 0 < q < 1.
@@ -91,8 +96,8 @@ def evaluate(strands: list[Strand], which: NDArray[np.intp], w: Floats, level: L
 def _existence(level: Level, r: float, n: int) -> list[tuple[float, float]]:
     """Intervals of u in which the level has motions.
 
-    The margin a^2 + b^2 - c^2 is sampled far below its shortest wavelength 1/(2n) and, next to u = 0, in every decade down to rounding;
-    its zeros are then bisected, and its extrema that come close to zero without crossing it are refined first.
+    The margin a^2 + b^2 - c^2 is sampled far below its shortest wavelength 1/(2n) and, next to u = 0 and to the edges, where d vanishes, in
+    every decade down to rounding; its zeros are then bisected, and its extrema that come close to zero without crossing it are refined first.
     """
 
     def margin(u: Floats) -> Floats:
@@ -101,9 +106,8 @@ def _existence(level: Level, r: float, n: int) -> list[tuple[float, float]]:
 
     even = np.linspace(-EDGE, EDGE, 256 * n + 1)
     decades = 10.0 ** np.arange(TINIEST_FEATURE, -2, 0.25)
-    grid = np.unique(np.concatenate([even, decades, -decades]))
-    # At the edges d is 0 and a flight has no duration: they end an interval, but no motion lies on them.
-    grid = grid[1:-1]
+    near_edge = EDGE - decades[decades > 1e-12]
+    grid = np.sort(np.concatenate([even, decades, -decades, near_edge, -near_edge]))
     values = margin(grid)
     grid, values = _with_extrema(grid, values, margin)
     inside = values > 0

@@ -22,7 +22,7 @@ from vireport.solution import Solution, solve
 from vireport.table import Row, table
 
 
-SMALLEST_LOSS = 1e-9
+SMALLEST_LOSS = 1e-6
 """1 - r below which the motions are not resolved: they draw together as 1 - r, and the determinant r^4 of DP can no longer be told from 1."""
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vireport.solution import Branch, Solution
+from vireport.branches import Branch
+from vireport.solution import Solution
 
 CRITERIA = {
     "stable node": "Delta > 0 and |lambda_i| < 1",

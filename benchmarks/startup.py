@@ -1,0 +1,71 @@
+"""How long a run takes against the floor that its imports and its drawing set, measured in turn in one run.
+
+    python benchmarks/startup.py [RUNS]
+
+Each line is the median of the ratios of neighbouring runs, with the medians of both. The floors are processes that do nothing of ours:
+
+- imports: ``import numpy, yaml, typer, pydantic``;
+- report: imports what a report needs, draws six empty panels in three figures of the same size, saves them and compiles an empty page.
+"""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+
+IMPORTS = "import numpy, yaml, typer, pydantic"
+
+REPORT = """
+import io, numpy, yaml, typer, pydantic, jinja2, typst
+from matplotlib.figure import Figure
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+for panels, height in ((3, 7.4), (2, 6.45), (1, 4.95)):
+    figure = Figure(figsize=(6.7, height))
+    FigureCanvasAgg(figure)
+    for i in range(panels):
+        figure.add_subplot(panels, 1, i + 1)
+    figure.savefig(io.BytesIO(), dpi=150)
+typst.Compiler(b"empty").compile(format="pdf")
+"""
+
+
+def seconds(command: list[str]) -> float:
+    """Wall time of a process."""
+    start = time.perf_counter()
+    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
+    return time.perf_counter() - start
+
+
+def compare(name: str, floor: str, command: list[str], runs: int) -> None:
+    """Time a command and its floor in turn and print their ratio."""
+    pairs = []
+    for _ in range(runs + 1):
+        pairs.append((seconds([sys.executable, "-c", floor]), seconds(command)))
+    floors, ours = zip(*pairs[1:], strict=True)
+    ratio = statistics.median(b / a for a, b in pairs[1:])
+    print(
+        f"{name:<28} {1e3 * statistics.median(ours):7.0f} ms   floor {1e3 * statistics.median(floors):6.0f} ms   ratio {ratio:.2f}"
+    )
+
+
+def main() -> None:
+    """Print the table."""
+    runs = int(sys.argv[1]) if len(sys.argv) > 1 else 15
+    vireport = [str(Path(sys.executable).with_name("vireport"))]
+    compare("--version", IMPORTS, [*vireport, "--version"], runs)
+    compare("--help", IMPORTS, [*vireport, "--help"], runs)
+    for name in ("horizontal", "inclined", "inclined-forcing"):
+        compare(f"{name} --json", IMPORTS, [*vireport, "run", str(EXAMPLES / f"{name}.yaml"), "--json"], runs)
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("horizontal", "inclined", "inclined-forcing"):
+            compare(f"{name}, full report", REPORT, [*vireport, str(EXAMPLES / f"{name}.yaml"), "-o", folder], runs)
+
+
+if __name__ == "__main__":
+    main()

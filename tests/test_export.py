@@ -1,0 +1,109 @@
+"""results.json and branches.csv: the names and the exactness that scripts rely on."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+
+import numpy as np
+import pytest
+
+from vireport.export import branches_csv, results_json
+from vireport.provenance import provenance_of
+
+ARRAYS = (
+    "sweep_value d gbar q phi_bottom_rad phi_top_rad velocity_bottom velocity_top trace determinant discriminant stability admissible wall_gap"
+).split()
+ENERGY = ["u_bottom_v", "u_top_v", "u_ave_v"]
+CRITICAL = "label kind family sweep_value d gbar q phi_bottom_rad velocity_bottom error_bound".split()
+
+
+@pytest.fixture(params=["horizontal", "inclined", "inclined-forcing"])
+def study(request, study_of):
+    return study_of(request.param)
+
+
+def parse(study) -> dict:
+    def refuse(name: str):
+        raise AssertionError(f"{name} is not JSON")
+
+    return json.loads(results_json(study, provenance_of(study.loaded, "test")), parse_constant=refuse)
+
+
+def test_names_of_the_contract(study) -> None:
+    results = parse(study)
+    assert {"schema_version", "scenario", "branches", "critical_points", "design_point", "stable_range", "provenance"} <= set(results)
+    for branch in results["branches"]:
+        assert branch["family"] in ("symmetric", "asymmetric")
+        assert len({len(branch[key]) for key in ARRAYS + ENERGY}) == 1
+        assert set(branch["stability"]) <= {"stable node", "stable focus", "unstable node"}
+    for point in results["critical_points"]:
+        assert set(CRITICAL) <= set(point)
+    assert {"version", "scenario_sha256", "python", "libraries", "command"} <= set(results["provenance"])
+
+
+def test_numbers_read_back_exactly(study) -> None:
+    for branch, row in zip(study.solution.branches, parse(study)["branches"], strict=True):
+        np.testing.assert_array_equal(row["sweep_value"], branch.motions.sweep_value)
+        np.testing.assert_array_equal(row["velocity_top"], branch.motions.velocity_top)
+        np.testing.assert_array_equal(row["trace"], branch.motions.trace)
+
+
+def test_csv_holds_the_same_numbers(study) -> None:
+    rows = list(csv.DictReader(io.StringIO(branches_csv(study).decode())))
+    results = parse(study)
+    assert len(rows) == sum(len(branch["d"]) for branch in results["branches"])
+    flat = [value for branch in results["branches"] for value in branch["q"]]
+    assert [float(row["q"]) for row in rows] == flat
+    assert {row["admissible"] for row in rows} <= {"true", "false"}
+
+
+def test_stable_range_holds_only_admissible_stable_motions(study) -> None:
+    results = parse(study)
+    assert results["stable_range"]
+    for part in results["stable_range"]:
+        assert part["from"] < part["to"]
+    values = [
+        value
+        for branch in results["branches"]
+        for value, word, fine in zip(branch["sweep_value"], branch["stability"], branch["admissible"], strict=True)
+        if fine and word.startswith("stable")
+    ]
+    assert all(any(p["from"] <= v <= p["to"] for p in results["stable_range"]) for v in values)
+
+
+def test_sweep_ends_are_hit_exactly(study) -> None:
+    sweep = study.scenario.sweep
+    ends = {float(branch.motions.sweep_value[row]) for branch in study.solution.branches for row in (0, -1)}
+    assert {sweep.from_, sweep.to} <= ends
+
+
+def test_groups_belong_to_the_swept_value(study) -> None:
+    sweep = study.sweep
+    for branch in study.solution.branches:
+        m = branch.motions
+        d, gbar = sweep.device.groups(sweep.parameter, m.sweep_value)
+        np.testing.assert_allclose(m.d, d, rtol=1e-13)
+        np.testing.assert_allclose(m.gbar, gbar * np.ones(len(m)), rtol=1e-12, atol=1e-16)
+
+
+def test_every_value_left_out_has_its_reason(study_of) -> None:
+    results = parse(study_of("design-point"))
+    assert results["branches"] == []
+    assert results["stable_range"] == []
+    assert {entry["step"] for entry in results["left_out"]} >= {"branches", "figure-2", "critical"}
+    assert all(entry["why"] for entry in results["left_out"])
+    assert results["design_point"]["stable_range"]
+
+
+def test_margins_point_at_the_critical_points(study) -> None:
+    results = parse(study)
+    design = results["design_point"]
+    by_label = {point["label"]: point for point in results["critical_points"]}
+    assert len(design["margins"]) == len(by_label)
+    for margin in design["margins"]:
+        value = by_label[margin["label"]]["sweep_value"]
+        assert margin["distance"] == pytest.approx(value - design["value"])
+        assert math.isclose(margin["relative"], margin["distance"] / design["value"])

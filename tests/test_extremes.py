@@ -1,0 +1,129 @@
+"""Scenarios from all decades, and at the corners of every range: an answer that holds its invariants, or a refusal, and never a warning."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vireport import analyse, loads
+from vireport.design import design_point
+from vireport.errors import NumericalError
+from vireport.model import PARAMETERS, Device, Sweep
+from vireport.motions import Motions
+from vireport.orbits import orbits
+from vireport.solution import Solution, solve
+from vireport.stability import trace_and_determinant
+
+restitutions = st.one_of(st.sampled_from([0.0, 1e-12, 1e-3, 0.5, 0.999, 1 - 1e-6]), st.floats(0, 0.999))
+inclinations = st.one_of(st.sampled_from([0.0, 1e-9, 0.01, 45.0, 89.999999, 90.0]), st.floats(0, 90))
+
+
+@st.composite
+def sweeps(draw) -> Sweep:
+    """A sweep with gbar and d over many decades, in either direction."""
+    r, beta, n = draw(restitutions), draw(inclinations), draw(st.sampled_from([1, 1, 1, 2, 3, 5]))
+    gbar, d = 10 ** draw(st.floats(-4, 2)), 10 ** draw(st.floats(-5, 3))
+    mass, frequency = 10 ** draw(st.floats(-6, 6)), 10 ** draw(st.floats(-6, 6))
+    force = mass * 9.8 * float(np.sin(np.radians(max(beta, 5.0)))) / gbar
+    values = dict(zip(PARAMETERS, (d * force / (4 * mass * frequency**2), force, frequency, beta), strict=True))
+    parameter = draw(st.sampled_from(PARAMETERS))
+    width = 1 + 10 ** draw(st.floats(-3, 1.5))
+    ends = [values[parameter] / width, values[parameter] * width]
+    if parameter == "inclination_deg":
+        ends = [draw(st.floats(0, 44)), draw(st.floats(45, 90))]
+    if draw(st.booleans()):
+        ends.reverse()
+    return Sweep(Device(mass, r, 9.8, **values, period_ratio=n), parameter, *ends)
+
+
+@settings(max_examples=400)
+@given(sweeps())
+def test_invariants_of_any_sweep(sweep: Sweep) -> None:
+    solution = solve(sweep)
+    for branch in solution.branches:
+        _check(sweep, branch.motions)
+    for point in solution.critical_points:
+        assert np.isfinite([point.point.sweep_value, point.point.error_bound]).all()
+        assert point.point.error_bound >= 0
+    _check_design(sweep, solution)
+
+
+def _check(sweep: Sweep, m: Motions) -> None:
+    for name in Motions.__slots__:
+        assert np.all(np.isfinite(getattr(m, name))), name
+    low, high = sorted((sweep.start, sweep.end))
+    assert np.all((m.sweep_value >= low * (1 - 1e-9) - 1e-12) & (m.sweep_value <= high * (1 + 1e-9) + 1e-12))
+    assert np.all((m.velocity_bottom > -1e-12) & (m.velocity_top < 1e-12) & (m.d > 0))
+    assert np.all((m.q > 0) & (m.q < 1))
+    assert np.all(m.wall_gap <= m.d * (1 + 1e-12))
+    assert not np.any(m.admissible & (m.wall_gap <= 0))
+    assert np.all((np.abs(m.trace[m.stable]) <= (1 + m.restitution**4) * (1 + 1e-9)))
+
+
+def _check_design(sweep: Sweep, solution: Solution) -> None:
+    design = design_point(sweep.device, sweep.parameter, solution)
+    d, gbar = sweep.device.groups("length_m", sweep.device.length_m)
+    for name in ("d", "gbar"):
+        np.testing.assert_allclose(getattr(design.motions, name), {"d": d, "gbar": gbar}[name], rtol=1e-12)
+    assert np.all((design.motions.velocity_bottom > 0) & (design.motions.velocity_top < 0))
+
+
+@given(sweeps(), st.floats(-6, 6), st.floats(-6, 6))
+@settings(max_examples=60)
+def test_only_the_dimensionless_groups_matter(sweep: Sweep, masses: float, forces: float) -> None:
+    """Mass and force over twelve decades, the groups held: the same motions."""
+    if sweep.parameter != "length_m":
+        return
+    device, k, f = sweep.device, 10**masses, 10**forces
+    other = Device(
+        device.capsule_mass_kg * k, device.restitution, 9.8 * f / k, device.length_m * f / k, device.amplitude_n * f,
+        device.frequency_hz, device.inclination_deg, device.period_ratio,
+    )
+    one, two = solve(sweep), solve(Sweep(other, "length_m", sweep.start * f / k, sweep.end * f / k))
+    assert [c.label for c in one.critical_points] == [c.label for c in two.critical_points]
+    for a, b in zip(one.critical_points, two.critical_points, strict=True):
+        np.testing.assert_allclose(b.point.d, a.point.d, rtol=1e-9)
+
+
+@pytest.mark.parametrize("value", ["1", "1.0", "0.9999999"])
+def test_impacts_without_loss_are_refused_with_the_reason(value: str, example) -> None:
+    text = example("inclined").read_text()
+    with pytest.raises(NumericalError, match="restitution"):
+        analyse(loads(text, overrides=[f"device.restitution={value}"]))
+
+
+def test_a_sweep_reversed_gives_the_same_motions() -> None:
+    device = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 45.0)
+    one, two = solve(Sweep(device, "length_m", 0.59, 0.75)), solve(Sweep(device, "length_m", 0.75, 0.59))
+    assert [c.point for c in one.critical_points] == [c.point for c in two.critical_points]
+    for a, b in zip(one.branches, two.branches, strict=True):
+        np.testing.assert_array_equal(a.motions.sweep_value, b.motions.sweep_value)
+
+
+def test_a_sweep_where_nothing_moves_periodically_is_empty_and_says_so(example) -> None:
+    study = analyse(loads(example("inclined").read_text(), overrides=["sweep.from=50", "sweep.to=60"]))
+    assert study.solution is not None
+    assert study.solution.branches == ()
+    assert study.stable_ranges == ()
+    assert "VR001" in {alert.code for alert in study.alerts}
+
+
+def test_no_restitution_at_all() -> None:
+    solution = solve(Sweep(Device(0.1245, 0.0, 9.8, None, 3.0, 2.0, 30.0), "length_m", 0.1, 2.0))
+    assert solution.branches
+    assert all(np.all(branch.motions.discriminant >= 0) for branch in solution.branches)
+    assert not [c for c in solution.critical_points if c.kind == "node_focus"]
+
+
+def test_higher_period_ratios_are_motions_of_their_period() -> None:
+    for n in (2, 3):
+        solution = solve(Sweep(Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 10.0, n), "length_m", 0.3, 4.0))
+        assert solution.branches
+        for branch in solution.branches:
+            m = branch.motions
+            o = orbits(m.q - 0.5, m.phi_bottom, 0.5, n)
+            np.testing.assert_allclose(o.d, m.d, rtol=1e-8, atol=1e-8)
+            slow = np.minimum(m.velocity_bottom, -m.velocity_top) > 1e-2
+            np.testing.assert_allclose(trace_and_determinant(o, 0.5)[1][slow], 0.5**4, rtol=1e-6)

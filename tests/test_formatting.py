@@ -1,0 +1,147 @@
+"""Numbers in print: what is shown is the number to its digits, and never 0, 1 or 100 % by rounding."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vireport.formatting import (
+    ABSENT,
+    MINUS,
+    bounded,
+    error_bound,
+    exact,
+    percent,
+    quantity,
+    scaled,
+    significant,
+    words,
+)
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e300, max_value=1e300)
+NONZERO = FINITE.filter(lambda value: abs(value) > 1e-300)
+SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+POWERS = {"n": -9, "µ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
+
+
+def parse(text: str) -> Decimal:
+    """Read a printed number back."""
+    mantissa, _, exponent = text.replace(MINUS, "-").partition(" × 10")
+    return Decimal(mantissa).scaleb(int(exponent.translate(SUPERSCRIPTS) or 0) if exponent else 0)
+
+
+def half_a_unit(text: str) -> Decimal:
+    """Half a unit of the last printed digit."""
+    return Decimal((0, (5,), parse(text).as_tuple().exponent - 1))
+
+
+def close(printed: Decimal, value: Decimal, half: Decimal) -> bool:
+    """Whether a print is a rounding, or differs from the number by rounding errors only."""
+    return abs(printed - value) <= max(half, abs(value) * Decimal("1e-14"))
+
+
+@given(NONZERO, st.integers(1, 15))
+def test_significant_is_a_rounding(value: float, digits: int) -> None:
+    text = significant(value, digits)
+    assert close(parse(text), Decimal(value), half_a_unit(text))
+    assert abs(parse(text) - Decimal(value)) <= abs(Decimal(value)) * Decimal(10) ** (1 - digits) / 2
+
+
+@given(NONZERO, st.integers(1, 15))
+def test_significant_never_invents_zero_or_one(value: float, digits: int) -> None:
+    assert parse(significant(value, digits)) != 0
+    if abs(value) != 1:
+        assert abs(parse(significant(value, digits))) != 1
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1 - 1e-12, "0.999999999999"),
+        (1 + 1e-9, "1.000000001"),
+        (-1 - 1e-9, f"{MINUS}1.000000001"),
+        (1.0, "1"),
+        (0.0, "0"),
+        (-0.0, "0"),
+        (0.5, "0.5"),
+        (0.39175999999999994, "0.39176"),
+        (0.629457141, "0.629457"),
+        (123456.7, "123457"),
+        (1234567.8, "1234568"),
+        (1e-7, "1 × 10⁻⁷"),
+        (12345678.9, "1.23457 × 10⁷"),
+        (float("nan"), ABSENT),
+        (float("inf"), ABSENT),
+    ],
+)
+def test_significant_cases(value: float, text: str) -> None:
+    assert significant(value, 6) == text
+
+
+@given(FINITE)
+def test_exact_reads_back(value: float) -> None:
+    assert float(parse(exact(value))) == value
+
+
+@given(NONZERO, st.floats(1e-20, 1e-1))
+def test_bounded_shows_no_digit_below_the_bound(value: float, share: float) -> None:
+    bound = abs(value) * share
+    text = bounded(value, bound)
+    mantissa = text.partition(" ×")[0]
+    if (
+        Decimal(mantissa.replace(MINUS, "-")) not in (1, -1)
+        and len(mantissa.strip(MINUS).replace(".", "")) > 1
+    ):
+        unit = 2 * half_a_unit(text)
+        short = parse(text) == Decimal(repr(value))
+        assert short or unit >= Decimal(bound) / 10 or abs(parse(significant(value, 1))) == 1
+    assert close(parse(text), Decimal(value), half_a_unit(text))
+
+
+@given(st.floats(1e-300, 1e300))
+def test_a_printed_bound_is_one(bound: float) -> None:
+    assert Decimal(bound) <= parse(error_bound(bound)) <= Decimal(bound) * Decimal("1.1")
+
+
+@given(st.floats(-1e6, 1e6))
+def test_percent_is_honest_about_nothing_and_all(fraction: float) -> None:
+    text = percent(fraction)
+    number, _, sign = text.rpartition(" ")
+    assert sign == "%"
+    assert (parse(number) == 0) == (fraction == 0)
+    if abs(parse(number)) == 100:
+        assert abs(fraction) == 1
+
+
+def test_percent_signs() -> None:
+    assert percent(0.0922, signed=True) == "+9.2 %"
+    assert percent(-0.0922, signed=True) == f"{MINUS}9.2 %"
+    assert percent(None) == ABSENT
+
+
+@given(st.floats(1e-12, 1e12), st.integers(2, 12))
+def test_quantity_keeps_the_value(value: float, digits: int) -> None:
+    number, _, unit = quantity(value, "V", digits).rpartition(" ")
+    back = parse(number).scaleb(POWERS[unit.removesuffix("V")])
+    assert abs(back - Decimal(value)) <= Decimal(value) * Decimal(10) ** (1 - digits)
+    if 1e-9 <= value < 1e11:
+        assert Decimal("0.99") <= parse(number) <= 1000
+
+
+@given(st.floats(1e-9, 1e9), st.integers(-6, 6), st.integers(1, 15))
+def test_scaled_rounds_once(value: float, power: int, digits: int) -> None:
+    text = scaled(value, power, digits)
+    assert close(parse(text), Decimal(value).scaleb(power), half_a_unit(text))
+
+
+def test_words_set_our_messages_and_leave_keys_alone() -> None:
+    assert words("Delta < 0 and |lambda_i| < 1 for beta > 0") == "Δ < 0 and |λ_i| < 1 for β > 0"
+    assert (
+        words("G1 is -0.41 % away in amplitude_n, by 4.58e+04 V")
+        == "G1 is −0.41 % away in amplitude_n, by 4.58 × 10⁴ V"
+    )
+    assert words("Eqs. (5.3)-(5.5), 1:1") == "Eqs. (5.3)-(5.5), 1:1"
+    assert words("alphabeta deltas") == "alphabeta deltas"

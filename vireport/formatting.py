@@ -1,0 +1,197 @@
+"""Numbers to text, in one place: significant digits, units, honest rounding.
+
+Nothing here prints 0, 1 or 100 % for a number that is not exactly that. Text made here is plain Unicode with
+two marks that the templates know: ``*x*`` is a symbol, ``x_c`` has a subscript.
+"""
+
+from __future__ import annotations
+
+import re
+from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Decimal
+from math import isfinite
+
+MINUS, TIMES, DASH = "\u2212", "\u00d7", "\u2013"
+ABSENT = "\u2014"
+"""Stands for what does not exist."""
+
+MOST_DIGITS = 17
+"""Significant digits that tell every double from its neighbours."""
+
+SETTLED = 15
+"""Significant digits that rounding errors leave alone: a number that is short in as many is printed short."""
+
+SMALLEST_PLAIN, LARGEST_PLAIN = -5, 6
+"""Powers of ten between which numbers are written out."""
+
+PREFIXES = {-9: "n", -6: "\u00b5", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+"""Of the units that take one, by powers of ten."""
+
+_SUPERSCRIPT = str.maketrans(
+    "-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"
+)
+
+
+def significant(value: float | None, digits: int = 6) -> str:
+    """Round to significant digits; a number that fewer give, but for rounding errors, is printed with those.
+
+    Parameters
+    ----------
+    value : float or None
+        None is printed as a dash.
+    digits : int
+        More are printed where these would show 0, 1 or -1 for a number that is none of them.
+
+    Examples
+    --------
+    >>> significant(2 / 3), significant(0.5), significant(0.1 + 0.2), significant(6.02e23, 3)
+    ('0.666667', '0.5', '0.3', '6.02 × 10²³')
+    >>> significant(1 - 1e-9)
+    '0.999999999'
+    """
+    return scaled(value, 0, digits)
+
+
+def exact(value: float) -> str:
+    """Print the shortest digits that read back as the number: for what a scenario gives.
+
+    Examples
+    --------
+    >>> exact(0.1245), exact(408470.0), exact(-3.0), exact(1e-15)
+    ('0.1245', '408470', '−3', '1 × 10⁻¹⁵')
+    """
+    if value == 0:
+        return "0"
+    return _layout(Decimal(repr(float(value))).normalize())
+
+
+def bounded(value: float, bound: float, most: int = 12) -> str:
+    """Round to the digits that an error bound justifies, and to `most` at the most.
+
+    Examples
+    --------
+    >>> bounded(0.62945714101, 3e-6), bounded(0.62945714101, 1e-16, 8)
+    ('0.62946', '0.62945714')
+    """
+    if value == 0 or bound <= 0:
+        return significant(value, most)
+    justified = Decimal(value).adjusted() - Decimal(bound).adjusted()
+    return significant(value, max(1, min(most, justified)))
+
+
+def error_bound(bound: float, digits: int = 2) -> str:
+    """Round a bound up, so that what is printed still is one.
+
+    Examples
+    --------
+    >>> error_bound(5.551115123125783e-17), error_bound(0.0)
+    ('5.6 × 10⁻¹⁷', '0')
+    """
+    if bound == 0:
+        return "0"
+    number = Decimal(bound)
+    unit = Decimal(1).scaleb(number.adjusted() - digits + 1)
+    return _layout(number.quantize(unit, ROUND_CEILING).normalize())
+
+
+def percent(fraction: float | None, digits: int = 2, signed: bool = False) -> str:
+    """Print a share in per cent; 0 and 100 only where it is exactly that.
+
+    Examples
+    --------
+    >>> percent(-0.0922164), percent(0.0739054, signed=True), percent(0.99999), percent(0.0)
+    ('−9.2 %', '+7.4 %', '99.999 %', '0 %')
+    """
+    if fraction is None or not isfinite(fraction):
+        return ABSENT
+    sign = "+" if signed and fraction > 0 else ""
+    return f"{sign}{_print(Decimal(fraction) * 100, digits, reserved=100)} %"
+
+
+def quantity(value: float | None, unit: str, digits: int = 4) -> str:
+    """Print a number with its unit, with the prefix that brings it between 1 and 1000.
+
+    Examples
+    --------
+    >>> quantity(42836.16467, "V"), quantity(0.0192, "m", 3), quantity(0.0, "V"), quantity(0.7, "m", 6)
+    ('42.84 kV', '19.2 mm', '0 V', '700 mm')
+    """
+    if value is None or not isfinite(value):
+        return ABSENT
+    if value == 0:
+        return f"0 {unit}"
+    power = 3 * (Decimal(f"{value:.{digits - 1}e}").adjusted() // 3)
+    power = min(max(power, min(PREFIXES)), max(PREFIXES))
+    return f"{scaled(value, -power, digits)} {PREFIXES[power]}{unit}"
+
+
+def scaled(value: float | None, power: int, digits: int = 4) -> str:
+    """Print a number times a power of ten, for a column whose unit has a prefix, rounded once.
+
+    Examples
+    --------
+    >>> scaled(42836.16467, -3), scaled(0.0063, 3), scaled(0.1 + 0.2, 3), scaled(0.00099999, 3)
+    ('42.84', '6.3', '300', '0.99999')
+    """
+    if value is None or not isfinite(value):
+        return ABSENT
+    return _print(Decimal(value).scaleb(power), digits, reserved=1)
+
+
+def words(text: str) -> str:
+    """Set the plain ASCII of our own messages in type: Greek letters, minus signs, powers of ten.
+
+    Examples
+    --------
+    >>> words("|lambda_i| <= 1 at -0.41 %, to 4.58e+04 V")
+    '|λ_i| ≤ 1 at −0.41 %, to 4.58 × 10⁴ V'
+    """
+    for ascii_name, letter in _GREEK.items():
+        text = re.sub(rf"\b{ascii_name}(?=_[a-z]\b|\b)", letter, text)
+    text = text.replace("<=", "\u2264").replace(">=", "\u2265")
+    text = re.sub(r"(\d)e([+-]\d+)\b", lambda found: f"{found[1]} {_power(int(found[2]))}", text)
+    return re.sub(r"(?<![\w.)])-(?=\d)", MINUS, text)
+
+
+_GREEK = {
+    "lambda": "\u03bb",
+    "Delta": "\u0394",
+    "delta": "\u03b4",
+    "beta": "\u03b2",
+    "omega": "\u03c9",
+    "gbar": "\u1e21",
+}
+
+
+def _print(number: Decimal, digits: int, reserved: int) -> str:
+    """Round to digits, but to units at least, and finer where that gives `reserved` for another number."""
+    settled = _round(number, SETTLED)
+    if number and number.adjusted() <= LARGEST_PLAIN:
+        digits = max(digits, number.adjusted() + 1)
+    for used in range(digits, MOST_DIGITS + 1):
+        rounded = _round(number, used)
+        if abs(rounded) == reserved and rounded != number:
+            continue
+        return _layout(rounded.normalize() if rounded in (number, settled) else rounded)
+    return _layout(number.normalize())
+
+
+def _round(number: Decimal, digits: int) -> Decimal:
+    """Round half to even to significant digits."""
+    if number == 0:
+        return Decimal(0)
+    return number.quantize(Decimal(1).scaleb(number.adjusted() - digits + 1), ROUND_HALF_EVEN)
+
+
+def _layout(number: Decimal) -> str:
+    """Write a decimal number with the digits it has, as a power of ten where plain digits would be many."""
+    sign = MINUS if number < 0 else ""
+    exponent = number.adjusted()
+    if SMALLEST_PLAIN <= exponent <= LARGEST_PLAIN:
+        return f"{sign}{abs(number):f}"
+    digits = "".join(map(str, number.as_tuple().digits))
+    mantissa = digits[0] + (f".{digits[1:]}" if len(digits) > 1 else "")
+    return f"{sign}{mantissa} {_power(exponent)}"
+
+
+def _power(exponent: int) -> str:
+    return f"{TIMES} 10{str(exponent).translate(_SUPERSCRIPT)}"

@@ -1,0 +1,58 @@
+"""The report of a study: what it says, in which order.
+
+Builds the one model from which both templates set the page; nothing here draws, renders or writes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from vireport import context_pages, results_pages
+from vireport.assets import TEMPLATES
+from vireport.energy_pages import energy
+from vireport.equations import equations
+from vireport.pages import ReportModel, section
+from vireport.paper import comparison
+from vireport.provenance import Provenance, with_pages
+from vireport.study import Study
+from vireport.verdict import verdict_of
+
+if TYPE_CHECKING:
+    from vireport.figures import Picture
+
+UNTITLED = "Vibro-impact energy harvester"
+"""Title of a scenario that has none."""
+
+
+def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenance) -> ReportModel:
+    """Put everything that is known about a scenario into words, tables and pictures.
+
+    Parameters
+    ----------
+    study : Study
+    pictures : sequence of Picture
+        In the order in which they are shown; none is left out.
+    provenance : Provenance
+    """
+    compared = comparison(study)
+    made = with_pages(provenance, drawn=bool(pictures))
+    return ReportModel(
+        title=study.scenario.title or UNTITLED,
+        verdict=verdict_of(study),
+        sections=(
+            *section("alerts", "Alerts", context_pages.alerts(study)),
+            *section("scenario", "Scenario", context_pages.scenario(study)),
+            *section("table-1", "Stability along the sweep", results_pages.table_1(study)),
+            *section("critical-points", "Critical points", results_pages.critical_points(study)),
+            *section("design-point", "Design point", results_pages.design_point(study)),
+            *section("figures", "Figures", context_pages.figures(pictures)),
+            *section("energy", "Voltage", energy(study)),
+            *section("equations", "Equations", equations(study, TEMPLATES)),
+            *section("paper", "The paper\u2019s numbers", context_pages.paper(compared)),
+            *section("left-out", "Left out, and why", context_pages.left_out(study, compared)),
+            *section("provenance", "Provenance", context_pages.provenance(study, made)),
+        ),
+        scenario_text=study.loaded.document.text,
+        provenance=made,
+    )

@@ -1,0 +1,213 @@
+"""A figure of stacked panels: every place on it is known before it is drawn; nothing is measured or moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from vireport.axes import BLACK, DPI, LETTERS_ALONG, SMALL, Along
+from vireport.lettering import Room
+from vireport.panel import Panel
+from vireport.ticks import fitting_ticks
+
+TICK_RIGHT, TICK_UP, TICK_DOWN = 1, 2, 3
+"""Markers of matplotlib."""
+
+Entry = tuple[str, dict[str, Any]]
+"""Of a legend: a name, and the look of its line or marker."""
+
+WIDTH = 6.7
+"""Of a sheet [in]: the text of an A4 page."""
+
+LEFT, RIGHT, BOTTOM, BETWEEN = 0.78, 0.14, 0.46, 0.13
+"""Margins of a sheet, and the gap between its panels [in]."""
+
+ACROSS = WIDTH - LEFT - RIGHT
+"""Width of a panel [in]."""
+
+ROW, TOP_AXIS = 0.20, 0.46
+"""Height of a line of text above the panels, and of the axis along their top [in]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """A figure of panels above one another, with lines of text over them.
+
+    Attributes
+    ----------
+    figure : Figure
+    along : Along
+    height : float
+        [in]
+    places : tuple of (float, float)
+        Bottom and height of each panel [in], from the top one down.
+    panels : list of Panel
+        Those there are so far.
+    """
+
+    figure: Figure
+    along: Along
+    height: float
+    places: tuple[tuple[float, float], ...]
+    panels: list[Panel] = field(default_factory=list)
+
+    def panel(
+        self,
+        label: str,
+        limits: tuple[float, float] | None,
+        y_ticks: tuple[Sequence[float], Sequence[str]] | None = None,
+    ) -> Panel:
+        """Add the next panel.
+
+        Parameters
+        ----------
+        label : str
+            Word, symbol and unit.
+        limits : tuple of float or None
+            None where there is nothing to show; the axis then has no ticks.
+        y_ticks : tuple of sequences, optional
+            Values and labels; by default at round numbers.
+        """
+        y = limits or (0.0, 1.0)
+        number = len(self.panels)
+        bottom, height = self.places[number]
+        rectangle = (LEFT / WIDTH, bottom / self.height, ACROSS / WIDTH, height / self.height)
+        axes = self.figure.add_axes(rectangle, xlim=self.along.limits, ylim=y)
+        axes.xaxis.set_visible(False)
+        axes.yaxis.set_visible(False)
+        self.panels.append(Panel(axes, self.along.limits, y, Room(72 * ACROSS, 72 * height), number == 0))
+        self._along_bottom(self.panels[-1], bottom, label=number + 1 == len(self.places))
+        if number == 0:
+            self._along_top(self.panels[-1], bottom + height)
+        if limits:
+            self._along_side(
+                self.panels[-1], bottom, height, *(y_ticks or fitting_ticks(*y, LETTERS_ALONG, 6))
+            )
+        self._words(0.08, bottom + height / 2, label, rotation=90, ha="left", va="center")
+        if len(self.places) > 1:
+            self._words(0.05, bottom + height, f"({'abc'[number]})", ha="left", va="center")
+        return self.panels[-1]
+
+    def _along_bottom(self, panel: Panel, bottom: float, label: bool) -> None:
+        values, texts = fitting_ticks(self.along.low, self.along.high, LETTERS_ALONG)
+        share = _share(values, panel.x)
+        _tick_marks(panel.axes, share, [0.0] * len(share), TICK_UP)
+        if label:
+            for part, text in zip(share, texts, strict=True):
+                self._words(LEFT + part * ACROSS, bottom - 0.06, text, ha="center", va="top", size=SMALL)
+            self._words(LEFT + ACROSS / 2, 0.06, self.along.label, ha="center", va="bottom")
+
+    def _along_side(
+        self, panel: Panel, bottom: float, height: float, values: Sequence[float], texts: Sequence[str]
+    ) -> None:
+        share = _share(values, panel.y)
+        _tick_marks(panel.axes, [0.0] * len(share), share, TICK_RIGHT)
+        for part, text in zip(share, texts, strict=True):
+            self._words(
+                LEFT - 0.06, bottom + part * height, text, ha="right", va="center_baseline", size=SMALL
+            )
+
+    def _along_top(self, panel: Panel, top: float) -> None:
+        share = _share([x for x, _ in self.along.top], panel.x)
+        _tick_marks(panel.axes, share, [1.0] * len(share), TICK_DOWN)
+        for part, (_, text) in zip(share, self.along.top, strict=True):
+            x = min(LEFT + part * ACROSS, WIDTH - 0.32 * SMALL * len(text) / 72)
+            self._words(x, top + 0.05, text, ha="center", va="bottom", size=SMALL)
+        self._words(LEFT + ACROSS / 2, top + 0.22, self.along.top_label, ha="center", va="bottom")
+
+    def _words(self, x: float, y: float, text: str, **look: Any) -> None:
+        self.figure.text(x / WIDTH, y / self.height, text, **look)
+
+    def _entry(self, x: float, y: float, entry: Entry) -> None:
+        name, look = entry
+        length = _sample(entry)
+        ends = [x + length / 2] if look.get("linestyle") == "none" else [x, x + length]
+        self.figure.add_artist(Line2D([end / WIDTH for end in ends], [y / self.height] * len(ends), **look))
+        self._words(x + length + 0.06, y, name, va="center", size=SMALL)
+
+
+def sheet(
+    axis: Along,
+    panels: int,
+    panel_height: float,
+    head: Sequence[tuple[str, str]],
+    legend: Sequence[Sequence[Entry]],
+) -> Sheet:
+    """An empty sheet: lines of text, a legend that is wrapped to its width, and room for panels.
+
+    Parameters
+    ----------
+    axis : Along
+    panels : int
+    panel_height : float
+        [in]
+    head : sequence of (str, str)
+        Lines of text and their colours.
+    legend : sequence of sequences of (str, dict)
+        Each begins a line.
+    """
+    lines = [line for group in legend for line in _wrapped(group)]
+    over = ROW * (len(head) + len(lines)) + 0.06 + TOP_AXIS
+    height = BOTTOM + panels * panel_height + (panels - 1) * BETWEEN + over
+    figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    places = tuple(
+        (BOTTOM + (panels - 1 - k) * (panel_height + BETWEEN), panel_height) for k in range(panels)
+    )
+    made = Sheet(figure, axis, height, places)
+    y = height - 0.04 - ROW / 2
+    for text, color in head:
+        made._words(LEFT, y, text, va="center", size=SMALL, color=color)
+        y -= ROW
+    for line in lines:
+        x = LEFT
+        for entry in line:
+            made._entry(x, y, entry)
+            x += _length(entry)
+        y -= ROW
+    return made
+
+
+def _tick_marks(axes: Axes, x: Sequence[float], y: Sequence[float], marker: Any) -> None:
+    """Draw the ticks of a side as one line; matplotlib makes five artists of each, which take their time."""
+    look: dict[str, Any] = {
+        "linestyle": "none",
+        "markersize": 3.5,
+        "markeredgewidth": 0.7,
+        "color": BLACK,
+        "clip_on": False,
+    }
+    axes.add_artist(Line2D(x, y, marker=marker, transform=axes.transAxes, **look))
+
+
+def _share(values: Sequence[float], limits: tuple[float, float]) -> list[float]:
+    """Where values stand between limits, from 0 to 1."""
+    low, high = limits
+    return [(value - low) / (high - low) for value in values]
+
+
+def _wrapped(legend: Sequence[Entry]) -> list[list[Entry]]:
+    """The entries in lines that fit the sheet."""
+    lines: list[list[Entry]] = []
+    room = 0.0
+    for entry in legend:
+        if room < _length(entry):
+            lines.append([])
+            room = WIDTH - LEFT
+        lines[-1].append(entry)
+        room -= _length(entry)
+    return lines
+
+
+def _sample(entry: Entry) -> float:
+    return 0.11 if entry[1].get("linestyle") == "none" else 0.34
+
+
+def _length(entry: Entry) -> float:
+    return _sample(entry) + 0.06 + 0.54 * SMALL * len(entry[0]) / 72 + 0.14
