@@ -1,8 +1,9 @@
-"""Orbits of a branch per second, with stability, admissibility and voltages, on one core; and how the time grows with their number.
+"""Time an orbit of a branch takes, with stability, admissibility and voltages, and how it grows with their number.
 
     python benchmarks/branch.py
 
-The peer solves the same orbits as scripts in this field do: Newton's method on (3.15)-(3.17) from the neighbouring orbit, one at a time.
+The peer solves the same orbits as scripts in this field do: Newton's method on (3.15)-(3.17) from the neighbouring
+orbit, one at a time.
 """
 
 from __future__ import annotations
@@ -70,7 +71,9 @@ def newton_time(study) -> float:
         up, down, a = 2 * q, 2 * (1 - q), 2 * np.pi * q
         return np.array(
             [
-                (r - 1) * v - ((np.cos(a) - 1) * np.sin(phi) + np.sin(a) * np.cos(phi)) / np.pi + gbar * (2 / (1 + r) - up),
+                (r - 1) * v
+                - ((np.cos(a) - 1) * np.sin(phi) + np.sin(a) * np.cos(phi)) / np.pi
+                + gbar * (2 / (1 + r) - up),
                 (r * up - down) * v + 2 / np.pi * np.sin(phi) - (up - down) * gbar,
                 ((np.cos(a) - 1) * np.cos(phi) - np.sin(a) * np.sin(phi)) / np.pi**2
                 + up * down / 4 * (2 * (1 + r) * v - 2 * gbar)

@@ -2,10 +2,12 @@
 
     python benchmarks/startup.py [RUNS]
 
-Each line is the median of the ratios of neighbouring runs, with the medians of both. The floors are processes that do nothing of ours:
+Each line is the median of the ratios of neighbouring runs, with the medians of both. The floors are processes that
+do nothing of ours:
 
 - imports: ``import numpy, yaml, typer, pydantic``;
-- report: imports what a report needs, draws six empty panels in three figures of the same size, saves them and compiles an empty page.
+- report: imports what a report needs, draws six empty panels in three figures of the same size, saves them and
+compiles an empty page.
 """
 
 from __future__ import annotations
@@ -50,7 +52,8 @@ def compare(name: str, floor: str, command: list[str], runs: int) -> None:
     floors, ours = zip(*pairs[1:], strict=True)
     ratio = statistics.median(b / a for a, b in pairs[1:])
     print(
-        f"{name:<28} {1e3 * statistics.median(ours):7.0f} ms   floor {1e3 * statistics.median(floors):6.0f} ms   ratio {ratio:.2f}"
+        f"{name:<28} {1e3 * statistics.median(ours):7.0f} ms"
+        f"   floor {1e3 * statistics.median(floors):6.0f} ms   ratio {ratio:.2f}"
     )
 
 

@@ -29,9 +29,7 @@ sweep:
   to: 0.75
 """
 _ROWS = GOOD.splitlines()
-_DEVICE = [
-    f"device.{key}" for key in ("capsule_mass_kg", "ball_mass_kg", "restitution", "length_m", "membrane")
-]
+_DEVICE = [f"device.{key}" for key in ("capsule_mass_kg", "ball_mass_kg", "restitution", "length_m", "membrane")]
 PATHS = [
     *("schema_version", "title", "device", *_DEVICE, "device.membrane.bias_voltage_v", "excitation"),
     *("excitation.amplitude_n", "excitation.frequency_hz", "inclination_deg", "gravity_m_s2", "period_ratio"),
@@ -84,9 +82,7 @@ def row(number: int, row: str, path: str, fragment: str) -> Bad:
 
 
 NOT_A_NUMBER = (
-    value(
-        7, '"0.7"', 'got "0.7", which is text; write 0.7, without quotes (a number from 1e-15 to 1e15, in m)'
-    ),
+    value(7, '"0.7"', 'got "0.7", which is text; write 0.7, without quotes (a number from 1e-15 to 1e15, in m)'),
     value(7, "'1e-3'", "write 1e-3, without quotes"),
     value(7, "0,7", "got '0,7', which is text; write 0.7, with a decimal point"),
     value(7, "0.7 m", "the unit stands in the key, write 0.7 (a number from"),
@@ -208,12 +204,8 @@ LEFT_OUT = (
 )
 
 UNKNOWN = (
-    key(
-        7, "device.lenght_m", "  lenght_m: 0.7", "unknown key; did you mean 'length_m'? (allowed in device: "
-    ),
-    key(
-        7, "device.length_mm", "  length_mm: 700", "'length_m'? It is in m: 1 mm is 0.001 m, so length_m: 0.7"
-    ),
+    key(7, "device.lenght_m", "  lenght_m: 0.7", "unknown key; did you mean 'length_m'? (allowed in device: "),
+    key(7, "device.length_mm", "  length_mm: 700", "'length_m'? It is in m: 1 mm is 0.001 m, so length_m: 0.7"),
     key(7, "device.length_mm", "  length_mm: long", "It is in m: 1 mm is 0.001 m (allowed"),
     key(7, "device.length", "  length: 0.7", "did you mean 'length_m'? (allowed"),
     key(7, "device.Length_M", "  Length_M: 0.7", "did you mean 'length_m'? (allowed"),
@@ -234,9 +226,7 @@ UNKNOWN = (
         "gravity: 9.81",
         "did you mean 'gravity_m_s2'? (allowed: schema_version, title, device,",
     ),
-    key(
-        14, "simulation", "simulation: {periods: 100}", "unknown key (allowed: schema_version, title, device,"
-    ),
+    key(14, "simulation", "simulation: {periods: 100}", "unknown key (allowed: schema_version, title, device,"),
     key(14, "'device.length_m'", "device.length_m: 1", "unknown key with a dot in it"),
     key(14, "''", "'': 1", "unknown key (allowed"),
     key(14, r"'a\nb'", r'"a\nb": 1', "unknown key (allowed"),
@@ -249,14 +239,10 @@ UNKNOWN = (
         (8, MEMBRANE, "ball_mass_kg is"),
     ),
     key(6, "device.r", "  r: 0.5", "did you mean 'restitution'?", (3, "device.restitution", MISSING)),
-    key(
-        13, "inclination", "inclination: 45", "did you mean 'inclination_deg'? (allowed", (1, ANGLE, UNSWEPT)
-    ),
+    key(13, "inclination", "inclination: 45", "did you mean 'inclination_deg'? (allowed", (1, ANGLE, UNSWEPT)),
     key(13, "inclination_rad", "inclination_rad: 0.785", "1 rad is 57.2958 deg, so inc", (1, ANGLE, UNSWEPT)),
     key(13, "beta", "beta: 45", "did you mean 'inclination_deg'? (allowed", (1, ANGLE, UNSWEPT)),
-    key(
-        11, "excitation.amplitude_kn", "  amplitude_kn: 0.003", "1 kN is 1000 N, so", (10, AMPLITUDE, UNSWEPT)
-    ),
+    key(11, "excitation.amplitude_kn", "  amplitude_kn: 0.003", "1 kN is 1000 N, so", (10, AMPLITUDE, UNSWEPT)),
     key(
         12,
         "excitation.frequency_rad_s",

@@ -1,7 +1,7 @@
 """The model in 40-digit arithmetic, written from the printed equations and sharing no line with the package.
 
-Unknowns are the paper's: the velocity at the bottom impact, the phase there and the flight time to the top; the residuals are the two maps
-(3.3)-(3.6) closed by periodicity. Traces are by (A.4) as printed.
+Unknowns are the paper's: the velocity at the bottom impact, the phase there and the flight time to the top; the
+residuals are the two maps (3.3)-(3.6) closed by periodicity. Traces are by (A.4) as printed.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Case:
 
 
 def newton(function, x: list[float], steps: int = 6) -> list[mpf]:
-    """Solve function(x) = 0 from a guess; with more unknowns than equations, for the nearest solution in relative terms."""
+    """Solve function(x) = 0 from a guess; with more unknowns than equations, for the nearest solution."""
     x = [mpf(float(v)) for v in x]
     scale = [abs(v) or mpf(1) for v in x]
     for _ in range(steps):
@@ -120,7 +120,12 @@ def random_sweeps(count: int, seed: int) -> list[Sweep]:
         force = mass * 9.8 * np.sin(np.radians(inclination or 30.0)) / gbar
         d = float(10 ** rng.uniform(-1.0, 0.2))
         length = d * force / (4 * mass * frequency**2)
-        values = {"length_m": length, "amplitude_n": float(force), "frequency_hz": frequency, "inclination_deg": inclination}
+        values = {
+            "length_m": length,
+            "amplitude_n": float(force),
+            "frequency_hz": frequency,
+            "inclination_deg": inclination,
+        }
         if parameter == "inclination_deg":
             start, end = sorted(rng.uniform(0.0, 90.0, 2))
         else:

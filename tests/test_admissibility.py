@@ -7,8 +7,8 @@ import pytest
 
 from vireport import flight
 from vireport.admissibility import turning_points, wall_gap
-from vireport.tracing import select
 from vireport.orbits import Orbits, orbits
+from vireport.tracing import select
 
 
 def random_motions(seed: int, n: int, count: int = 4000) -> tuple[Orbits, float]:
@@ -65,7 +65,7 @@ def test_turning_points_are_at_rest_and_inside_their_flight(n: int) -> None:
 
 
 def test_without_restitution_a_ball_that_is_pressed_on_is_not_admissible() -> None:
-    """r = 0: it leaves an impact at rest, and where the membrane pushes away from the interior it would fall through."""
+    """For r = 0 it leaves an impact at rest, and where it is pressed outwards it would fall through."""
     rng = np.random.default_rng(5)
     o = orbits(rng.uniform(-0.45, 0.45, 3000), rng.uniform(0, 2 * np.pi, 3000), 0.0, 1)
     o = select(o, (o.velocity_bottom > 1e-3) & (o.velocity_top < -1e-3) & (o.d > 0) & (o.gbar >= 0))

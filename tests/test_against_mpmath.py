@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-
 from reference import DIGITS, Case, newton, random_sweeps
+
 from vireport.admissibility import turning_points
 from vireport.orbits import orbits
 from vireport.solution import Solution, solve
@@ -31,7 +31,7 @@ def test_branch_values(batch: int) -> None:
             m = branch.motions
             for row in np.unique(np.linspace(0, len(m) - 1, ROWS).astype(int)):
                 if min(m.velocity_bottom[row], -m.velocity_top[row]) < 1e-5:
-                    continue  # a branch that ends in an impact of no velocity; its end is a critical point and tested as one
+                    continue  # next to an impact of no velocity, which is a critical point and tested as one
                 checked += 1
                 _check_row(sweep, m, row)
     assert checked > 100

@@ -27,14 +27,10 @@ def test_names_are_unique_and_cases_many():
 def test_every_mistake_is_named_by_line_and_key(case: Bad):
     error = refusal(case.text)
     assert error.exit_code == 2
-    assert [(mistake.line, mistake.path) for mistake in error.mistakes] == [
-        found[:2] for found in case.expected
-    ]
+    assert [(mistake.line, mistake.path) for mistake in error.mistakes] == [found[:2] for found in case.expected]
     for mistake, (line, path, fragment) in zip(error.mistakes, case.expected, strict=True):
         assert fragment in mistake.message
-        assert mistake.render("bad.yaml").startswith(
-            f"bad.yaml:{line}: {path}: " if path else f"bad.yaml:{line}: "
-        )
+        assert mistake.render("bad.yaml").startswith(f"bad.yaml:{line}: {path}: " if path else f"bad.yaml:{line}: ")
 
 
 @pytest.mark.parametrize("case", BAD_SCENARIOS, ids=lambda case: case.name)
@@ -44,9 +40,7 @@ def test_messages_are_ours_and_one_line_each(case: Bad):
     for row in rows:
         assert row.isprintable()
         assert len(row) < 400
-        assert not any(
-            foreign in row for foreign in ("Input should", "pydantic", "while scanning", "<block end>")
-        )
+        assert not any(foreign in row for foreign in ("Input should", "pydantic", "while scanning", "<block end>"))
         assert row.endswith(")")
 
 

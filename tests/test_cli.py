@@ -13,8 +13,8 @@ import time
 from pathlib import Path
 
 import pytest
-
 from bad_scenarios import BAD_SCENARIOS
+
 from vireport.cli import main
 
 
@@ -112,7 +112,9 @@ def test_usage_mistakes(arguments: list[str], fragment: str) -> None:
 
 
 @pytest.mark.parametrize("bad", BAD_SCENARIOS, ids=lambda bad: bad.name)
-def test_a_broken_scenario_exits_with_2_and_no_traceback(bad, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_broken_scenario_exits_with_2_and_no_traceback(
+    bad, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "broken.yaml"
     path.write_bytes(bad.text if isinstance(bad.text, bytes) else bad.text.encode("utf-8", "surrogatepass"))
     assert main(["validate", str(path)]) == 2
@@ -121,7 +123,8 @@ def test_a_broken_scenario_exits_with_2_and_no_traceback(bad, tmp_path: Path, ca
     assert "Traceback" not in err
     for line, key, fragment in bad.expected:
         assert any(
-            report.startswith(f"{path}:{line}: ") and key in report and fragment in report for report in err.splitlines()
+            report.startswith(f"{path}:{line}: ") and key in report and fragment in report
+            for report in err.splitlines()
         ), (line, key, fragment, err)
 
 
@@ -154,7 +157,9 @@ def test_plan_says_what_runs_and_what_is_left_out(example) -> None:
 
 def test_without_a_ball_mass_no_energy_is_evaluated(example, tmp_path: Path) -> None:
     text = "".join(
-        line for line in example("inclined").read_text().splitlines(keepends=True) if not line.lstrip().startswith("ball_mass_kg")
+        line
+        for line in example("inclined").read_text().splitlines(keepends=True)
+        if not line.lstrip().startswith("ball_mass_kg")
     )
     (tmp_path / "massless.yaml").write_text(text)
     run = vireport("massless.yaml", cwd=tmp_path)
@@ -210,7 +215,8 @@ def test_interrupting_leaves_old_files_and_nothing_half_written(example, tmp_pat
         "import sys; from vireport.cli import main; sys.exit(main(sys.argv[1:]))"
     )
     run = subprocess.run(
-        [sys.executable, "-c", code, str(example("inclined")), "-o", str(out), "--format", "json,csv"], capture_output=True
+        [sys.executable, "-c", code, str(example("inclined")), "-o", str(out), "--format", "json,csv"],
+        capture_output=True,
     )
     assert run.returncode == 130
     assert (out / "results.json").read_text() == "old"
@@ -229,7 +235,9 @@ def test_files_get_the_permissions_that_the_user_asked_for(example, tmp_path: Pa
 
 def test_ctrl_c_of_a_real_process(example, tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "vireport", "-", "-o", str(tmp_path / "out")], stdin=subprocess.PIPE, stderr=subprocess.PIPE
+        [sys.executable, "-m", "vireport", "-", "-o", str(tmp_path / "out")],
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
     )
     time.sleep(1.0)  # it waits for its scenario
     process.send_signal(signal.SIGINT)

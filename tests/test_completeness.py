@@ -13,7 +13,7 @@ from vireport.solution import solve
 
 
 def scan(d: float, gbar: float, r: float, samples: int = 400_001) -> list[tuple[float, float, float]]:
-    """Solutions (velocity, phase, q) with impacts of the right sign, by the sign of (3.10) along both roots of (3.18)-(3.20)."""
+    """Solutions (velocity, phase, q) by the sign of (3.10) along both roots of (3.18)-(3.20)."""
     q = np.linspace(0, 1, samples)[1:-1]
     up, down, period = 2 * q, 2 * (1 - q), 2.0
     k = up * down / period
@@ -59,7 +59,9 @@ def test_every_motion_of_a_scan_is_found(seed: int) -> None:
     expected = scan(d, gbar, r)
     assert len(ours) == len(expected)
     for velocity, phase, q in expected:
-        off = np.abs(ours.velocity_bottom - velocity) + np.abs(ours.q - q) + np.abs(np.sin((ours.phi_bottom - phase) / 2))
+        off = (
+            np.abs(ours.velocity_bottom - velocity) + np.abs(ours.q - q) + np.abs(np.sin((ours.phi_bottom - phase) / 2))
+        )
         assert off.min() < 1e-3
 
 
@@ -123,7 +125,9 @@ def test_branches_hold_every_motion_of_each_design_point(batch: int) -> None:
         for share in rng.uniform(0.02, 0.98, 2):
             value = sweep.start + share * (sweep.end - sweep.start)
             device = replace(sweep.device, **{sweep.parameter: float(value)})
-            alone = design_point(device, "length_m", solve(Sweep(device, "length_m", device.length_m * 50, device.length_m * 51)))
+            alone = design_point(
+                device, "length_m", solve(Sweep(device, "length_m", device.length_m * 50, device.length_m * 51))
+            )
             assert crossings(solution, value) == len(alone.motions), (sweep, value)
 
 

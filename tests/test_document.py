@@ -146,9 +146,7 @@ def test_one_document_marked_as_such():
 
 def test_json_with_escaped_characters():
     assert data(json.dumps({"title": "caf\xe9 \U0001f600"})) == {"title": "caf\xe9 \U0001f600"}
-    assert data(json.dumps({"\U0001f600": [None, True, 1e-300]}, indent=1)) == {
-        "\U0001f600": [None, True, 1e-300]
-    }
+    assert data(json.dumps({"\U0001f600": [None, True, 1e-300]}, indent=1)) == {"\U0001f600": [None, True, 1e-300]}
 
 
 def test_first_of_two_values_is_kept_and_the_other_is_a_mistake():

@@ -91,10 +91,7 @@ def test_bounded_shows_no_digit_below_the_bound(value: float, share: float) -> N
     bound = abs(value) * share
     text = bounded(value, bound)
     mantissa = text.partition(" ×")[0]
-    if (
-        Decimal(mantissa.replace(MINUS, "-")) not in (1, -1)
-        and len(mantissa.strip(MINUS).replace(".", "")) > 1
-    ):
+    if Decimal(mantissa.replace(MINUS, "-")) not in (1, -1) and len(mantissa.strip(MINUS).replace(".", "")) > 1:
         unit = 2 * half_a_unit(text)
         short = parse(text) == Decimal(repr(value))
         assert short or unit >= Decimal(bound) / 10 or abs(parse(significant(value, 1))) == 1

@@ -31,7 +31,10 @@ def test_printed_equations_hold(u: float, phi: float, r: float, n: int) -> None:
     eq39 = (r - 1) * v - (np.cos(a) - 1) / np.pi * s - np.sin(a) / np.pi * c + g * (period / (1 + r) - up)
     eq310 = (r * up - down) * v + period / np.pi * s - period / 2 * (up - down) * g
     eq311 = (
-        (np.cos(a) - 1) / np.pi**2 * c - np.sin(a) / np.pi**2 * s + up * down / (2 * period) * (2 * (1 + r) * v - g * period) - d
+        (np.cos(a) - 1) / np.pi**2 * c
+        - np.sin(a) / np.pi**2 * s
+        + up * down / (2 * period) * (2 * (1 + r) * v - g * period)
+        - d
     )
     assert abs(eq39) < 1e-12 * size
     assert abs(eq310) < 1e-12 * size * period
@@ -59,7 +62,9 @@ def test_symmetric_family_in_closed_form() -> None:
     o = orbits(np.zeros(50), phi, r, 1)
     np.testing.assert_allclose(o.gbar, 0, atol=1e-16)
     np.testing.assert_allclose(o.velocity_bottom, 2 * np.sin(phi) / (np.pi * (1 - r)), rtol=1e-14, atol=1e-15)
-    np.testing.assert_allclose(o.d, (1 + r) * o.velocity_bottom / 2 - 2 * np.cos(phi) / np.pi**2, rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(
+        o.d, (1 + r) * o.velocity_bottom / 2 - 2 * np.cos(phi) / np.pi**2, rtol=1e-13, atol=1e-15
+    )
     np.testing.assert_allclose(o.velocity_top, -o.velocity_bottom, rtol=1e-14, atol=1e-15)
 
 
@@ -77,7 +82,9 @@ def test_gbar_keeps_its_digits_next_to_the_symmetric_motion(u: float, phi: float
         assert abs(mpf(float(orbits(u, phi, r, 1).gbar)) - exact) <= 1e-14 * size
 
 
-@pytest.mark.parametrize("level", [Level("gbar", 0.0), Level("gbar", 0.3), Level("gbar", 1e-9), Level("ratio", 1.7), Level("d", 0.5)])
+@pytest.mark.parametrize(
+    "level", [Level("gbar", 0.0), Level("gbar", 0.3), Level("gbar", 1e-9), Level("ratio", 1.7), Level("d", 0.5)]
+)
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_strands_lie_on_their_level(level: Level, n: int) -> None:
     strands = find_strands(level, 0.5, n)

@@ -55,9 +55,7 @@ def test_both_columns(name: str, study_of) -> None:
     assert all(row.agrees for row in compared.types)
 
 
-@pytest.mark.parametrize(
-    ("name", "gbar"), [("horizontal", 0.0), ("inclined", None), ("inclined-forcing", None)]
-)
+@pytest.mark.parametrize(("name", "gbar"), [("horizontal", 0.0), ("inclined", None), ("inclined-forcing", None)])
 def test_our_motion_satisfies_the_equations_at_the_printed_d(name: str, gbar: float | None, study_of) -> None:
     study = study_of(name)
     rows = [row for row in comparison(study).rows if row.quantity.startswith("Fig. 3")]
@@ -73,9 +71,7 @@ def test_our_motion_satisfies_the_equations_at_the_printed_d(name: str, gbar: fl
     fallen = -r * velocity * up + gbar / 2 * up**2 - (cos(a + phi) - cos(phi)) / pi**2 - sin(phi) / pi * up
     assert -d == pytest.approx(fallen, abs=2e-7)
     # (3.6), the flight back.
-    back = (
-        -r * at_top * down + gbar / 2 * down**2 - (cos(phi) - cos(a + phi)) / pi**2 - sin(a + phi) / pi * down
-    )
+    back = -r * at_top * down + gbar / 2 * down**2 - (cos(phi) - cos(a + phi)) / pi**2 - sin(a + phi) / pi * down
     assert d == pytest.approx(back, abs=2e-7)
 
 

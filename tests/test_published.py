@@ -1,8 +1,9 @@
 """The paper's printed numbers, and what its equations really give where the print is off.
 
-Serdukova, Kuske, Yurchenko, "Stability and bifurcation analysis of the period-T motion of a vibroimpact energy harvester", Nonlinear
-Dynamics (2019). "solved" values were had from the printed equations in 40-digit arithmetic; a printed value is matched to half a unit of its
-last digit, unless it is marked as a misprint, which is then shown not to solve the equations.
+Serdukova, Kuske, Yurchenko, "Stability and bifurcation analysis of the period-T motion of a vibroimpact energy
+harvester", Nonlinear Dynamics (2019). "solved" values were had from the printed equations in 40-digit arithmetic; a
+printed value is matched to half a unit of its last digit, unless it is marked as a misprint, which is then shown
+not to solve the equations.
 """
 
 from __future__ import annotations
@@ -34,7 +35,9 @@ MOTIONS = [
 DECIMALS = [(4, 4, 1), (3, 4, 3), (3, 4, 4)]
 
 
-@pytest.mark.parametrize(("row", "decimals"), list(zip(MOTIONS, DECIMALS, strict=True)), ids=[row[0] for row in MOTIONS])
+@pytest.mark.parametrize(
+    ("row", "decimals"), list(zip(MOTIONS, DECIMALS, strict=True)), ids=[row[0] for row in MOTIONS]
+)
 def test_motions_of_figure_3(row, decimals) -> None:
     _, beta, force, d, printed, solved, misprints = row
     motions = design_point(device(beta, force, length_of(d, force)), "length_m", _nothing(beta, force)).motions
@@ -151,7 +154,10 @@ def test_table_1_of_the_paper() -> None:
 def test_stable_branch_that_passes_through_the_membrane_is_refused() -> None:
     solution = solve(Sweep(device(45.0, 3.0, None), "length_m", length_of(0.02, 3.0), length_of(0.2, 3.0)))
     ghosts = [
-        part for branch in solution.branches for part in branch.segments() if part.stability.startswith("stable") and not part.admissible
+        part
+        for branch in solution.branches
+        for part in branch.segments()
+        if part.stability.startswith("stable") and not part.admissible
     ]
     assert ghosts, "the algebra has a branch with |lambda| < 1 below d = 0.124"
     assert not any(part.stable for branch in solution.branches for part in branch.segments())

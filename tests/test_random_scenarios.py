@@ -53,17 +53,11 @@ def test_loading_the_plain_data_gives_the_same_scenario(tree, dump):
 
 
 ROWS = GOOD.splitlines()
-PIECES = st.sampled_from(
-    [*ROWS, *(row.strip() for row in ROWS), *":-?[]{},#&*!|>'\"%@ \t\\~.", "1e-3", "null", "{}"]
-)
+PIECES = st.sampled_from([*ROWS, *(row.strip() for row in ROWS), *":-?[]{},#&*!|>'\"%@ \t\\~.", "1e-3", "null", "{}"])
 
 
 @REPEATABLE
-@given(
-    st.lists(
-        st.tuples(st.integers(0, len(GOOD)), st.integers(0, 30), PIECES | st.text(max_size=5)), max_size=4
-    )
-)
+@given(st.lists(st.tuples(st.integers(0, len(GOOD)), st.integers(0, 30), PIECES | st.text(max_size=5)), max_size=4))
 def test_a_damaged_scenario_is_loaded_or_refused(damages):
     text = GOOD
     for start, count, piece in damages:

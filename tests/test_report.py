@@ -123,9 +123,7 @@ def squeeze(text: str) -> str:
 @pytest.fixture(scope="module")
 def model(study_of):
     models: dict[str, ReportModel] = {}
-    return lambda name: models.setdefault(
-        name, model_of(study_of(name), PICTURES if name != "design-point" else ())
-    )
+    return lambda name: models.setdefault(name, model_of(study_of(name), PICTURES if name != "design-point" else ()))
 
 
 @pytest.fixture(scope="module")
@@ -524,9 +522,7 @@ def test_a_users_templates_win_file_by_file(model, tmp_path: Path) -> None:
         ("\n\n{% if %}", "Expected"),
     ],
 )
-def test_a_mistake_in_a_template_is_placed(
-    file: str, render, text: str, says: str, model, tmp_path: Path
-) -> None:
+def test_a_mistake_in_a_template_is_placed(file: str, render, text: str, says: str, model, tmp_path: Path) -> None:
     (tmp_path / file).write_text(text)
     with pytest.raises(RenderError, match=f"{file}:3: .*{says}") as caught:
         render(model("design-point"), tmp_path)
@@ -604,12 +600,7 @@ def test_the_font_has_every_letter_of_the_equations() -> None:
 
 
 def test_every_equation_has_words_and_stands_in_both_outputs(model, page, reader) -> None:
-    found = [
-        block
-        for section in model("inclined").sections
-        for block in section.blocks
-        if isinstance(block, Equation)
-    ]
+    found = [block for section in model("inclined").sections for block in section.blocks if isinstance(block, Equation)]
     assert len(found) > 20
     assert set(page("inclined").attributes("alttext")) == {block.alt for block in found}
     for block in found:

@@ -128,9 +128,7 @@ def test_hash_depends_on_overrides_and_their_order():
 
 
 def test_standard_input(monkeypatch):
-    monkeypatch.setattr(
-        sys, "stdin", io.TextIOWrapper(io.BytesIO(GOOD.replace("Good", "Caf\xe9").encode()), "ascii")
-    )
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(GOOD.replace("Good", "Caf\xe9").encode()), "ascii"))
     loaded = load("-")
     assert (loaded.scenario.title, loaded.document.name) == ("Caf\xe9", "<stdin>")
 

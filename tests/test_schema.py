@@ -67,9 +67,7 @@ def test_schema_refuses_unknown_keys(block):
     for step in filter(None, block.split(".")):
         inner = inner[step]
     inner["colour"] = "red"
-    assert [list(error.absolute_path) for error in VALIDATOR.iter_errors(tree)] == [
-        block.split(".") if block else []
-    ]
+    assert [list(error.absolute_path) for error in VALIDATOR.iter_errors(tree)] == [block.split(".") if block else []]
 
 
 @pytest.mark.parametrize("path", [path for path in keys() if path])

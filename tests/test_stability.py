@@ -22,7 +22,9 @@ def test_determinant_is_r_to_the_fourth(u: float, phi: float, r: float, n: int) 
     assert determinant == pytest.approx(r**4, rel=1e-9, abs=1e-9 / slow**2)
 
 
-def _arrival(d: float, gbar: float, r: float, time: float, velocity: float, guess: float, start: float) -> tuple[float, float]:
+def _arrival(
+    d: float, gbar: float, r: float, time: float, velocity: float, guess: float, start: float
+) -> tuple[float, float]:
     """Time and velocity of the arrival at the opposite wall, by Newton's method on the closed-form flight."""
     t, after = guess, flight.reflect(velocity, r)
     phase = np.pi * time
@@ -34,14 +36,14 @@ def _arrival(d: float, gbar: float, r: float, time: float, velocity: float, gues
     return time + t, v
 
 
-@pytest.mark.parametrize("where", [(0.086061, 0.566725, 0.5), (0.150610, 0.210234, 0.5), (0.0, 0.6, 0.5), (0.05, 0.8, 0.8)])
+@pytest.mark.parametrize(
+    "where", [(0.086061, 0.566725, 0.5), (0.150610, 0.210234, 0.5), (0.0, 0.6, 0.5), (0.05, 0.8, 0.8)]
+)
 def test_jacobian_against_central_differences_with_second_order(where: tuple[float, float, float]) -> None:
     u, phi, r = where
     o = orbits(u, phi, r, 1)
     start = float(o.d) / 2
-    jacobian = flight_jacobian(
-        o.time_up, o.velocity_bottom, o.velocity_top, o.gbar + o.cos_phi, o.gbar + o.cos_top, r
-    )
+    jacobian = flight_jacobian(o.time_up, o.velocity_bottom, o.velocity_top, o.gbar + o.cos_phi, o.gbar + o.cos_top, r)
     exact = np.array(jacobian).reshape(2, 2)
     x = np.array([phi / np.pi, float(o.velocity_bottom)])
 
@@ -59,9 +61,21 @@ def test_jacobian_against_central_differences_with_second_order(where: tuple[flo
 def test_classification_at_and_around_each_boundary() -> None:
     r = 0.5
     edge, focus = 1 + r**4, 2 * r * r
-    words = [STABILITY[i] for i in classify(np.array([0, focus, -focus, np.nextafter(focus, 0), edge, -edge, np.nextafter(edge, 0), 9.0]), r)]
+    words = [
+        STABILITY[i]
+        for i in classify(
+            np.array([0, focus, -focus, np.nextafter(focus, 0), edge, -edge, np.nextafter(edge, 0), 9.0]), r
+        )
+    ]
     assert words == [
-        "stable focus", "stable node", "stable node", "stable focus", "unstable node", "unstable node", "stable node", "unstable node",
+        "stable focus",
+        "stable node",
+        "stable node",
+        "stable focus",
+        "unstable node",
+        "unstable node",
+        "stable node",
+        "unstable node",
     ]
 
 
@@ -91,7 +105,7 @@ def test_types_agree_with_the_eigenvalues() -> None:
 
 
 def test_symmetric_motion_is_a_square_of_its_half_map() -> None:
-    """For a horizontal capsule DP = (half map)^2 up to the mirror: tr DP = s^2 - 2 r^2 with s the trace of the mirrored half map."""
+    """For a horizontal capsule tr DP = s^2 - 2 r^2, with s the trace of the mirrored half map."""
     r, phi = 0.5, np.linspace(0.2, 1.5, 40)
     o = orbits(np.zeros(40), phi, r, 1)
     a11, _, _, a22 = flight_jacobian(o.time_up, o.velocity_bottom, o.velocity_top, o.cos_phi, o.cos_top, r)

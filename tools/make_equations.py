@@ -75,9 +75,7 @@ def cut(source: Path, letters: set[str]) -> bytes:
 
     from fontTools.subset import Options, Subsetter, load_font, save_font
 
-    options = Options(
-        flavor="woff2", layout_features=["*"], hinting=False, desubroutinize=True, notdef_outline=True
-    )
+    options = Options(flavor="woff2", layout_features=["*"], hinting=False, desubroutinize=True, notdef_outline=True)
     font = load_font(str(source), options)
     subsetter = Subsetter(options)
     subsetter.populate(unicodes=sorted(map(ord, letters)))
@@ -98,9 +96,7 @@ def uncovered(font: bytes, letters: set[str]) -> set[str]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Write or check the generated files; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--font", type=Path)
     options = parser.parse_args(arguments)

@@ -1,7 +1,8 @@
-"""Whether a solution of the equations is a motion: does the ball stay between the membranes during its flights?
+"""Whether a solution of the equations is a motion: whether the ball stays between the membranes in its flights.
 
-The periodicity conditions only know the ends of each flight. The extrema between are the zeros of Z', and Z' is monotone between the
-zeros of Z'' = gbar + cos(phase), which are known. So every turning point is found for certain, without sampling.
+The periodicity conditions only know the ends of each flight. The extrema between are the zeros of Z', and Z' is
+monotone between the zeros of Z'' = gbar + cos(phase), which are known. So every turning point is found for certain,
+without sampling.
 """
 
 from __future__ import annotations
@@ -39,14 +40,14 @@ def wall_gap(orbit: Orbits, r: float, n: int) -> Floats:
     Returns
     -------
     ndarray
-        Negative where the ball would have to pass through a membrane, zero at grazing, and d where it crosses from wall to wall
-        without ever turning back.
+        Negative where the ball would have to pass through a membrane, zero at grazing, and d where it crosses from
+        wall to wall without ever turning back.
 
     Notes
     -----
-    A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign in pairs, around an
-    extremum of Z' of the other sign: where Z' is positive at such an extremum of an upward flight (or negative in a downward one),
-    there is exactly one zero on either side.
+    A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign
+    in pairs, around an extremum of Z' of the other sign: where Z' is positive at such an extremum of an upward
+    flight (or negative in a downward one), there is exactly one zero on either side.
     """
     d = np.asarray(orbit.d, dtype=float)
     gap = d.copy()
@@ -82,7 +83,7 @@ def turning_points(orbit: Orbits, r: float, n: int) -> Iterator[Turns]:
     """Every turning point of the motions' flights; parameters are those of `wall_gap`."""
     d = np.atleast_1d(np.asarray(orbit.d, dtype=float))
     gbar = np.broadcast_to(np.asarray(orbit.gbar, dtype=float), d.shape)
-    # Z' is largest at phase `turn`, which is the wrong way for an upward flight, and smallest at -turn, wrong for a downward one.
+    # Z' is largest at phase `turn`, the wrong way for an upward flight, and smallest at -turn, for a downward one.
     # Where gbar > 1, Z'' never vanishes; then Z' is not of the wrong sign at phase pi either.
     turn = np.arccos(np.clip(-gbar, -1.0, 1.0))
     rise, fall = 2 * turn / np.pi, 2 - 2 * turn / np.pi
@@ -90,9 +91,7 @@ def turning_points(orbit: Orbits, r: float, n: int) -> Iterator[Turns]:
     up = (orbit.phi, -r * orbit.velocity_bottom, orbit.sin_phi, orbit.cos_phi, orbit.time_up)
     down = (phase_top, -r * orbit.velocity_top, orbit.sin_top, orbit.cos_top, orbit.time_down)
     for sign, start in ((1.0, up), (-1.0, down)):
-        phase, velocity, sine, cosine, duration = (
-            np.broadcast_to(np.asarray(x, dtype=float), d.shape) for x in start
-        )
+        phase, velocity, sine, cosine, duration = (np.broadcast_to(np.asarray(x, dtype=float), d.shape) for x in start)
         first = np.mod(sign * turn - phase, 2 * np.pi) / np.pi
         since, until = (rise, fall) if sign > 0 else (fall, rise)
         for lap in range(n + 1):
@@ -112,7 +111,7 @@ def turning_points(orbit: Orbits, r: float, n: int) -> Iterator[Turns]:
 
 
 def _velocity_zero(low: Floats, high: Floats, phase: Floats, velocity: Floats, sine: Floats, gbar: Floats) -> Floats:
-    """Zero of Z' between two times where its sign differs and it is monotone, by Newton's method kept inside the bracket."""
+    """Zero of a monotone Z' between two times where its sign differs, by Newton's method kept inside the bracket."""
     low, high = low.copy(), high.copy()
     rising = flight.velocity(high, velocity, sine, np.sin(phase + np.pi * high), gbar) > 0
     t = (low + high) / 2

@@ -1,4 +1,4 @@
-"""What a reader must know before acting on the numbers: each alert has a code, a cause with its numbers, and a remedy."""
+"""What a reader must know before acting on the numbers: alerts with a code, a cause with its numbers, and a remedy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from vireport.study import Study
 
 NEAR_CRITICAL = 0.02
-"""Share of the design value within which a critical point is called near: what masses and lengths are commonly made to."""
+"""Share of the design value within which a critical point is near: what masses and lengths are commonly made to."""
 
 
 ROUGH = 1e-12
@@ -50,7 +50,9 @@ def _motion_alerts(study: Study) -> Iterator[Alert]:
         return
     if not study.stable_ranges:
         yield Alert(
-            "VR001", "warning", "No stable 1:1 motion",
+            "VR001",
+            "warning",
+            "No stable 1:1 motion",
             "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
             "Widen the sweep, or change length, force, frequency or inclination.",
         )
@@ -61,12 +63,18 @@ def _motion_alerts(study: Study) -> Iterator[Alert]:
         depth = -min(float(branch.motions.wall_gap[part.first : part.last + 1].min()) for part, branch in discarded)
         stable = any(part.stability.startswith("stable") for part, _ in discarded)
         yield Alert(
-            "VR002", "note", "Solutions that are not motions were left out",
-            f"{len(discarded)} stretch{'es' if len(discarded) > 1 else ''} of the algebraic solution pass{'' if len(discarded) > 1 else 'es'} through a membrane, by up to "
-            f"{depth:.3g} of the length unit x_c{', some of them with eigenvalues that would call them stable' if stable else ''}. "
+            "VR002",
+            "note",
+            "Solutions that are not motions were left out",
+            f"{_count(len(discarded))} through a membrane, by up to {depth:.3g} of the length unit x_c"
+            f"{', some with eigenvalues that would call them stable' if stable else ''}. "
             "They are listed in the results as not admissible, and neither drawn nor counted.",
             "Nothing to do; the grazing points show where the motions end.",
         )
+
+
+def _count(stretches: int) -> str:
+    return "One stretch of the algebraic solution passes" if stretches == 1 else f"{stretches} stretches of it pass"
 
 
 def _accuracy_alerts(study: Study) -> Iterator[Alert]:
@@ -74,8 +82,11 @@ def _accuracy_alerts(study: Study) -> Iterator[Alert]:
     rough = [c for c in points if c.point.error_bound > ROUGH * abs(c.point.sweep_value)]
     if rough:
         yield Alert(
-            "VR006", "warning", "A critical point is known only roughly",
-            f"{', '.join(c.label for c in rough)}: the point is so nearly degenerate that it was bracketed, not polished; its error bound says how well.",
+            "VR006",
+            "warning",
+            "A critical point is known only roughly",
+            f"{', '.join(c.label for c in rough)}: so nearly degenerate that it was bracketed, not polished; the error "
+            "bound says how well.",
             "Use it only as far as its error bound allows.",
         )
 
@@ -87,22 +98,32 @@ def _design_alerts(study: Study) -> Iterator[Alert]:
     count = int(design.motions.stable.sum())
     if not count:
         yield Alert(
-            "VR003", "warning", "The design point has no stable 1:1 motion",
-            f"At {design.parameter} = {design.value:.6g} there are {len(design.motions)} solutions, none of them admissible and stable.",
+            "VR003",
+            "warning",
+            "The design point has no stable 1:1 motion",
+            f"At {design.parameter} = {design.value:.6g} there are {len(design.motions)} solutions, none of them "
+            "admissible and stable.",
             "Move the design point into a stable range.",
         )
     elif count > 1 and not (design.families.count("asymmetric") == 2 and count == 2 and study.horizontal):
         yield Alert(
-            "VR004", "note", "Several stable motions coexist at the design point",
+            "VR004",
+            "note",
+            "Several stable motions coexist at the design point",
             f"{count} stable 1:1 motions exist there; which one is reached depends on the start.",
             "Check the start, or move to where there is one.",
         )
-    near = [m for m in design.margins if m.ends_stability and m.relative is not None and abs(m.relative) < NEAR_CRITICAL]
+    near = [
+        m for m in design.margins if m.ends_stability and m.relative is not None and abs(m.relative) < NEAR_CRITICAL
+    ]
     if near:
         nearest = near[0]
         yield Alert(
-            "VR005", "warning", "The design point is near the end of stable motion",
-            f"{nearest.label} ({nearest.kind.replace('_', ' ')}) is {100 * nearest.relative:+.2f} % away in {nearest.parameter}.",  # type: ignore[operator]
+            "VR005",
+            "warning",
+            "The design point is near the end of stable motion",
+            f"{nearest.label} ({nearest.kind.replace('_', ' ')}) is {100 * (nearest.relative or 0):+.2f} % away in "
+            f"{nearest.parameter}.",
             "Keep a larger margin: manufacturing tolerances and the unknown restitution may carry the device across.",
         )
 
@@ -121,9 +142,14 @@ def _energy_alerts(study: Study) -> Iterator[Alert]:
         volts = max(volts, float(np.maximum(study.design_voltages.bottom_v, study.design_voltages.top_v).max()))
     if depth > radius:
         yield Alert(
-            "VR010", "warning", "The membrane model is outside its geometry",
-            f"The impacts press the membrane up to {1e3 * depth:.3g} mm deep, {depth / radius:.2g} times its active radius of {1e3 * radius:.3g} mm. "
-            f"The formulae still evaluate, to {volts:.3g} V above a bias of {study.membrane.bias_voltage_v:.4g} V, but the cone-and-cap shape of Eqs. (5.3)-(5.5) "
+            "VR010",
+            "warning",
+            "The membrane model is outside its geometry",
+            f"The impacts press the membrane up to {1e3 * depth:.3g} mm deep, {depth / radius:.2g} times its active "
+            f"radius of {1e3 * radius:.3g} mm. "
+            f"The formulae still evaluate, to {volts:.3g} V above a bias of {study.membrane.bias_voltage_v:.4g} V, but "
+            "the cone-and-cap shape of Eqs. (5.3)-(5.5) "
             "cannot hold there: read the voltages as a ranking, not as volts.",
-            "Use a lighter ball, a stiffer or larger membrane, or gentler forcing; or measure the membrane's force law at such depths.",
+            "Use a lighter ball, a stiffer or larger membrane, or gentler forcing; or measure the membrane's force law "
+            "at such depths.",
         )

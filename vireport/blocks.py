@@ -67,9 +67,7 @@ class Membrane:
 
     stiffness: Annotated[
         float,
-        _positive(
-            "Stiffness", "N/m^h", "Coefficient K of the membrane's restoring force K delta^h.", 4.0847e5
-        ),
+        _positive("Stiffness", "N/m^h", "Coefficient K of the membrane's restoring force K delta^h.", 4.0847e5),
     ] = 4.0847e5
     exponent: Annotated[
         float, Key("Exponent", "1", "Exponent h of the restoring force K delta^h.", 2.6, gt=0.0, le=20.0)
@@ -111,9 +109,9 @@ class Device:
             le=1.0,
         ),
     ]
-    length_m: Annotated[
-        float | None, _positive("Length", "m", "Distance s between the membranes. " + _SWEPT, 0.7)
-    ] = None
+    length_m: Annotated[float | None, _positive("Length", "m", "Distance s between the membranes. " + _SWEPT, 0.7)] = (
+        None
+    )
     membrane: Annotated[
         Membrane | None,
         Key(
@@ -141,12 +139,8 @@ class Excitation:
 class Sweep:
     """One parameter taken from one value to another; everything else is held."""
 
-    parameter: Annotated[
-        SweepParameter, Key("Swept parameter", "", "The parameter that is varied.", "length_m")
-    ]
-    from_: Annotated[
-        float, Key("From", "", "First value, in the parameter's unit; it may be the larger.", 0.59)
-    ]
+    parameter: Annotated[SweepParameter, Key("Swept parameter", "", "The parameter that is varied.", "length_m")]
+    from_: Annotated[float, Key("From", "", "First value, in the parameter's unit; it may be the larger.", 0.59)]
     to: Annotated[float, Key("To", "", "Last value, in the parameter's unit; not equal to the first.", 0.75)]
 
 

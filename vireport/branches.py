@@ -1,8 +1,9 @@
-"""Branches of motions and the critical points on them, made from the pieces of a curve: evaluated, and exact where something is exact."""
+"""Branches of motions and the critical points on them, made from the pieces of a curve."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,8 @@ from vireport.tracing import EVENTS, Curve
 Floats = NDArray[np.float64]
 
 REST_OFFSET = 1e-7
-"""Share of the last step by which a branch that ends in an impact of zero velocity stops short, where its trace is still a number."""
+"""Share of the last step by which a branch that ends in an impact of no velocity stops short: its trace is still a
+number there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +70,7 @@ class Branch:
         """Stretches between critical points, each of one stability and either admissible or not."""
         marks = [i for i, label in enumerate(self.event) if label or i in (0, len(self.event) - 1)]
         found = []
-        for first, last in zip(marks, marks[1:], strict=False):
+        for first, last in pairwise(marks):
             inner = (first + last + 1) // 2
             if last - first == 1 and self.event[last] and not self.event[first]:
                 inner = first
@@ -191,7 +193,10 @@ def _unpolished(curve: Curve, piece: Piece, row: int) -> Point:
     orbit = curve.at(np.full(3, piece.strand), w)
     value = np.asarray(curve.sweep.value(orbit.d, orbit.gbar), dtype=float)
     return Point(
-        *(float(getattr(orbit, name)[0]) for name in ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")),
+        **{
+            name: float(getattr(orbit, name)[0])
+            for name in ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")
+        },
         sweep_value=float(value[0]),
         error_bound=float(np.max(np.abs(value - value[0])) + 1e-12 * abs(value[0])),
     )
@@ -256,7 +261,10 @@ def _branch(curve: Curve, piece: Piece, orbit: Orbits, events: list[Event]) -> B
 
 
 def _pin(motions: Motions, row: int, point: Point, curve: Curve) -> None:
-    """Put the polished numbers of a critical point in its row; where an impact has no velocity, the trace stays that of a hair before it."""
+    """Put the polished numbers of a critical point in its row.
+
+    Where an impact has no velocity, the trace stays that of a hair before it.
+    """
     motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
     motions.q[row], motions.phi_bottom[row] = 0.5 + point.u, point.phi
     motions.velocity_bottom[row], motions.velocity_top[row] = point.velocity_bottom, point.velocity_top
@@ -264,6 +272,7 @@ def _pin(motions: Motions, row: int, point: Point, curve: Curve) -> None:
 
 
 def phase_at_top(point: Point, curve: Curve) -> float:
+    """Forcing phase at the top impact of a polished motion [rad]."""
     orbit = orbits(point.u, point.phi, curve.r, curve.n)
     return float(np.mod(np.arctan2(orbit.sin_top, orbit.cos_top), 2 * np.pi))
 

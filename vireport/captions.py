@@ -60,11 +60,7 @@ def beyond_limits(solution: Solution) -> str:
         largest[number] = max(size, largest.get(number, 0.0))
     found = [
         f"branch {number} ({family[number]}) "
-        + (
-            f"reaches |λ| = {significant(size, 3)}"
-            if size < HUGE
-            else f"goes beyond |λ| = {significant(HUGE)}"
-        )
+        + (f"reaches |λ| = {significant(size, 3)}" if size < HUGE else f"goes beyond |λ| = {significant(HUGE)}")
         for number, size in sorted(largest.items())
         if size > LAMBDA_LIMIT
     ]
@@ -134,11 +130,7 @@ def _about_4(study: Study) -> list[str]:
     )
     about = [
         "(a) Discriminant Δ = tr² − 4 det of the linearised return map, (b) its eigenvalues λ₁ ≥ λ₂"
-        + (
-            f", and where Δ < 0 the real part that they share (thick; |λ| = r² = {modulus} there)."
-            if focus
-            else "."
-        ),
+        + (f", and where Δ < 0 the real part that they share (thick; |λ| = r² = {modulus} there)." if focus else "."),
         "Solid: stable; dash-dotted: unstable. Red, thin: Δ = 0, λ = 0 and λ = ±1, the bounds of Table 1.",
     ]
     if _mirrored(study):
@@ -166,9 +158,7 @@ def _about_7(study: Study) -> list[str]:
 
 def _setting(study: Study, sweep: Sweep) -> str:
     swept = SWEPT[sweep.parameter]
-    return (
-        f"{conditions(study)}; {swept.symbol} from {_span(swept.value(sweep.start), swept.value(sweep.end))}."
-    )
+    return f"{conditions(study)}; {swept.symbol} from {_span(swept.value(sweep.start), swept.value(sweep.end))}."
 
 
 def _range(sweep: Sweep) -> str:
@@ -185,9 +175,7 @@ def _stable(study: Study) -> str:
 
 def _level(study: Study) -> bool:
     """Whether gravity has no part along the capsule."""
-    return study.device.inclination_deg == 0 and (
-        study.sweep is None or study.sweep.parameter != "inclination_deg"
-    )
+    return study.device.inclination_deg == 0 and (study.sweep is None or study.sweep.parameter != "inclination_deg")
 
 
 def _mirrored(study: Study) -> bool:
@@ -226,9 +214,7 @@ def _design(study: Study, name: str) -> list[str]:
         return [f"{at}; its stable motion gives U_ave = {volts}."]
     pair = pairs(motions, study.device.period_ratio)
     speed, phase, flight = (_and(float(bottom[row]), float(top[row])) for bottom, top in pair)
-    return [
-        f"{at}; its stable motion has |Ż| = {speed}, φ = {phase} rad and Δt/2 = {flight} at bottom and top."
-    ]
+    return [f"{at}; its stable motion has |Ż| = {speed}, φ = {phase} rad and Δt/2 = {flight} at bottom and top."]
 
 
 def _values_2(study: Study, parts: list[Stretch]) -> str:
@@ -250,9 +236,7 @@ def _values_4(study: Study, parts: list[Stretch]) -> str:
 
 
 def _values_7(study: Study, parts: list[Stretch]) -> str:
-    return (
-        f"average voltage {_extent([study.voltages[part.index].average_v[part.rows] for part in parts], 'V')}"
-    )
+    return f"average voltage {_extent([study.voltages[part.index].average_v[part.rows] for part in parts], 'V')}"
 
 
 def _extent(values: list[Floats], unit: str = "") -> str:
@@ -277,9 +261,7 @@ def _and(one: float, two: float) -> str:
 
 def _apart(low: float, high: float) -> str:
     """A range with so many digits that its ends differ."""
-    digits = next(
-        (k for k in range(4, MOST_DIGITS) if significant(low, k) != significant(high, k)), MOST_DIGITS
-    )
+    digits = next((k for k in range(4, MOST_DIGITS) if significant(low, k) != significant(high, k)), MOST_DIGITS)
     return _span(significant(low, digits), significant(high, digits))
 
 

@@ -1,7 +1,7 @@
 """The command line: reads options, calls one function, says what was done, returns an exit code.
 
-Exit codes: 0 done; 1 done, but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had,
-or an internal error; 130 interrupted.
+Exit codes: 0 done; 1 done, but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the
+numbers could not be had, or an internal error; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -11,7 +11,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # Typer would load every plugin installed: milliseconds, and not ours
+os.environ.setdefault(
+    "PYDANTIC_DISABLE_PLUGINS", "__all__"
+)  # Typer would load every plugin installed: milliseconds, and not ours
 
 import typer
 from typer.core import TyperGroup
@@ -23,8 +25,9 @@ if TYPE_CHECKING:
     from vireport.scenario import Loaded
 
 EPILOG = (
-    "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, but a requirement of the "
-    "scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had, or an internal error; 130 interrupted."
+    "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, "
+    "but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had, or "
+    "an internal error; 130 interrupted."
 )
 
 
@@ -65,7 +68,9 @@ Overrides = Annotated[
 ]
 Formats = Annotated[
     list[str] | None,
-    typer.Option("--format", metavar="FORMAT", help="Write only these: html, pdf, png, json, csv; commas, or repeated."),
+    typer.Option(
+        "--format", metavar="FORMAT", help="Write only these: html, pdf, png, json, csv; commas, or repeated."
+    ),
 ]
 
 
@@ -77,7 +82,9 @@ def _version(shown: bool) -> None:
 
 @app.callback()
 def _group(
-    version: Annotated[bool, typer.Option("--version", "-V", callback=_version, is_eager=True, help="Show the version.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", "-V", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
 ) -> None:
     """Periodic motions, stability and voltage of a vibro-impact energy harvester, from a YAML scenario to a report."""
 
@@ -87,13 +94,16 @@ def run(
     scenario: ScenarioFile,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="DIR", help="Where to write; by default a folder named after the scenario."),
+        typer.Option(
+            "--output", "-o", metavar="DIR", help="Where to write; by default a folder named after the scenario."
+        ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")] = False,
     set_: Overrides = None,
     format_: Formats = None,
     templates: Annotated[
-        Path | None, typer.Option("--templates", metavar="DIR", help="A folder whose report templates replace ours, file by file.")
+        Path | None,
+        typer.Option("--templates", metavar="DIR", help="A folder whose report templates replace ours, file by file."),
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")] = False,
 ) -> None:
@@ -229,6 +239,9 @@ def main(arguments: list[str]) -> int:
         import traceback
 
         traceback.print_exc()
-        print(f"vireport {__version__}: internal error: this is a fault of ours; please report it with the lines above", file=sys.stderr)
+        print(
+            f"vireport {__version__}: internal error: this is a fault of ours; please report it with the lines above",
+            file=sys.stderr,
+        )
         return VireportError.exit_code
     return 0

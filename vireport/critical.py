@@ -1,4 +1,4 @@
-"""Critical points to the last digit of a double: found along a branch, polished beyond double precision, and given an error bound."""
+"""Critical points to the last digit of a double: polished beyond double precision, and given an error bound."""
 
 from __future__ import annotations
 
@@ -88,8 +88,10 @@ def value_condition(sweep: Sweep, value: float) -> Condition:
     return condition
 
 
-def polish(sweep: Sweep, u: float, phi: float, condition: Condition, more: tuple[float, ...] = (), symmetric: bool = False) -> Point:
-    """Solve level and condition together from a guess good to a few digits, in long decimals with a Jacobian in doubles.
+def polish(
+    sweep: Sweep, u: float, phi: float, condition: Condition, more: tuple[float, ...] = (), symmetric: bool = False
+) -> Point:
+    """Solve level and condition together in long decimals, from a guess good to a few digits.
 
     Parameters
     ----------
@@ -120,7 +122,8 @@ def polish(sweep: Sweep, u: float, phi: float, condition: Condition, more: tuple
         exact = _decimal_sweep(sweep)
         level, floats, ops = exact.level, sweep.level, DecimalOps()
         x = [Decimal(float(value)) for value in ((phi, *more) if symmetric else (u, phi, *more))]
-        # u and the time since an impact are stepped and measured relative to themselves, where their scale may be that of a tiny gbar or r.
+        # u and the time since an impact are stepped and measured relative to themselves: their scale may be a tiny
+        # gbar's or r's.
         relative = {len(x) - 1} if more else set()
         relative |= {0} if not symmetric and floats.kind != "d" else set()
         guess, size = x, np.inf
@@ -130,7 +133,9 @@ def polish(sweep: Sweep, u: float, phi: float, condition: Condition, more: tuple
             if count < QUICK_STEPS:
                 columns = _differences(
                     lambda y: residual(y, sweep.device.restitution, floats, np),
-                    [float(v) for v in x], [float(v) for v in scale], 1e-6,
+                    [float(v) for v in x],
+                    [float(v) for v in scale],
+                    1e-6,
                 )
             else:
                 columns = _differences(lambda y: residual(y, exact.device.restitution, level, ops), x, scale, FINE_STEP)
@@ -140,9 +145,13 @@ def polish(sweep: Sweep, u: float, phi: float, condition: Condition, more: tuple
             if size < POLISHED:
                 break
             if max(abs(float(a - b)) for a, b in zip(x, guess, strict=True)) > FARTHEST:
-                raise NumericalError(f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} was lost (correction {size:.1g})")
+                raise NumericalError(
+                    f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} was lost (correction {size:.1g})"
+                )
         else:
-            raise NumericalError(f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} did not settle (last correction {size:.1g})")
+            raise NumericalError(
+                f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} did not settle (last correction {size:.1g})"
+            )
         u_phi = (Decimal(0), x[0]) if symmetric else (x[0], x[1])
         return _rounded(exact, sweep, orbits(*u_phi, exact.device.restitution, n, ops))
 
@@ -168,7 +177,7 @@ def _sweep_value(exact: Sweep, sweep: Sweep, orbit: Orbits) -> Decimal:
     """The swept parameter in long decimals."""
     device = exact.device
     if sweep.parameter == "frequency_hz":
-        return (orbit.d * device.amplitude_n / (4 * device.capsule_mass_kg * device.length_m)).sqrt()
+        return Decimal(orbit.d * device.amplitude_n / (4 * device.capsule_mass_kg * device.length_m)).sqrt()
     if sweep.parameter != "inclination_deg":
         return Decimal(exact.value(orbit.d, orbit.gbar))
     ops, degree = DecimalOps(), DecimalOps().pi / 180
@@ -193,7 +202,9 @@ def _decimal_sweep(sweep: Sweep) -> Sweep:
     return Sweep(replace(device, **numbers), sweep.parameter, Decimal(sweep.start), Decimal(sweep.end))  # type: ignore[arg-type]
 
 
-def _differences(function: Callable[[list[Any]], list[Any]], x: list[Any], scale: list[Any], step: Any) -> list[list[float]]:
+def _differences(
+    function: Callable[[list[Any]], list[Any]], x: list[Any], scale: list[Any], step: Any
+) -> list[list[float]]:
     """Columns of the Jacobian by central differences, each unknown stepped by its scale and divided by it."""
     columns = []
     for i, size in enumerate(scale):

@@ -168,9 +168,7 @@ def phase_curve(x: Floats, phi: Floats) -> list[Curve]:
         step = phi[cut + 1] + turns[cut] * TURN - phi[cut]
         at = x[cut] + (x[cut + 1] - x[cut]) * ((leaves - phi[cut]) / step if step else 0.0)
         rows = slice(first, cut + 1)
-        found.append(
-            (np.concatenate([start[0], x[rows], [at]]), np.concatenate([start[1], phi[rows], [leaves]]))
-        )
+        found.append((np.concatenate([start[0], x[rows], [at]]), np.concatenate([start[1], phi[rows], [leaves]])))
         first, start = int(cut) + 1, (np.array([at]), np.array([enters]))
     found.append((np.append(start[0], x[first:]), np.append(start[1], phi[first:])))
     return found

@@ -8,15 +8,15 @@ from typing import cast
 import numpy as np
 
 from vireport.admissibility import wall_gap
-from vireport.tracing import Curve, Samples, curve_of, sample, select
+from vireport.branches import CriticalPoint
 from vireport.critical import polish, value_condition
 from vireport.errors import NumericalError
 from vireport.model import PARAMETERS, Device, Parameter, Sweep
 from vireport.motions import Motions, motions_of
 from vireport.orbits import orbits
-from vireport.branches import CriticalPoint
 from vireport.solution import Solution, solve
 from vireport.strands import bisect
+from vireport.tracing import Curve, Samples, curve_of, sample, select
 
 COARSE = 30.0
 """How much coarser than for drawing the curve is sampled where only its crossings of the design point are wanted."""
@@ -148,7 +148,9 @@ def _margin(device: Device, parameter: Parameter, point: CriticalPoint, ends_sta
     value = cast(float, getattr(device, parameter))
     distance = point.point.sweep_value - value
     relative = distance / value if value else None
-    return Margin(parameter, point.label, point.kind, point.family, point.point.sweep_value, distance, relative, ends_stability)
+    return Margin(
+        parameter, point.label, point.kind, point.family, point.point.sweep_value, distance, relative, ends_stability
+    )
 
 
 def _neighbourhood(device: Device) -> list[Sweep]:
@@ -195,7 +197,7 @@ def _motions_at(device: Device, value: float, solution: Solution | None) -> tupl
 
 
 def _curve_around(sweep: Sweep, target: float, solution: Solution | None) -> tuple[Curve, Samples]:
-    """The level curve of a gbar, sampled around one d: that of the sweep where it serves, for it need not be sampled twice."""
+    """The level curve of a gbar, sampled around one d; the sweep's own where it serves."""
     if solution is not None and solution.curve.level.kind == "gbar" and solution.curve.level.value == sweep.level.value:
         low, high = solution.curve.bounds
         if low <= target <= high:

@@ -112,17 +112,11 @@ class Drawing:
         head = [(conditions(self.study), BLACK)] + ([(note, WARNING)] if note else [])
         kinds = dict.fromkeys(event.kind for event in self.events)
         points = [(f"{LETTERS[kind]} {KINDS[kind]}", POINT | MARKERS[kind]) for kind in kinds]
-        return sheet(
-            self.along, panels, panel_height, head, [legend, sorted(points, key=lambda entry: entry[0])]
-        )
+        return sheet(self.along, panels, panel_height, head, [legend, sorted(points, key=lambda entry: entry[0])])
 
-    def curves(
-        self, panel: Panel, choose: Callable[[Stretch], Sequence[Curve]], stable: bool, look: Look
-    ) -> None:
+    def curves(self, panel: Panel, choose: Callable[[Stretch], Sequence[Curve]], stable: bool, look: Look) -> None:
         """Draw the curves chosen of each stretch that is stable, or of each that is not, with one look."""
-        panel.curves(
-            [curve for part in self.parts if part.stable == stable for curve in choose(part)], **look
-        )
+        panel.curves([curve for part in self.parts if part.stable == stable for curve in choose(part)], **look)
 
     def design(self, panel: Panel, values: Sequence[Floats], colors: Sequence[str]) -> None:
         """Mark the design point, and the values of its motions; open where they are unstable."""

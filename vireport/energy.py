@@ -58,7 +58,8 @@ def contact_cosine(delta: Floats, membrane: Membrane) -> tuple[Floats, Floats]:
     """Cosine of the angle alpha at which the membrane leaves the ball, Eq. (5.4), and 1 - cos(alpha).
 
     As printed, the cosine is a difference of nearly equal terms for small deflections. The same triangle gives
-    sin(alpha) = delta (2 rb - delta)/(Rc rb + (rb - delta) t), t^2 = Rc^2 + (delta - rb)^2 - rb^2, for delta < rb, which keeps every digit.
+    sin(alpha) = delta (2 rb - delta)/(Rc rb + (rb - delta) t), t^2 = Rc^2 + (delta - rb)^2 - rb^2, for delta < rb,
+    which keeps every digit.
     """
     ball, active = membrane.ball_radius_m, membrane.active_radius_m
     depth = delta - ball
@@ -81,8 +82,9 @@ def generated_voltage(speed: Floats, mass: float, membrane: Membrane) -> Floats:
 
     Notes
     -----
-    With c = cos(alpha), (5.3) is A/(pi Rc^2) = 1 + x, x = (1-c)[1 - (rb/Rc)^2 (1-c)]/c, and the gain Uin x (2 + x): no digits are lost
-    for gentle impacts. The formulae go on beyond a deflection of Rc, where the membrane's geometry does not.
+    With c = cos(alpha), (5.3) is A/(pi Rc^2) = 1 + x, x = (1-c)[1 - (rb/Rc)^2 (1-c)]/c, and the gain Uin x (2 + x):
+    no digits are lost for gentle impacts. The formulae go on beyond a deflection of Rc, where the membrane's
+    geometry does not.
     """
     cosine, versine = contact_cosine(deflection(speed, mass, membrane), membrane)
     ratio = (membrane.ball_radius_m / membrane.active_radius_m) ** 2

@@ -132,9 +132,7 @@ def _voltage_table(found: Sequence[Place], swept: Swept, mass: float, membrane: 
     gain = numbers(f"bottom [{unit}]", f"top [{unit}]", f"*U*_ave [{unit}]", "*δ* [mm]")
     radius = scaled(membrane.active_radius_m, 3, 6)
     note = f"*V* are the impact speeds, *δ* the larger deflection; *R*_c = {radius} mm."
-    return Table(
-        "Voltages of the stable motions", (*texts("Stable motion"), *place, *gain), tuple(rows), note
-    )
+    return Table("Voltages of the stable motions", (*texts("Stable motion"), *place, *gain), tuple(rows), note)
 
 
 def _mass_table(place: Place, mass: float, capsule_mass: float, membrane: Membrane) -> Table:

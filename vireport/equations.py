@@ -42,8 +42,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ),
     (
         "Admissibility",
-        "The conditions know only the ends of a flight; the ball has to stay between the membranes on the "
-        "way.",
+        "The conditions know only the ends of a flight; the ball has to stay between the membranes on the way.",
         ("admissibility",),
     ),
     (
@@ -64,8 +63,7 @@ ENERGY = (
 NOTES = {
     "periodic-phase": "As printed, (3.10) has *g*/2 for *ḡ*/2, and divides by *r T*_u − *T*_d, which is zero "
     "at *q* = 1/(1 + *r*).",
-    "eigenvalues": "Where *Δ* < 0: Re *λ* = Tr/2 and Im *λ* = √(4 Det − Tr²)/2; the paper prints the 2 under "
-    "the root.",
+    "eigenvalues": "Where *Δ* < 0: Re *λ* = Tr/2 and Im *λ* = √(4 Det − Tr²)/2; the paper prints the 2 under the root.",
     "determinant": "The determinant of the linear system; it vanishes for no *q* and no *r* < 1.",
     "contact-angle": "A factor 2 of numerator and denominator is cancelled.",
 }
@@ -111,9 +109,7 @@ def equations(study: Study, folder: Path) -> Iterator[Block]:
     energy = study.membrane is not None
     for title, text, names in (*GROUPS, ENERGY) if energy else GROUPS:
         yield Subheading(title)
-        level = (
-            study.solution.curve.level.kind if title == "Closed form" and study.solution is not None else ""
-        )
+        level = study.solution.curve.level.kind if title == "Closed form" and study.solution is not None else ""
         yield Paragraph(f"{text} {LEVELS[level]}" if level else text)
         for name in names:
             yield Equation(name=name, note=NOTES.get(name, ""), **found[name])

@@ -1,6 +1,7 @@
 """Results for machines: results.json and branches.csv, by the names that scripts rely on.
 
-Numbers are written so that they read back exactly. There is no NaN and no Infinity: what was not computed is null, and `left_out` says why.
+Numbers are written so that they read back exactly. There is no NaN and no Infinity: what was not computed is null,
+and `left_out` says why.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from vireport.branches import Branch, CriticalPoint
 from vireport.critical import Point
 from vireport.design import DesignPoint, StableInterval
 from vireport.energy import Voltages
 from vireport.motions import Motions
 from vireport.scenario import to_dict
-from vireport.branches import Branch, CriticalPoint
 from vireport.study import Study
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "table_1": [asdict(row) for row in study.table],
         "alerts": [asdict(alert) for alert in study.alerts],
         "left_out": [{"step": step.name, "what": step.what, "why": step.why} for step in study.plan.left_out],
-        "provenance": asdict(provenance),
+        "provenance": {**asdict(provenance), "libraries": dict(provenance.libraries)},
     }
 
 
@@ -70,7 +71,8 @@ def branches_csv(study: Study) -> bytes:
             header = ["branch", "family", *columns]
             writer.writerow(header)
         writer.writerows(
-            [branch.number, branch.family, *(_cell(value) for value in row)] for row in zip(*columns.values(), strict=True)
+            [branch.number, branch.family, *(_cell(value) for value in row)]
+            for row in zip(*columns.values(), strict=True)
         )
     return text.getvalue().encode()
 

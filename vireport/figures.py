@@ -159,9 +159,7 @@ def _panel_2(drawing: Drawing, page: Sheet, k: int, simulated: Simulated | None)
     if k == PHASE:
         panel = page.panel(LABELS_2[k], PHASES, PHASE_TICKS)
     else:
-        panel = page.panel(
-            LABELS_2[k], limits([*(y[part.rows] for part in sides for y in sides[part]), *overlay])
-        )
+        panel = page.panel(LABELS_2[k], limits([*(y[part.rows] for part in sides for y in sides[part]), *overlay]))
     for stable, line in ((False, UNSTABLE), (True, STABLE)):
         for side, color in enumerate((BOTTOM, TOP)):
             drawing.curves(panel, partial(curve, side=side), stable, color | line)
@@ -205,9 +203,7 @@ def _figure_4(study: Study) -> Figure:
 def _discriminants(drawing: Drawing, page: Sheet, colors: dict[int, str]) -> None:
     r, design = drawing.study.device.restitution, drawing.study.design
     highest = (LAMBDA_LIMIT - r**4 / LAMBDA_LIMIT) ** 2
-    curves = {
-        part: [(drawing.x(part), part.branch.motions.discriminant[part.rows])] for part in drawing.parts
-    }
+    curves = {part: [(drawing.x(part), part.branch.motions.discriminant[part.rows])] for part in drawing.parts}
     seen = [within(y, -np.inf, highest) for drawn in curves.values() for _, y in drawn]
     panel = page.panel("discriminant Δ [–]", limits([*seen, np.array([0.0, (1 - r**4) ** 2])]))
     panel.level(0.0, **BOUND)
@@ -264,9 +260,7 @@ def _figure_7(study: Study, simulated: Simulated | None) -> Figure:
     if any(not part.stable for part in drawing.parts):
         legend.append(("unstable", AVERAGE | UNSTABLE_VOLTAGE | {"color": GREY, "linewidth": 1.6}))
     legend += [("simulated Uₐᵥₑ", STAR), ("simulated", CIRCLE)] if points else []
-    page = drawing.sheet(
-        1, 3.1, legend, f"{OUTSIDE[0].upper()}{OUTSIDE[1:]}" if outside_geometry(study) else ""
-    )
+    page = drawing.sheet(1, 3.1, legend, f"{OUTSIDE[0].upper()}{OUTSIDE[1:]}" if outside_geometry(study) else "")
     seen = [y[part.rows] for part in drawing.parts for y in _three(study.voltages[part.index])]
     seen += _three(points) if points else []
     power = prefix(seen)

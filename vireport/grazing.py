@@ -12,8 +12,8 @@ from vireport.model import Sweep
 from vireport.orbits import Orbits
 
 SHORT = 1e-3
-"""Time since the impact, below which a touch is a ball that comes back before it has left: found from its expansion, for in doubles the
-distance it covers is lost against the length of the capsule."""
+"""Time since the impact, below which a touch is a ball that comes back before it has left. It is found from its
+expansion, for in doubles the distance covered is lost against the length of the capsule."""
 
 
 def polish_grazing(sweep: Sweep, orbit: Orbits, symmetric: bool) -> Point:
@@ -58,7 +58,9 @@ def _pressing(orbit: Orbits, upward: bool) -> Any:
 
 
 def _polish_short(sweep: Sweep, u: float, phi: float, orbit: Orbits, upward: bool, symmetric: bool) -> Point:
-    """Touch shortly after the impact: v t = a t^2/2 + j t^3/6 and v = a t + j t^2/2 give a = (-8 j v/3)^(1/2) and t = -3 a/(2 j).
+    """Polish a touch shortly after the impact.
+
+    v t = a t^2/2 + j t^3/6 and v = a t + j t^2/2 give a = (-8 j v/3)^(1/2) and t = -3 a/(2 j).
 
     For r = 0 the ball starts at rest, and the touch is where the membrane begins to hold it: a = 0.
     """

@@ -60,9 +60,7 @@ class Room:
         row, column = (y[inside] / CELL).astype(np.intp), (x[inside] / CELL).astype(np.intp)
         self._weight[row, column] = np.maximum(self._weight[row, column], weight)
 
-    def beside(
-        self, anchors: Floats, others: Floats, width: float, height: float
-    ) -> tuple[Floats, Floats | None]:
+    def beside(self, anchors: Floats, others: Floats, width: float, height: float) -> tuple[Floats, Floats | None]:
         """Place a text next to one of its points, and record it.
 
         Parameters
@@ -95,9 +93,7 @@ class Room:
             return centre[best], None
         start = anchors[order[best]]
         way = centre[best] - start
-        return centre[best], np.stack(
-            [start, start + way * (1 - np.min(half / np.maximum(np.abs(way), 1e-9)))]
-        )
+        return centre[best], np.stack([start, start + way * (1 - np.min(half / np.maximum(np.abs(way), 1e-9)))])
 
     def along(self, x: float, width: float, height: float) -> Floats:
         """Place a text beside a vertical line at `x`, as low as there is room, and return its centre."""
@@ -124,7 +120,7 @@ class Room:
 
     def _take(self, centre: Floats, half: Floats) -> None:
         most = [self._shape[1] - 1, self._shape[0] - 1]
-        (left, bottom), (right, top) = np.clip(
-            [(centre - half) / CELL, (centre + half) / CELL], 0, most
-        ).astype(np.intp)
+        (left, bottom), (right, top) = np.clip([(centre - half) / CELL, (centre + half) / CELL], 0, most).astype(
+            np.intp
+        )
         self._weight[bottom : top + 1, left : right + 1] += TEXT_WEIGHT

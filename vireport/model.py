@@ -1,6 +1,7 @@
 """The crossing between a scenario in SI units and the dimensionless groups, in both directions.
 
-With r and n, the groups d = s/x_c and gbar = M g sin(beta)/F are all of the dynamics. No other module mixes the two kinds of number.
+With r and n, the groups d = s/x_c and gbar = M g sin(beta)/F are all of the dynamics. No other module mixes the two
+kinds of number.
 """
 
 from __future__ import annotations
@@ -14,12 +15,15 @@ import numpy as np
 from vireport.orbits import Level
 from vireport.precise import DecimalOps
 
+Number = Any
+"""A float, a decimal where a point is polished, or None for a swept parameter without a design point."""
+
 Parameter = Literal["length_m", "amplitude_n", "frequency_hz", "inclination_deg"]
 PARAMETERS: tuple[Parameter, ...] = ("length_m", "amplitude_n", "frequency_hz", "inclination_deg")
 
 
 NO_GRAVITY = 1e-15
-"""gbar up to which a capsule is taken as horizontal: no phase, velocity or length of a motion then differs in any digit of a double, and
+"""gbar up to which a capsule is taken as horizontal: no number of a motion then differs in any digit of a double, and
 q - 1/2 ~ gbar could no longer be told from zero."""
 
 
@@ -37,13 +41,13 @@ class Device:
         n, forcing periods per motion, Eq. (3.14).
     """
 
-    capsule_mass_kg: float
-    restitution: float
-    gravity_m_s2: float
-    length_m: float | None
-    amplitude_n: float | None
-    frequency_hz: float | None
-    inclination_deg: float | None
+    capsule_mass_kg: Number
+    restitution: Number
+    gravity_m_s2: Number
+    length_m: Number
+    amplitude_n: Number
+    frequency_hz: Number
+    inclination_deg: Number
     period_ratio: int = 1
 
     def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
@@ -51,15 +55,13 @@ class Device:
         return {name: value if name == parameter else getattr(self, name) for name in PARAMETERS}
 
     def groups(self, parameter: Parameter, value: Any) -> tuple[Any, Any]:
-        """The groups (d, gbar) where `parameter` has `value`: d = 4 M s f^2/F and gbar = M g sin(beta)/F, Eqs. (2.5), (2.6)."""
+        """The groups d = 4 M s f^2/F and gbar = M g sin(beta)/F where `parameter` has `value`, Eqs. (2.5), (2.6)."""
         x = self.at(parameter, value)
         mass, force = self.capsule_mass_kg, x["amplitude_n"]
         d = 4 * mass * x["length_m"] * x["frequency_hz"] ** 2 / force
         angle = x["inclination_deg"]
-        if isinstance(angle, Decimal):
-            sine = DecimalOps().sin(angle * DecimalOps().pi / 180)
-        else:
-            sine = sine_of_degrees(angle)
+        exact = isinstance(angle, Decimal)
+        sine = DecimalOps().sin(angle * DecimalOps().pi / 180) if exact else sine_of_degrees(angle)
         gbar = mass * self.gravity_m_s2 * sine / force
         return d, gbar * (gbar > NO_GRAVITY)
 
@@ -70,7 +72,7 @@ class Device:
 
 
 def sine_of_degrees(angle: Any) -> Any:
-    """sin of an angle in degrees, exact at 0 and 90, and with full relative accuracy near both."""
+    """Sin of an angle in degrees, exact at 0 and 90, and with full relative accuracy near both."""
     angle = np.asarray(angle, dtype=float)
     sine = np.where(angle <= 45, np.sin(np.radians(angle)), np.cos(np.radians(90 - angle)))
     return sine[()]
@@ -78,7 +80,7 @@ def sine_of_degrees(angle: Any) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """One parameter of a device that varies: which level of the surface of motions that is, and where on it a value lies.
+    """One parameter of a device that varies: a level of the surface of motions, and where on it a value lies.
 
     Attributes
     ----------
@@ -91,8 +93,8 @@ class Sweep:
 
     device: Device
     parameter: Parameter
-    start: float
-    end: float
+    start: Number
+    end: Number
 
     @property
     def level(self) -> Level:
@@ -123,9 +125,9 @@ class Sweep:
         """The parameter at which a motion with these groups occurs; the inverse of `Device.groups` along the sweep."""
         x, mass = self.device, self.device.capsule_mass_kg
         if self.parameter == "length_m":
-            return d * x.amplitude_n / (4 * mass * x.frequency_hz**2)  # type: ignore[operator]
+            return d * x.amplitude_n / (4 * mass * x.frequency_hz**2)
         if self.parameter == "amplitude_n":
-            return 4 * mass * x.length_m * x.frequency_hz**2 / d  # type: ignore[operator]
+            return 4 * mass * x.length_m * x.frequency_hz**2 / d
         if self.parameter == "frequency_hz":
             return np.sqrt(np.maximum(d, 0.0) * x.amplitude_n / (4 * mass * x.length_m))
         sine = gbar * x.amplitude_n / (mass * x.gravity_m_s2)

@@ -1,13 +1,14 @@
 """All 1:1 motions of period T = 2n, in closed form, as one smooth surface over (q, phase).
 
-Equations (3.9)-(3.11) are linear in the velocity, the sine and cosine of the phase, gbar and d. Solved for the velocity, gbar and d
-instead of for the phase, they have exactly one solution for *every* pair (q, phase): their determinant is
-K(q) = -T^2 (1+r) [(q - 1/2)^2 + ((1-r)/(2(1+r)))^2], which vanishes for no r < 1. So no guess is needed, no motion is lost, and neither
-q = 1/(1+r), where (3.10) divides by zero, nor q = 1/2 is special. A sweep is a level curve on that surface.
+Equations (3.9)-(3.11) are linear in the velocity, the sine and cosine of the phase, gbar and d. Solved for the
+velocity, gbar and d instead of for the phase, they have exactly one solution for *every* pair (q, phase): their
+determinant is K(q) = -T^2 (1+r) [(q - 1/2)^2 + ((1-r)/(2(1+r)))^2], which vanishes for no r < 1. So no guess is
+needed, no motion is lost, and neither q = 1/(1+r), where (3.10) divides by zero, nor q = 1/2 is special. A sweep is
+a level curve on that surface.
 
-Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a nearly horizontal capsule live at
-u ~ gbar, where q itself has no digits left. The formulae take the module that provides `sin`, `cos` and `pi`, so that the same lines
-serve arrays, floats and decimal numbers of any length.
+Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a nearly horizontal capsule live at u
+~ gbar, where q itself has no digits left. The formulae take the module that provides `sin`, `cos` and `pi`, so that
+the same lines serve arrays, floats and decimal numbers of any length.
 """
 
 from __future__ import annotations

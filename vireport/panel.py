@@ -102,6 +102,4 @@ class Panel:
 
     def _write(self, text: str, centre: Floats, **look: Any) -> None:
         x, y = centre / [self.room.width, self.room.height]
-        self.axes.text(
-            x, y, text, transform=self.axes.transAxes, ha="center", va="center_baseline", zorder=6, **look
-        )
+        self.axes.text(x, y, text, transform=self.axes.transAxes, ha="center", va="center_baseline", zorder=6, **look)

@@ -72,9 +72,7 @@ def comparison(study: Study) -> Comparison | None:
     for case in CASES:
         if _is_case(study, case):
             rows = (*_critical_rows(study, case), *_motion_rows(study, case))
-            return (
-                Comparison(case.name, rows, tuple(_type_rows(study, case)), case.misprints) if rows else None
-            )
+            return Comparison(case.name, rows, tuple(_type_rows(study, case)), case.misprints) if rows else None
     return None
 
 

@@ -1,7 +1,7 @@
-"""Runs of possible motions along the strands, ending exactly where they end, with everything that happens on them located.
+"""Runs of possible motions along the strands, ending exactly where they end, with what happens on them.
 
-A strand is cut where it leaves the sweep or an impact velocity vanishes; on what is left, the points are found at which the ball grazes a
-membrane or the type of stability changes.
+A strand is cut where it leaves the sweep or an impact velocity vanishes; on what is left, the points are found at
+which the ball grazes a membrane or the type of stability changes.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ Run = tuple[int, Floats, "float | None", "float | None"]
 
 
 def _runs(curve: Curve, samples: Samples, k: int) -> Iterator[Run]:
-    """Runs of valid samples of strand k, each with the invalid parameter on either side (None where the strand itself ends)."""
+    """Runs of valid samples of strand k, with the invalid parameter on either side (None where the strand ends)."""
     strand = curve.strands[k]
     mine = samples.which == k
     w, valid = samples.w[mine], samples.validity[mine] > 0
@@ -89,7 +89,7 @@ def _runs(curve: Curve, samples: Samples, k: int) -> Iterator[Run]:
 
 
 def _symmetric_points(curve: Curve, strand: Strand) -> list[float]:
-    """Parameters at which an asymmetric strand of a horizontal capsule passes through the symmetric motion: its two halves are mirror images."""
+    """Parameters at which an asymmetric strand of a horizontal capsule passes through the symmetric motion."""
     if not curve.horizontal or strand.symmetric:
         return []
     middle = 2 * np.arcsin(np.sqrt(-strand.low / (strand.high - strand.low)))

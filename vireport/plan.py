@@ -82,30 +82,67 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
         failing = next((reason for holds, reason in conditions if not holds), None)
         return Step(name, failing is None, what, failing or why)
 
-    return Plan((
-        step("branches", "branches of 1:1 motions along the sweep, admissibility and stability", (swept, no_sweep), why="a sweep is given"),
-        step(
-            "symmetric", "the symmetric family", (horizontal, "gravity along the capsule: no motion is symmetric for beta > 0"),
-            (scenario.period_ratio % 2 == 1, "for an even period ratio no motion is symmetric"), why="the capsule is horizontal",
-        ),
-        step("critical", "critical points and Table 1", (swept, no_sweep), why="a sweep is given"),
-        step("design", "the motions at the design point and their margins", (designed, f"{_path(scenario)} is not given"), why="the design point is given"),
-        step("energy", "voltages", (energy, no_mass), why="the ball mass is given"),
-        step("figure-2", "figure 2: impact velocity, phase and flight time", (swept, no_sweep), (pictures, not_asked), why="a sweep is given"),
-        step("figure-4", "figure 4: Delta and the eigenvalues", (swept, no_sweep), (pictures, not_asked), why="a sweep is given"),
-        step("figure-7", "figure 7: voltages", (swept, no_sweep), (energy, no_mass), (pictures, not_asked), why="a sweep and the ball mass are given"),
-        *(
+    return Plan(
+        (
             step(
-                name, f"output: {what}", (name in asked, "not among the formats asked for"), (swept or name not in ("png", "csv"), no_sweep),
-                why="asked for",
-            )
-            for name, what in OUTPUTS.items()
-        ),
-    ))
+                "branches",
+                "branches of 1:1 motions along the sweep, admissibility and stability",
+                (swept, no_sweep),
+                why="a sweep is given",
+            ),
+            step(
+                "symmetric",
+                "the symmetric family",
+                (horizontal, "gravity along the capsule: no motion is symmetric for beta > 0"),
+                (scenario.period_ratio % 2 == 1, "for an even period ratio no motion is symmetric"),
+                why="the capsule is horizontal",
+            ),
+            step("critical", "critical points and Table 1", (swept, no_sweep), why="a sweep is given"),
+            step(
+                "design",
+                "the motions at the design point and their margins",
+                (designed, f"{_path(scenario)} is not given"),
+                why="the design point is given",
+            ),
+            step("energy", "voltages", (energy, no_mass), why="the ball mass is given"),
+            step(
+                "figure-2",
+                "figure 2: impact velocity, phase and flight time",
+                (swept, no_sweep),
+                (pictures, not_asked),
+                why="a sweep is given",
+            ),
+            step(
+                "figure-4",
+                "figure 4: Delta and the eigenvalues",
+                (swept, no_sweep),
+                (pictures, not_asked),
+                why="a sweep is given",
+            ),
+            step(
+                "figure-7",
+                "figure 7: voltages",
+                (swept, no_sweep),
+                (energy, no_mass),
+                (pictures, not_asked),
+                why="a sweep and the ball mass are given",
+            ),
+            *(
+                step(
+                    name,
+                    f"output: {what}",
+                    (name in asked, "not among the formats asked for"),
+                    (swept or name not in ("png", "csv"), no_sweep),
+                    why="asked for",
+                )
+                for name, what in OUTPUTS.items()
+            ),
+        )
+    )
 
 
 def design_value(scenario: Scenario) -> float | None:
-    """Value of the swept parameter at the design point (of the length where nothing is swept), None where it is not given."""
+    """Value of the swept parameter (of the length where none is) at the design point, None where it is not given."""
     values = {
         "length_m": scenario.device.length_m,
         "amplitude_n": scenario.excitation.amplitude_n,

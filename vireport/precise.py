@@ -1,7 +1,7 @@
 """Sine and cosine of decimal numbers of any length, so that a critical point can be polished beyond double precision.
 
-The standard library's decimal arithmetic is compiled and already loaded; a package for this would take longer to import than the work
-takes to do.
+The standard library's decimal arithmetic is compiled and already loaded; a package for this would take longer to
+import than the work takes to do.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ DIGITS = 45
 @lru_cache(maxsize=4)
 def _pi(digits: int) -> Decimal:
     """Pi by Machin's formula, 16 arctan(1/5) - 4 arctan(1/239), in integers."""
-    unit = 10 ** (digits + 10)
+    unit: int = 10 ** (digits + 10)
 
     def arctan_inverse(k: int) -> int:
         term = total = unit // k
@@ -32,7 +32,7 @@ def _pi(digits: int) -> Decimal:
 
 
 class DecimalOps:
-    """`sin`, `cos` and `pi` for decimals at the current context's precision; stands where the formulae take a module."""
+    """`sin`, `cos` and `pi` for decimals at the current precision; stands where the formulae take a module."""
 
     @property
     def pi(self) -> Decimal:

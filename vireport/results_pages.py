@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from vireport.branches import CriticalPoint
 from vireport.critical import Point
 from vireport.design import DesignPoint, StableInterval
 from vireport.formatting import ABSENT, bounded, error_bound, percent, significant, words
 from vireport.pages import Block, Paragraph, Table, numbers, texts
 from vireport.precise import DIGITS
-from vireport.branches import CriticalPoint
 from vireport.solution import Solution
 from vireport.study import Study
 from vireport.table import Row
@@ -49,8 +49,7 @@ def table_1(study: Study) -> Iterator[Block]:
         "Table 1 for this scenario",
         columns,
         tuple(_table_row(study.solution, row, symbol) for row in study.table),
-        "Both ends of a row belong together: where *d* rises, the swept parameter may fall. Mirror images "
-        "share a row.",
+        "Both ends of a row belong together: where *d* rises, the swept parameter may fall. Mirror images share a row.",
     )
     yield from _ranges("Ranges of stable 1:1 motion", study, study.stable_ranges, None)
 
@@ -88,9 +87,7 @@ def _end_label(solution: Solution, label: str, value: float) -> str:
     return ""
 
 
-def _ranges(
-    caption: str, study: Study, parts: Sequence[StableInterval], design: DesignPoint | None
-) -> Iterator[Block]:
+def _ranges(caption: str, study: Study, parts: Sequence[StableInterval], design: DesignPoint | None) -> Iterator[Block]:
     """Stable ranges, with the room that a design point has in them."""
     if not parts:
         return
@@ -207,8 +204,7 @@ def design_point(study: Study) -> Iterator[Block]:
                 *numbers("*q*", "*φ*_B", "*φ*_T", "*Ż*_B", "*Ż*_T", "Tr", "*Δ*"),
             ),
             tuple(_motion_rows(design)),
-            f"Phases in rad, velocities in *y*_c. Det = *r*⁴ = {significant(study.device.restitution**4, 6)} "
-            "for all.",
+            f"Phases in rad, velocities in *y*_c. Det = *r*⁴ = {significant(study.device.restitution**4, 6)} for all.",
         )
     else:
         yield Paragraph("The equations of a 1:1 motion have no solution here.")

@@ -92,13 +92,11 @@ def _radii(tree: _Tree) -> Iterator[Finding]:
         message = f"got {large:.12g}, which is too small (above ball_radius_m, {small:.12g} by default)"
         yield Finding(active, "rule", message)
     else:
-        yield Finding(
-            ball, "rule", f"got {small:.12g}, which is too large (below active_radius_m, {large:.12g})"
-        )
+        yield Finding(ball, "rule", f"got {small:.12g}, which is too large (below active_radius_m, {large:.12g})")
 
 
 NARROWEST_SWEEP = 1e-9
-"""Relative width of a sweep up to which its ends are taken for the same value: rounding leaves no digits to draw in between."""
+"""Relative width of a sweep up to which its ends are taken for one value: rounding leaves nothing in between."""
 
 
 def _sweep(tree: _Tree) -> Iterator[Finding]:

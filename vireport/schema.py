@@ -31,9 +31,7 @@ _MEMBRANE_NEEDS_BALL = {
         "properties": {"device": {"required": ["membrane"], "properties": {"membrane": {"type": "object"}}}},
     },
     "then": {
-        "properties": {
-            "device": {"required": ["ball_mass_kg"], "properties": {"ball_mass_kg": {"type": "number"}}}
-        }
+        "properties": {"device": {"required": ["ball_mass_kg"], "properties": {"ball_mass_kg": {"type": "number"}}}}
     },
 }
 

@@ -86,9 +86,7 @@ class Sheet:
         if number == 0:
             self._along_top(self.panels[-1], bottom + height)
         if limits:
-            self._along_side(
-                self.panels[-1], bottom, height, *(y_ticks or fitting_ticks(*y, LETTERS_ALONG, 6))
-            )
+            self._along_side(self.panels[-1], bottom, height, *(y_ticks or fitting_ticks(*y, LETTERS_ALONG, 6)))
         self._words(0.08, bottom + height / 2, label, rotation=90, ha="left", va="center")
         if len(self.places) > 1:
             self._words(0.05, bottom + height, f"({'abc'[number]})", ha="left", va="center")
@@ -109,9 +107,7 @@ class Sheet:
         share = _share(values, panel.y)
         _tick_marks(panel.axes, [0.0] * len(share), share, TICK_RIGHT)
         for part, text in zip(share, texts, strict=True):
-            self._words(
-                LEFT - 0.06, bottom + part * height, text, ha="right", va="center_baseline", size=SMALL
-            )
+            self._words(LEFT - 0.06, bottom + part * height, text, ha="right", va="center_baseline", size=SMALL)
 
     def _along_top(self, panel: Panel, top: float) -> None:
         share = _share([x for x, _ in self.along.top], panel.x)
@@ -157,9 +153,7 @@ def sheet(
     height = BOTTOM + panels * panel_height + (panels - 1) * BETWEEN + over
     figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
-    places = tuple(
-        (BOTTOM + (panels - 1 - k) * (panel_height + BETWEEN), panel_height) for k in range(panels)
-    )
+    places = tuple((BOTTOM + (panels - 1 - k) * (panel_height + BETWEEN), panel_height) for k in range(panels))
     made = Sheet(figure, axis, height, places)
     y = height - 0.04 - ROW / 2
     for text, color in head:

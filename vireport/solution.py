@@ -1,4 +1,4 @@
-"""The motions of a sweep: its branches, and the critical points that divide them, numbered and freed of mirror images."""
+"""The motions of a sweep: its branches, and the critical points that divide them, numbered."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LETTERS = {"node_focus": "A", "period_doubling": "B", "fold": "C", "pitchfork": 
 """Letters of the critical points; the paper's A, B, C, and G for grazing, which it does not treat."""
 
 SAME_POINT = 1e-9
-"""Relative difference of the swept value below which two critical points of one kind are mirror images of one another."""
+"""Relative difference of the swept value below which two critical points of one kind are mirror images."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +73,9 @@ def _label(curve: Curve, drafts: list[Draft]) -> tuple[tuple[Branch, ...], tuple
             if one.branch.ends[row] == "pitchfork":
                 marks[row] = next((point.label for point in named if _meets(point, one.branch, row)), "")
         mirror = mirrored[i]
-        branches.append(replace(one.branch, number=i + 1, mirror_of=None if mirror is None else mirror + 1, event=tuple(marks)))
+        branches.append(
+            replace(one.branch, number=i + 1, mirror_of=None if mirror is None else mirror + 1, event=tuple(marks))
+        )
     return tuple(branches), named
 
 
@@ -131,5 +133,5 @@ def _reflected(one: Branch, two: Branch) -> bool:
 
 
 def _near_admissible(branch: Branch, row: int) -> bool:
-    """Whether a motion or a neighbour is admissible: points inside an inadmissible stretch are not critical points of motions."""
+    """Whether a motion or a neighbour is admissible; inside an inadmissible stretch nothing is a critical point."""
     return bool(branch.motions.admissible[max(row - 1, 0) : row + 2].any())

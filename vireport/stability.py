@@ -1,7 +1,7 @@
 """The linearised return map of a motion, and Table 1's words for it.
 
-Turns motions into the trace of DP = DP2 DP1 and classifies by the trace alone: det DP = r^4 exactly, so the trace decides everything,
-and near Delta = 0 rounded eigenvalues would have lost half their digits.
+Turns motions into the trace of DP = DP2 DP1 and classifies by the trace alone: det DP = r^4 exactly, so the trace
+decides everything, and near Delta = 0 rounded eigenvalues would have lost half their digits.
 """
 
 from __future__ import annotations
@@ -51,12 +51,8 @@ def trace_and_determinant(orbit: Orbits, r: Any) -> tuple[Any, Any]:
     The determinant is r^4 (A.3); it is evaluated here from the entries so that it can be checked.
     """
     bottom, top = orbit.gbar + orbit.cos_phi, orbit.gbar + orbit.cos_top
-    a11, a12, a21, a22 = flight_jacobian(
-        orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r
-    )
-    b11, b12, b21, b22 = flight_jacobian(
-        orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, top, bottom, r
-    )
+    a11, a12, a21, a22 = flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r)
+    b11, b12, b21, b22 = flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, top, bottom, r)
     trace = b11 * a11 + b12 * a21 + b21 * a12 + b22 * a22
     return trace, (a11 * a22 - a12 * a21) * (b11 * b22 - b12 * b21)
 

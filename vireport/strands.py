@@ -1,8 +1,9 @@
 """The level curve of a sweep, cut into strands: smooth curves with a parameter, none of them missed.
 
-Above each q a level a sin(phi) + b cos(phi) = c has two motions where |c| < (a^2 + b^2)^(1/2), one where they meet, none beyond.
-So a sweep's motions lie above the intervals of q where that holds, on an upper and a lower sheet that join smoothly at each end that is a
-meeting. One parameter w runs over both: q = middle - half cos(w), upper sheet for 0 < w < pi, lower for pi < w < 2 pi.
+Above each q a level a sin(phi) + b cos(phi) = c has two motions where |c| < (a^2 + b^2)^(1/2), one where they meet,
+none beyond. So a sweep's motions lie above the intervals of q where that holds, on an upper and a lower sheet that
+join smoothly at each end that is a meeting. One parameter w runs over both: q = middle - half cos(w), upper sheet
+for 0 < w < pi, lower for pi < w < 2 pi.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ EDGE = 0.5
 """|u| at which one of the two flights has no duration left."""
 
 TINIEST_FEATURE = -18
-"""Decade of u down to which existence is looked for next to the symmetric line: below it, u is lost against any double."""
+"""Decade of u down to which existence is looked for next to the symmetric line; `model.NO_GRAVITY` lies above."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +97,9 @@ def evaluate(strands: list[Strand], which: NDArray[np.intp], w: Floats, level: L
 def _existence(level: Level, r: float, n: int) -> list[tuple[float, float]]:
     """Intervals of u in which the level has motions.
 
-    The margin a^2 + b^2 - c^2 is sampled far below its shortest wavelength 1/(2n) and, next to u = 0 and to the edges, where d vanishes, in
-    every decade down to rounding; its zeros are then bisected, and its extrema that come close to zero without crossing it are refined first.
+    The margin a^2 + b^2 - c^2 is sampled far below its shortest wavelength 1/(2n) and, next to u = 0 and to the
+    edges, where d vanishes, in every decade down to rounding; its zeros are then bisected, and its extrema that
+    come close to zero without crossing it are refined first.
     """
 
     def margin(u: Floats) -> Floats:

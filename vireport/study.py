@@ -8,22 +8,21 @@ from functools import cached_property
 
 import numpy as np
 
+from vireport import blocks
 from vireport.alerts import Alert, alerts
+from vireport.blocks import Scenario
 from vireport.design import DesignPoint, StableInterval, design_point, stable_ranges
 from vireport.energy import Membrane, Voltages, voltages
 from vireport.errors import NumericalError
 from vireport.model import Device, Sweep
 from vireport.motions import Motions
 from vireport.plan import FORMATS, Plan, plan
-from vireport import blocks
-from vireport.blocks import Scenario
 from vireport.scenario import Loaded
 from vireport.solution import Solution, solve
 from vireport.table import Row, table
 
-
 SMALLEST_LOSS = 1e-6
-"""1 - r below which the motions are not resolved: they draw together as 1 - r, and the determinant r^4 of DP can no longer be told from 1."""
+"""1 - r below which the motions are not resolved: they draw together as 1 - r, and det DP = r^4 comes too near to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +110,9 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS) -> Study:
     device = device_of(scenario)
     if 1 - device.restitution < SMALLEST_LOSS:
         raise NumericalError(
-            f"device.restitution: {device.restitution!r} means impacts with hardly any loss; for 1 periodic motions come in continua and none is "
-            f"asymptotically stable, so that the criteria of Table 1 do not apply (allowed here: at most 1 - {SMALLEST_LOSS:g})"
+            f"device.restitution: {device.restitution!r} means impacts with hardly any loss; for 1 periodic motions "
+            "come in continua and none is asymptotically stable, so that the criteria of Table 1 do not apply "
+            f"(allowed here: at most 1 - {SMALLEST_LOSS:g})"
         )
     sweep = Sweep(device, scenario.sweep.parameter, scenario.sweep.from_, scenario.sweep.to) if scenario.sweep else None
     solution = solve(sweep) if sweep is not None else None
@@ -130,14 +130,14 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS) -> Study:
         voltages=(),
         design_voltages=None,
     )
-    return _with_energy(study) if steps.runs("energy") else study
+    mass = scenario.device.ball_mass_kg
+    return study if mass is None else _with_energy(study, mass)
 
 
-def _with_energy(study: Study) -> Study:
+def _with_energy(study: Study, mass: float) -> Study:
     scenario, device = study.scenario, study.device
     given = scenario.device.membrane or blocks.Membrane()
     membrane = Membrane(**{name: getattr(given, name) for name in Membrane.__slots__})
-    mass = scenario.device.ball_mass_kg
     parameter = study.sweep.parameter if study.sweep else "length_m"
 
     def of(motions: Motions) -> Voltages:

@@ -102,11 +102,7 @@ def tick_labels(values: Sequence[float]) -> list[str]:
     size = max(abs(value) for value in values)
     if size == 0 or PLAIN[0] <= size < PLAIN[1]:
         decimals = next(
-            (
-                k
-                for k in range(MOST_DIGITS)
-                if _told_apart(f"{value:.{k}f}" for value in values) and _close(values, k)
-            ),
+            (k for k in range(MOST_DIGITS) if _told_apart(f"{value:.{k}f}" for value in values) and _close(values, k)),
             MOST_DIGITS,
         )
         return [f"{value:.{decimals}f}".replace("-", MINUS) if value else "0" for value in values]

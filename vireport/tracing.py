@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ LONGEST_CHORD = 0.04
 """Longest step of the polyline as a share of the axes, so that no feature of that size hides between two samples."""
 
 SURFACE = slice(3, 6)
-"""Columns of `Samples.drawn` that say where on the surface of motions a sample is: its phase and q, bounded for every motion."""
+"""Columns of `Samples.drawn` that say where on the surface of motions a sample is, by its phase and q."""
 
 LONGEST_JUMP = 0.05
 """Longest step on the surface itself (of phase over 2 pi, and q)."""
@@ -61,7 +62,7 @@ class Curve:
     @property
     def r(self) -> float:
         """Restitution coefficient."""
-        return self.sweep.device.restitution
+        return float(self.sweep.device.restitution)
 
     @property
     def n(self) -> int:
@@ -70,7 +71,7 @@ class Curve:
 
     @property
     def horizontal(self) -> bool:
-        """Whether gravity has no part along the capsule and n is odd, so that motions have mirror images on the same level."""
+        """Whether gravity has no part along the capsule and n is odd: motions then have mirror images."""
         return self.level.kind == "gbar" and bool(self.level.value == 0) and self.n % 2 == 1
 
     def at(self, which: Ints, w: Floats) -> Orbits:
@@ -78,7 +79,7 @@ class Curve:
         return evaluate(self.strands, which, w, self.level, self.r, self.n)
 
     def event_values(self, orbit: Orbits, with_gap: object = True) -> Floats:
-        """Functions whose zeros are the `EVENTS`, one column each; the last four are positive exactly on what may be a motion.
+        """Functions whose zeros are the `EVENTS`; the last four are positive exactly on what may be a motion.
 
         The gap costs most; it is NaN outside the mask `with_gap` and where there can be no motion.
         """
@@ -110,9 +111,9 @@ def curve_of(sweep: Sweep, bounds: tuple[float, float] | None = None) -> Curve:
     return Curve(sweep, level, strands, bounds or sweep.coordinate_range)
 
 
-def select(orbit: Orbits, index: object) -> Orbits:
+def select(orbit: Orbits, index: Any) -> Orbits:
     """The motions picked by an index or mask."""
-    return Orbits(*(np.asarray(getattr(orbit, field.name))[index] for field in fields(Orbits)))  # type: ignore[index]
+    return Orbits(*(np.asarray(getattr(orbit, field.name))[index] for field in fields(Orbits)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,14 +163,15 @@ def sample(curve: Curve, coarseness: float = 1.0) -> Samples:
         coarse = (np.linalg.norm(bend, axis=1) > smooth) | (np.linalg.norm(chord, axis=1) > longest)
         seen = (middle.validity > 0) | (samples.validity[index] > 0) | (samples.validity[index + 1] > 0)
         coarse &= np.abs(middle.w - samples.w[index]) > np.where(seen, 1e-13, 1e-9)
-        # A step that jumps along the surface itself is never left alone: what lies in between may be in the sweep though its ends are not.
+        # A step that jumps along the surface is never left alone: what lies in between may be in the sweep though its
+        # ends are not.
         coarse |= np.linalg.norm(chord[:, SURFACE], axis=1) > LONGEST_JUMP
         active = np.zeros(len(samples.w) - 1, dtype=bool)
         active[index] = coarse
         active = np.insert(active, index + 1, coarse)
-        samples = Samples(*(
-            np.insert(getattr(samples, f.name), index + 1, getattr(middle, f.name), axis=0) for f in fields(Samples)
-        ))
+        samples = Samples(
+            *(np.insert(getattr(samples, f.name), index + 1, getattr(middle, f.name), axis=0) for f in fields(Samples))
+        )
     return samples
 
 
@@ -181,7 +183,7 @@ def _samples(curve: Curve, which: Ints, w: Floats) -> Samples:
     speed = 1 + (1 + r) / (1 - r) / np.pi
     with np.errstate(all="ignore"):
         root = np.sqrt(np.abs(np.clip(discriminant(trace, r), -4.0, 4.0)))
-        # The trace passes through infinity where an impact velocity vanishes; faded out there, the eigenvalues stay continuous.
+        # The trace passes through infinity where an impact velocity vanishes; faded, the eigenvalues are continuous.
         fade = np.clip(-100 * orbit.velocity_bottom * orbit.velocity_top, -1.0, 1.0) / 3
         drawn = np.stack(
             [
@@ -205,7 +207,7 @@ def _jumps(samples: Samples) -> NDArray[np.bool_]:
 
 
 def _relevant(samples: Samples) -> NDArray[np.bool_]:
-    """Steps that touch a valid sample, that leap over the sweep, or by which the least validity peaks so that it may rise above zero."""
+    """Steps that touch a valid sample, leap over the sweep, or next to which the validity may rise above zero."""
     v, beyond_middle = samples.validity, samples.drawn[:, 0] > 0.5
     touches = (v[1:] > 0) | (v[:-1] > 0) | (beyond_middle[1:] != beyond_middle[:-1])
     inner = v[1:-1]
