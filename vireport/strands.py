@@ -46,6 +46,13 @@ class Strand:
     closed: bool
 
     @property
+    def sheet(self) -> float:
+        """The sheet of a strand that runs from edge to edge on one, 1 or -1; 0 where it runs on both."""
+        if self.low != -EDGE or self.high != EDGE:
+            return 0.0
+        return 1.0 if self.start == 0 else -1.0
+
+    @property
     def symmetric(self) -> bool:
         """Whether this is the symmetric line u = 0 of a horizontal capsule."""
         return self.low == self.high
@@ -88,7 +95,9 @@ def evaluate(strands: list[Strand], which: NDArray[np.intp], w: Floats, level: L
     a, b, c = level_terms(level, u, r, n)
     norm = np.hypot(a, b)
     ratio = np.clip(c / np.where(norm == 0, 1.0, norm), -1.0, 1.0)
-    sheet = np.where(np.mod(w, 2 * np.pi) <= np.pi, 1.0, -1.0)
+    # A strand from edge to edge stays on its sheet up to its very ends, where w alone would not tell.
+    own = np.array([s.sheet for s in strands])[which]
+    sheet = np.where(own != 0, own, np.where(np.mod(w, 2 * np.pi) <= np.pi, 1.0, -1.0))
     phi = np.arctan2(a, b) + sheet * np.arccos(ratio)
     phi = np.where(width == 0, w, phi)
     return orbits(u, np.mod(phi, 2 * np.pi), r, n)

@@ -20,10 +20,10 @@ Ints = NDArray[np.intp]
 FIRST_SAMPLES = 97
 """Samples of a strand before refinement; odd, so that the symmetric motion q = 1/2 is one of them."""
 
-SMOOTHNESS = 4e-4
-"""Largest distance of the curve from the drawn polyline, as a share of the axes: about a quarter of a pixel."""
+SMOOTHNESS = 8e-4
+"""Largest distance of the curve from the drawn polyline, as a share of the axes: about half a pixel."""
 
-LONGEST_CHORD = 0.04
+LONGEST_CHORD = 0.05
 """Longest step of the polyline as a share of the axes, so that no feature of that size hides between two samples."""
 
 SURFACE = slice(3, 6)
@@ -166,11 +166,12 @@ def sample(curve: Curve, coarseness: float = 1.0) -> Samples:
         # A step that jumps along the surface is never left alone: what lies in between may be in the sweep though its
         # ends are not.
         coarse |= np.linalg.norm(chord[:, SURFACE], axis=1) > LONGEST_JUMP
-        active = np.zeros(len(samples.w) - 1, dtype=bool)
-        active[index] = coarse
-        active = np.insert(active, index + 1, coarse)
+        order = np.argsort(np.concatenate([np.arange(len(samples.w)), index + 0.5]), kind="stable")
+        halves = np.zeros(len(samples.w), dtype=bool)
+        halves[index] = coarse
+        active = np.concatenate([halves, coarse])[order][:-1]
         samples = Samples(
-            *(np.insert(getattr(samples, f.name), index + 1, getattr(middle, f.name), axis=0) for f in fields(Samples))
+            *(np.concatenate([getattr(samples, f.name), getattr(middle, f.name)])[order] for f in fields(Samples))
         )
     return samples
 
