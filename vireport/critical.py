@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
@@ -132,7 +133,7 @@ def polish(
             scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
             if count < QUICK_STEPS:
                 columns = _differences(
-                    lambda y: residual(y, sweep.device.restitution, floats, np),
+                    lambda y: residual(y, sweep.device.restitution, floats, math),
                     [float(v) for v in x],
                     [float(v) for v in scale],
                     1e-6,
