@@ -1,0 +1,320 @@
+"""Compiled event search: from one impact to the next, without missing one and without stalling.
+
+Turns starts and the three dimensionless parameters into rows of impacts; knows nothing of orbits. Between two
+zeros of Z'' (phases with cosine -gbar) Z' is monotone, so on such a piece the motion, seen with the right
+sign, is a concave function y with at most one peak: either y passes its upper wall before the peak, or it can
+only leave through the lower one. So every crossing is bracketed before it is computed. All of it stays in one
+file because numba's cache looks at no other for changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import acos, cos, floor, inf, pi, sin, sqrt
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+# Status of a trajectory; columns of `rows` (a row is an impact, the first one the start) and of `summary`.
+RUNNING, REST, FREE = 0, 1, 2
+WALL, PHASE, FLIGHT, VELOCITY, SETTLING, RIDING = 0, 1, 2, 3, 4, 5
+IMPACTS, EVALUATIONS, STATUS = 0, 1, 2
+
+TURN, PER_PI, PER_PI2, EPS = 2 * pi, 1 / pi, 1 / (pi * pi), 2.2e-16
+SPLIT, PI_HEAD, PI_TAIL = 134217729.0, 3.1415926218032837, 3.178650954705639e-08
+STEP_TOL = 1.4e-17  # a fourth-order step d leaves about d^4 / min(|y'|, 1)^3: kept below 1/16 ulp of the time
+CHATTER_TOL = 1e-15  # neglected third order of a completed chatter [t_c], well under the 1e-13 promised
+CHATTER_SPEED = 0.05  # above this rebound velocity the criterion cannot hold and is not evaluated
+FAST_STEPS, MAX_STEPS = 20, 200  # of a root search: first bracketed fourth-order ones, then bisection
+MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case met
+Flight = tuple[float, float, float, float]  # Z'+, gbar, cosine and sine of the phase at the start
+Node = tuple[float, float, float]  # a time, and displacement and velocity there
+Hit = tuple[float, float, float, float, float]
+Pair = tuple[float, float]
+Array = NDArray[np.float64]
+F = TypeVar("F", bound=Callable[..., Any])
+OPTIONS: Any = {"error_model": "numpy", "fastmath": False, "nogil": True, "no_cfunc_wrapper": True}
+INNER: Any = {"forceinline": True, "no_cpython_wrapper": True}
+
+
+def _compiled(function: F) -> F:
+    """Compile as a part of `sweep`, not to be called from Python."""
+    return cast(F, njit(**OPTIONS, **INNER)(function))
+
+
+def _entry(function: F) -> F:
+    """Compile at the first call, and keep the result on disk if there is a place to write to."""
+    try:
+        return cast(F, njit(cache=True, **OPTIONS)(function))
+    except RuntimeError:
+        return cast(F, njit(**OPTIONS)(function))
+
+
+@_compiled
+def _state(t: float, flight: Flight, wall: float) -> Flight:
+    """Return y - wall, y', y'' and y''' at t.
+
+    y = v t + g t^2/2 + [c (1 - cos pi t) - s (pi t - sin pi t)]/pi^2 is (2.12) freed of its cancellation:
+    short flights are as accurate, relatively, as long ones.
+    """
+    v, g, c, s = flight
+    x = pi * t
+    if abs(x) >= 1.0:
+        sine, cosine = sin(x), cos(x)
+        head = t * SPLIT - (t * SPLIT - t)
+        rest = ((PI_HEAD * head - x) + PI_HEAD * (t - head)) + PI_TAIL * t  # what rounding cut off pi t
+        rise, lag = 1.0 - cosine + rest * sine, x - sine + rest * (1.0 - cosine)
+        y = (t * (v + 0.5 * g * t) - wall) + (c * rise - s * lag) * PER_PI2
+    else:
+        q = x * x
+        lag = 1 / 39916800 - q * (1 / 6227020800 - q * (1 / 1307674368000 - q / 355687428096000))
+        lag = x * (1 / 6 - q * (1 / 120 - q * (1 / 5040 - q * (1 / 362880 - q * lag))))
+        rise = 1 / 479001600 - q * (1 / 87178291200 - q * (1 / 20922789888000 - q / 6402373705728000))
+        rise = 1 / 2 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320 - q * (1 / 3628800 - q * rise))))
+        y = t * (v + t * (0.5 * g + (c * rise - s * lag))) - wall
+        rise, sine, cosine = rise * q, x - lag * q, 1.0 - rise * q
+    y1 = v + g * t + (c * sine - s * rise) * PER_PI
+    return y, y1, g + c * cosine - s * sine, -pi * (c * sine + s * cosine)
+
+
+@_compiled
+def _crossing(flight: Flight, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
+    """Time of the one crossing of y = wall between the ends, velocity there, evaluations; t is a guess.
+
+    Steps are of fourth order, as y''' is free once y is known; one that leaves the bracket is bisected
+    instead.
+    """
+    v, g, _, _ = flight
+    low, high = ends
+    for step in range(1, MAX_STEPS):
+        f, y1, y2, y3 = _state(t, flight, wall)
+        low, high = (t, high) if f * rising < 0.0 else (low, t)
+        square = y1 * y1
+        d = -f * (square - 0.5 * f * y2) / (y1 * (square - f * y2) + f * f * y3 * (1 / 6))
+        if low <= t + d <= high:
+            m, scale = min(abs(y1), 1.0), abs(t) + base
+            done = d * d * d * d <= STEP_TOL * scale * m * m * m or abs(d) <= 0.5 * EPS * scale
+            if not done and step > 4:  # near grazing: stop at what rounding makes of y
+                size = abs(v * t) + 0.5 * abs(g) * t * t + min(0.5 * t * t, 0.2 + abs(t)) + abs(wall)
+                done = abs(f) <= EPS * size
+            if done:
+                return t + d, y1 + d * (y2 + 0.5 * d * (y3 + d * pi * pi * (g - y2) * (1 / 3))), float(step)
+        t = t + d if low < t + d < high and step < FAST_STEPS else 0.5 * (low + high)
+    return t, y1, float(MAX_STEPS)
+
+
+@_compiled
+def _parabola(flat: Node, other: Node, wall: float) -> float:
+    """First guess of a crossing: parabola with value and slope of the flatter end and value of the other."""
+    t0, y0, slope = flat
+    span = other[0] - t0
+    bend = (other[1] - y0 - slope * span) / (span * span)
+    root = sqrt(max(slope * slope - 4.0 * bend * (y0 - wall), 0.0))
+    one, two = (root - slope) / (2.0 * bend), (-slope - root) / (2.0 * bend)
+    return t0 + (max(one, two) if span > 0.0 else min(one, two))
+
+
+@_compiled
+def _peak(flight: Flight, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
+    """Whether concave y, rising at the start and falling at the end, reaches the wall in between.
+
+    Two tangents bound the peak from above, any value of y from below: the search for the zero of Z' ends once
+    either decides. Touching counts as an impact, of velocity zero. Also returned: a time when y is past the
+    wall, a guess of the crossing before it, and the evaluations.
+    """
+    t0, y0, p0 = start
+    t1, y1, p1 = end
+    m = t0 + (t1 - t0) * p0 / (p0 - p1)
+    for step in range(MAX_STEPS):
+        top = (y1 - y0 + p0 * t0 - p1 * t1) / (p0 - p1)
+        if y0 + p0 * (top - t0) < wall:
+            return False, m, m, float(step)
+        y, p, q, j = _state(m, flight, wall)
+        if y >= 0.0:
+            guess = m - sqrt(2.0 * y / abs(q))
+            if p > 0.1 or m - guess > 0.3 * (m - start[0]):  # not near the peak: its curvature says little
+                guess = _parabola((m, y + wall, p), start, wall)
+            return True, m, guess, step + 1.0
+        t0, y0, p0 = (m, y + wall, p) if p > 0.0 else (t0, y0, p0)
+        t1, y1, p1 = (t1, y1, p1) if p > 0.0 else (m, y + wall, p)
+        d = -p * q / (q * q - 0.5 * p * j)
+        if abs(d) <= 0.5 * EPS * abs(m):
+            break
+        m = m + d if t0 < m + d < t1 and step < FAST_STEPS else 0.5 * (t0 + t1)
+    return False, m, m, step + 1.0
+
+
+@_compiled
+def _piece(sign: float, flight: Flight, walls: Pair, start: Node, end: Node, base: float) -> Flight:
+    """First impact on a piece where `sign` Z is concave: wall (0: none), time, velocity, evaluations."""
+    v, g, c, s = sign * flight[0], sign * flight[1], sign * flight[2], sign * flight[3]
+    upper, lower = (walls[1], walls[0]) if sign > 0.0 else (-walls[0], -walls[1])
+    a, ya, pa = start[0], sign * start[1], sign * start[2]
+    b, yb, pb = end[0], sign * end[1], sign * end[2]
+    high, guess, seen, reached = b, a, 0.0, False
+    if yb >= upper and pb >= 0.0:
+        reached = True
+        guess = _parabola((b, yb, pb), (a, ya, pa), upper)
+    elif pa > 0.0 and pb < 0.0:
+        reached, high, guess, seen = _peak((v, g, c, s), upper, (a, ya, pa), (b, yb, pb))
+    if not reached:
+        if yb > lower:
+            return 0.0, 0.0, 0.0, seen
+        high = b
+        brake = -(g + c)
+        if a == 0.0 and ya == lower and 8.0 * pa < brake * b:
+            # A short hop from the lower wall: its own expansion, as in `_settle`.
+            guess = pa * (2.0 - (4 / 3) * pi * s * pa / (brake * brake)) / brake
+        else:
+            guess = _parabola((a, ya, pa), (b, yb, pb), lower)
+    guess = guess if a < guess < high else 0.5 * (a + high)
+    wall, rising = (upper, 1.0) if reached else (lower, -1.0)
+    t, speed, steps = _crossing((v, g, c, s), wall, rising, (a, high), guess, base)
+    return rising * sign, t, sign * speed, seen + steps
+
+
+@_compiled
+def _node(t: float, flight: Flight, end: Pair) -> Node:
+    """Displacement (2.12) and velocity (2.11) after t, where cosine and sine of the phase are known."""
+    v, g, c, s = flight
+    if abs(t) * pi >= 1.0:
+        z = t * (v + 0.5 * g * t - s * PER_PI) + (c - end[0]) * PER_PI2
+        return t, z, v + g * t + (end[1] - s) * PER_PI
+    z, speed, _, _ = _state(t, flight, 0.0)
+    return t, z, speed
+
+
+@_compiled
+def _breakpoint(phase: float, gbar: float, turn: float) -> Node:
+    """Sign that makes Z concave from this phase on, time to the next zero of Z'', time from there to another.
+
+    With gbar >= 1 there is no zero: half periods serve as pieces, and Z is convex on all of them.
+    """
+    if gbar >= 1.0:
+        return -1.0, 1.0, 1.0
+    if phase < turn:
+        return -1.0, (turn - phase) * PER_PI, 2.0 * (1.0 - turn * PER_PI)
+    if phase < TURN - turn:
+        return 1.0, (TURN - turn - phase) * PER_PI, 2.0 * turn * PER_PI
+    return -1.0, (TURN + turn - phase) * PER_PI, 2.0 * (1.0 - turn * PER_PI)
+
+
+@_compiled
+def _idle_periods(t: float, flight: Flight, walls: Pair) -> float:
+    """Whole forcing periods after t in which no wall can be reached, since Z is its mean motion +- 1/pi^2."""
+    v, g, c, s = flight
+    mean = t * (v - s * PER_PI + 0.5 * g * t) + c * PER_PI2
+    room = min(walls[1] - mean, mean - walls[0]) - PER_PI2
+    if room <= 0.0:
+        return 0.0
+    drift = abs(v - s * PER_PI + g * t)
+    return floor(room / (drift + sqrt(drift * drift + 2.0 * g * room)))
+
+
+@_compiled
+def _next_impact(flight: Flight, phase: float, turn: Pair, walls: Pair) -> Hit:
+    """First impact of a flight: whole periods, time beyond them, wall (0: never), velocity, evaluations.
+
+    `walls` are top <= 0 <= bottom as seen from the start. A flight longer than two periods starts anew from
+    the same phase, so that no sine is ever taken of a large argument.
+    """
+    v, g, c, s = flight
+    sign, first, gap = _breakpoint(phase, g, turn[0])
+    flip, one, two = sign, (-c, -s), (c, s)
+    if g < 1.0:
+        flip, one, two = -sign, (-g, -sign * turn[1]), (-g, sign * turn[1])
+    ends = (first, first + gap)
+    node, now, gate = (0.0, 0.0, v), flight, walls
+    periods, seen = 0.0, 0.0
+    for window in range(MAX_PERIODS):
+        for half in range(2):
+            end = _node(ends[half], now, one if half == 0 else two)
+            wall, t, hit, steps = _piece(sign if half == 0 else flip, now, gate, node, end, periods)
+            seen += steps
+            if wall != 0.0:
+                return periods, t, wall, hit, seen
+            node = end
+        idle = _idle_periods(ends[1], now, gate)
+        if g == 0.0 and v == s * PER_PI and (window > 0 or idle > 0.0):
+            break  # no drift: every period repeats this one
+        # Times stay between one and two periods after the new origin: none is a small difference.
+        periods += idle if window == 0 else 1.0 + idle
+        ends = (first + 2.0, first + gap + 2.0)
+        shift = 2.0 * periods * (v - s * PER_PI + g * periods)
+        now, gate = (v + 2.0 * g * periods, g, c, s), (walls[0] - shift, walls[1] - shift)
+        node = _node(first + gap, now, two)
+    return periods, 0.0, 0.0, 0.0, seen
+
+
+@_compiled
+def _settle(wall: float, flight: Flight, phase: float, r: float, turn: float) -> tuple[bool, float, float]:
+    """Whether the ball settles on the wall now, time its infinitely many last hops take, time it then rides.
+
+    With the pressing acceleration A, its rate of decrease J and w = v/(1-r) all hops together take
+    2w/A + 4J w^2/(3A^3) + O(w^3): one flight expanded, and summed over hops that lose both speed and A. The
+    neglected order is below w^3 (4J^2/A + 2|K|)/A^4, K being the next derivative.
+    """
+    v, g, c, s = flight
+    if abs(v) > CHATTER_SPEED:
+        return False, 0.0, 0.0
+    sign, left, _ = _breakpoint(phase, g, turn)
+    if v == 0.0 or sign * wall > 0.0:
+        return sign * wall < 0.0, 0.0, left
+    w, press, jerk, snap = abs(v) / (1.0 - r), wall * (g + c), wall * pi * s, pi * pi * abs(c)
+    time = 2.0 * w / press * (1.0 + 2.0 * jerk * w / (3.0 * press * press))
+    settled = w * w * w * (4.0 * jerk * jerk / press + 2.0 * snap) <= CHATTER_TOL * press**4
+    return settled and press > 0.0 and time < left, time, left - time
+
+
+@_compiled
+def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Array) -> None:
+    """Follow one start; see `sweep`."""
+    d, g, r = model
+    wall, z, v, phase = start
+    turn = (acos(-g), sqrt((1.0 - g) * (1.0 + g))) if g < 1.0 else (pi, 0.0)
+    s, c = sin(phase), cos(phase)
+    walls, flight = (-0.5 * d - z, 0.5 * d - z), 0.0
+    evaluations, status, row, count = 1.0, RUNNING, 0, 0
+    while True:
+        out = rows[row]
+        row = row + 1 if row + 1 < len(rows) else 0
+        out[WALL], out[PHASE], out[FLIGHT] = wall, phase, flight
+        out[VELOCITY], out[SETTLING], out[RIDING] = v, 0.0, 0.0
+        if wall != 0.0:
+            walls = (-d, 0.0) if wall > 0.0 else (0.0, d)
+            v = -r * v  # (2.10)
+            settles, settling, riding = _settle(wall, (v, g, c, s), phase, r, turn[0])
+            if settles:
+                out[SETTLING], out[RIDING] = settling, riding
+                if g >= 1.0:
+                    out[RIDING], status = inf, REST
+                    break
+                phase, s, c, v = turn[0] if wall > 0.0 else TURN - turn[0], wall * turn[1], -g, 0.0
+        if count == impacts:
+            break
+        periods, t, wall, v, steps = _next_impact((v, g, c, s), phase, turn, walls)
+        evaluations += steps + 1.0
+        if wall == 0.0:
+            status = FREE
+            break
+        flight = 2.0 * periods + t
+        phase += pi * t
+        while phase >= TURN:  # at most twice: cheaper than a remainder
+            phase -= TURN
+        s, c = sin(phase), cos(phase)
+        count += 1
+    summary[IMPACTS], summary[EVALUATIONS], summary[STATUS] = count, evaluations, status
+
+
+@_entry
+def sweep(parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array) -> None:
+    """Follow each start for a number of impacts or to its end.
+
+    `parameters` (n, 3) are d, gbar, r; `starts` (n, 4) wall (+1 bottom, -1 top, 0 in flight), position (used
+    in flight), velocity (before the impact, if on a wall) and phase in [0, 2 pi). Filled: `rows` (n, k, 6),
+    where row i mod k holds impact i and 0 is the start, and `summary` (n, 3).
+    """
+    for i in range(len(parameters)):
+        _follow(parameters[i], starts[i], impacts, rows[i], summary[i])
