@@ -184,6 +184,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
         "gravity_m_s2": 9.8,
         "period_ratio": 1,
         "sweep": None,
+        "simulation": None,
     }
     assert list(plain) == [field.name for field in fields(Scenario)]
     assert list(to_dict(loads(GOOD).scenario)["sweep"]) == ["parameter", "from", "to"]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
+import os
 import sys
+from typing import NoReturn
 
 
 def main() -> int:
@@ -20,5 +23,17 @@ def main() -> int:
     return run(sys.argv[1:])
 
 
+def entry() -> NoReturn:
+    """Run the command line as a process of its own, and leave at once when it is done.
+
+    By then every file is closed. Taking down an interpreter full of modules would be a seventh of a short run.
+    """
+    code = main()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(BrokenPipeError, ValueError):
+            stream.flush()
+    os._exit(code)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    entry()

@@ -41,7 +41,13 @@ class Alert:
 
 def alerts(study: Study) -> tuple[Alert, ...]:
     """Collect the alerts of a study, warnings first."""
-    found = [*_motion_alerts(study), *_accuracy_alerts(study), *_design_alerts(study), *_energy_alerts(study)]
+    found = [
+        *_simulation_alerts(study),
+        *_motion_alerts(study),
+        *_accuracy_alerts(study),
+        *_design_alerts(study),
+        *_energy_alerts(study),
+    ]
     return tuple(sorted(found, key=lambda alert: (alert.severity != "warning", alert.code)))
 
 
@@ -66,15 +72,42 @@ def _motion_alerts(study: Study) -> Iterator[Alert]:
             "VR002",
             "note",
             "Solutions that are not motions were left out",
-            f"{_count(len(discarded))} through a membrane, by up to {depth:.3g} of the length unit x_c"
-            f"{', some with eigenvalues that would call them stable' if stable else ''}. "
+            f"{_count(len(discarded))} of the algebraic solution would pass through a membrane, by up to {depth:.3g} of the "
+            f"length unit x_c{', some with eigenvalues that would call them stable' if stable else ''}. "
             "They are listed in the results as not admissible, and neither drawn nor counted.",
             "Nothing to do; the grazing points show where the motions end.",
         )
 
 
+def _simulation_alerts(study: Study) -> Iterator[Alert]:
+    check = study.crosscheck
+    if check is None:
+        return
+    if not check.passed:
+        yield Alert(
+            "VR020",
+            "warning",
+            "Simulation and solution do not agree",
+            f"Of {check.orbits} stable orbits the simulation left {len(check.misses)}; on the others the difference "
+            f"reaches {max(check.velocity_difference, check.phase_difference):.2g} (tolerance {check.tolerance:.2g}).",
+            "Do not act on the verdict. Look where the differences are; near a critical point widen the tolerance, and "
+            "report anything else.",
+        )
+    others = {word: count for word, count in check.words.items() if word != "BT"}
+    if others and check.trials and check.reached < check.trials:
+        names = ", ".join(list(others)[:3])
+        yield Alert(
+            "VR021",
+            "note",
+            "Other motions coexist with the stable 1:1 motion",
+            f"{check.trials - check.reached} of {check.trials} starts where a stable 1:1 motion exists end elsewhere "
+            f"({names}).",
+            "See that the device is started within reach of the 1:1 motion.",
+        )
+
+
 def _count(stretches: int) -> str:
-    return "One stretch of the algebraic solution passes" if stretches == 1 else f"{stretches} stretches of it pass"
+    return "One stretch" if stretches == 1 else f"{stretches} stretches"
 
 
 def _accuracy_alerts(study: Study) -> Iterator[Alert]:

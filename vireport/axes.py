@@ -154,14 +154,15 @@ def within(y: Floats, low: float, high: float) -> Floats:
 
 
 def limits(values: list[Floats]) -> tuple[float, float] | None:
-    """Limits of an axis that holds all values, with room for letters; None where there are none."""
-    ends = [end for y in values if len(y) for end in (float(y.min()), float(y.max()))]
+    """Limits of an axis that holds all values, with room for letters; None where there are none but NaN."""
+    known = [y[~np.isnan(y)] for y in values]
+    ends = [end for y in known if len(y) for end in (float(y.min()), float(y.max()))]
     return widened(min(ends), max(ends), 0.07) if ends else None
 
 
 def prefix(values: list[Floats]) -> int:
     """Power of ten of the prefix that brings the largest value between 1 and 1000."""
-    largest = max((float(np.abs(y).max()) for y in values if len(y)), default=0.0)
+    largest = max((float(np.abs(y).max(initial=0.0, where=~np.isnan(y))) for y in values), default=0.0)
     if largest == 0:
         return 0
     return int(np.clip(3 * np.floor(np.log10(largest) / 3), min(PREFIXES), max(PREFIXES)))

@@ -145,6 +145,44 @@ class Sweep:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Simulation:
+    """The simulation beside the solution: where it is asked for, and from how many starts."""
+
+    samples: Annotated[
+        int, Key("Samples", "1", "Values of the swept parameter that are simulated.", 41, ge=2, le=2001)
+    ] = 41
+    starts: Annotated[
+        int, Key("Starts", "1", "Starting states tried at each value, the same in every run.", 4, ge=1, le=64)
+    ] = 4
+    impacts: Annotated[
+        int,
+        Key("Impacts", "1", "Impacts from each start; slow transients go on longer.", 1000, ge=100, le=100_000),
+    ] = 1000
+    tolerance: Annotated[
+        float,
+        Key(
+            "Tolerance",
+            "1",
+            "Largest difference of velocity and phase up to which simulation and solution agree.",
+            1e-9,
+            gt=0.0,
+            le=1e-3,
+        ),
+    ] = 1e-9
+    diagram: Annotated[
+        bool, Key("Diagram", "", "Whether to draw a bifurcation diagram from simulation alone.", True)
+    ] = False
+    portraits: Annotated[
+        tuple[float, ...],
+        Key("Portraits", "as the parameter", "Values of the swept parameter for figure 3.", [0.59, 0.69], max_length=8),
+    ] = ()
+    displacement: Annotated[
+        tuple[float, ...],
+        Key("Displacement", "as the parameter", "Values of the swept parameter for figure 6.", [0.69], max_length=8),
+    ] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
     """A vibro-impact energy harvester, its excitation, and what is varied."""
 
@@ -188,6 +226,10 @@ class Scenario:
     sweep: Annotated[
         Sweep | None,
         Key("Sweep", "", "The parameter that is varied. Left out, the design point alone is evaluated."),
+    ] = None
+    simulation: Annotated[
+        Simulation | None,
+        Key("Simulation", "", "The simulation beside the solution. Left out, nothing is simulated."),
     ] = None
 
 
@@ -256,7 +298,8 @@ def _validator() -> SchemaValidator:
 
 # Every block needs it: none takes over that of the block around it.
 _STRICTLY = {"strict": True, "extra_fields_behavior": "forbid", "allow_inf_nan": False}
-_CORE_TYPES = {float: "float", int: "int", str: "str"}
+_CORE_TYPES = {float: "float", int: "int", str: "str", bool: "bool"}
+NUMBERS = tuple[float, ...]
 
 
 def _block_schema(block: type[Any]) -> Any:
@@ -270,6 +313,10 @@ def _block_schema(block: type[Any]) -> Any:
             schema = _block_schema(entry.kind)
         elif entry.kind in _CORE_TYPES:
             schema = {"type": _CORE_TYPES[entry.kind], **entry.key.bounds}
+        elif entry.kind == NUMBERS:
+            several = {"type": "list", "items_schema": {"type": "float"}, **entry.key.bounds}
+            made = {"type": "no-info", "function": tuple}
+            schema = {"type": "function-after", "schema": several, "function": made}
         else:
             schema = {"type": "literal", "expected": list(get_args(entry.kind))}
         if entry.optional:

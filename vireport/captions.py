@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vireport.curves import Floats, Stretch, pairs, solved, stretches
+from vireport.curves import Floats, Simulated, Stretch, pairs, solved, stretches
 from vireport.formatting import MOST_DIGITS, exact, quantity, scaled, significant
-from vireport.model import PARAMETERS, Sweep
+from vireport.model import PARAMETERS, Parameter, Sweep
 from vireport.solution import Solution
 from vireport.stability import eigenvalues
 from vireport.study import Study
@@ -30,9 +30,9 @@ OUTSIDE = "outside the membrane's geometry: ranking only"
 """What stands on the voltages where the deflections exceed the membrane."""
 
 
-def conditions(study: Study) -> str:
-    """What is held along the sweep: parameters with their units."""
-    device, swept = study.device, study.sweep.parameter if study.sweep else None
+def conditions(study: Study, varied: Parameter | None = None) -> str:
+    """What is held along the sweep, or while another parameter is varied: parameters with their units."""
+    device, swept = study.device, varied or (study.sweep.parameter if study.sweep else None)
     held = [
         f"{SWEPT[name].symbol} = {SWEPT[name].with_unit(exact(value))}"
         for name in PARAMETERS
@@ -67,13 +67,14 @@ def beyond_limits(solution: Solution) -> str:
     return "; ".join(found)
 
 
-def caption(study: Study, name: str) -> str:
+def caption(study: Study, name: str, simulated: Simulated | None = None) -> str:
     """The caption of a figure: what is drawn and how, where it is stable, and the critical points."""
     solution, sweep = solved(study)
     about = {"figure-2": _about_2, "figure-4": _about_4, "figure-7": _about_7}[name](study)
     return " ".join(
         [
             *about,
+            *_overlay(name, simulated),
             _setting(study, sweep),
             _stable(study),
             *_points(solution, sweep, name == "figure-2"),
@@ -82,7 +83,7 @@ def caption(study: Study, name: str) -> str:
     )
 
 
-def alt_text(study: Study, name: str) -> str:
+def alt_text(study: Study, name: str, simulated: Simulated | None = None) -> str:
     """A description of a figure for those who do not see it."""
     solution, sweep = solved(study)
     axis = _range(sweep)
@@ -100,7 +101,9 @@ def alt_text(study: Study, name: str) -> str:
     ):
         if chosen:
             told.append(f"{capital(word)} motions: {values(study, chosen)}.")
-    return " ".join([f"{kind} over {axis}.", _stable(study), *told, *_points(solution, sweep)])
+    return " ".join(
+        [f"{kind} over {axis}.", _stable(study), *told, *_points(solution, sweep), *_overlay(name, simulated)]
+    )
 
 
 def _about_2(study: Study) -> list[str]:
@@ -154,6 +157,20 @@ def _about_7(study: Study) -> list[str]:
     if outside_geometry(study):
         about.append(f"The deflections are {OUTSIDE} (VR010).")
     return about
+
+
+def _overlay(name: str, simulated: Simulated | None) -> list[str]:
+    """What is drawn over the curves from the simulation, and how many points."""
+    if simulated is None or not len(simulated.d) or name == "figure-4":
+        return []
+    if name == "figure-7" and simulated.voltages is None:
+        return []
+    impacts = sum(int((~np.isnan(speed)).sum()) for speed in simulated.pairs[0])
+    values = len(np.unique(simulated.sweep_value))
+    at = f"{impacts} impacts of periodic motions at {values} value{'s' * (values != 1)} of the swept parameter"
+    if name == "figure-7":
+        return [f"Simulation: circles, the voltages of {at}; stars, their averages."]
+    return [f"Circles: simulation, {at}."]
 
 
 def _setting(study: Study, sweep: Sweep) -> str:

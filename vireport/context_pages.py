@@ -163,13 +163,14 @@ def left_out(study: Study, compared: Comparison | None) -> Iterator[Block]:
     rows = [(capital(words(step.what)), capital(words(step.why))) for step in study.plan.left_out]
     if compared is None:
         rows.append(("Comparison with the paper's numbers", "The scenario is none of the paper's"))
-    rows.append(
-        (
-            "Motions of other types: longer periods, more impacts in a period, sticking, chaos",
-            "The analysis is of motions with one impact on each membrane in every period; beyond a period "
-            "doubling, for instance, there are others",
-        )
+    why = (
+        "The analysis is of motions with one impact on each membrane in every period; beyond a period "
+        "doubling, for instance, there are others"
     )
+    if study.crosscheck is None:
+        rows.append(("Motions of other types: longer periods, more impacts in a period, sticking, chaos", why))
+    else:
+        rows.append(("Stability ranges of motions of other types", f"{why}: the simulation shows some"))
     yield Table("Not in this report", texts("What", "Why"), tuple(rows))
 
 

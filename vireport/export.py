@@ -10,6 +10,7 @@ import csv
 import io
 import json
 from dataclasses import asdict
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from vireport.branches import Branch, CriticalPoint
@@ -21,6 +22,8 @@ from vireport.scenario import to_dict
 from vireport.study import Study
 
 if TYPE_CHECKING:
+    from vireport.attractors import Attractor
+    from vireport.crosscheck import CrossCheck
     from vireport.provenance import Provenance
 
 SCHEMA_VERSION = 1
@@ -45,6 +48,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "design_point": _design(study.design, study.design_voltages),
         "stable_range": [_range(part) for part in study.stable_ranges],
         "table_1": [asdict(row) for row in study.table],
+        "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
         "alerts": [asdict(alert) for alert in study.alerts],
         "left_out": [{"step": step.name, "what": step.what, "why": step.why} for step in study.plan.left_out],
         "provenance": {**asdict(provenance), "libraries": dict(provenance.libraries)},
@@ -161,6 +165,49 @@ def _design(design: DesignPoint | None, voltages: Voltages | None) -> dict[str, 
         **_voltages(voltages),
         "margins": [asdict(margin) for margin in design.margins],
         "stable_range": [_range(part) for part in design.stable],
+    }
+
+
+def _simulation(check: CrossCheck) -> dict[str, Any]:
+    share = check.share
+    return {
+        "passed": check.passed,
+        "orbits_checked": check.orbits,
+        "velocity_difference": check.velocity_difference,
+        "phase_difference_rad": check.phase_difference,
+        "tolerance": check.tolerance,
+        "misses": [asdict(miss) for miss in check.misses],
+        "basin": None
+        if share is None
+        else {
+            "trials": check.trials,
+            "reached": check.reached,
+            "share": share[0],
+            "low_95": share[1],
+            "high_95": share[2],
+        },
+        "samples": [
+            {
+                "sweep_value": float(value),
+                "d": float(d),
+                "ends": [_end(one) for one in found],
+            }
+            for value, d, found in zip(check.values, check.d, check.found, strict=True)
+        ],
+    }
+
+
+def _end(attractor: Attractor) -> dict[str, Any]:
+    """What a start leads to; what a motion that is not periodic does not have is null."""
+    cycle = attractor.cycle
+    exponent = attractor.lyapunov
+    return {
+        "outcome": attractor.outcome.name.lower(),
+        "word": attractor.word or None,
+        "period": attractor.period or None,
+        "residual": None if cycle is None else cycle.residual,
+        "multiplier": None if cycle is None else cycle.growth,
+        "lyapunov": exponent if isfinite(exponent) else None,
     }
 
 

@@ -26,7 +26,7 @@ from vireport.axes import (
     style,
     within,
 )
-from vireport.captions import LAMBDA_LIMIT, OUTSIDE, TITLES, alt_text, caption, outside_geometry
+from vireport.captions import LAMBDA_LIMIT, OUTSIDE, TITLES, alt_text, caption, conditions, outside_geometry
 from vireport.curves import (
     TURN,
     Curve,
@@ -58,6 +58,8 @@ from vireport.energy import Voltages
 from vireport.formatting import PREFIXES
 from vireport.panel import Panel
 from vireport.pixels import png_of
+from vireport.portrait_captions import PORTRAIT_TITLES, diagram_alt, diagram_caption, portrait_alt, portrait_caption
+from vireport.portraits import figure_3, figure_6, figure_diagram
 from vireport.sheet import Entry, Sheet
 from vireport.stability import eigenvalues
 from vireport.study import Study
@@ -118,11 +120,37 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
         "figure-7": partial(_figure_7, study, simulated),
     }
     with style():
-        return tuple(_picture(study, name, draw[name]()) for name in draw if study.plan.runs(name))
+        return (
+            *(_picture(study, name, draw[name](), simulated) for name in draw if study.plan.runs(name)),
+            *_of_simulation(study),
+        )
 
 
-def _picture(study: Study, name: str, figure: Figure) -> Picture:
-    return Picture(name, TITLES[name], caption(study, name), alt_text(study, name), *png_of(figure))
+def _picture(study: Study, name: str, figure: Figure, simulated: Simulated | None) -> Picture:
+    return Picture(
+        name, TITLES[name], caption(study, name, simulated), alt_text(study, name, simulated), *png_of(figure)
+    )
+
+
+def _of_simulation(study: Study) -> Iterator[Picture]:
+    """What is drawn from simulation alone."""
+    check = study.crosscheck
+    if check is None:
+        return
+    held = conditions(study, check.parameter)
+    for name, draw, portraits in (
+        ("figure-3", figure_3, check.portraits),
+        ("figure-6", figure_6, check.displacements),
+    ):
+        if study.plan.runs(name):
+            about, alt = portrait_caption(name, portraits, held), portrait_alt(name, portraits)
+            yield Picture(name, PORTRAIT_TITLES[name], about, alt, *png_of(draw(portraits, held)))
+    if study.plan.runs("figure-diagram") and check.diagram is not None:
+        found = check.diagram, check.diagram_values, check.diagram_d
+        about, alt = diagram_caption(study, *found[:2]), diagram_alt(study, *found[:2])
+        yield Picture(
+            "figure-diagram", PORTRAIT_TITLES["figure-diagram"], about, alt, *png_of(figure_diagram(study, *found))
+        )
 
 
 def figure_2(study: Study, simulated: Simulated | None = None) -> Figure:

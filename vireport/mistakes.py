@@ -65,8 +65,9 @@ def _message(finding: Finding, document: Document) -> str:
 def _ruler(path: str, document: Document) -> str:
     """Path of the key whose range holds: for the ends of a sweep, that of the parameter that is swept."""
     data: Any = document.data
-    if path in ("sweep.from", "sweep.to") and isinstance(data["sweep"], dict):
-        parameter = data["sweep"].get("parameter")
+    sweep = data.get("sweep") if isinstance(data, dict) else None
+    if path in ("sweep.from", "sweep.to") and isinstance(sweep, dict):
+        parameter = sweep.get("parameter")
         return SWEEPABLE.get(parameter, path) if isinstance(parameter, str) else path
     return path
 
@@ -77,8 +78,12 @@ def _wrong(path: str, value: object, document: Document) -> str:
     kinds = _kinds(key)
     if "object" in kinds:
         return ""
+    if "array" in kinds:
+        return _wrong_list(path, value, document)
     if isinstance(value, dict | list):
         return ", where one value belongs"
+    if "boolean" in kinds:
+        return ", which is not true or false"
     if "enum" in key:
         return _wrong_choice(str(value).rpartition(".")[2], key["enum"])
     if isinstance(value, str):
@@ -91,6 +96,19 @@ def _wrong(path: str, value: object, document: Document) -> str:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return ", which is not a number"
     return _wrong_number(path, value, key)
+
+
+def _wrong_list(path: str, value: object, document: Document) -> str:
+    node: Any = document.data
+    for step in path.split("."):
+        node = node.get(step) if isinstance(node, dict) else None
+    if not isinstance(node, list):
+        return ", where a list belongs"
+    if isinstance(value, list) and value is node:
+        return f" of {len(value)} values"
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return " in it, which is not a number"
+    return " in it" if math.isfinite(value) else " in it, which is not a finite number"
 
 
 def _wrong_choice(value: str, choices: list[str]) -> str:
@@ -121,6 +139,10 @@ def allowed(path: str) -> str:
         return f"a block of keys: {', '.join(key['properties'])}"
     if "enum" in key:
         return f"one of {', '.join(key['enum'])}"
+    if "array" in kinds:
+        return f"a list of at most {key['maxItems']} numbers, in the unit of the swept parameter"
+    if "boolean" in kinds:
+        return "true or false"
     if "string" in kinds:
         return f"text on one line, 1 to {key['maxLength']} characters"
     if key.get("minimum") is not None and key["minimum"] == key.get("maximum"):

@@ -14,6 +14,7 @@ from vireport.scenario import Loaded
 from vireport.study import Study, analyse
 
 if TYPE_CHECKING:
+    from vireport.curves import Simulated
     from vireport.figures import Picture
 
 Progress = Callable[[str], None]
@@ -55,7 +56,7 @@ def write_outputs(
     """
     say = progress or (lambda what: None)
     say("solving")
-    study = analyse(loaded, formats)
+    study = analyse(loaded, formats, say)
     files = render(study, command, templates, say)
     say("writing")
     try:
@@ -74,11 +75,11 @@ def render(study: Study, command: str, templates: Path | None, say: Progress) ->
     """The files of a study by their names, in memory; only what its plan asks for is imported."""
     plan, provenance, files = study.plan, provenance_of(study.loaded, command), {}
     drawn: tuple[Picture, ...] = ()
-    if any(plan.runs(name) for name in ("figure-2", "figure-4", "figure-7")):
+    if any(step.runs for step in plan.steps if step.name.startswith("figure-")):
         say("drawing")
         from vireport.figures import pictures
 
-        drawn = pictures(study)
+        drawn = pictures(study, _overlay(study))
     if plan.runs("html") or plan.runs("pdf"):
         say("setting the report")
         from vireport.rendering import render_html, render_pdf
@@ -99,6 +100,14 @@ def render(study: Study, command: str, templates: Path | None, say: Progress) ->
         if plan.runs("csv"):
             files["branches.csv"] = branches_csv(study)
     return files
+
+
+def _overlay(study: Study) -> Simulated | None:
+    if study.crosscheck is None:
+        return None
+    from vireport.overlay import simulated_points
+
+    return simulated_points(study)
 
 
 def write_whole(path: Path, data: bytes) -> None:

@@ -82,6 +82,11 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
         failing = next((reason for holds, reason in conditions if not holds), None)
         return Step(name, failing is None, what, failing or why)
 
+    simulated = scenario.simulation is not None
+    no_simulation = "the scenario has no simulation block"
+    block = scenario.simulation
+    drawn = (pictures, not_asked)
+
     return Plan(
         (
             step(
@@ -127,6 +132,32 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 (pictures, not_asked),
                 why="a sweep and the ball mass are given",
             ),
+            step("simulation", _cost(scenario), (simulated, no_simulation), why="the scenario has a simulation block"),
+            step(
+                "figure-3",
+                "figure 3: phase portraits and time series",
+                (simulated, no_simulation),
+                (bool(block and block.portraits), "simulation.portraits is empty"),
+                drawn,
+                why="simulation.portraits names values",
+            ),
+            step(
+                "figure-6",
+                "figure 6: displacement of the capsule's ends and of the ball",
+                (simulated, no_simulation),
+                (bool(block and block.displacement), "simulation.displacement is empty"),
+                drawn,
+                why="simulation.displacement names values",
+            ),
+            step(
+                "figure-diagram",
+                "bifurcation diagram by simulation",
+                (simulated, no_simulation),
+                (swept, no_sweep),
+                (bool(block and block.diagram), "simulation.diagram is false"),
+                drawn,
+                why="simulation.diagram is true",
+            ),
             *(
                 step(
                     name,
@@ -138,6 +169,23 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 for name, what in OUTPUTS.items()
             ),
         )
+    )
+
+
+IMPACTS_PER_SECOND = 2e6
+"""Of the simulation on one core of a common machine, for what a plan says of its cost."""
+
+
+def _cost(scenario: Scenario) -> str:
+    """The simulation, with what it will cost."""
+    asked = scenario.simulation
+    if asked is None:
+        return "simulation of the sampled motions"
+    values = asked.samples if scenario.sweep is not None else 1
+    impacts = values * asked.starts * asked.impacts * (2 if asked.diagram else 1)
+    return (
+        f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, about "
+        f"{impacts / IMPACTS_PER_SECOND:.1g} s and, the first time, a few seconds to compile"
     )
 
 

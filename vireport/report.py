@@ -5,14 +5,14 @@ Builds the one model from which both templates set the page; nothing here draws,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from vireport import context_pages, results_pages
 from vireport.assets import TEMPLATES
 from vireport.energy_pages import energy
 from vireport.equations import equations
-from vireport.pages import ReportModel, section
+from vireport.pages import Block, ReportModel, section
 from vireport.paper import comparison
 from vireport.provenance import Provenance, with_pages
 from vireport.study import Study
@@ -23,6 +23,14 @@ if TYPE_CHECKING:
 
 UNTITLED = "Vibro-impact energy harvester"
 """Title of a scenario that has none."""
+
+
+def _simulation(study: Study) -> Iterable[Block]:
+    if study.crosscheck is None:
+        return ()
+    from vireport.simulation_pages import simulation
+
+    return simulation(study)
 
 
 def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenance) -> ReportModel:
@@ -48,6 +56,7 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
             *section("design-point", "Design point", results_pages.design_point(study)),
             *section("figures", "Figures", context_pages.figures(pictures)),
             *section("energy", "Voltage", energy(study)),
+            *section("simulation", "Simulation", _simulation(study)),
             *section("equations", "Equations", equations(study, TEMPLATES)),
             *section("paper", "The paper\u2019s numbers", context_pages.paper(compared)),
             *section("left-out", "Left out, and why", context_pages.left_out(study, compared)),

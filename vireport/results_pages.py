@@ -41,9 +41,8 @@ def table_1(study: Study) -> Iterator[Block]:
     columns = (
         *texts("Motion"),
         *numbers("Branch"),
-        *texts("Interval"),
+        *texts("Interval", "Type", "Criteria"),
         *numbers("*d* from", "to", f"{unit} from", "to"),
-        *texts("Criteria", "Type"),
     )
     yield Table(
         "Table 1 for this scenario",
@@ -60,9 +59,9 @@ def _table_row(solution: Solution, row: Row, symbol: str) -> tuple[str, ...]:
         capital(row.family),
         str(row.branch),
         _interval(solution, row, symbol),
-        *(significant(end, 8) for end in ends),
-        words(row.criteria),
         row.stability,
+        words(row.criteria),
+        *(significant(end, 8) for end in ends),
     )
 
 

@@ -35,7 +35,7 @@ def check(data: dict[str, Any], wrong: Collection[str]) -> list[Finding]:
         Paths that are wrong in themselves: they are not compared with anything.
     """
     tree = _Tree(data, wrong)
-    return [*_required(tree), *_masses(tree), *_radii(tree), *_sweep(tree), *_title(tree)]
+    return [*_required(tree), *_masses(tree), *_radii(tree), *_sweep(tree), *_simulation(tree), *_title(tree)]
 
 
 class _Tree:
@@ -110,6 +110,23 @@ def _sweep(tree: _Tree) -> Iterator[Finding]:
     first, last = tree.number("sweep.from"), tree.number("sweep.to")
     if first is not None and last is not None and abs(last - first) <= NARROWEST_SWEEP * max(abs(first), abs(last)):
         yield Finding("sweep.to", "rule", f"got {last:.12g}, the same as sweep.from to nine digits (a different value)")
+
+
+def _simulation(tree: _Tree) -> Iterator[Finding]:
+    parameter = "length_m" if tree.at("sweep") is None else tree.at("sweep.parameter")
+    if tree.at("simulation.diagram") is True and tree.at("sweep") is None:
+        yield Finding("simulation.diagram", "rule", "a bifurcation diagram needs a sweep (add one, or set it to false)")
+    if not isinstance(parameter, str) or parameter not in SWEEPABLE:
+        return
+    low, high = (0, 90) if parameter == "inclination_deg" else (SMALLEST, LARGEST)
+    for path in ("simulation.portraits", "simulation.displacement"):
+        values = tree.at(path)
+        if path in tree.wrong or not isinstance(values, list):
+            continue
+        outside = [value for value in values if not low <= value <= high]
+        if outside:
+            message = f"got {outside[0]:.12g} in it, which is out of range ({parameter} from {low:g} to {high:g})"
+            yield Finding(path, "rule", message)
 
 
 def _title(tree: _Tree) -> Iterator[Finding]:

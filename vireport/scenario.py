@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -132,7 +133,11 @@ def to_dict(scenario: Scenario) -> dict[str, Any]:
 
 def _plain(block: Any) -> dict[str, Any]:
     values = {entry.name: getattr(block, entry.attribute) for entry in entries(type(block))}
-    return {name: _plain(value) if is_dataclass(value) else value for name, value in values.items()}
+    return {name: _as_read(value) for name, value in values.items()}
+
+
+def _as_read(value: Any) -> Any:
+    return _plain(value) if is_dataclass(value) else list(value) if isinstance(value, tuple) else value
 
 
 def _validate(document: Document) -> Scenario:
@@ -143,7 +148,7 @@ def _validate(document: Document) -> Scenario:
     except ValidationError as error:
         for found in error.errors(include_url=False, include_context=False):
             path = ""
-            for step in found["loc"]:
+            for step in takewhile(lambda step: isinstance(step, str), found["loc"]):  # an element stands for its list
                 path = join(path, step)
             findings.append(Finding(path, found["type"], found["input"]))
     findings += check(data, {finding.path for finding in findings} | document.unread)

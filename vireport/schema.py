@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any, get_args
 
-from vireport.blocks import SWEEPABLE, Entry, Scenario, entries
+from vireport.blocks import NUMBERS, SWEEPABLE, Entry, Scenario, entries
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
-_TYPES = {float: "number", int: "integer", str: "string"}
+_TYPES = {float: "number", int: "integer", str: "string", bool: "boolean", NUMBERS: "array"}
 _BOUNDS = {
     "ge": "minimum",
     "gt": "exclusiveMinimum",
@@ -92,7 +92,10 @@ def _key(entry: Entry) -> dict[str, Any]:
     if key.unit:
         found["unit"] = key.unit
     if entry.default is not None:
-        found["default"] = entry.default
+        found["default"] = list(entry.default) if isinstance(entry.default, tuple) else entry.default
+    if entry.kind == NUMBERS:
+        found["items"] = {"type": "number"}
+        found["maxItems"] = found.pop("maxLength")
     if entry.kind not in _TYPES:
         found["enum"] = list(get_args(entry.kind))
     return _ordered(found)
@@ -186,4 +189,14 @@ sweep:                           # optional: without it, the design point alone 
   parameter: length_m            # one of length_m, amplitude_n, frequency_hz, inclination_deg
   from: 0.59                     # first value, in the unit of the parameter
   to: 0.75                       # last value; it may be the smaller of the two
+
+# Without the marks in front of it, the simulation is run beside the solution; it needs the package numba.
+# simulation:                    # optional: without it, nothing is simulated
+#   samples: 41                    # values of the swept parameter, 2 to 2001
+#   starts: 4                      # starting states at each of them, 1 to 64
+#   impacts: 1000                  # impacts from each start, 100 to 100000
+#   tolerance: 1e-9                # largest difference up to which simulation and solution agree
+#   diagram: false                 # whether to draw a bifurcation diagram from simulation alone
+#   portraits: []                  # values of the swept parameter for figure 3, at most 8
+#   displacement: []               # values of the swept parameter for figure 6, at most 8
 """

@@ -22,6 +22,12 @@ TICK_RIGHT, TICK_UP, TICK_DOWN = 1, 2, 3
 Entry = tuple[str, dict[str, Any]]
 """Of a legend: a name, and the look of its line or marker."""
 
+Place = tuple[float, float, float, float]
+"""Of a panel: left, bottom, width, height [in]."""
+
+Ticks = tuple[Sequence[float], Sequence[str]]
+"""Values and labels."""
+
 WIDTH = 6.7
 """Of a sheet [in]: the text of an A4 page."""
 
@@ -36,24 +42,85 @@ ROW, TOP_AXIS = 0.20, 0.46
 
 
 @dataclass(frozen=True, slots=True)
-class Sheet:
-    """A figure of panels above one another, with lines of text over them.
+class Page:
+    """A figure on which every place is given in inches from the lower left corner.
 
     Attributes
     ----------
     figure : Figure
-    along : Along
     height : float
         [in]
+    """
+
+    figure: Figure
+    height: float
+
+    def frame(self, place: Place, x: tuple[float, float], y: tuple[float, float], first: bool) -> Panel:
+        """An empty panel with limits; its axes are bare."""
+        left, bottom, across, high = place
+        rectangle = (left / WIDTH, bottom / self.height, across / WIDTH, high / self.height)
+        axes = self.figure.add_axes(rectangle, xlim=x, ylim=y)
+        axes.xaxis.set_visible(False)
+        axes.yaxis.set_visible(False)
+        return Panel(axes, x, y, Room(72 * across, 72 * high), first)
+
+    def along_bottom(self, panel: Panel, place: Place, ticks: Ticks, label: str | None) -> None:
+        """Ticks along the bottom of a panel, and their labels and the axis' own unless that is None."""
+        left, bottom, across, _ = place
+        share = _share(ticks[0], panel.x)
+        _tick_marks(panel.axes, share, [0.0] * len(share), TICK_UP)
+        if label is not None:
+            for part, text in zip(share, ticks[1], strict=True):
+                self.words(left + part * across, bottom - 0.06, text, ha="center", va="top", size=SMALL)
+            self.words(left + across / 2, bottom - 0.40, label, ha="center", va="bottom")
+
+    def along_side(self, panel: Panel, place: Place, ticks: Ticks) -> None:
+        """Ticks along the left side of a panel, with their labels."""
+        left, bottom, _, height = place
+        share = _share(ticks[0], panel.y)
+        _tick_marks(panel.axes, [0.0] * len(share), share, TICK_RIGHT)
+        for part, text in zip(share, ticks[1], strict=True):
+            self.words(left - 0.06, bottom + part * height, text, ha="right", va="center_baseline", size=SMALL)
+
+    def words(self, x: float, y: float, text: str, **look: Any) -> None:
+        """Write a text."""
+        self.figure.text(x / WIDTH, y / self.height, text, **look)
+
+    def heading(self, head: Sequence[tuple[str, str]], lines: Sequence[Sequence[Entry]]) -> None:
+        """Write lines of text in their colours along the top, and under them lines of a legend."""
+        y = self.height - 0.04 - ROW / 2
+        for text, color in head:
+            self.words(LEFT, y, text, va="center", size=SMALL, color=color)
+            y -= ROW
+        for line in lines:
+            x = LEFT
+            for entry in line:
+                self._entry(x, y, entry)
+                x += _length(entry)
+            y -= ROW
+
+    def _entry(self, x: float, y: float, entry: Entry) -> None:
+        name, look = entry
+        length = _sample(entry)
+        ends = [x + length / 2] if look.get("linestyle") == "none" else [x, x + length]
+        self.figure.add_artist(Line2D([end / WIDTH for end in ends], [y / self.height] * len(ends), **look))
+        self.words(x + length + 0.06, y, name, va="center", size=SMALL)
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet(Page):
+    """A figure of panels above one another on one axis, with lines of text over them.
+
+    Attributes
+    ----------
+    along : Along
     places : tuple of (float, float)
         Bottom and height of each panel [in], from the top one down.
     panels : list of Panel
         Those there are so far.
     """
 
-    figure: Figure
     along: Along
-    height: float
     places: tuple[tuple[float, float], ...]
     panels: list[Panel] = field(default_factory=list)
 
@@ -61,7 +128,7 @@ class Sheet:
         self,
         label: str,
         limits: tuple[float, float] | None,
-        y_ticks: tuple[Sequence[float], Sequence[str]] | None = None,
+        y_ticks: Ticks | None = None,
     ) -> Panel:
         """Add the next panel.
 
@@ -77,55 +144,27 @@ class Sheet:
         y = limits or (0.0, 1.0)
         number = len(self.panels)
         bottom, height = self.places[number]
-        rectangle = (LEFT / WIDTH, bottom / self.height, ACROSS / WIDTH, height / self.height)
-        axes = self.figure.add_axes(rectangle, xlim=self.along.limits, ylim=y)
-        axes.xaxis.set_visible(False)
-        axes.yaxis.set_visible(False)
-        self.panels.append(Panel(axes, self.along.limits, y, Room(72 * ACROSS, 72 * height), number == 0))
-        self._along_bottom(self.panels[-1], bottom, label=number + 1 == len(self.places))
+        place = (LEFT, bottom, ACROSS, height)
+        panel = self.frame(place, self.along.limits, y, number == 0)
+        self.panels.append(panel)
+        ticks = fitting_ticks(self.along.low, self.along.high, LETTERS_ALONG)
+        self.along_bottom(panel, place, ticks, self.along.label if number + 1 == len(self.places) else None)
         if number == 0:
-            self._along_top(self.panels[-1], bottom + height)
+            self._along_top(panel, bottom + height)
         if limits:
-            self._along_side(self.panels[-1], bottom, height, *(y_ticks or fitting_ticks(*y, LETTERS_ALONG, 6)))
-        self._words(0.08, bottom + height / 2, label, rotation=90, ha="left", va="center")
+            self.along_side(panel, place, y_ticks or fitting_ticks(*y, LETTERS_ALONG, 6))
+        self.words(0.08, bottom + height / 2, label, rotation=90, ha="left", va="center")
         if len(self.places) > 1:
-            self._words(0.05, bottom + height, f"({'abc'[number]})", ha="left", va="center")
-        return self.panels[-1]
-
-    def _along_bottom(self, panel: Panel, bottom: float, label: bool) -> None:
-        values, texts = fitting_ticks(self.along.low, self.along.high, LETTERS_ALONG)
-        share = _share(values, panel.x)
-        _tick_marks(panel.axes, share, [0.0] * len(share), TICK_UP)
-        if label:
-            for part, text in zip(share, texts, strict=True):
-                self._words(LEFT + part * ACROSS, bottom - 0.06, text, ha="center", va="top", size=SMALL)
-            self._words(LEFT + ACROSS / 2, 0.06, self.along.label, ha="center", va="bottom")
-
-    def _along_side(
-        self, panel: Panel, bottom: float, height: float, values: Sequence[float], texts: Sequence[str]
-    ) -> None:
-        share = _share(values, panel.y)
-        _tick_marks(panel.axes, [0.0] * len(share), share, TICK_RIGHT)
-        for part, text in zip(share, texts, strict=True):
-            self._words(LEFT - 0.06, bottom + part * height, text, ha="right", va="center_baseline", size=SMALL)
+            self.words(0.05, bottom + height, f"({'abc'[number]})", ha="left", va="center")
+        return panel
 
     def _along_top(self, panel: Panel, top: float) -> None:
         share = _share([x for x, _ in self.along.top], panel.x)
         _tick_marks(panel.axes, share, [1.0] * len(share), TICK_DOWN)
         for part, (_, text) in zip(share, self.along.top, strict=True):
             x = min(LEFT + part * ACROSS, WIDTH - 0.32 * SMALL * len(text) / 72)
-            self._words(x, top + 0.05, text, ha="center", va="bottom", size=SMALL)
-        self._words(LEFT + ACROSS / 2, top + 0.22, self.along.top_label, ha="center", va="bottom")
-
-    def _words(self, x: float, y: float, text: str, **look: Any) -> None:
-        self.figure.text(x / WIDTH, y / self.height, text, **look)
-
-    def _entry(self, x: float, y: float, entry: Entry) -> None:
-        name, look = entry
-        length = _sample(entry)
-        ends = [x + length / 2] if look.get("linestyle") == "none" else [x, x + length]
-        self.figure.add_artist(Line2D([end / WIDTH for end in ends], [y / self.height] * len(ends), **look))
-        self._words(x + length + 0.06, y, name, va="center", size=SMALL)
+            self.words(x, top + 0.05, text, ha="center", va="bottom", size=SMALL)
+        self.words(LEFT + ACROSS / 2, top + 0.22, self.along.top_label, ha="center", va="bottom")
 
 
 def sheet(
@@ -148,24 +187,20 @@ def sheet(
     legend : sequence of sequences of (str, dict)
         Each begins a line.
     """
-    lines = [line for group in legend for line in _wrapped(group)]
+    lines = wrapped(legend)
     over = ROW * (len(head) + len(lines)) + 0.06 + TOP_AXIS
     height = BOTTOM + panels * panel_height + (panels - 1) * BETWEEN + over
+    places = tuple((BOTTOM + (panels - 1 - k) * (panel_height + BETWEEN), panel_height) for k in range(panels))
+    made = Sheet(blank(height), height, axis, places)
+    made.heading(head, lines)
+    return made
+
+
+def blank(height: float) -> Figure:
+    """An empty figure of the common width [in]."""
     figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
-    places = tuple((BOTTOM + (panels - 1 - k) * (panel_height + BETWEEN), panel_height) for k in range(panels))
-    made = Sheet(figure, axis, height, places)
-    y = height - 0.04 - ROW / 2
-    for text, color in head:
-        made._words(LEFT, y, text, va="center", size=SMALL, color=color)
-        y -= ROW
-    for line in lines:
-        x = LEFT
-        for entry in line:
-            made._entry(x, y, entry)
-            x += _length(entry)
-        y -= ROW
-    return made
+    return figure
 
 
 def _tick_marks(axes: Axes, x: Sequence[float], y: Sequence[float], marker: Any) -> None:
@@ -186,16 +221,17 @@ def _share(values: Sequence[float], limits: tuple[float, float]) -> list[float]:
     return [(value - low) / (high - low) for value in values]
 
 
-def _wrapped(legend: Sequence[Entry]) -> list[list[Entry]]:
-    """The entries in lines that fit the sheet."""
+def wrapped(legend: Sequence[Sequence[Entry]]) -> list[list[Entry]]:
+    """The entries in lines that fit the sheet; each group begins one."""
     lines: list[list[Entry]] = []
-    room = 0.0
-    for entry in legend:
-        if room < _length(entry):
-            lines.append([])
-            room = WIDTH - LEFT
-        lines[-1].append(entry)
-        room -= _length(entry)
+    for group in legend:
+        room = 0.0
+        for entry in group:
+            if room < _length(entry):
+                lines.append([])
+                room = WIDTH - LEFT
+            lines[-1].append(entry)
+            room -= _length(entry)
     return lines
 
 

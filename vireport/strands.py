@@ -95,9 +95,10 @@ def evaluate(strands: list[Strand], which: NDArray[np.intp], w: Floats, level: L
     a, b, c = level_terms(level, u, r, n)
     norm = np.hypot(a, b)
     ratio = np.clip(c / np.where(norm == 0, 1.0, norm), -1.0, 1.0)
-    # A strand from edge to edge stays on its sheet up to its very ends, where w alone would not tell.
+    # An open strand ends on one sheet, at an edge where the two do not meet: there w must not be taken modulo 2 pi.
     own = np.array([s.sheet for s in strands])[which]
-    sheet = np.where(own != 0, own, np.where(np.mod(w, 2 * np.pi) <= np.pi, 1.0, -1.0))
+    turned = np.where(np.array([s.closed for s in strands])[which], np.mod(w, 2 * np.pi), w)
+    sheet = np.where(own != 0, own, np.where((turned < 0) | (turned > np.pi), -1.0, 1.0))
     phi = np.arctan2(a, b) + sheet * np.arccos(ratio)
     phi = np.where(width == 0, w, phi)
     return orbits(u, np.mod(phi, 2 * np.pi), r, n)

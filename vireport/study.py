@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +21,11 @@ from vireport.plan import FORMATS, Plan, plan
 from vireport.scenario import Loaded
 from vireport.solution import Solution, solve
 from vireport.table import Row, table
+
+if TYPE_CHECKING:
+    from vireport.crosscheck import CrossCheck
+
+Progress = Callable[[str], None]
 
 SMALLEST_LOSS = 1e-6
 """1 - r below which the motions are not resolved: they draw together as 1 - r, and det DP = r^4 comes too near to 1."""
@@ -47,6 +53,8 @@ class Study:
     voltages : tuple of Voltages
         One for each branch.
     design_voltages : Voltages or None
+    crosscheck : CrossCheck or None
+        What the simulation found.
     """
 
     loaded: Loaded
@@ -60,6 +68,7 @@ class Study:
     membrane: Membrane | None
     voltages: tuple[Voltages, ...]
     design_voltages: Voltages | None
+    crosscheck: CrossCheck | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -91,8 +100,8 @@ def device_of(scenario: Scenario) -> Device:
     )
 
 
-def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS) -> Study:
-    """Solve a scenario analytically: motions, admissibility, stability, critical points, voltages, as its plan says.
+def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
+    """Solve a scenario: motions, admissibility, stability, critical points, voltages, simulation, as its plan says.
 
     Parameters
     ----------
@@ -100,6 +109,8 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS) -> Study:
         From `scenario.load`.
     formats : iterable of str
         Outputs that are wanted, among `plan.FORMATS`.
+    progress : callable, optional
+        Told each long step as it begins.
 
     Raises
     ------
@@ -131,7 +142,16 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS) -> Study:
         design_voltages=None,
     )
     mass = scenario.device.ball_mass_kg
-    return study if mass is None else _with_energy(study, mass)
+    if mass is not None:
+        study = _with_energy(study, mass)
+    return study if scenario.simulation is None else _with_simulation(study, scenario.simulation, progress)
+
+
+def _with_simulation(study: Study, asked: blocks.Simulation, progress: Progress | None) -> Study:
+    from vireport.crosscheck import crosscheck
+
+    motions = study.design.motions if study.design is not None else None
+    return replace(study, crosscheck=crosscheck(study.device, study.sweep, study.solution, motions, asked, progress))
 
 
 def _with_energy(study: Study, mass: float) -> Study:

@@ -6,7 +6,7 @@ Turns a study into words; a reader who stops after them must not have been misle
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -17,9 +17,13 @@ from vireport.stability import STABILITY
 from vireport.study import Study
 from vireport.wording import SWEEP_END, SWEPT, capital, kind_of, range_text
 
+if TYPE_CHECKING:
+    from vireport.crosscheck import CrossCheck
+
 Status = Literal["good", "caution", "bad", "neutral"]
 
 MOTION, WHERE, MARGIN, VOLTAGE = "Is there stable motion?", "Where?", "With what margin?", "What voltage?"
+SIMULATED = "Does the simulation agree?"
 NOT_KNOWN = "Not known"
 OUTSIDE = "outside the membrane model"
 
@@ -112,7 +116,26 @@ def verdict_of(study: Study) -> Verdict:
                 f"Stable, margin {'not known' if margin.answer == NOT_KNOWN else 'small'}",
             )
     facts.append(_voltage(study))
-    return Verdict(status, word, _headline(study, facts), tuple(facts))
+    headline = _headline(study, facts)
+    if study.crosscheck is not None:
+        facts.append(_simulated(study.crosscheck))
+        if not study.crosscheck.passed:
+            status, word = "caution", "Not verified"
+            headline = f"Not verified: the simulation does not agree with the solution. {headline}"
+    return Verdict(status, word, headline, tuple(facts))
+
+
+def _simulated(check: CrossCheck) -> Fact:
+    if not check.orbits:
+        return Fact(SIMULATED, "Nothing to compare", "There is no stable 1:1 motion at the values simulated", "neutral")
+    largest = significant(max(check.velocity_difference, check.phase_difference), 2)
+    if check.passed:
+        detail = f"It ends on all {check.orbits} stable orbits tried; largest difference {largest}"
+        return Fact(SIMULATED, "Yes", detail, "good")
+    detail = (
+        f"It leaves {len(check.misses)} of {check.orbits} stable orbits; largest difference on the others {largest}"
+    )
+    return Fact(SIMULATED, "No", detail, "bad")
 
 
 def nearest_limits(study: Study, design: DesignPoint) -> list[Limit]:
