@@ -144,3 +144,15 @@ def test_figure_3gh_is_the_period_4_motion(example) -> None:
     assert cycle.word == "BTBT"
     assert cycle.period == 2
     assert np.abs(np.abs(cycle.velocity) - 0.71495891).min() < 1e-5  # printed for d = 0.2545, which is F = 5.8699 N
+
+
+def test_average_voltage_of_a_doubled_motion_is_over_its_four_impacts(checked) -> None:
+    """Eq. (5.1): the mean over all impacts of a period, one number for each motion."""
+    points = simulated_points(checked["inclined-forcing"])
+    value = points.sweep_value.max()
+    rows = np.nonzero(points.sweep_value == value)[0]
+    assert len(rows) == 2
+    volts = points.voltages
+    expected = np.mean([volts.bottom_v[rows], volts.top_v[rows]])
+    np.testing.assert_allclose(volts.average_v[rows], expected, rtol=1e-14)
+    assert abs(volts.bottom_v[rows[0]] - volts.bottom_v[rows[1]]) > 100

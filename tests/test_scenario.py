@@ -13,7 +13,7 @@ from typing import get_args
 import pytest
 from bad_scenarios import GOOD
 
-from vireport.blocks import SWEEPABLE, Membrane, Scenario, SweepParameter
+from vireport.blocks import SWEEPABLE, Membrane, Scenario, Simulation, SweepParameter
 from vireport.errors import ScenarioError, UsageError
 from vireport.scenario import load, loads, to_dict
 
@@ -56,6 +56,21 @@ def test_defaults_are_filled_in():
     assert scenario.gravity_m_s2 == 9.8
     assert scenario.period_ratio == 1
     assert scenario.title is scenario.sweep is scenario.device.ball_mass_kg is None
+
+
+def test_simulation_is_absent_unless_asked_for_and_an_empty_block_is_all_defaults():
+    assert loads(MINIMAL).scenario.simulation is loads(MINIMAL + "simulation:\n").scenario.simulation is None
+    simulation = loads(MINIMAL + "simulation: {}\n").scenario.simulation
+    assert simulation == Simulation()
+    assert (simulation.samples, simulation.starts, simulation.impacts, simulation.tolerance) == (41, 4, 1000, 1e-9)
+    assert (simulation.diagram, simulation.portraits, simulation.displacement) == (False, (), ())
+
+
+def test_lists_are_tuples_of_floats_and_lists_again_as_plain_data():
+    loaded = loads(MINIMAL, overrides=["simulation.portraits=[1, 0.7]"])
+    assert loaded.scenario.simulation == Simulation(portraits=(1.0, 0.7))
+    assert [type(value) for value in loaded.scenario.simulation.portraits] == [float, float]
+    assert to_dict(loaded.scenario)["simulation"]["portraits"] == [1.0, 0.7]
 
 
 def test_membrane_is_there_where_energy_is_evaluated():

@@ -26,7 +26,7 @@ BEYOND = {
     *("period_ratio 2.0", "schema_version 1.0", "device.length_m .nan", "title '  '", "sweep.to 0.59"),
     *('title "\\e[31m"', 'title "two\\nlines"', "device.ball_mass_kg 0.2", "device.ball_mass_kg 0.1245"),
     *("row 9 '    ball_radius_m: 7e-3'", "row 9 '    active_radius_m: 5e-3'", "key simulation: {samples: 4.0}"),
-    *("key simulation: {portraits: [.nan]}", "key simulation: {portraits: [-0.6]}"),
+    *("key simulation: {portraits: [.nan]}", "key simulation: {portraits: [-0.6]}", "simulation without a sweep"),
 }
 
 

@@ -72,8 +72,8 @@ def _motion_alerts(study: Study) -> Iterator[Alert]:
             "VR002",
             "note",
             "Solutions that are not motions were left out",
-            f"{_count(len(discarded))} of the algebraic solution would pass through a membrane, by up to {depth:.3g} of the "
-            f"length unit x_c{', some with eigenvalues that would call them stable' if stable else ''}. "
+            f"{_count(len(discarded))} of the algebraic solution would pass through a membrane, by up to {depth:.3g} "
+            f"of the length unit x_c{', some with eigenvalues that would call them stable' if stable else ''}. "
             "They are listed in the results as not admissible, and neither drawn nor counted.",
             "Nothing to do; the grazing points show where the motions end.",
         )

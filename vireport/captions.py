@@ -101,9 +101,8 @@ def alt_text(study: Study, name: str, simulated: Simulated | None = None) -> str
     ):
         if chosen:
             told.append(f"{capital(word)} motions: {values(study, chosen)}.")
-    return " ".join(
-        [f"{kind} over {axis}.", _stable(study), *told, *_points(solution, sweep), *_overlay(name, simulated)]
-    )
+    points = [*_points(solution, sweep), *_overlay(name, simulated)]
+    return " ".join([f"{kind} over {axis}.", _stable(study), *told, *points])
 
 
 def _about_2(study: Study) -> list[str]:
@@ -169,7 +168,7 @@ def _overlay(name: str, simulated: Simulated | None) -> list[str]:
     values = len(np.unique(simulated.sweep_value))
     at = f"{impacts} impacts of periodic motions at {values} value{'s' * (values != 1)} of the swept parameter"
     if name == "figure-7":
-        return [f"Simulation: circles, the voltages of {at}; stars, their averages."]
+        return [f"Simulation: circles, the voltages of {at}; stars, U_ave of each motion."]
     return [f"Circles: simulation, {at}."]
 
 

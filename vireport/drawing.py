@@ -24,7 +24,7 @@ from vireport.axes import (
 )
 from vireport.branches import Branch
 from vireport.captions import conditions
-from vireport.curves import Curve, Floats, Stretch, events, solved, stretches
+from vireport.curves import Curve, Floats, Simulated, Stretch, events, solved, stretches
 from vireport.panel import Panel
 from vireport.sheet import Entry, Sheet, sheet
 from vireport.solution import LETTERS
@@ -76,6 +76,9 @@ STAR: Look = CIRCLE | {
     "markeredgecolor": WARNING,
 }
 
+ROOM_FOR = 60
+"""Simulated points beside one another up to which their markers have their full size."""
+
 MARKERS: dict[str, Look] = {
     "node_focus": {"marker": "o"},
     "period_doubling": {"marker": "s"},
@@ -85,6 +88,13 @@ MARKERS: dict[str, Look] = {
 }
 
 NO_MOTION = "no admissible 1:1 motion in this sweep"
+
+
+def crowded(look: Look, simulated: Simulated | None) -> Look:
+    """The look of markers along the sweep, smaller where they are many, so that the curve beneath is seen."""
+    points = len(np.unique(simulated.sweep_value)) if simulated else 0
+    scale = max(min(1.0, (ROOM_FOR / max(points, 1)) ** 0.5), 0.4)
+    return look | {key: look[key] * scale for key in ("markersize", "markeredgewidth")}
 
 
 class Drawing:

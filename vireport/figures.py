@@ -26,7 +26,7 @@ from vireport.axes import (
     style,
     within,
 )
-from vireport.captions import LAMBDA_LIMIT, OUTSIDE, TITLES, alt_text, caption, conditions, outside_geometry
+from vireport.captions import LAMBDA_LIMIT, OUTSIDE, TITLES, alt_text, caption, outside_geometry
 from vireport.curves import (
     TURN,
     Curve,
@@ -53,14 +53,14 @@ from vireport.drawing import (
     UNSTABLE_TOP_VOLTAGE,
     UNSTABLE_VOLTAGE,
     Drawing,
+    crowded,
 )
 from vireport.energy import Voltages
 from vireport.formatting import PREFIXES
 from vireport.panel import Panel
 from vireport.pixels import png_of
-from vireport.portrait_captions import PORTRAIT_TITLES, diagram_alt, diagram_caption, portrait_alt, portrait_caption
-from vireport.portraits import figure_3, figure_6, figure_diagram
 from vireport.sheet import Entry, Sheet
+from vireport.simulated_figures import Words, simulated_figures
 from vireport.stability import eigenvalues
 from vireport.study import Study
 
@@ -119,38 +119,14 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
         "figure-4": partial(_figure_4, study),
         "figure-7": partial(_figure_7, study, simulated),
     }
+
+    def words(name: str) -> Words:
+        return name, TITLES[name], caption(study, name, simulated), alt_text(study, name, simulated)
+
     with style():
-        return (
-            *(_picture(study, name, draw[name](), simulated) for name in draw if study.plan.runs(name)),
-            *_of_simulation(study),
-        )
-
-
-def _picture(study: Study, name: str, figure: Figure, simulated: Simulated | None) -> Picture:
-    return Picture(
-        name, TITLES[name], caption(study, name, simulated), alt_text(study, name, simulated), *png_of(figure)
-    )
-
-
-def _of_simulation(study: Study) -> Iterator[Picture]:
-    """What is drawn from simulation alone."""
-    check = study.crosscheck
-    if check is None:
-        return
-    held = conditions(study, check.parameter)
-    for name, draw, portraits in (
-        ("figure-3", figure_3, check.portraits),
-        ("figure-6", figure_6, check.displacements),
-    ):
-        if study.plan.runs(name):
-            about, alt = portrait_caption(name, portraits, held), portrait_alt(name, portraits)
-            yield Picture(name, PORTRAIT_TITLES[name], about, alt, *png_of(draw(portraits, held)))
-    if study.plan.runs("figure-diagram") and check.diagram is not None:
-        found = check.diagram, check.diagram_values, check.diagram_d
-        about, alt = diagram_caption(study, *found[:2]), diagram_alt(study, *found[:2])
-        yield Picture(
-            "figure-diagram", PORTRAIT_TITLES["figure-diagram"], about, alt, *png_of(figure_diagram(study, *found))
-        )
+        drawn = [Picture(*words(name), *png_of(draw[name]())) for name in draw if study.plan.runs(name)]
+        drawn += [Picture(*told, *png_of(figure)) for told, figure in simulated_figures(study)]
+    return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
 def figure_2(study: Study, simulated: Simulated | None = None) -> Figure:
@@ -192,7 +168,7 @@ def _panel_2(drawing: Drawing, page: Sheet, k: int, simulated: Simulated | None)
         for side, color in enumerate((BOTTOM, TOP)):
             drawing.curves(panel, partial(curve, side=side), stable, color | line)
     for y in overlay:
-        panel.marks(drawing.along.of(simulated), y, **CIRCLE)
+        panel.marks(drawing.along.of(simulated), y, **crowded(CIRCLE, simulated))
     if design is not None:
         drawing.design(panel, pairs(design.motions, n)[k], (BLUE, GREEN))
     drawing.letters(panel, lambda branch: pairs(branch.motions, n)[k])
@@ -303,7 +279,7 @@ def _figure_7(study: Study, simulated: Simulated | None) -> Figure:
         drawing.curves(panel, partial(curve, k=k), True, look | {"zorder": STABLE["zorder"]})
     if points:
         for y, look in zip(_three(points), (STAR, CIRCLE, CIRCLE), strict=True):
-            panel.marks(drawing.along.of(simulated), y / unit, **look)
+            panel.marks(drawing.along.of(simulated), y / unit, **crowded(look, simulated))
     if study.design_voltages is not None:
         drawing.design(panel, [y / unit for y in _three(study.design_voltages)], (VERMILION, BLUE, BLUE))
     drawing.letters(panel, lambda branch: [y / unit for y in _three(study.voltages[branch.number - 1])])

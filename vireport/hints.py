@@ -55,6 +55,8 @@ _WORDS = {
     "max": "to",
     "mass": "capsule_mass_kg",
     "name": "title",
+    "tol": "tolerance",
+    "bifurcation": "diagram",
 }
 _SYMBOLS = {
     "M": "capsule_mass_kg",
@@ -104,6 +106,8 @@ def for_key(path: str, value: object, units: dict[str, str]) -> str:
     target, advice = _by_unit(plain, value, block, units)
     if not target:
         target = _nearest(_SYMBOLS.get(plain) or _WORDS.get(plain.lower()) or "", block, units)
+        if target.rpartition(".")[0] != block:  # a word for a key elsewhere may be a slip of one that is here
+            target = _sibling(plain, block, units) or target
     if not target:
         target = _by_spelling(plain, block, units)
     if not target:
@@ -147,8 +151,13 @@ def _nearest(name: str, block: str, units: dict[str, str]) -> str:
 
 
 def _by_spelling(key: str, block: str, units: dict[str, str]) -> str:
-    siblings = [path.rpartition(".")[2] for path in units if path.rpartition(".")[0] == block]
-    close = closest(key, siblings) or closest(key, {path.rpartition(".")[2] for path in units})
+    return _sibling(key, block, units) or _nearest(
+        closest(key, {path.rpartition(".")[2] for path in units}), block, units
+    )
+
+
+def _sibling(key: str, block: str, units: dict[str, str]) -> str:
+    close = closest(key, [path.rpartition(".")[2] for path in units if path.rpartition(".")[0] == block])
     return _nearest(close, block, units)
 
 

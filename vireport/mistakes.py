@@ -63,23 +63,37 @@ def _message(finding: Finding, document: Document) -> str:
 
 
 def _ruler(path: str, document: Document) -> str:
-    """Path of the key whose range holds: for the ends of a sweep, that of the parameter that is swept."""
+    """Path of the key whose range holds: for values of what is swept, that of the parameter that is swept."""
     data: Any = document.data
-    sweep = data.get("sweep") if isinstance(data, dict) else None
-    if path in ("sweep.from", "sweep.to") and isinstance(sweep, dict):
-        parameter = sweep.get("parameter")
-        return SWEEPABLE.get(parameter, path) if isinstance(parameter, str) else path
-    return path
+    if path not in ("sweep.from", "sweep.to") and not _is_element(path):
+        return path
+    sweep = data.get("sweep")
+    parameter = sweep.get("parameter") if isinstance(sweep, dict) else None
+    if sweep is None and "sweep" not in document.unread:
+        parameter = "length_m"
+    return SWEEPABLE.get(parameter, path) if isinstance(parameter, str) else path
+
+
+def _is_element(path: str) -> bool:
+    return path.rpartition(".")[2].isdigit()
+
+
+def _key(path: str) -> dict[str, Any]:
+    """What the JSON Schema says of a key, or of an element of a list."""
+    if path in keys() or not _is_element(path):
+        return keys()[path]
+    elements: dict[str, Any] = keys()[path.rpartition(".")[0]]["items"]
+    return elements
 
 
 def _wrong(path: str, value: object, document: Document) -> str:
     """What is wrong with a value, as it follows "got ...": by its type first, then by its size."""
-    key = keys()[_ruler(path, document)]
+    key = _key(_ruler(path, document))
     kinds = _kinds(key)
     if "object" in kinds:
         return ""
     if "array" in kinds:
-        return _wrong_list(path, value, document)
+        return f" of {len(value)} values" if isinstance(value, list) else ", where a list belongs"
     if isinstance(value, dict | list):
         return ", where one value belongs"
     if "boolean" in kinds:
@@ -96,19 +110,6 @@ def _wrong(path: str, value: object, document: Document) -> str:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return ", which is not a number"
     return _wrong_number(path, value, key)
-
-
-def _wrong_list(path: str, value: object, document: Document) -> str:
-    node: Any = document.data
-    for step in path.split("."):
-        node = node.get(step) if isinstance(node, dict) else None
-    if not isinstance(node, list):
-        return ", where a list belongs"
-    if isinstance(value, list) and value is node:
-        return f" of {len(value)} values"
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return " in it, which is not a number"
-    return " in it" if math.isfinite(value) else " in it, which is not a finite number"
 
 
 def _wrong_choice(value: str, choices: list[str]) -> str:
@@ -133,7 +134,7 @@ def _wrong_number(path: str, value: float, key: dict[str, Any]) -> str:
 
 def allowed(path: str) -> str:
     """What a key may be: its type, range and unit, in words."""
-    key = keys()[path]
+    key = _key(path)
     kinds = _kinds(key)
     if "object" in kinds:
         return f"a block of keys: {', '.join(key['properties'])}"

@@ -31,15 +31,15 @@ def simulated_points(study: Study) -> Simulated | None:
     check = study.crosscheck
     if check is None or study.sweep is None:
         return None
-    rows = [
-        (value, d, *pair)
-        for value, d, found in zip(check.values, check.d, check.found, strict=True)
-        for cycle in _distinct(found)
-        for pair in _pairs(cycle)
-    ]
+    rows, motion = [], []
+    for value, d, found in zip(check.values, check.d, check.found, strict=True):
+        for cycle in _distinct(found):
+            pairs = _pairs(cycle)
+            motion += [motion[-1] + 1 if motion else 0] * len(pairs)
+            rows += [(value, d, *pair) for pair in pairs]
     columns = np.array(rows, dtype=float).reshape(len(rows), 8).T
     names = [field.name for field in fields(Simulated) if field.name != "voltages"]
-    return Simulated(**dict(zip(names, columns, strict=True)), voltages=_voltages(study, columns))
+    return Simulated(**dict(zip(names, columns, strict=True)), voltages=_voltages(study, columns, np.array(motion)))
 
 
 def _distinct(found: tuple[Attractor, ...]) -> list[Cycle]:
@@ -65,8 +65,8 @@ def _pairs(cycle: Cycle) -> list[tuple[float, ...]]:
     return rows
 
 
-def _voltages(study: Study, columns: Floats) -> Voltages | None:
-    """Voltages of the simulated impacts; the average is that of a row's impacts."""
+def _voltages(study: Study, columns: Floats, motion: NDArray[np.intp]) -> Voltages | None:
+    """Voltages of the simulated impacts; the average is over all impacts of a motion, as in Eq. (5.1)."""
     mass = study.scenario.device.ball_mass_kg
     if study.membrane is None or mass is None or study.sweep is None:
         return None
@@ -74,6 +74,7 @@ def _voltages(study: Study, columns: Floats) -> Voltages | None:
     bottom = generated_voltage(unit * columns[2], mass, study.membrane)
     top = generated_voltage(unit * columns[3], mass, study.membrane)
     both = np.stack([bottom, top])
-    known = np.sum(~np.isnan(both), axis=0)
+    impacts = np.bincount(motion, np.sum(~np.isnan(both), axis=0))
+    average = (np.bincount(motion, np.nansum(both, axis=0)) / impacts)[motion]
     speeds = unit * np.nanmax(np.abs(columns[2:4]), axis=0, initial=0.0)
-    return Voltages(bottom, top, np.nansum(both, axis=0) / known, deflection(speeds, mass, study.membrane))
+    return Voltages(bottom, top, average, deflection(speeds, mass, study.membrane))

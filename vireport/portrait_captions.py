@@ -25,13 +25,13 @@ PORTRAIT_TITLES = {
 }
 
 ABOUT = {
-    "figure-3": "Simulated motions. Left: relative velocity Ż = Ẋ − ẋ over relative position Z = X − x, with the bottom "
+    "figure-3": "Simulated motions. Left: relative velocity Ż over relative position Z = X − x, with the bottom "
     "membrane at Z = +d/2 and the top one at −d/2; right: the same velocity over time. Dashed: Ż → −r Ż at an impact. "
-    "Circles, blue: impacts on the bottom; triangles, green: on the top, both just before the rebound. Units F/(4 M f²) "
-    "of length and F/(2 M f) of velocity.",
+    "Circles, blue: impacts on the bottom; triangles, green: on the top, both just before the rebound. Units: "
+    "F/(4 M f²) of length and F/(2 M f) of velocity.",
     "figure-6": "Simulated motions. Blue: ends of the capsule X ± d/2, thick at the bottom; red: the ball x, which "
-    "touches them at the impacts (circles: bottom, triangles: top). X is the periodic solution of X″ = cos(πt + φ), "
-    "without drift; unit F/(4 M f²).",
+    "touches them at the impacts (circles: bottom, triangles: top). X is taken without drift; "
+    "unit F/(4 M f²).",
 }
 
 MOST_SPEEDS = 6
@@ -68,7 +68,10 @@ def diagram_caption(study: Study, diagram: Diagram, values: Floats) -> str:
         "are the impacts of a period on the bottom and on the top, ~ chatter that ends in sticking. Filled: bottom; "
         "open: top. Thin lines: the stable 1:1 motion by the formulae."
     )
-    return " ".join([about, f"{conditions(study)}.", *_found(study, diagram, values)])
+    level = ["Where both impacts are equally fast, filled markers cover open ones."]
+    return " ".join(
+        [about, *(level if study.horizontal else []), f"{conditions(study)}.", *_found(study, diagram, values)]
+    )
 
 
 def diagram_alt(study: Study, diagram: Diagram, values: Floats) -> str:
@@ -98,7 +101,8 @@ def _numbers(portrait: Portrait) -> str:
     if len(speeds) <= MOST_SPEEDS:
         told = f"|Ż| = {', '.join(significant(float(speed), 5) for speed in speeds)}"
     else:
-        told = f"{len(speeds)} impacts, |Ż| from {significant(float(speeds.min()), 4)} to {significant(float(speeds.max()), 4)}"
+        low, high = (significant(float(end), 4) for end in (speeds.min(), speeds.max()))
+        told = f"{len(speeds)} impacts, |Ż| from {low} to {high}"
     text = f", {told}, φ = {significant(float(cycle.phase[first]), 5)} rad, residual {significant(cycle.residual, 2)}"
     return text if cycle.sticks else f"{text}, largest |λ| = {significant(cycle.growth, 3)}"
 

@@ -113,20 +113,19 @@ def _sweep(tree: _Tree) -> Iterator[Finding]:
 
 
 def _simulation(tree: _Tree) -> Iterator[Finding]:
-    parameter = "length_m" if tree.at("sweep") is None else tree.at("sweep.parameter")
-    if tree.at("simulation.diagram") is True and tree.at("sweep") is None:
+    alone = tree.at("sweep") is None and "sweep" not in tree.wrong
+    if tree.at("simulation.diagram") is True and alone:
         yield Finding("simulation.diagram", "rule", "a bifurcation diagram needs a sweep (add one, or set it to false)")
+    parameter = "length_m" if alone else tree.at("sweep.parameter")
     if not isinstance(parameter, str) or parameter not in SWEEPABLE:
         return
     low, high = (0, 90) if parameter == "inclination_deg" else (SMALLEST, LARGEST)
     for path in ("simulation.portraits", "simulation.displacement"):
         values = tree.at(path)
-        if path in tree.wrong or not isinstance(values, list):
-            continue
-        outside = [value for value in values if not low <= value <= high]
-        if outside:
-            message = f"got {outside[0]:.12g} in it, which is out of range ({parameter} from {low:g} to {high:g})"
-            yield Finding(path, "rule", message)
+        for i, value in enumerate(values if isinstance(values, list) else ()):
+            here = f"{path}.{i}"
+            if here not in tree.wrong and type(value) in (int, float) and not low <= value <= high:
+                yield Finding(here, "sweep_range", value)
 
 
 def _title(tree: _Tree) -> Iterator[Finding]:

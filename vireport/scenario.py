@@ -9,7 +9,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
-from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -148,7 +147,7 @@ def _validate(document: Document) -> Scenario:
     except ValidationError as error:
         for found in error.errors(include_url=False, include_context=False):
             path = ""
-            for step in takewhile(lambda step: isinstance(step, str), found["loc"]):  # an element stands for its list
+            for step in found["loc"]:
                 path = join(path, step)
             findings.append(Finding(path, found["type"], found["input"]))
     findings += check(data, {finding.path for finding in findings} | document.unread)

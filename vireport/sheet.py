@@ -22,6 +22,9 @@ TICK_RIGHT, TICK_UP, TICK_DOWN = 1, 2, 3
 Entry = tuple[str, dict[str, Any]]
 """Of a legend: a name, and the look of its line or marker."""
 
+WIDE = set("BT~")
+"""Letters of the words of motions, which are wider than others."""
+
 Place = tuple[float, float, float, float]
 """Of a panel: left, bottom, width, height [in]."""
 
@@ -240,4 +243,5 @@ def _sample(entry: Entry) -> float:
 
 
 def _length(entry: Entry) -> float:
-    return _sample(entry) + 0.06 + 0.54 * SMALL * len(entry[0]) / 72 + 0.14
+    letter = 0.74 if set(entry[0]) <= WIDE else 0.54
+    return _sample(entry) + 0.06 + letter * SMALL * len(entry[0]) / 72 + 0.14

@@ -1,0 +1,356 @@
+"""The figures that come from simulation alone: what is drawn is the simulated motion, and it can be read."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import subprocess
+import sys
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from PIL import Image
+
+from vireport.attractors import Diagram
+from vireport.axes import style
+from vireport.curves import Simulated, stretches
+from vireport.diagrams import WORDS
+from vireport.events import BOTTOM, Impact
+from vireport.figures import figure_2, figure_7, pictures
+from vireport.model import Device
+from vireport.overlay import simulated_points
+from vireport.pixels import png_of
+from vireport.portrait_captions import portrait_alt, portrait_caption
+from vireport.portraits import (
+    BALL,
+    BOTTOM_IMPACT,
+    BOTTOM_MEMBRANE,
+    JUMP,
+    MOTION,
+    TOP_IMPACT,
+    TOP_MEMBRANE,
+    figure_3,
+    figure_6,
+    figure_diagram,
+)
+from vireport.scenario import load
+from vireport.simulated_motions import Portrait, portrait
+from vireport.study import Study, analyse
+from vireport.traces import arrivals, ball, capsule, periodic_groups, rides, short
+
+ROOT = Path(__file__).parent.parent
+M, G, FREQUENCY = 0.1245, 9.8, 2.0
+
+# name: (inclination, force, d, word, period)
+PAPER = {
+    "horizontal": (0.0, 3.0, 0.3688, "BT", 1),
+    "inclined": (45.0, 3.0, 0.4604, "BT", 1),
+    "forced": (45.0, 5.31, 0.28135593, "BT", 1),
+    "doubled": (45.0, 5.87, 0.25451448, "BTBT", 2),
+}
+
+# Two that are not the paper's: irregular, and resting.
+OTHERS = {"chaotic": (10.0, 3.0, 0.1), "rest": (90.0, 1.2, 0.3), "sticking": (45.0, 3.0, 0.1)}
+
+
+@cache
+def made(name: str) -> Portrait:
+    angle, force, d = (PAPER | OTHERS)[name][:3]
+    device = Device(
+        capsule_mass_kg=M, restitution=0.5, gravity_m_s2=G, length_m=None, amplitude_n=force,
+        frequency_hz=FREQUENCY, inclination_deg=angle, period_ratio=1,
+    )  # fmt: skip
+    starts = [Impact(BOTTOM, 0.7, 0.4)]
+    return portrait(device, "length_m", d * force / (4 * M * FREQUENCY**2), starts)
+
+
+@cache
+def simulated_study() -> Study:
+    return analyse(load(ROOT / "examples" / "simulated.yaml", ("simulation.samples=31",)))
+
+
+def of_look(axes: matplotlib.axes.Axes, look: dict) -> list[np.ndarray]:
+    """Points of the lines of a panel that have a look."""
+    lines = [line for line in axes.lines if line.get_color() == look["color"] and line.get_zorder() == look["zorder"]]
+    lines = [line for line in lines if line.get_marker() == look.get("marker", "None")]
+    if "linewidth" in look:
+        lines = [line for line in lines if line.get_linewidth() == look["linewidth"]]
+    return [np.column_stack(line.get_data()) for line in lines]
+
+
+def texts(figure: matplotlib.figure.Figure) -> list[str]:
+    return [text.get_text() for text in figure.texts]
+
+
+@pytest.mark.parametrize("name", list(PAPER))
+def test_the_portraits_are_the_papers(name: str) -> None:
+    *_, word, period = PAPER[name]
+    assert (made(name).attractor.word, made(name).attractor.period) == (word, period)
+
+
+@pytest.mark.parametrize("name", list(PAPER))
+def test_the_curve_stays_between_the_walls_and_ends_there(name: str) -> None:
+    shown = made(name)
+    left, right = figure_3([shown]).axes
+    (z_v,) = of_look(left, MOTION)
+    (t_v,) = of_look(right, MOTION)
+    z = z_v[~np.isnan(z_v[:, 0]), 0]
+    assert np.abs(z).max() == pytest.approx(shown.d / 2, rel=1e-9)
+    for points in (z_v, t_v):
+        pieces = np.split(points, np.flatnonzero(np.isnan(points[:, 0])))
+        assert len(pieces) == 2 * len(shown.attractor.cycle.wall)
+    np.testing.assert_array_equal(t_v[:, 1], z_v[:, 1])
+    low, high = left.get_ylim()
+    assert low < np.nanmin(z_v[:, 1]) < np.nanmax(z_v[:, 1]) < high
+
+
+@pytest.mark.parametrize("name", list(PAPER))
+def test_impacts_are_those_of_the_cycle(name: str) -> None:
+    shown = made(name)
+    cycle = shown.attractor.cycle
+    left, right = figure_3([shown]).axes
+    (panel,) = figure_6([shown]).axes
+    for look, wall in ((BOTTOM_IMPACT, 1), (TOP_IMPACT, -1)):
+        expected = np.sort(cycle.velocity[cycle.wall == wall])
+        (marks,) = of_look(left, look)
+        np.testing.assert_allclose(np.sort(marks[:, 1]), expected, atol=1e-9)
+        np.testing.assert_allclose(marks[:, 0], wall * shown.d / 2, rtol=1e-12)
+        (marks,) = of_look(right, look)
+        np.testing.assert_allclose(np.sort(marks[:, 1]), np.sort(np.tile(expected, 2)), atol=1e-9)
+        (marks,) = of_look(panel, look)
+        end = capsule(shown, 2 * marks[:, 0]) - wall * shown.d / 2
+        np.testing.assert_allclose(marks[:, 1], end, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", list(PAPER))
+def test_rebounds_lose_the_right_part(name: str) -> None:
+    left, right = figure_3([made(name)]).axes
+    for panel in (left, right):
+        (points,) = of_look(panel, JUMP)
+        before, after = points[::3, 1], points[1::3, 1]
+        np.testing.assert_allclose(after, -0.5 * before, atol=1e-12)
+        np.testing.assert_array_equal(points[::3, 0], points[1::3, 0])
+
+
+@pytest.mark.parametrize("name", [*PAPER, "chaotic", "sticking"])
+def test_the_ball_stays_in_the_capsule(name: str) -> None:
+    shown = made(name)
+    (panel,) = figure_6([shown]).axes
+    (path,) = of_look(panel, BALL)
+    centre = capsule(shown, 2 * path[:, 0])
+    assert np.abs(path[:, 1] - centre).max() <= shown.d / 2 * (1 + 1e-9)
+    (low,), (high,) = of_look(panel, BOTTOM_MEMBRANE), of_look(panel, TOP_MEMBRANE)
+    np.testing.assert_allclose(high[:, 1] - low[:, 1], shown.d)
+    np.testing.assert_allclose((high[:, 1] + low[:, 1]) / 2, capsule(shown, 2 * low[:, 0]), atol=1e-15)
+
+
+def test_the_capsule_is_accelerated_by_the_force_alone_and_does_not_drift() -> None:
+    shown, step = made("doubled"), 1e-3
+    time = np.arange(0, 4, step)
+    x = capsule(shown, time)
+    np.testing.assert_allclose(np.diff(x, 2) / step**2, np.cos(np.pi * time[1:-1] + shown.phase), atol=1e-5)
+    assert abs(x[:2000].mean()) < 1e-12
+
+
+def test_without_gravity_the_ball_flies_straight() -> None:
+    time, x = ball(made("horizontal"))
+    first = slice(0, int(arrivals(made("horizontal"))[0]) + 1)
+    speed = np.diff(x[first]) / np.diff(time[first])
+    np.testing.assert_allclose(speed, speed[0], rtol=1e-9)
+
+
+def test_what_is_not_periodic_is_drawn_and_named() -> None:
+    chaotic, rest = made("chaotic"), made("rest")
+    assert chaotic.attractor.cycle is None
+    assert rest.attractor.cycle is None
+    for draw, panels in ((figure_3, 4), (figure_6, 2)):
+        drawn = draw([chaotic, rest])
+        assert len(drawn.axes) == panels
+        assert any("not periodic" in text for text in texts(drawn))
+        assert any(rest.attractor.outcome.value in text for text in texts(drawn))
+        marks = of_look(drawn.axes[panels // 2 - 1], BOTTOM_IMPACT) + of_look(drawn.axes[panels // 2 - 1], TOP_IMPACT)
+        assert sum(map(len, marks)) == len(arrivals(chaotic)) > 3
+    told = portrait_caption("figure-3", [chaotic, rest], "")
+    assert "Lyapunov exponent" in told
+    assert not re.search(r"\b(nan|inf|None)\b|None", told)
+
+
+def test_a_ball_at_rest_lies_on_the_bottom() -> None:
+    (panel,) = figure_6([made("rest")]).axes
+    (path,), (low,) = of_look(panel, BALL), of_look(panel, BOTTOM_MEMBRANE)
+    np.testing.assert_array_equal(path, low)
+
+
+def test_a_ride_on_the_membrane_is_part_of_the_curve() -> None:
+    shown = made("sticking")
+    assert shown.attractor.cycle.sticks
+    assert len(rides(shown))
+    time, x = ball(shown)
+    assert np.diff(time).max() < 0.05
+    assert np.abs(np.diff(x)).max() < 0.05
+
+
+def test_nothing_asked_for_is_said() -> None:
+    for name, draw in (("figure-3", figure_3), ("figure-6", figure_6)):
+        drawn = draw([])
+        assert drawn.axes == []
+        assert "no motion was asked for" in texts(drawn)
+        assert portrait_alt(name, []).startswith("Empty")
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 8])
+@pytest.mark.parametrize("draw", [figure_3, figure_6])
+def test_texts_are_on_the_page_and_clear_of_one_another(draw, count: int) -> None:
+    shown = [made(name) for name in (*PAPER, *OTHERS, "doubled")][:count]
+    drawn = draw(shown, "f = 2 Hz, M = 0.1245 kg, r = 0.5")
+    assert drawn.get_figheight() < 8.2
+    drawn.canvas.draw()
+    renderer = drawn.canvas.get_renderer()
+    boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in drawn.texts if text.get_text()]
+    width, height = drawn.canvas.get_width_height()
+    panels = [axes.get_window_extent(renderer) for axes in drawn.axes]
+    for i, (text, box) in enumerate(boxes):
+        assert box.x0 >= 0, text
+        assert box.y0 >= 0, text
+        assert box.x1 <= width, text
+        assert box.y1 <= height, text
+        assert [other for other, place in boxes[i + 1 :] if box.overlaps(place)] == [], text
+        assert not any(box.overlaps(panel) for panel in panels), text
+    letters = "".join(re.findall(r"^\((\w)\)", "\n".join(texts(drawn)), re.MULTILINE))
+    assert letters == "abcdefghijklmnop"[: len(panels)]
+
+
+def test_every_word_is_in_the_diagrams_legend() -> None:
+    check = simulated_study().crosscheck
+    drawn = figure_diagram(simulated_study(), check.diagram, check.diagram_values, check.diagram_d)
+    assert {"BT", "BTBT"} <= {label for label in check.diagram.labels if label in texts(drawn)}
+    (panel,) = drawn.axes
+    points = sum(len(line.get_xdata()) for line in panel.lines if line.get_zorder() == 3.0)
+    assert points == len(check.diagram.index)
+    drawn_at = np.concatenate([line.get_ydata() for line in panel.lines if line.get_zorder() == 3.0])
+    assert panel.get_ylim()[0] < drawn_at.min() < drawn_at.max() < panel.get_ylim()[1]
+
+
+def diagram_of(labels: list[str], repeats: int = 3) -> Diagram:
+    count = repeats * len(labels)
+    label = np.tile(np.arange(len(labels)), repeats)
+    wall = np.where(np.arange(count) % 2, -1, 1).astype(np.int8)
+    return Diagram(np.arange(count) % 31, wall, np.zeros(count), np.linspace(0.1, 1, count), label, tuple(labels))
+
+
+def test_many_words_are_named_up_to_eight() -> None:
+    study = simulated_study()
+    check = study.crosscheck
+    words = ["B" * k + "T" for k in range(1, 13)]
+    found = diagram_of([*words, "chaotic, or not periodic within the budget"])
+    drawn = figure_diagram(study, found, check.diagram_values, check.diagram_d)
+    assert "other" in texts(drawn)
+    assert "not periodic" in texts(drawn)
+    assert len(set(texts(drawn)) & set(words)) == len(WORDS) == 8
+    groups, other = periodic_groups(found, 8)
+    assert sum(group.points.sum() for group in [*groups, other]) == 3 * len(words)
+
+
+def test_an_empty_diagram_is_drawn() -> None:
+    study = simulated_study()
+    none = np.empty(0, dtype=np.int64)
+    empty = Diagram(none, none.astype(np.int8), np.empty(0), np.empty(0), none, ())
+    drawn = figure_diagram(study, empty, study.crosscheck.diagram_values, study.crosscheck.diagram_d)
+    assert len(drawn.axes) == 1
+
+
+def test_words_differ_by_shape_and_the_first_in_grey_too() -> None:
+    assert len({look["marker"] for look in WORDS}) == len({look["color"] for look in WORDS}) == len(WORDS)
+    grey = [float(np.dot(to_rgb(look["color"]), (0.299, 0.587, 0.114))) for look in WORDS[:2]]
+    assert abs(grey[0] - grey[1]) > 0.05
+    assert BOTTOM_IMPACT["marker"] != TOP_IMPACT["marker"]
+
+
+def test_long_words_are_shortened() -> None:
+    assert short("BBT") == "BBT"
+    assert short("BT" * 8) == "(BT)×8"
+    assert len(short("B" * 40 + "T")) < 24
+
+
+def test_the_plan_decides_and_the_words_tell_the_numbers() -> None:
+    study = simulated_study()
+    drawn = {picture.name: picture for picture in pictures(study, simulated_points(study))}
+    assert list(drawn) == [f"figure-{name}" for name in ("2", "3", "4", "6", "7", "diagram")]
+    for name in ("figure-3", "figure-6"):
+        for part in ("F = 5.87 N, d = 0.2545", "BTBT, every 2 forcing periods", "0.71496", "residual", "r = 0.5"):
+            assert part in drawn[name].caption
+        assert "F = 5 N" not in drawn[name].caption
+    assert "BT at 2" in drawn["figure-diagram"].caption
+    assert "31 values" in drawn["figure-diagram"].caption
+    for picture in drawn.values():
+        assert Image.open(BytesIO(picture.png)).size == (picture.width, picture.height)
+        assert picture.title
+        assert picture.caption.endswith(".")
+        assert picture.alt.endswith(".")
+        assert not re.search(r"\b(nan|inf|None)\b", picture.caption + picture.alt)
+        assert len(picture.png) < 100_000
+    count = sum(int((~np.isnan(v)).sum()) for v in simulated_points(study).pairs[0])
+    assert f"Circles: simulation, {count} impacts" in drawn["figure-2"].caption
+    assert f"{count} impacts" in drawn["figure-7"].caption
+    assert "imulation" not in drawn["figure-4"].caption
+    without = {picture.name: picture for picture in pictures(study)}
+    assert "imulation" not in without["figure-2"].caption + without["figure-7"].caption
+
+
+def test_impacts_without_a_partner_are_drawn_without_warnings() -> None:
+    study, nan = simulated_study(), np.nan
+    points = simulated_points(study)
+    columns = {
+        name: np.append(getattr(points, name), [getattr(points, name)[0], nan if "top" in name else 0.5])
+        for name in Simulated.__dataclass_fields__
+        if name != "voltages"
+    }
+    columns["d"][-1], columns["sweep_value"][-1] = 0.3, 4.98
+    (speed, *_) = figure_2(study, Simulated(**columns)).axes
+    circles = [line for line in speed.lines if line.get_zorder() == 3.5]
+    assert len(circles[0].get_xdata()) == len(circles[1].get_xdata()) + 1
+    assert np.isfinite(speed.get_ylim()).all()
+    assert np.isfinite(figure_7(study, points).axes[0].get_ylim()).all()
+
+
+def test_the_analytic_branch_lies_beneath_the_diagram() -> None:
+    study = simulated_study()
+    check = study.crosscheck
+    (panel,) = figure_diagram(study, check.diagram, check.diagram_values, check.diagram_d).axes
+    lines = [line for line in panel.lines if line.get_zorder() == 2.4]
+    rows = sum(part.rows.stop - part.rows.start for part in stretches(study.solution) if part.stable)
+    assert sum(np.isfinite(line.get_xdata()).sum() for line in lines) == 2 * rows
+
+
+SCRIPT = """
+import hashlib
+from test_portraits import PAPER, made
+from vireport.axes import style
+from vireport.pixels import png_of
+from vireport.portraits import figure_3, figure_6
+for draw in (figure_3, figure_6):
+    figure = draw([made(name) for name in PAPER])
+    with style():
+        print(hashlib.sha256(png_of(figure)[0]).hexdigest())
+"""
+
+
+def test_the_bytes_are_the_same_whatever_the_user_has_set(tmp_path: Path) -> None:
+    here = []
+    for draw in (figure_3, figure_6):
+        figure = draw([made(name) for name in PAPER])
+        with style():
+            here.append(hashlib.sha256(png_of(figure)[0]).hexdigest())
+    (tmp_path / "matplotlibrc").write_text(
+        "font.size: 25\nlines.linewidth: 9\naxes.facecolor: red\ntext.color: green\n"
+    )
+    paths = os.pathsep.join([str(ROOT), str(ROOT / "tests")])
+    environment = os.environ | {"MATPLOTLIBRC": str(tmp_path), "PYTHONPATH": paths, "PYTHONHASHSEED": "7"}
+    run = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, check=True)
+    assert run.stdout.split() == here
