@@ -31,7 +31,8 @@ def simulated_points(study: Study) -> Simulated | None:
     check = study.crosscheck
     if check is None or study.sweep is None:
         return None
-    rows, motion = [], []
+    rows: list[tuple[float, ...]] = []
+    motion: list[int] = []
     for value, d, found in zip(check.values, check.d, check.found, strict=True):
         for cycle in _distinct(found):
             pairs = _pairs(cycle)
@@ -39,7 +40,9 @@ def simulated_points(study: Study) -> Simulated | None:
             rows += [(value, d, *pair) for pair in pairs]
     columns = np.array(rows, dtype=float).reshape(len(rows), 8).T
     names = [field.name for field in fields(Simulated) if field.name != "voltages"]
-    return Simulated(**dict(zip(names, columns, strict=True)), voltages=_voltages(study, columns, np.array(motion)))
+    return Simulated(
+        **dict(zip(names, columns, strict=True)), voltages=_voltages(study, columns, np.array(motion, dtype=np.intp))
+    )
 
 
 def _distinct(found: tuple[Attractor, ...]) -> list[Cycle]:
