@@ -133,6 +133,7 @@ def test_the_simulated_example_writes_everything(example, tmp_path) -> None:
     assert {"figure-3.png", "figure-6.png", "figure-diagram.png", "figure-2.png", "report.pdf"} <= names
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["simulation"]["passed"] is True
+    assert "numba" in results["provenance"]["libraries"]
     assert results["simulation"]["basin"]["low_95"] <= results["simulation"]["basin"]["share"]
 
 

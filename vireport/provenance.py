@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 NUMBERS = ("numpy", "pydantic_core", "yaml")
 """Libraries that the numbers pass through."""
 
+SIMULATION = ("numba",)
+"""That which compiles the simulation, where one is run."""
+
 PAGES, DRAWINGS = ("jinja2", "typst"), ("matplotlib",)
 """Further ones that a report and its figures are made with."""
 
@@ -76,7 +79,7 @@ def provenance_of(loaded: Loaded, command: str) -> Provenance:
         scenario_name=PurePath(loaded.document.name).name,
         scenario_sha256=loaded.sha256,
         python=".".join(map(str, sys.version_info[:3])),
-        libraries=_versions(NUMBERS),
+        libraries=_versions(NUMBERS if loaded.scenario.simulation is None else NUMBERS + SIMULATION),
         command=command,
         timestamp=_timestamp(),
     )
