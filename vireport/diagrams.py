@@ -20,9 +20,6 @@ from vireport.traces import MOST_WORDS, Group, irregular, periodic_groups
 if TYPE_CHECKING:
     from vireport.attractors import Diagram
 
-LARGER = 1.4
-"""How much larger markers are in the legend."""
-
 WORDS: tuple[Look, ...] = tuple(
     {"color": color, "marker": marker, "markersize": size}
     for color, marker, size in (

@@ -10,7 +10,7 @@ import re
 from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Decimal
 from math import isfinite
 
-MINUS, TIMES, DASH = "\u2212", "\u00d7", "\u2013"
+MINUS, TIMES = "\u2212", "\u00d7"
 ABSENT = "\u2014"
 """Stands for what does not exist."""
 
