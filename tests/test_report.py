@@ -31,7 +31,7 @@ from vireport.rendering import RenderError, pieces, render_html, render_pdf
 from vireport.report import build_report
 from vireport.scenario import load, loads
 from vireport.study import Study, analyse
-from vireport.verdict import verdict_of
+from vireport.verdict import MARGIN, verdict_of
 
 ROOT = TEMPLATES.parent
 NAMES = ("horizontal", "inclined", "inclined-forcing", "design-point")
@@ -628,3 +628,12 @@ def test_provenance_is_enough_to_repeat(model, page) -> None:
         "yaml",
     }
     assert replace(made, timestamp=None).epoch == 0
+
+
+def test_the_margin_names_the_pitchfork_on_the_way(study_of):
+    """A symmetric motion gives way to asymmetric ones before the stable range ends."""
+    margin = next(fact for fact in verdict_of(study_of("horizontal")).facts if fact.question == MARGIN)
+    assert "period doubling B1" in margin.short
+    assert "0.396734 m (C1)" in margin.detail
+    inclined = next(fact for fact in verdict_of(study_of("inclined")).facts if fact.question == MARGIN)
+    assert "take over" not in inclined.detail

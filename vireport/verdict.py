@@ -219,10 +219,24 @@ def _margin(study: Study, design: DesignPoint) -> Fact:
     point = f"{kind_of(study, first.part.parameter, first.label)} {first.label}"
     side = "below" if first.distance < 0 else "above"
     detail = f"{capital(point)} at {swept.symbol} = {swept.value(first.value)}, {side} the design point"
+    detail += _handover(design, first)
     near = relative is not None and relative < NEAR_CRITICAL
     where = f" in {swept.symbol}" if study.sweep is None else ""
     short = f"margin {size}{where} to {point}"
     return Fact(MARGIN, f"{size} in {swept.symbol}", detail, "caution" if near else "good", short)
+
+
+def _handover(design: DesignPoint, limit: Limit) -> str:
+    """The pitchfork, if any, that a symmetric motion meets before its stable range ends."""
+    if not limit.distance or not design.families or design.families[0] != "symmetric":
+        return ""
+    swept = SWEPT[limit.part.parameter]
+    for margin in design.margins:
+        within = 0 < margin.distance / limit.distance < 1
+        if margin.parameter == limit.part.parameter and margin.kind == "pitchfork" and within:
+            place = f"{swept.symbol} = {swept.value(margin.sweep_value)}"
+            return f"; before it, at {place} ({margin.label}), two asymmetric motions take over from the symmetric one"
+    return ""
 
 
 def _voltage(study: Study) -> Fact:
