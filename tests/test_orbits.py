@@ -100,7 +100,7 @@ def test_strands_lie_on_their_level(level: Level, n: int) -> None:
 def test_strands_cover_every_share_at_which_the_level_has_motions() -> None:
     for level in (Level("gbar", 0.2875), Level("gbar", 0.05), Level("gbar", 1.1), Level("d", 0.05), Level("d", 0.9)):
         u = np.linspace(-0.4999, 0.4999, 100_003)
-        a, b, c = level_terms(level, u, 0.5, 1)
+        a, b, c = level_terms(level, coefficients(u, 0.5, 1), u, 0.5, 1)
         exists = np.hypot(a, b) > np.abs(c)
         covered = np.zeros_like(exists)
         for strand in find_strands(level, 0.5, 1):

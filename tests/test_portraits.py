@@ -228,7 +228,7 @@ def test_texts_are_on_the_page_and_clear_of_one_another(draw, count: int) -> Non
 
 def test_every_word_is_in_the_diagrams_legend() -> None:
     check = simulated_study().crosscheck
-    drawn = figure_diagram(simulated_study(), check.diagram, check.diagram_values, check.diagram_d)
+    drawn = figure_diagram(simulated_study(), check.diagram, check.values, check.d)
     assert {"BT", "BTBT"} <= {label for label in check.diagram.labels if label in texts(drawn)}
     (panel,) = drawn.axes
     points = sum(len(line.get_xdata()) for line in panel.lines if line.get_zorder() == 3.0)
@@ -249,7 +249,7 @@ def test_many_words_are_named_up_to_eight() -> None:
     check = study.crosscheck
     words = ["B" * k + "T" for k in range(1, 13)]
     found = diagram_of([*words, "chaotic, or not periodic within the budget"])
-    drawn = figure_diagram(study, found, check.diagram_values, check.diagram_d)
+    drawn = figure_diagram(study, found, check.values, check.d)
     assert "other" in texts(drawn)
     assert "not periodic" in texts(drawn)
     assert len(set(texts(drawn)) & set(words)) == len(WORDS) == 8
@@ -261,7 +261,7 @@ def test_an_empty_diagram_is_drawn() -> None:
     study = simulated_study()
     none = np.empty(0, dtype=np.int64)
     empty = Diagram(none, none.astype(np.int8), np.empty(0), np.empty(0), none, ())
-    drawn = figure_diagram(study, empty, study.crosscheck.diagram_values, study.crosscheck.diagram_d)
+    drawn = figure_diagram(study, empty, study.crosscheck.values, study.crosscheck.d)
     assert len(drawn.axes) == 1
 
 
@@ -322,7 +322,7 @@ def test_impacts_without_a_partner_are_drawn_without_warnings() -> None:
 def test_the_analytic_branch_lies_beneath_the_diagram() -> None:
     study = simulated_study()
     check = study.crosscheck
-    (panel,) = figure_diagram(study, check.diagram, check.diagram_values, check.diagram_d).axes
+    (panel,) = figure_diagram(study, check.diagram, check.values, check.d).axes
     lines = [line for line in panel.lines if line.get_zorder() == 2.4]
     rows = sum(part.rows.stop - part.rows.start for part in stretches(study.solution) if part.stable)
     assert sum(np.isfinite(line.get_xdata()).sum() for line in lines) == 2 * rows

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -80,11 +81,12 @@ CONDITIONS: dict[str, Condition] = {
 def value_condition(sweep: Sweep, value: float) -> Condition:
     """The swept parameter has a given value."""
 
+    @cache
+    def target(exact: bool) -> Any:
+        return _decimal_sweep(sweep).coordinate_of(Decimal(value)) if exact else sweep.coordinate_of(value)
+
     def condition(orbit: Orbits, more: Any, r: Any, ops: Any) -> list[Any]:
-        exact = isinstance(r, Decimal)
-        chosen = _decimal_sweep(sweep) if exact else sweep
-        target = chosen.coordinate_of(Decimal(value) if exact else value)
-        return [chosen.coordinate(orbit) - target]
+        return [sweep.coordinate(orbit) - target(isinstance(r, Decimal))]
 
     return condition
 

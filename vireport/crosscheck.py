@@ -70,7 +70,7 @@ class CrossCheck:
     trials, reached : int
         Starts where there is a stable admissible orbit, and those of them that lead to one.
     diagram : Diagram or None
-        With `diagram_values` and `diagram_d`, to which its index refers.
+        Its index refers to `values`.
     portraits, displacements : tuple of Portrait
         For figures 3 and 6.
     """
@@ -89,16 +89,6 @@ class CrossCheck:
     diagram: Diagram | None
     portraits: tuple[Portrait, ...]
     displacements: tuple[Portrait, ...]
-
-    @property
-    def diagram_values(self) -> Floats:
-        """Values of the swept parameter that the diagram's index refers to."""
-        return self.values
-
-    @property
-    def diagram_d(self) -> Floats:
-        """The same in d."""
-        return self.d
 
     @property
     def passed(self) -> bool:

@@ -142,9 +142,12 @@ def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = np) -> Orbits:
     """Evaluate the motion through (q = 1/2 + u, phi): the only one there is, with the gbar and d it belongs to.
 
     Parameters are those of `coefficients`, and the forcing phase `phi` at the bottom impact [rad].
-    The velocity at the top is (3.8).
     """
-    c = coefficients(u, r, n, ops)
+    return orbits_above(coefficients(u, r, n, ops), u, phi, r, n, ops)
+
+
+def orbits_above(c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = np) -> Orbits:
+    """Evaluate `orbits` where the coefficients above each u are known already. The velocity at the top is (3.8)."""
     sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
     gbar = c.gbar_sine * sin_phi + c.gbar_cosine * cos_phi
     velocity = c.velocity_sine * sin_phi + c.velocity_cosine * cos_phi
@@ -181,12 +184,11 @@ class Level:
     value: Any
 
 
-def level_terms(level: Level, u: Any, r: Any, n: int) -> tuple[Floats, Floats, Floats]:
-    """Write the level as a sin(phi) + b cos(phi) = c above each q, and return (a, b, c).
+def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int) -> tuple[Floats, Floats, Floats]:
+    """Write the level as a sin(phi) + b cos(phi) = c above each q, and return (a, b, c); `k` is of the same u.
 
     For a horizontal capsule and odd n the factor u, whose zeros are the symmetric family, is divided out.
     """
-    k = coefficients(u, r, n)
     zero = np.zeros_like(k.determinant)
     if level.kind == "gbar":
         if level.value == 0 and n % 2:

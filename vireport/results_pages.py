@@ -12,13 +12,9 @@ from vireport.design import DesignPoint, StableInterval
 from vireport.formatting import ABSENT, bounded, error_bound, percent, significant, words
 from vireport.pages import Block, Paragraph, Table, numbers, texts
 from vireport.precise import DIGITS
-from vireport.solution import Solution
 from vireport.study import Study
 from vireport.table import Row
 from vireport.wording import KINDS, SWEEP_END, SWEPT, capital, kind_of
-
-TWIN = 1e-9
-"""Relative distance below which an end of a branch is the critical point that another branch has there."""
 
 NOTHING = 1e-30
 """Below this, a number is what 45-digit arithmetic leaves of an exact zero."""
@@ -47,43 +43,32 @@ def table_1(study: Study) -> Iterator[Block]:
     yield Table(
         "Table 1 for this scenario",
         columns,
-        tuple(_table_row(study.solution, row, symbol) for row in study.table),
+        tuple(_table_row(row, symbol) for row in study.table),
         "Both ends of a row belong together: where *d* rises, the swept parameter may fall. Mirror images share a row.",
     )
     yield from _ranges("Ranges of stable 1:1 motion", study, study.stable_ranges, None)
 
 
-def _table_row(solution: Solution, row: Row, symbol: str) -> tuple[str, ...]:
+def _table_row(row: Row, symbol: str) -> tuple[str, ...]:
     ends = (row.d_start, row.d_end, row.sweep_start, row.sweep_end)
     return (
         capital(row.family),
         str(row.branch),
-        _interval(solution, row, symbol),
+        _interval(row, symbol),
         row.stability,
         words(row.criteria),
         *(significant(end, 8) for end in ends),
     )
 
 
-def _interval(solution: Solution, row: Row, symbol: str) -> str:
+def _interval(row: Row, symbol: str) -> str:
     """An interval in letters, as the paper writes it."""
-    start = _end_label(solution, row.start_label, row.sweep_start)
-    end = _end_label(solution, row.end_label, row.sweep_end)
+    start, end = row.start_label, row.end_label
     if start and end:
         return f"{start} < *{symbol}* < {end}"
     if start or end:
         return f"*{symbol}* > {start}" if start else f"*{symbol}* < {end}"
     return "throughout"
-
-
-def _end_label(solution: Solution, label: str, value: float) -> str:
-    """Label of the point that ends a row, also where it belongs to the branch that this one leaves."""
-    if label:
-        return label
-    for point in solution.critical_points:
-        if point.kind == "pitchfork" and abs(point.point.sweep_value - value) <= TWIN * abs(value):
-            return point.label
-    return ""
 
 
 def _ranges(caption: str, study: Study, parts: Sequence[StableInterval], design: DesignPoint | None) -> Iterator[Block]:

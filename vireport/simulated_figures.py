@@ -29,7 +29,7 @@ def simulated_figures(study: Study) -> Iterator[tuple[Words, Figure]]:
         if study.plan.runs(name):
             about, alt = portrait_caption(name, portraits, held), portrait_alt(name, portraits)
             yield (name, PORTRAIT_TITLES[name], about, alt), draw(portraits, held)
-    name, diagram, values = "figure-diagram", check.diagram, check.diagram_values
+    name, diagram, values = "figure-diagram", check.diagram, check.values
     if study.plan.runs(name) and diagram is not None:
         about, alt = diagram_caption(study, diagram, values), diagram_alt(study, diagram, values)
-        yield (name, PORTRAIT_TITLES[name], about, alt), figure_diagram(study, diagram, values, check.diagram_d)
+        yield (name, PORTRAIT_TITLES[name], about, alt), figure_diagram(study, diagram, values, check.d)

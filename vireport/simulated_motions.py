@@ -15,14 +15,6 @@ from vireport.simulation import path, simulate
 
 Floats = NDArray[np.float64]
 
-LABELS: dict[Parameter, str] = {
-    "length_m": "s = {:.6g} m",
-    "amplitude_n": "F = {:.6g} N",
-    "frequency_hz": "f = {:.6g} Hz",
-    "inclination_deg": "β = {:.6g}°",
-}
-"""How a value of the swept parameter is written."""
-
 PERIODS_SHOWN = 2
 """Periods of a periodic motion that are shown."""
 
@@ -39,12 +31,12 @@ class Portrait:
 
     Attributes
     ----------
+    parameter : str
+        The swept one.
     value : float
-        Of the swept parameter.
+        Its value.
     d, gbar, r : float
         The groups, and the restitution.
-    label : str
-        The value as a reader knows it, such as "F = 5.87 N".
     attractor : Attractor
         What the motion is.
     phase : float
@@ -53,11 +45,11 @@ class Portrait:
         Dimensionless; the velocity jumps where a time occurs twice.
     """
 
+    parameter: Parameter
     value: float
     d: float
     gbar: float
     r: float
-    label: str
     attractor: Attractor
     phase: float
     time: Floats
@@ -83,4 +75,4 @@ def portrait(device: Device, parameter: Parameter, value: float, starts: Sequenc
         if len(settled.wall):
             start = Impact(int(settled.wall[-1]), float(settled.velocity[-1]), float(settled.phase[-1]))
     time, position, velocity = path(simulate(d, gbar, r, start, count))
-    return Portrait(value, d, gbar, r, LABELS[parameter].format(value), best, start.phase, time, position, velocity)
+    return Portrait(parameter, value, d, gbar, r, best, start.phase, time, position, velocity)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.orbits import Level, Orbits, level_terms, orbits
+from vireport.orbits import Level, Orbits, coefficients, level_terms, orbits_above
 
 Floats = NDArray[np.float64]
 
@@ -92,7 +92,8 @@ def evaluate(strands: list[Strand], which: NDArray[np.intp], w: Floats, level: L
     near_high = width * np.cos(half_angle) ** 2
     # Measured from the nearer end, so that u keeps its relative accuracy where the sheets meet.
     u = np.where(near_low <= near_high, low + near_low, low + width - near_high)
-    a, b, c = level_terms(level, u, r, n)
+    known = coefficients(u, r, n)
+    a, b, c = level_terms(level, known, u, r, n)
     norm = np.hypot(a, b)
     ratio = np.clip(c / np.where(norm == 0, 1.0, norm), -1.0, 1.0)
     # An open strand ends on one sheet, at an edge where the two do not meet: there w must not be taken modulo 2 pi.
@@ -101,7 +102,7 @@ def evaluate(strands: list[Strand], which: NDArray[np.intp], w: Floats, level: L
     sheet = np.where(own != 0, own, np.where((turned < 0) | (turned > np.pi), -1.0, 1.0))
     phi = np.arctan2(a, b) + sheet * np.arccos(ratio)
     phi = np.where(width == 0, w, phi)
-    return orbits(u, np.mod(phi, 2 * np.pi), r, n)
+    return orbits_above(known, u, np.mod(phi, 2 * np.pi), r, n)
 
 
 def _existence(level: Level, r: float, n: int) -> list[tuple[float, float]]:
@@ -113,7 +114,7 @@ def _existence(level: Level, r: float, n: int) -> list[tuple[float, float]]:
     """
 
     def margin(u: Floats) -> Floats:
-        a, b, c = level_terms(level, u, r, n)
+        a, b, c = level_terms(level, coefficients(u, r, n), u, r, n)
         return np.asarray(np.hypot(a, b) - np.abs(c))
 
     even = np.linspace(-EDGE, EDGE, 256 * n + 1)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.formatting import significant
+from vireport.wording import SWEPT
 
 if TYPE_CHECKING:
     from vireport.attractors import Diagram
@@ -106,7 +107,9 @@ def motion_words(portrait: Portrait) -> str:
 
 def setting(portrait: Portrait) -> str:
     """The parameters of a portrait."""
-    return f"{portrait.label}, d = {significant(portrait.d, 4)}, ḡ = {significant(portrait.gbar, 4)}"
+    swept = SWEPT[portrait.parameter]
+    groups = f"d = {significant(portrait.d, 4)}, ḡ = {significant(portrait.gbar, 4)}"
+    return f"{swept.symbol} = {swept.value(portrait.value)}, {groups}"
 
 
 def short(word: str) -> str:
