@@ -133,6 +133,9 @@ def test_the_simulated_example_writes_everything(example, tmp_path) -> None:
     assert {"figure-3.png", "figure-6.png", "figure-diagram.png", "figure-2.png", "report.pdf"} <= names
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["simulation"]["passed"] is True
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "5.31, 5.87" in page  # as the scenario has them, not as Python does
+    assert ">true<" in page
     assert "numba" in results["provenance"]["libraries"]
     assert results["simulation"]["basin"]["low_95"] <= results["simulation"]["basin"]["share"]
 
@@ -157,3 +160,13 @@ def test_average_voltage_of_a_doubled_motion_is_over_its_four_impacts(checked) -
     expected = np.mean([volts.bottom_v[rows], volts.top_v[rows]])
     np.testing.assert_allclose(volts.average_v[rows], expected, rtol=1e-14)
     assert abs(volts.bottom_v[rows[0]] - volts.bottom_v[rows[1]]) > 100
+
+
+def test_units_of_what_is_in_the_unit_of_the_parameter(example) -> None:
+    from vireport.context_pages import scenario
+
+    study = analyse(load(example("simulated")))
+    rows = {row[-1]: row for row in next(iter(scenario(study))).rows}
+    for path in ("sweep.from", "sweep.to", "simulation.portraits", "simulation.displacement"):
+        assert rows[path][3] == "N"
+    assert rows["simulation.portraits"][2] == "5.31, 5.87"

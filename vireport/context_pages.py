@@ -71,11 +71,20 @@ def _values(study: Study, block: Any, path: str = "") -> Iterator[tuple[str, ...
             yield from _values(study, value, f"{here}.")
         elif value is not None and here not in NOT_A_QUANTITY:
             unit = entry.key.unit
-            if here in ("sweep.from", "sweep.to") and study.sweep is not None:
-                unit = SWEPT[study.sweep.parameter].unit
-            number = exact(value) if isinstance(value, float) else str(value)
+            if unit == "as the parameter" or here in ("sweep.from", "sweep.to"):
+                unit = SWEPT[study.sweep.parameter if study.sweep is not None else "length_m"].unit
+            number = _written(value)
             title, symbol = entry.key.title, SYMBOLS.get(here, "")
             yield (title, symbol, number, UNITS.get(unit, unit), _origin(study, here), here)
+
+
+def _written(value: object) -> str:
+    """A value as a scenario has it."""
+    if isinstance(value, tuple):
+        return ", ".join(map(exact, value)) or "none"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return exact(value) if isinstance(value, float) else str(value)
 
 
 def _origin(study: Study, path: str) -> str:
