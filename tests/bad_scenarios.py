@@ -311,6 +311,70 @@ UNKNOWN = (
     ),
 )
 
+REQUIRED = "requirements"
+
+
+def required(keys: str, key: str, fragment: str, text: str = GOOD) -> Bad:
+    """Build the case of a requirement below a scenario."""
+    line, path = text.count("\n") + 1, f"{REQUIRED}.{key}" if key else REQUIRED
+    return bad(f"required {keys} {key}", f"{text}{REQUIRED}: {{{keys}}}\n", (line, path, fragment))
+
+
+NO_SWEEP, NO_LENGTH = without(16, 17, 18, 19), without(7)
+TILTED = without(13, 16, 17, 18, 19) + "inclination_deg: 0\nsweep: {parameter: inclination_deg, from: 0, to: 60}\n"
+REQUIREMENTS = (
+    required("", "", "nothing is required in it (give one of its keys, or delete it)"),
+    required("u_ave_at_least_v: null", "", "nothing is required in it"),
+    bad("nothing behind requirements", GOOD + "requirements:\n", (20, REQUIRED, "nothing is required in it")),
+    bad("requirements a number", GOOD + "requirements: 5\n", (20, REQUIRED, "got 5 (a block of keys: stable_from,")),
+    required("u_ave: 5", "u_ave", "unknown key (allowed in requirements: stable_from,"),
+    required("margin_grazing: 5", "margin_grazing", "did you mean 'margin_grazing_percent'? (allowed in requirements"),
+    required("u_ave_at_least_kv: 5", "u_ave_at_least_kv", "1 kV is 1000 V, so u_ave_at_least_v: 5000"),
+    required("margin_any_percent: 0", "margin_any_percent", "(a number above 0, at most 75, in %)"),
+    required("margin_any_percent: 75.1", "margin_any_percent", "got 75.1, which is too large"),
+    required("margin_any_percent: 5 %", "margin_any_percent", "the unit stands in the key, write 5"),
+    required("deflection_at_most_m: -1", "deflection_at_most_m", "which is not positive (a number from 1e-15"),
+    required("inclination_from_deg: 20", "inclination_from_deg", "inclination_to_deg is not given (both ends"),
+    required("inclination_from_deg: 20, inclination_to_deg: 91", "inclination_to_deg", "got 91, which is too large"),
+    required("inclination_from_deg: 20, inclination_to_deg: 20.0", "inclination_to_deg", "which makes no range"),
+    required("stable_to: 0.7", "stable_to", "stable_from is not given (both ends of a range, or neither)"),
+    required(
+        "stable_from: 0.6, stable_to: 0.76", "stable_to", "got 0.76, which is outside the sweep (a number from 0.59"
+    ),
+    required("stable_from: a, stable_to: 0.7", "stable_from", "which is text (a number from 1e-15 to 1e15, in m)"),
+    required(
+        "crosscheck_passed: true", "crosscheck_passed", "a cross-check needs simulation, which is not given (give"
+    ),
+    required("crosscheck_passed: yes", "crosscheck_passed", "which is not true or false (true or false)"),
+    required(
+        "crosscheck_passed: false",
+        "crosscheck_passed",
+        "got false, which requires nothing (true",
+        GOOD + "simulation: {}\n",
+    ),
+    required(
+        "u_ave_difference_at_most_v: 5",
+        "u_ave_difference_at_most_v",
+        "a range of the swept parameter needs sweep",
+        NO_SWEEP,
+    ),
+    required(
+        "deflection_at_most_m: 5",
+        "deflection_at_most_m",
+        "need device.ball_mass_kg, which is not given",
+        without(5, 8, 9),
+    ),
+    required("margin_any_percent: 5", "margin_any_percent", "judged at is not given (give device.length_m,", NO_LENGTH),
+    required("u_ave_at_least_v: 5", "u_ave_at_least_v", "judged at is not given (give device.length_m,", NO_LENGTH),
+    required("margin_any_percent: 6", "margin_any_percent", "no percentage of an inclination of 0", TILTED),
+    bad(
+        "angles required of no design point",
+        NO_LENGTH + "requirements:\n  inclination_from_deg: 5\n  inclination_to_deg: 6\n",
+        (20, f"{REQUIRED}.inclination_from_deg", "(give device.length_m, or leave this out)"),
+        (21, f"{REQUIRED}.inclination_to_deg", "(give device.length_m, or leave this out)"),
+    ),
+)
+
 STRUCTURE = (
     bad("duplicate key", GOOD + "title: Again\n", (20, "title", "given twice, first on line 2")),
     bad(
@@ -449,4 +513,7 @@ inclination_deg: 30
     ),
 )
 
-BAD_SCENARIOS = (*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *LEFT_OUT, *UNKNOWN, *STRUCTURE, *SYNTAX, *SEVERAL)
+BAD_SCENARIOS = (
+    *(*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *LEFT_OUT, *UNKNOWN),
+    *(*REQUIREMENTS, *STRUCTURE, *SYNTAX, *SEVERAL),
+)

@@ -200,6 +200,8 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
         "period_ratio": 1,
         "sweep": None,
         "simulation": None,
+        "accuracy": None,
+        "requirements": None,
     }
     assert list(plain) == [field.name for field in fields(Scenario)]
     assert list(to_dict(loads(GOOD).scenario)["sweep"]) == ["parameter", "from", "to"]

@@ -26,6 +26,9 @@ BEYOND = {
     *("period_ratio 2.0", "schema_version 1.0", "device.length_m .nan", "title '  '", "sweep.to 0.59"),
     *('title "\\e[31m"', 'title "two\\nlines"', "device.ball_mass_kg 0.2", "device.ball_mass_kg 0.1245"),
     *("row 9 '    ball_radius_m: 7e-3'", "row 9 '    active_radius_m: 5e-3'", "key simulation: {samples: 4.0}"),
+    *("nothing behind requirements", "required stable_from: 0.6, stable_to: 0.76 stable_to"),
+    "required inclination_from_deg: 20, inclination_to_deg: 20.0 inclination_to_deg",
+    "required margin_any_percent: 6 margin_any_percent",
     *("key simulation: {portraits: [.nan]}", "key simulation: {portraits: [-0.6]}", "simulation without a sweep"),
 }
 
@@ -102,7 +105,7 @@ def test_template_has_every_key_and_the_defaults():
     assert loaded.given == {path for path in keys() if path}
     plain = to_dict(loaded.scenario)
     without = {path: key["default"] for path, key in keys().items() if key.get("default") is not None}
-    assert len(without) == 14
+    assert len(without) == 17
     for path, default in without.items():
         value = plain
         for step in path.split("."):

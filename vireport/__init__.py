@@ -14,21 +14,31 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from vireport.baseline import diff
+    from vireport.compare_figures import compare_figure
+    from vireport.comparison import Comparison, compare
     from vireport.errors import NumericalError, ScenarioError, UsageError, VireportError
     from vireport.export import results
-    from vireport.figures import pictures
+    from vireport.figures import figure_2, figure_4, figure_7, pictures
     from vireport.scenario import load, loads
     from vireport.study import Study, analyse
 
 __version__ = "0.1.0"
 
 _HOME = {
+    "Comparison": "comparison",
     "NumericalError": "errors",
     "ScenarioError": "errors",
     "Study": "study",
     "UsageError": "errors",
     "VireportError": "errors",
     "analyse": "study",
+    "compare": "comparison",
+    "compare_figure": "compare_figures",
+    "diff": "baseline",
+    "figure_2": "figures",
+    "figure_4": "figures",
+    "figure_7": "figures",
     "load": "scenario",
     "loads": "scenario",
     "pictures": "figures",
@@ -36,12 +46,19 @@ _HOME = {
 }
 
 __all__ = [
+    "Comparison",
     "NumericalError",
     "ScenarioError",
     "Study",
     "UsageError",
     "VireportError",
     "analyse",
+    "compare",
+    "compare_figure",
+    "diff",
+    "figure_2",
+    "figure_4",
+    "figure_7",
     "load",
     "loads",
     "pictures",

@@ -8,15 +8,31 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from vireport.explanations import EXPLANATIONS
+from vireport.sensitivity import contact_share, mass_elasticity, restitution_effect
+
 if TYPE_CHECKING:
     from vireport.study import Study
 
 NEAR_CRITICAL = 0.02
-"""Share of the design value within which a critical point is near: what masses and lengths are commonly made to."""
-
+"""Share of the design value within which a critical point is near: what masses and lengths are commonly made to. The
+same share of the length is near a membrane."""
 
 ROUGH = 1e-12
 """Relative error bound above which a critical point is called rough."""
+
+ILL_CONDITIONED = 1e-9
+"""Error bound of a velocity or phase above which digits are missing that a reader would trust."""
+
+LONG_CONTACT = 0.01
+"""Share of the forcing period above which a contact is long: shifts are of that size, and critical points move more."""
+
+SENSITIVE = 2.0
+"""Relative change of the velocity over that of the restitution; 1/(1-r) alone gives 1 for r = 0.5."""
+
+
+HEAVY = 0.5
+"""Relative change of U_ave over that of the ball's mass above which a mass known to 10 % is not enough for 5 %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +55,22 @@ class Alert:
     remedy: str
 
 
+def _alert(code: str, cause: str) -> Alert:
+    about = EXPLANATIONS[code]
+    return Alert(code, about.severity, about.title, cause, about.remedy)
+
+
 def alerts(study: Study) -> tuple[Alert, ...]:
     """Collect the alerts of a study, warnings first."""
     found = [
         *_simulation_alerts(study),
+        *_chatter_alerts(study),
         *_motion_alerts(study),
         *_accuracy_alerts(study),
         *_design_alerts(study),
+        *_conditioning_alerts(study),
         *_energy_alerts(study),
+        *_contact_alerts(study),
     ]
     return tuple(sorted(found, key=lambda alert: (alert.severity != "warning", alert.code)))
 
@@ -55,12 +79,9 @@ def _motion_alerts(study: Study) -> Iterator[Alert]:
     if study.solution is None:
         return
     if not study.stable_ranges:
-        yield Alert(
+        yield _alert(
             "VR001",
-            "warning",
-            "No stable 1:1 motion",
             "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
-            "Widen the sweep, or change length, force, frequency or inclination.",
         )
     discarded = [
         (part, branch) for branch in study.solution.branches for part in branch.segments() if not part.admissible
@@ -68,14 +89,11 @@ def _motion_alerts(study: Study) -> Iterator[Alert]:
     if discarded:
         depth = -min(float(branch.motions.wall_gap[part.first : part.last + 1].min()) for part, branch in discarded)
         stable = any(part.stability.startswith("stable") for part, _ in discarded)
-        yield Alert(
+        yield _alert(
             "VR002",
-            "note",
-            "Solutions that are not motions were left out",
             f"{_count(len(discarded))} of the algebraic solution would pass through a membrane, by up to {depth:.3g} "
             f"of the length unit x_c{', some with eigenvalues that would call them stable' if stable else ''}. "
             "They are listed in the results as not admissible, and neither drawn nor counted.",
-            "Nothing to do; the grazing points show where the motions end.",
         )
 
 
@@ -84,26 +102,34 @@ def _simulation_alerts(study: Study) -> Iterator[Alert]:
     if check is None:
         return
     if not check.passed:
-        yield Alert(
+        yield _alert(
             "VR020",
-            "warning",
-            "Simulation and solution do not agree",
             f"Of {check.orbits} stable orbits the simulation left {len(check.misses)}; on the others the difference "
             f"reaches {max(check.velocity_difference, check.phase_difference):.2g} (tolerance {check.tolerance:.2g}).",
-            "Do not act on the verdict. Look where the differences are; near a critical point widen the tolerance, and "
-            "report anything else.",
         )
     others = {word: count for word, count in check.words.items() if word != "BT"}
     if others and check.trials and check.reached < check.trials:
         names = ", ".join(list(others)[:3])
-        yield Alert(
+        yield _alert(
             "VR021",
-            "note",
-            "Other motions coexist with the stable 1:1 motion",
             f"{check.trials - check.reached} of {check.trials} starts where a stable 1:1 motion exists end elsewhere "
             f"({names}).",
-            "See that the device is started within reach of the 1:1 motion.",
         )
+
+
+def _chatter_alerts(study: Study) -> Iterator[Alert]:
+    check = study.crosscheck
+    if check is not None:
+        held = sum(count for word, count in check.words.items() if "~" in word or "at rest" in word)
+        if held:
+            yield _alert("VR022", f"{held} of {sum(check.words.values())} simulated starts end in chatter or at rest.")
+            return
+    if study.sweep is not None:
+        ends = [study.device.groups(study.sweep.parameter, x)[1] for x in (study.sweep.start, study.sweep.end)]
+    else:
+        ends = [study.device.groups("length_m", study.device.length_m)[1]]
+    if max(ends) >= 1:
+        yield _alert("VR022", f"gbar reaches {max(ends):.3g}: a ball at rest on the bottom membrane stays there.")
 
 
 def _count(stretches: int) -> str:
@@ -114,13 +140,10 @@ def _accuracy_alerts(study: Study) -> Iterator[Alert]:
     points = study.solution.critical_points if study.solution else ()
     rough = [c for c in points if c.point.error_bound > ROUGH * abs(c.point.sweep_value)]
     if rough:
-        yield Alert(
+        yield _alert(
             "VR006",
-            "warning",
-            "A critical point is known only roughly",
             f"{', '.join(c.label for c in rough)}: so nearly degenerate that it was bracketed, not polished; the error "
             "bound says how well.",
-            "Use it only as far as its error bound allows.",
         )
 
 
@@ -130,35 +153,86 @@ def _design_alerts(study: Study) -> Iterator[Alert]:
         return
     count = int(design.motions.stable.sum())
     if not count:
-        yield Alert(
+        yield _alert(
             "VR003",
-            "warning",
-            "The design point has no stable 1:1 motion",
             f"At {design.parameter} = {design.value:.6g} there are {len(design.motions)} solutions, none of them "
             "admissible and stable.",
-            "Move the design point into a stable range.",
         )
     elif count > 1 and not (design.families.count("asymmetric") == 2 and count == 2 and study.horizontal):
-        yield Alert(
+        yield _alert(
             "VR004",
-            "note",
-            "Several stable motions coexist at the design point",
             f"{count} stable 1:1 motions exist there; which one is reached depends on the start.",
-            "Check the start, or move to where there is one.",
         )
     near = [
         m for m in design.margins if m.ends_stability and m.relative is not None and abs(m.relative) < NEAR_CRITICAL
     ]
     if near:
         nearest = near[0]
-        yield Alert(
+        yield _alert(
             "VR005",
-            "warning",
-            "The design point is near the end of stable motion",
             f"{nearest.label} ({nearest.kind.replace('_', ' ')}) is {100 * (nearest.relative or 0):+.2f} % away in "
             f"{nearest.parameter}.",
-            "Keep a larger margin: manufacturing tolerances and the unknown restitution may carry the device across.",
         )
+
+
+def _conditioning_alerts(study: Study) -> Iterator[Alert]:
+    """Where digits of the design point, or the motion itself, hang on little."""
+    design, bounds = study.design, study.bounds.design
+    if design is None or bounds is None:
+        return
+    m = design.motions
+    close = m.stable & (m.wall_gap < m.d) & (m.wall_gap < NEAR_CRITICAL * m.d)
+    if close.any():
+        gap = float(np.min((m.wall_gap / m.d)[close]))
+        yield _alert("VR007", f"The ball turns {100 * gap:.2g} % of the length from a membrane without touching it.")
+    shares = [np.max(bounds[name][m.admissible], initial=0.0) for name in ("velocity_bottom", "velocity_top", "q")]
+    worst = max(float(share) for share in shares)
+    if worst > ILL_CONDITIONED:
+        yield _alert("VR008", f"The error bounds reach {worst:.1g}: rounding alone decides the digits beyond.")
+    effect = restitution_effect(study.device, m)
+    if effect is not None and effect.lost_at is not None:
+        yield _alert("VR009", f"At a restitution of {effect.lost_at:.4g} a stable motion of the design point is lost.")
+    elif effect is not None and effect.elasticity > SENSITIVE:
+        yield _alert("VR009", f"1 % of restitution changes the impact velocity by {effect.elasticity:.2g} %.")
+
+
+def _contact_alerts(study: Study) -> Iterator[Alert]:
+    """What the ball's mass and the membrane's stiffness do to the rigid model and its voltage."""
+    mass, membrane = study.scenario.device.ball_mass_kg, study.membrane
+    speeds = _speeds(study)
+    if mass is None or membrane is None or not speeds:
+        return
+    bottom, top, frequency = (np.concatenate(column) for column in zip(*speeds, strict=True))
+    longest = contact_share(np.minimum(bottom, -top), mass, membrane, study.device.restitution, frequency) or 0.0
+    if longest > LONG_CONTACT:
+        yield _alert(
+            "VR011",
+            f"A contact takes up to {100 * longest:.2g} % of the forcing period with the membrane's own stiffness.",
+        )
+    elasticity = mass_elasticity(bottom, top, mass, membrane)
+    if elasticity > HEAVY:
+        yield _alert("VR012", f"1 % of ball mass changes U_ave by up to {elasticity:.2g} %.")
+    if study.compliance is not None and study.compliance.grade == 2:
+        worst = [f"{c.name} by {100 * c.shift:+.3g} %" for c in study.compliance.criteria if c.grade == 2]
+        yield _alert("VR013", f"It moves {', '.join(worst)}." if worst else "The motion or its critical point is lost.")
+
+
+def _speeds(study: Study) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Impact velocities [m/s] and frequencies [Hz] of the stable motions, at the design point where there is one."""
+    if study.design is not None:
+        sets, parameter = [study.design.motions], study.design.parameter
+    elif study.solution is not None and study.sweep is not None:
+        sets, parameter = [branch.motions for branch in study.solution.branches], study.sweep.parameter
+    else:
+        return []
+    found = []
+    for m in sets:
+        value = m.sweep_value[m.stable]
+        if value.size:
+            unit = np.asarray(study.device.velocity_unit(parameter, value)) * np.ones(value.size)
+            frequency = np.asarray(study.device.at(parameter, value)["frequency_hz"]) * np.ones(value.size)
+            found.append((unit * m.velocity_bottom[m.stable], unit * m.velocity_top[m.stable], frequency))
+    return found
 
 
 def _energy_alerts(study: Study) -> Iterator[Alert]:
@@ -174,15 +248,11 @@ def _energy_alerts(study: Study) -> Iterator[Alert]:
         depth = max(depth, float(study.design_voltages.deflection_m.max()))
         volts = max(volts, float(np.maximum(study.design_voltages.bottom_v, study.design_voltages.top_v).max()))
     if depth > radius:
-        yield Alert(
+        yield _alert(
             "VR010",
-            "warning",
-            "The membrane model is outside its geometry",
             f"The impacts press the membrane up to {1e3 * depth:.3g} mm deep, {depth / radius:.2g} times its active "
             f"radius of {1e3 * radius:.3g} mm. "
             f"The formulae still evaluate, to {volts:.3g} V above a bias of {study.membrane.bias_voltage_v:.4g} V, but "
             "the cone-and-cap shape of Eqs. (5.3)-(5.5) "
             "cannot hold there: read the voltages as a ranking, not as volts.",
-            "Use a lighter ball, a stiffer or larger membrane, or gentler forcing; or measure the membrane's force law "
-            "at such depths.",
         )

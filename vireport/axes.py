@@ -107,8 +107,11 @@ class Along:
         return widened(self.low, self.high, 0.015)
 
 
-def along(sweep: Sweep) -> Along:
-    """The axis along a sweep, with the swept quantity (or gbar, for an inclination) along its top."""
+def along(sweep: Sweep, room: int = LETTERS_ALONG) -> Along:
+    """The axis along a sweep, with the swept quantity (or gbar, for an inclination) along its top.
+
+    `room` is how many letters of the small size fit along it.
+    """
     swept = SWEPT[sweep.parameter]
     name = f"{swept.name} {swept.symbol} [{swept.unit}]"
     start, end = sorted((float(sweep.start), float(sweep.end)))
@@ -127,11 +130,11 @@ def along(sweep: Sweep) -> Along:
         return np.asarray(sweep.value(d, values) if by_value else sweep.coordinate_of(values))
 
     if sweep.parameter == "length_m":
-        values, texts = fitting_ticks(first, last, LETTERS_ALONG)
+        values, texts = fitting_ticks(first, last, room)
     else:
         letters = 5
         for _ in range(2):
-            values = uneven_ticks(first, last, place, (high - low) * (letters + 2) / LETTERS_ALONG)
+            values = uneven_ticks(first, last, place, (high - low) * (letters + 2) / room)
             texts = [exact(value) for value in values]
             letters = max(letters, *map(len, texts), 0)
     top = tuple((float(x), text) for x, text in zip(place(np.array(values)), texts, strict=True))

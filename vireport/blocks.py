@@ -7,14 +7,13 @@ reads a file, and nothing knows what is computed.
 
 # Without `from __future__ import annotations`: the annotations below are read, so they must not be text.
 
-from collections.abc import Iterator
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from functools import cache
-from types import NoneType
-from typing import Annotated, Any, Literal, NamedTuple, get_args
+from typing import Annotated, Literal
 
-# Of pydantic only the core: models would cost more time to set up than it takes to solve a scenario.
 from pydantic_core import SchemaValidator
+
+from vireport.keys import Key, block_schema
 
 # The dimensionless groups are products of up to six of the quantities, e.g. d = s M omega^2/(pi^2 F), and the
 # theory squares and cubes them. With every quantity in this range those products stay clear of 1e-308 and
@@ -23,6 +22,7 @@ from pydantic_core import SchemaValidator
 SMALLEST, LARGEST = 1e-15, 1e15
 LONGEST_TITLE = 200
 LARGEST_PERIOD_RATIO = 20
+WIDEST_MARGIN = 75.0  # per cent: as far as is looked from a design point without a sweep, and no further
 
 _SWEPT = "Required unless it is swept; with a sweep over it, it is the design point."
 
@@ -37,28 +37,13 @@ SWEEPABLE: dict[str, str] = {
 }
 
 
-class Key:
-    """What there is to say of a key beyond its name, type and default.
-
-    Parameters
-    ----------
-    title, unit, meaning : str
-        For the reader; the unit is "" where there is none, and "1" for a pure number.
-    example : object
-        A value it may have; None for a block.
-    **bounds
-        Of the value, by the words of pydantic: ge, gt, le, min_length, max_length.
-    """
-
-    __slots__ = ("bounds", "example", "meaning", "title", "unit")
-
-    def __init__(self, title: str, unit: str, meaning: str, example: object = None, **bounds: float) -> None:
-        self.title, self.unit, self.meaning = title, unit, meaning
-        self.example, self.bounds = example, bounds
-
-
 def _positive(title: str, unit: str, meaning: str, example: float) -> Key:
     return Key(title, unit, meaning, example, ge=SMALLEST, le=LARGEST)
+
+
+def _percent(title: str, kind: str) -> Key:
+    meaning = f"Least distance from the design point to the nearest {kind} that ends stable motion, over its value."
+    return Key(title, "%", meaning, 5.0, gt=0.0, le=WIDEST_MARGIN)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -182,6 +167,66 @@ class Simulation:
     ] = ()
 
 
+_STABLE = "End of the range of the swept parameter over which there must be stable 1:1 motion."
+_ANGLES = "End of the range of inclination over which the design must have stable 1:1 motion."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Requirements:
+    """What the design must meet: each is a line of the acceptance table, and one that fails makes the exit code 1."""
+
+    stable_from: Annotated[float | None, Key("Stable from", "as the parameter", _STABLE, 0.65)] = None
+    stable_to: Annotated[float | None, Key("Stable to", "as the parameter", _STABLE, 0.75)] = None
+    inclination_from_deg: Annotated[float | None, Key("Inclination from", "deg", _ANGLES, 40.0, ge=0.0, le=90.0)] = None
+    inclination_to_deg: Annotated[float | None, Key("Inclination to", "deg", _ANGLES, 50.0, ge=0.0, le=90.0)] = None
+    margin_period_doubling_percent: Annotated[
+        float | None, _percent("Margin to period doubling", "period doubling")
+    ] = None
+    margin_grazing_percent: Annotated[float | None, _percent("Margin to grazing", "grazing point")] = None
+    margin_any_percent: Annotated[float | None, _percent("Margin", "critical point of any kind")] = None
+    u_ave_at_least_v: Annotated[
+        float | None, _positive("U_ave at least", "V", "Least U_ave of the stable motions at the design point.", 1000.0)
+    ] = None
+    u_ave_difference_at_most_v: Annotated[
+        float | None,
+        _positive("U_ave difference", "V", "Largest less least U_ave over the stable range that is required.", 5000.0),
+    ] = None
+    u_bottom_top_difference_at_most_v: Annotated[
+        float | None,
+        _positive("Bottom to top", "V", "Largest voltage between either end at the design point.", 30000.0),
+    ] = None
+    deflection_at_most_m: Annotated[
+        float | None,
+        _positive("Deflection at most", "m", "Largest deflection of a membrane at the design point.", 0.02),
+    ] = None
+    crosscheck_passed: Annotated[
+        bool | None, Key("Cross-check", "", "Whether the simulation must agree with the solution.", True)
+    ] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Accuracy:
+    """Error against run time of several methods, and the motion with compliant membranes beside the rigid one."""
+
+    repeats: Annotated[
+        int, Key("Repeats", "1", "Runs of each method, of which the median time counts.", 5, ge=1, le=100)
+    ] = 5
+    compliant_membrane: Annotated[
+        bool, Key("Compliant membrane", "", "Whether to solve the motion with the membrane's own stiffness too.", True)
+    ] = True
+    ladder: Annotated[
+        tuple[float, ...],
+        Key(
+            "Ladder",
+            "1",
+            "Factors on the membrane's stiffness, ascending from 1.",
+            [1.0, 1e4],
+            min_length=2,
+            max_length=8,
+        ),
+    ] = (1.0, 1e2, 1e4, 1e6, 1e8)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
     """A vibro-impact energy harvester, its excitation, and what is varied."""
@@ -231,52 +276,13 @@ class Scenario:
         Simulation | None,
         Key("Simulation", "", "The simulation beside the solution. Left out, nothing is simulated."),
     ] = None
-
-
-class Entry(NamedTuple):
-    """A key of a block as it is declared above.
-
-    Attributes
-    ----------
-    name : str
-        In the file.
-    attribute : str
-        In Python: the name, and an underscore where the name is a word of Python.
-    key : Key
-        What it means, and its bounds.
-    kind : type or Literal
-        float, int, str, one of several words, or a block.
-    optional : bool
-        Whether it may be empty.
-    required : bool
-        Whether it must stand in the file.
-    default : object
-        None where it is required, or where there is nothing by default.
-    """
-
-    name: str
-    attribute: str
-    key: Key
-    kind: Any
-    optional: bool
-    required: bool
-    default: object
-
-    @property
-    def is_block(self) -> bool:
-        """Whether it holds keys of its own."""
-        return is_dataclass(self.kind)
-
-
-def entries(block: type[Any]) -> Iterator[Entry]:
-    """Every key of a block, in the order of the format."""
-    for field in fields(block):
-        hint, key = get_args(field.type)
-        optional = NoneType in get_args(hint)
-        kind = get_args(hint)[0] if optional else hint
-        required = field.default is MISSING
-        default = None if required else field.default
-        yield Entry(field.name.removesuffix("_"), field.name, key, kind, optional, required, default)
+    accuracy: Annotated[
+        Accuracy | None,
+        Key("Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."),
+    ] = None
+    requirements: Annotated[
+        Requirements | None, Key("Requirements", "", "What the design must meet. Left out, nothing is judged.")
+    ] = None
 
 
 def validated(tree: object) -> Scenario:
@@ -293,40 +299,4 @@ def validated(tree: object) -> Scenario:
 
 @cache
 def _validator() -> SchemaValidator:
-    return SchemaValidator(_block_schema(Scenario))
-
-
-# Every block needs it: none takes over that of the block around it.
-_STRICTLY = {"strict": True, "extra_fields_behavior": "forbid", "allow_inf_nan": False}
-_CORE_TYPES = {float: "float", int: "int", str: "str", bool: "bool"}
-NUMBERS = tuple[float, ...]
-
-
-def _block_schema(block: type[Any]) -> Any:
-    """Schema, in the terms of pydantic's core, of a dictionary that becomes a block.
-
-    A key that is left out is not filled in by it: the default of the class holds.
-    """
-    found: dict[str, Any] = {}
-    for entry in entries(block):
-        if entry.is_block:
-            schema = _block_schema(entry.kind)
-        elif entry.kind in _CORE_TYPES:
-            schema = {"type": _CORE_TYPES[entry.kind], **entry.key.bounds}
-        elif entry.kind == NUMBERS:
-            several = {"type": "list", "items_schema": {"type": "float"}, **entry.key.bounds}
-            made = {"type": "no-info", "function": tuple}
-            schema = {"type": "function-after", "schema": several, "function": made}
-        else:
-            schema = {"type": "literal", "expected": list(get_args(entry.kind))}
-        if entry.optional:
-            schema = {"type": "nullable", "schema": schema}
-        found[entry.attribute] = {
-            "type": "typed-dict-field",
-            "schema": schema,
-            "required": entry.required,
-            "validation_alias": entry.name,
-        }
-    tree = {"type": "typed-dict", "fields": found, "config": _STRICTLY}
-    make = {"type": "no-info", "function": lambda values: block(**values)}
-    return {"type": "function-after", "schema": tree, "function": make}
+    return SchemaValidator(block_schema(Scenario))

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.critical import CONDITIONS, Point, polish
+from vireport.critical import CONDITIONS, Point, polish, with_top
 from vireport.errors import NumericalError
 from vireport.grazing import polish_grazing
 from vireport.motions import Motions, motions_of
 from vireport.orbits import Orbits, orbits
-from vireport.pieces import ROUGH, Piece
+from vireport.pieces import HAIR, ROUGH, Piece
 from vireport.stability import STABILITY, trace_and_determinant
 from vireport.tracing import EVENTS, Curve
 
 Floats = NDArray[np.float64]
-
-REST_OFFSET = 1e-7
-"""Share of the last step by which a branch that ends in an impact of no velocity stops short: its trace is still a
-number there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +157,12 @@ def _event(curve: Curve, piece: Piece, row: int) -> Event:
     except (NumericalError, ArithmeticError):
         point = _unpolished(curve, piece, row)
     name = EVENTS[piece.event[row]]
-    kind = "grazing" if _at_rest(piece, row) else name
+    if _at_rest(piece, row):
+        kind, velocity = "grazing", "velocity_" + name.removesuffix("_rest")
+        # Zero by the condition, not what the polish or the bracket leaves of it.
+        point = replace(point, **{velocity: 0.0}, bounds={**point.bounds, velocity: 0.0})
+    else:
+        kind = name
     if kind == "fold" and curve.strands[piece.strand].symmetric and not _turns(curve, piece, row):
         kind = "pitchfork"
     return Event(row, kind, point, _detail(kind, name))
@@ -172,7 +173,7 @@ def _short_of_rest(piece: Piece) -> Floats:
     w = piece.w.copy()
     for end, inner in ((0, 1), (-1, -2)):
         if _at_rest(piece, end):
-            w[end] += REST_OFFSET * (w[inner] - w[end])
+            w[end] += HAIR * (w[inner] - w[end])
     return w
 
 
@@ -192,14 +193,19 @@ def _unpolished(curve: Curve, piece: Piece, row: int) -> Point:
     w = piece.w[row] + 10 * ROUGH * np.array([0.0, -1.0, 1.0])
     orbit = curve.at(np.full(3, piece.strand), w)
     value = np.asarray(curve.sweep.value(orbit.d, orbit.gbar), dtype=float)
+    names = ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")
+    values = {name: np.asarray(getattr(orbit, name), dtype=float) for name in names}
     return Point(
-        **{
-            name: float(getattr(orbit, name)[0])
-            for name in ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")
-        },
+        **{name: float(x[0]) for name, x in values.items()},
         sweep_value=float(value[0]),
-        error_bound=float(np.max(np.abs(value - value[0])) + 1e-12 * abs(value[0])),
+        error_bound=_spread(value),
+        bounds=with_top({name: _spread(x) for name, x in values.items()}, curve.n),
     )
+
+
+def _spread(values: Floats) -> float:
+    """How far the first of some values may be from what the others enclose, rounding included."""
+    return float(np.max(np.abs(values - values[0])) + 1e-12 * abs(values[0]))
 
 
 def _turns(curve: Curve, piece: Piece, row: int) -> bool:
@@ -266,7 +272,7 @@ def _pin(motions: Motions, row: int, point: Point, curve: Curve) -> None:
     Where an impact has no velocity, the trace stays that of a hair before it.
     """
     motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
-    motions.q[row], motions.phi_bottom[row] = 0.5 + point.u, point.phi
+    motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + point.u, point.u, point.phi
     motions.velocity_bottom[row], motions.velocity_top[row] = point.velocity_bottom, point.velocity_top
     motions.phi_top[row] = phase_at_top(point, curve)
 

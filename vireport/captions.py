@@ -32,15 +32,26 @@ OUTSIDE = "outside the membrane's geometry: ranking only"
 
 def conditions(study: Study, varied: Parameter | None = None) -> str:
     """What is held along the sweep, or while another parameter is varied: parameters with their units."""
+    return ", ".join(held(study, varied))
+
+
+def held(study: Study, varied: Parameter | None = None) -> list[str]:
+    """The parameters that are held along the sweep, each with its value and unit."""
     device, swept = study.device, varied or (study.sweep.parameter if study.sweep else None)
-    held = [
+    found = [
         f"{SWEPT[name].symbol} = {SWEPT[name].with_unit(exact(value))}"
         for name in PARAMETERS
         if name != swept and (value := getattr(device, name)) is not None
     ]
-    held += [f"M = {exact(device.capsule_mass_kg)} kg", f"r = {exact(device.restitution)}"]
-    held += [f"n = {device.period_ratio}"] if device.period_ratio != 1 else []
-    return ", ".join(held)
+    found += [f"M = {exact(device.capsule_mass_kg)} kg", f"r = {exact(device.restitution)}"]
+    return found + ([f"n = {device.period_ratio}"] if device.period_ratio != 1 else [])
+
+
+def column_caption(study: Study, name: str, simulated: Simulated | None = None) -> str:
+    """What is to be said of one scenario where its figure stands beside those of others."""
+    solution, sweep = solved(study)
+    parts = [_setting(study, sweep), _stable(study), *_points(solution, sweep), *_overlay(name, simulated)]
+    return " ".join(parts)
 
 
 def outside_geometry(study: Study) -> bool:

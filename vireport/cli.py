@@ -20,9 +20,22 @@ from typer.core import TyperGroup
 
 from vireport import __version__
 from vireport.errors import ScenarioError, UsageError, VireportError
+from vireport.options import (
+    Formats,
+    Json,
+    Overrides,
+    Quiet,
+    ScenarioFile,
+    Templates,
+    command_of,
+    emit,
+    formats_of,
+    load,
+    show,
+)
 
 if TYPE_CHECKING:
-    from vireport.scenario import Loaded
+    from vireport.criteria import Criterion
 
 EPILOG = (
     "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, "
@@ -62,17 +75,6 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-ScenarioFile = Annotated[str, typer.Argument(metavar="SCENARIO", help="A YAML file, or - for standard input.")]
-Overrides = Annotated[
-    list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Set a value over the file's; may be repeated.")
-]
-Formats = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--format", metavar="FORMAT", help="Write only these: html, pdf, png, json, csv; commas, or repeated."
-    ),
-]
-
 
 def _version(shown: bool) -> None:
     if shown:
@@ -98,41 +100,48 @@ def run(
             "--output", "-o", metavar="DIR", help="Where to write; by default a folder named after the scenario."
         ),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")] = False,
+    json: Json = False,
     set_: Overrides = None,
     format_: Formats = None,
-    templates: Annotated[
-        Path | None,
-        typer.Option("--templates", metavar="DIR", help="A folder whose report templates replace ours, file by file."),
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")] = False,
+    certify: Annotated[
+        bool, typer.Option("--certify", help="Prove the critical points in ball arithmetic, and print enclosures.")
+    ] = False,
+    templates: Templates = None,
+    quiet: Quiet = False,
 ) -> None:
     """Solve a scenario and write its report, figures and results."""
-    loaded = _load(scenario, set_)
-    command = _command(scenario, json, set_, format_)
+    loaded = load(scenario, set_)
+    options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
+    command = command_of("run", [scenario], *options)
     if json:
         if output is not None or format_:
             raise UsageError("--json prints the results and writes no file: leave out --output and --format")
         from vireport.export import results_json
         from vireport.provenance import provenance_of
-        from vireport.study import analyse
+        from vireport.study import analyse, with_certificates
 
         study = analyse(loaded, ("json",))
-        _emit(results_json(study, provenance_of(loaded, command)))
+        if certify:
+            study = with_certificates(study)
+        emit(results_json(study, provenance_of(loaded, command)))
+        _exit_by(study.criteria, said=False)
         return
     from vireport.outputs import default_folder, write_outputs
 
     folder = output or default_folder(scenario)
-    progress = None if quiet or not sys.stderr.isatty() else _progress
-    summary = write_outputs(loaded, folder, _formats(format_), command, templates, progress)
+    progress = None if quiet or not sys.stderr.isatty() else show
+    written = write_outputs(loaded, folder, formats_of(format_), command, templates, progress, certify)
+    if written.printed:
+        emit(written.printed.encode())
     if not quiet:
-        print(summary, file=sys.stderr)
+        print(written.summary, file=sys.stderr)
+    _exit_by(written.criteria, said=not quiet)
 
 
 @app.command()
 def validate(scenario: ScenarioFile, set_: Overrides = None) -> None:
     """Check a scenario and say what is wrong with it; compute nothing."""
-    loaded = _load(scenario, set_)
+    loaded = load(scenario, set_)
     print(f"{loaded.document.name}: valid", file=sys.stderr)
 
 
@@ -171,58 +180,35 @@ def show_plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats =
     """Print what a run would do, what it would leave out, and why; compute nothing."""
     from vireport.plan import plan
 
-    steps = plan(_load(scenario, set_).scenario, _formats(format_)).steps
+    steps = plan(load(scenario, set_).scenario, formats_of(format_)).steps
     width = max(len(step.name) for step in steps)
     for step in steps:
         print(f"{'run ' if step.runs else 'skip'}  {step.name:<{width}}  {step.what} ({step.why})")
 
 
-def _load(scenario: str, overrides: list[str] | None) -> Loaded:
-    from vireport.scenario import load
+def _exit_by(criteria: tuple[Criterion, ...], said: bool) -> None:
+    """Leave with 1 where something that is required is not met, and say what, unless that is said already."""
+    if all(criterion.passed for criterion in criteria):
+        return
+    if not said:
+        from vireport.criteria import unmet
 
-    return load(scenario, overrides or ())
-
-
-def _formats(asked: list[str] | None) -> tuple[str, ...]:
-    from vireport.plan import FORMATS
-
-    words = [word.strip() for part in asked or [] for word in part.split(",") if word.strip()]
-    unknown = [word for word in words if word not in FORMATS]
-    if unknown:
-        raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} (allowed: {', '.join(FORMATS)})")
-    return tuple(name for name in FORMATS if name in words) or FORMATS
+        print(f"vireport: {unmet(criteria)}", file=sys.stderr)
+    raise typer.Exit(1)
 
 
-def _command(scenario: str, json: bool, overrides: list[str] | None, formats: list[str] | None) -> str:
-    """The command for the record: without the folders, which do not change the results."""
-    from shlex import join
-
-    words = ["vireport", "run", scenario if scenario == "-" else Path(scenario).name]
-    words += ["--json"] * json
-    words += [word for part in overrides or [] for word in ("--set", part)]
-    words += [word for part in formats or [] for word in ("--format", part)]
-    return join(words)
-
-
-def _progress(what: str) -> None:
-    """Show a step on one line of the terminal; nothing is left of it afterwards."""
-    sys.stderr.write(f"\r\x1b[K{what}")
-    sys.stderr.flush()
-
-
-def _emit(data: bytes) -> None:
-    """Write to standard output, and not mind a reader that has gone."""
-    try:
-        sys.stdout.buffer.write(data)
-        sys.stdout.buffer.flush()
-    except BrokenPipeError:
-        # What is still buffered must not raise again when the interpreter closes the stream.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _runs(arguments: list[str]) -> bool:
+    """Whether it is plainly a run that is asked for: the other commands, each some work to set up, are not needed."""
+    return bool(arguments) and (arguments[0] in ("run", "-") or arguments[0].endswith((".yaml", ".yml")))
 
 
 def main(arguments: list[str]) -> int:
     """Run the command line on `arguments` and return the exit code."""
     try:
+        if not _runs(arguments):
+            from vireport.commands import register
+
+            register(app)
         app(args=arguments, prog_name="vireport")
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else 0

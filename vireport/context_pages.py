@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import is_dataclass
 from typing import TYPE_CHECKING, Any
 
-from vireport.blocks import entries
 from vireport.formatting import exact, significant, words
+from vireport.keys import entries
 from vireport.model import Device, Parameter
 from vireport.pages import Block, Column, Figure, Listing, Notice, Paragraph, Table, numbers, texts
 from vireport.paper import ComparedRow, Comparison

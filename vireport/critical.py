@@ -50,6 +50,8 @@ class Point:
         In the unit of the parameter swept.
     error_bound : float
         Of `sweep_value`: the last correction, rounding, and the conversion to the swept unit.
+    bounds : dict
+        Error bounds of the others, by their names, and of the phase at the top, `phi_top`.
     """
 
     u: float
@@ -60,6 +62,7 @@ class Point:
     velocity_top: float
     sweep_value: float
     error_bound: float
+    bounds: dict[str, float]
 
 
 def trace_condition(target: Callable[[Any], Any]) -> Condition:
@@ -162,18 +165,27 @@ def polish(
 def _rounded(exact: Sweep, sweep: Sweep, orbit: Orbits) -> Point:
     value = _sweep_value(exact, sweep, orbit)
     rounded = float(value)
+    motion = {
+        "u": float(orbit.u),
+        "phi": float(orbit.phi % (2 * DecimalOps().pi)),
+        "d": float(orbit.d),
+        "gbar": 0.0 if sweep.level.horizontal else float(orbit.gbar),
+        "velocity_bottom": float(orbit.velocity_bottom),
+        "velocity_top": float(orbit.velocity_top),
+    }
     # Rounding to a double is half a spacing; a whole one also covers what the polish has left.
-    bound = max(abs(float(value - Decimal(rounded))), float(np.spacing(abs(rounded))))
     return Point(
-        u=float(orbit.u),
-        phi=float(orbit.phi % (2 * DecimalOps().pi)),
-        d=float(orbit.d),
-        gbar=float(orbit.gbar),
-        velocity_bottom=float(orbit.velocity_bottom),
-        velocity_top=float(orbit.velocity_top),
+        **motion,
         sweep_value=rounded,
-        error_bound=bound,
+        error_bound=max(abs(float(value - Decimal(rounded))), float(np.spacing(abs(rounded)))),
+        bounds=with_top({name: float(np.spacing(abs(x))) for name, x in motion.items()}, sweep.device.period_ratio),
     )
+
+
+def with_top(bounds: dict[str, float], n: int) -> dict[str, float]:
+    """Add the bound of the phase at the top, which is computed in doubles from u and the phase at the bottom."""
+    rounding = (10 + 10 * n) * float(np.finfo(float).eps)
+    return {**bounds, "phi_top": bounds["phi"] + 2 * np.pi * n * bounds["u"] + rounding}
 
 
 def _sweep_value(exact: Sweep, sweep: Sweep, orbit: Orbits) -> Decimal:

@@ -17,10 +17,10 @@ from vireport.blocks import Simulation
 from vireport.events import BOTTOM, Impact
 from vireport.model import Device, Parameter, Sweep
 from vireport.motions import Motions, motions_of
+from vireport.pointwise import find_motions
 from vireport.simulated_motions import Portrait as Portrait
 from vireport.simulated_motions import portrait
 from vireport.solution import Solution
-from vireport.strands import bisect
 from vireport.tracing import select
 
 Floats = NDArray[np.float64]
@@ -176,26 +176,15 @@ def crosscheck(
 
 
 def orbits_at(solution: Solution, values: Floats) -> list[Motions | None]:
-    """The analytic motions at values of the swept parameter: where the level curve crosses them, all at once."""
-    curve, samples = solution.curve, solution.samples
-    low, high = curve.bounds
-    targets = np.array([float(curve.sweep.coordinate_of(value)) for value in values])
-    # Held off the ends of the sweep by rounding, so that a motion at an end is not lost.
-    inside = np.clip(targets, low + 1e-12 * (high - low), high - 1e-12 * (high - low))
-    place = samples.drawn[:, 0, None] * (high - low) + low > inside
-    step, which_value = np.nonzero((place[1:] != place[:-1]) & (samples.which[1:] == samples.which[:-1])[:, None])
-    which = samples.which[step]
-
-    def distance(w: Floats) -> Floats:
-        return np.asarray(curve.sweep.coordinate(curve.at(which, w)) - inside[which_value])
-
-    orbit = curve.at(which, bisect(distance, samples.w[step], samples.w[step + 1]))
-    real = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
+    """The analytic motions at values of the swept parameter, all at once."""
+    sweep, level = solution.curve.sweep, solution.curve.level
+    d, gbar = (np.asarray(x) * np.ones(len(values)) for x in sweep.device.groups(sweep.parameter, values))
+    everywhere = find_motions(d, gbar, sweep.device.restitution, sweep.device.period_ratio)
     found: list[Motions | None] = [None] * len(values)
-    for i in range(len(values)):
-        mine = real & (which_value == i)
-        if mine.any():
-            found[i] = motions_of(curve.sweep, curve.level, select(orbit, mine))
+    for i in np.unique(everywhere.cell):
+        motions = motions_of(sweep, level, select(everywhere.orbit, everywhere.cell == i))
+        motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], d[i], gbar[i]
+        found[i] = motions
     return found
 
 

@@ -6,27 +6,24 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vireport.admissibility import wall_gap
 from vireport.branches import CriticalPoint
 from vireport.critical import polish, value_condition
 from vireport.errors import NumericalError
 from vireport.model import PARAMETERS, Device, Parameter, Sweep
 from vireport.motions import Motions, motions_of
 from vireport.orbits import orbits
+from vireport.pointwise import find_motions
 from vireport.solution import Solution, solve
-from vireport.strands import bisect
-from vireport.tracing import Curve, Samples, curve_of, sample, select
 
-COARSE = 30.0
-"""How much coarser than for drawing the curve is sampled where only its crossings of the design point are wanted."""
+Floats = NDArray[np.float64]
 
 REACH = 4.0
 """Factor up and down over which margins are looked for where no sweep says how far."""
 
-
-WRONG = 1e-6
-"""Impact velocity of the wrong sign beyond which a guess is not worth polishing."""
+DOUBLE_ROOT = 1e-7
+"""Error of q and phase of a motion on a fold: the root of rounding, and room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +43,8 @@ class Margin:
         The distance over the design value; None where that is zero.
     ends_stability : bool
         Whether the stable range that holds the design point ends here.
+    error_bound : float
+        Of `sweep_value`, and with the rounding of the difference of `distance`.
     """
 
     parameter: Parameter
@@ -56,17 +55,30 @@ class Margin:
     distance: float
     relative: float | None
     ends_stability: bool
+    error_bound: float
 
 
 @dataclass(frozen=True, slots=True)
 class StableInterval:
-    """Range of a parameter over which stable 1:1 motion is known to exist, and what ends it on either side."""
+    """Range of a parameter over which stable 1:1 motion is known to exist, and what ends it on either side.
+
+    Attributes
+    ----------
+    parameter : str
+    start, end : float
+    start_reason, end_reason : str
+        Label of a critical point, or ``end of the sweep``.
+    start_error, end_error : float
+        Error bounds of the ends; the ends of the sweep are exact.
+    """
 
     parameter: Parameter
     start: float
     end: float
     start_reason: str
     end_reason: str
+    start_error: float
+    end_error: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,6 +95,8 @@ class DesignPoint:
         Zero or more, stable ones first.
     families : tuple of str
         Of each motion.
+    errors : tuple of ndarray
+        Error bounds of q - 1/2 and of the phase of each motion.
     margins : tuple of Margin
         Nearest first.
     stable : tuple of StableInterval
@@ -93,6 +107,7 @@ class DesignPoint:
     value: float
     motions: Motions
     families: tuple[str, ...]
+    errors: tuple[Floats, Floats]
     margins: tuple[Margin, ...]
     stable: tuple[StableInterval, ...]
 
@@ -114,7 +129,10 @@ def stable_ranges(solution: Solution) -> tuple[StableInterval, ...]:
         else:
             merged.append([(start, why_start), (end, why_end)])
     parameter = solution.curve.sweep.parameter
-    return tuple(StableInterval(parameter, a[0], b[0], a[1], b[1]) for a, b in merged)
+    error = {point.label: point.point.error_bound for point in solution.critical_points}
+    return tuple(
+        StableInterval(parameter, a[0], b[0], a[1], b[1], error.get(a[1], 0.0), error.get(b[1], 0.0)) for a, b in merged
+    )
 
 
 def design_point(device: Device, parameter: Parameter | None, solution: Solution | None) -> DesignPoint:
@@ -131,7 +149,7 @@ def design_point(device: Device, parameter: Parameter | None, solution: Solution
     """
     chosen = parameter or "length_m"
     value = cast(float, getattr(device, chosen))
-    motions, families = _motions_at(device, value, solution)
+    motions, families, errors = _motions_at(device, value)
     solutions = [solution] if solution is not None else [solve(s) for s in _neighbourhood(device)]
     margins, stable = [], []
     for s in solutions:
@@ -141,16 +159,15 @@ def design_point(device: Device, parameter: Parameter | None, solution: Solution
         margins += [_margin(device, s.curve.sweep.parameter, point, point.label in ends) for point in s.critical_points]
         stable += holding
     margins.sort(key=lambda margin: abs(margin.relative if margin.relative is not None else np.inf))
-    return DesignPoint(chosen, value, motions, families, tuple(margins), tuple(stable))
+    return DesignPoint(chosen, value, motions, families, errors, tuple(margins), tuple(stable))
 
 
 def _margin(device: Device, parameter: Parameter, point: CriticalPoint, ends_stability: bool) -> Margin:
     value = cast(float, getattr(device, parameter))
     distance = point.point.sweep_value - value
     relative = distance / value if value else None
-    return Margin(
-        parameter, point.label, point.kind, point.family, point.point.sweep_value, distance, relative, ends_stability
-    )
+    where, error = point.point.sweep_value, point.point.error_bound + float(np.spacing(abs(distance)))
+    return Margin(parameter, point.label, point.kind, point.family, where, distance, relative, ends_stability, error)
 
 
 def _neighbourhood(device: Device) -> list[Sweep]:
@@ -160,50 +177,35 @@ def _neighbourhood(device: Device) -> list[Sweep]:
         value = cast(float, getattr(device, parameter))
         start, end = (0.0, 90.0) if parameter == "inclination_deg" else (value / REACH, value * REACH)
         found.append(Sweep(device, parameter, start, end))
-    return found
+    return [sweep for sweep in found if not sweep.unresolved]
 
 
-def _motions_at(device: Device, value: float, solution: Solution | None) -> tuple[Motions, tuple[str, ...]]:
-    """All motions at a design point: where the level curve of its gbar crosses its d."""
+def _motions_at(device: Device, value: float) -> tuple[Motions, tuple[str, ...], tuple[Floats, Floats]]:
+    """All motions at a design point, their families, and the errors of u and of the phase."""
     length = cast(float, device.length_m)
     sweep = Sweep(device, "length_m", length / 2, length * 2)
-    target = float(sweep.coordinate_of(length))
-    curve, samples = _curve_around(sweep, target, solution)
-    distance = samples.drawn[:, 0] - (target - curve.bounds[0]) / (curve.bounds[1] - curve.bounds[0])
-    crossing = np.nonzero(((distance[1:] > 0) != (distance[:-1] > 0)) & (samples.which[1:] == samples.which[:-1]))[0]
-    which = samples.which[crossing]
-    root = bisect(lambda w: np.asarray(curve.at(which, w).d - target), samples.w[crossing], samples.w[crossing + 1])
-    guess = curve.at(which, root)
+    n, level = device.period_ratio, sweep.level
+    d, gbar = device.groups("length_m", length)
+    guesses = find_motions(np.array([d]), np.array([gbar]), device.restitution, n)
     found = []
-    for i, (k, u, phi) in enumerate(zip(which, guess.u, guess.phi, strict=True)):
-        if guess.velocity_bottom[i] < -WRONG or guess.velocity_top[i] > WRONG:
-            continue
-        symmetric = curve.strands[k].symmetric
+    for u, phi, gap in zip(guesses.orbit.u, guesses.orbit.phi, guesses.wall_gap, strict=True):
+        symmetric = level.horizontal and n % 2 == 1 and bool(u == 0)
         try:
             point = polish(sweep, float(u), float(phi), value_condition(sweep, length), symmetric=symmetric)
         except NumericalError:
-            if wall_gap(select(guess, slice(i, i + 1)), curve.r, curve.n)[0] > 0:
-                raise
-            continue  # a solution that passes through a membrane, next to q = 0 or 1 where the equations degenerate
+            if gap > 0:  # on a fold, to rounding: two motions in one
+                found.append((symmetric, float(u), float(np.mod(phi, 2 * np.pi)), DOUBLE_ROOT, DOUBLE_ROOT))
+            continue  # else a solution that passes through a membrane, where the equations degenerate
         if point.velocity_bottom > 0 > point.velocity_top:
-            found.append((symmetric, point))
-    u, phi = (np.array([getattr(p, name) for _, p in found], dtype=float) for name in ("u", "phi"))
-    motions = motions_of(sweep, curve.level, orbits(u, phi, curve.r, curve.n))
+            found.append((symmetric, point.u, point.phi, point.bounds["u"], point.bounds["phi"]))
+    u, phi, error_u, error_phi = (np.array([one[k] for one in found], dtype=float) for k in range(1, 5))
+    motions = motions_of(sweep, level, orbits(u, phi, device.restitution, n))
     motions.sweep_value[:] = value
-    motions.d[:] = target
+    motions.d[:] = d
+    np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
     order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
     families = tuple("symmetric" if found[i][0] else "asymmetric" for i in order)
-    return _reorder(motions, order), families
-
-
-def _curve_around(sweep: Sweep, target: float, solution: Solution | None) -> tuple[Curve, Samples]:
-    """The level curve of a gbar, sampled around one d; the sweep's own where it serves."""
-    if solution is not None and solution.curve.level.kind == "gbar" and solution.curve.level.value == sweep.level.value:
-        low, high = solution.curve.bounds
-        if low <= target <= high:
-            return solution.curve, solution.samples
-    curve = curve_of(sweep)
-    return curve, sample(curve, COARSE)
+    return _reorder(motions, order), families, (error_u[order], error_phi[order])
 
 
 def _reorder(motions: Motions, order: np.ndarray) -> Motions:

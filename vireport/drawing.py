@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from vireport.axes import (
     DOTTED,
     GREEN,
     GREY,
+    LETTERS_ALONG,
     LIGHT,
     SOLID,
     SPARSE,
@@ -24,7 +25,7 @@ from vireport.axes import (
 )
 from vireport.branches import Branch
 from vireport.captions import conditions
-from vireport.curves import Curve, Floats, Simulated, Stretch, events, solved, stretches
+from vireport.curves import Curve, Event, Floats, Simulated, Stretch, events, solved, stretches
 from vireport.panel import Panel
 from vireport.sheet import Entry, Sheet, sheet
 from vireport.solution import LETTERS
@@ -97,6 +98,13 @@ def crowded(look: Look, simulated: Simulated | None) -> Look:
     return look | {key: look[key] * scale for key in ("markersize", "markeredgewidth")}
 
 
+def point_legend(found: Iterable[Event]) -> list[Entry]:
+    """The markers of the kinds of critical points that occur."""
+    kinds = dict.fromkeys(event.kind for event in found)
+    points: list[Entry] = [(f"{LETTERS[kind]} {KINDS[kind]}", POINT | MARKERS[kind]) for kind in kinds]
+    return sorted(points, key=lambda entry: entry[0])
+
+
 class Drawing:
     """A study being drawn: its axis along the sweep, its motions and its critical points.
 
@@ -104,12 +112,14 @@ class Drawing:
     ----------
     study : Study
         With a sweep.
+    room : int
+        How many letters of the small size fit along the axis.
     """
 
-    def __init__(self, study: Study) -> None:
+    def __init__(self, study: Study, room: int = LETTERS_ALONG) -> None:
         self.study = study
         self.solution, sweep = solved(study)
-        self.along = along(sweep)
+        self.along = along(sweep, room)
         self.parts = stretches(self.solution)
         self.events = events(self.solution)
 
@@ -120,9 +130,7 @@ class Drawing:
     def sheet(self, panels: int, panel_height: float, legend: Sequence[Entry], note: str = "") -> Sheet:
         """A sheet with the conditions, a note if there is one, and the legend, the critical points in it."""
         head = [(conditions(self.study), BLACK)] + ([(note, WARNING)] if note else [])
-        kinds = dict.fromkeys(event.kind for event in self.events)
-        points = [(f"{LETTERS[kind]} {KINDS[kind]}", POINT | MARKERS[kind]) for kind in kinds]
-        return sheet(self.along, panels, panel_height, head, [legend, sorted(points, key=lambda entry: entry[0])])
+        return sheet(self.along, panels, panel_height, head, [legend, point_legend(self.events)])
 
     def curves(self, panel: Panel, choose: Callable[[Stretch], Sequence[Curve]], stable: bool, look: Look) -> None:
         """Draw the curves chosen of each stretch that is stable, or of each that is not, with one look."""

@@ -13,6 +13,8 @@ from dataclasses import asdict
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from vireport.branches import Branch, CriticalPoint
 from vireport.critical import Point
 from vireport.design import DesignPoint, StableInterval
@@ -20,9 +22,12 @@ from vireport.energy import Voltages
 from vireport.motions import Motions
 from vireport.scenario import to_dict
 from vireport.study import Study
+from vireport.table import Row
+from vireport.uncertainty import NO_BOUND, shown
 
 if TYPE_CHECKING:
     from vireport.attractors import Attractor
+    from vireport.criteria import Criterion
     from vireport.crosscheck import CrossCheck
     from vireport.provenance import Provenance
 
@@ -40,15 +45,18 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
     """
     branches = study.solution.branches if study.solution else ()
     voltages = study.voltages or (None,) * len(branches)
+    bounds = study.bounds.branches
     return {
         "schema_version": SCHEMA_VERSION,
         "scenario": to_dict(study.scenario),
-        "branches": [_branch(branch, volts) for branch, volts in zip(branches, voltages, strict=True)],
+        "branches": [_branch(*row) for row in zip(branches, voltages, bounds, strict=True)],
         "critical_points": [_critical(point) for point in (study.solution.critical_points if study.solution else ())],
-        "design_point": _design(study.design, study.design_voltages),
+        "design_point": _design(study.design, study.design_voltages, study.bounds.design),
         "stable_range": [_range(part) for part in study.stable_ranges],
-        "table_1": [asdict(row) for row in study.table],
+        "table_1": [_table_row(row, bounds[row.branch - 1]) for row in study.table],
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
+        **_measured(study),
+        "requirements": _requirements(study.criteria) if study.scenario.requirements is not None else None,
         "alerts": [asdict(alert) for alert in study.alerts],
         "left_out": [{"step": step.name, "what": step.what, "why": step.why} for step in study.plan.left_out],
         "provenance": {**asdict(provenance), "libraries": dict(provenance.libraries)},
@@ -115,7 +123,23 @@ def _voltages(voltages: Voltages | None) -> dict[str, list[float]]:
     }
 
 
-def _branch(branch: Branch, voltages: Voltages | None) -> dict[str, Any]:
+COLUMNS = {
+    "phi_bottom": "phi_bottom_rad",
+    "phi_top": "phi_top_rad",
+    "bottom_v": "u_bottom_v",
+    "top_v": "u_top_v",
+    "average_v": "u_ave_v",
+}
+"""Names in results.json of what is called otherwise in Python."""
+
+
+def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
+    """Error bounds by the names of the columns, and why some are null."""
+    found: dict[str, Any] = {COLUMNS.get(name, name): shown(bound) for name, bound in bounds.items()}
+    return {**found, "null_means": NO_BOUND} if any(None in column for column in found.values()) else found
+
+
+def _branch(branch: Branch, voltages: Voltages | None, bounds: dict[str, Any]) -> dict[str, Any]:
     return {
         "number": branch.number,
         "family": branch.family,
@@ -124,16 +148,25 @@ def _branch(branch: Branch, voltages: Voltages | None) -> dict[str, Any]:
         **_motions(branch.motions),
         **_voltages(voltages),
         "critical_point": [label or None for label in branch.event],
+        "error_bounds": _bounds(bounds),
     }
 
 
-def _point(point: Point) -> dict[str, float]:
+def _point(point: Point) -> dict[str, Any]:
     return {
         "q": 0.5 + point.u,
         "phi_bottom_rad": point.phi,
         "velocity_bottom": point.velocity_bottom,
         "velocity_top": point.velocity_top,
+        "error_bounds": _point_bounds(point),
     }
+
+
+def _point_bounds(point: Point) -> dict[str, Any]:
+    q = max(point.bounds["u"], float(np.spacing(0.5 + point.u)))
+    phi = {"phi_bottom_rad": point.bounds["phi"], "phi_top_rad": point.bounds["phi_top"]}
+    exact = {name: point.bounds[name] for name in ("d", "gbar", "velocity_bottom", "velocity_top")}
+    return {"sweep_value": point.error_bound, "q": q, **phi, **exact}
 
 
 def _critical(critical: CriticalPoint) -> dict[str, Any]:
@@ -154,8 +187,22 @@ def _critical(critical: CriticalPoint) -> dict[str, Any]:
     }
 
 
-def _design(design: DesignPoint | None, voltages: Voltages | None) -> dict[str, Any] | None:
-    if design is None:
+def _table_row(row: Row, bounds: dict[str, Any]) -> dict[str, Any]:
+    """A row of Table 1, its ends with the bounds they have on their branch."""
+    found = asdict(row)
+    ends = {"start": found.pop("first_row"), "end": found.pop("last_row")}
+    errors = {f"{name}_{end}": shown(bounds[key][i])[0] for end, i in ends.items() for name, key in DIRECTIONS}
+    return {**found, "error_bounds": errors}
+
+
+DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
+"""What a row of Table 1 gives of its ends, and the column it is from."""
+
+
+def _design(
+    design: DesignPoint | None, voltages: Voltages | None, bounds: dict[str, Any] | None
+) -> dict[str, Any] | None:
+    if design is None or bounds is None:
         return None
     return {
         "parameter": design.parameter,
@@ -163,9 +210,30 @@ def _design(design: DesignPoint | None, voltages: Voltages | None) -> dict[str, 
         "family": list(design.families),
         **_motions(design.motions),
         **_voltages(voltages),
+        "error_bounds": _bounds(bounds),
         "margins": [asdict(margin) for margin in design.margins],
         "stable_range": [_range(part) for part in design.stable],
     }
+
+
+def _measured(study: Study) -> dict[str, Any]:
+    """What was measured or proved where that was asked for; null where not."""
+    found: dict[str, Any] = {"accuracy": None, "compliant": None, "certificates": None}
+    if study.work is not None:
+        from vireport.measured_data import accuracy_data, compliance_data
+
+        found["accuracy"] = accuracy_data(study.work)
+        found["compliant"] = None if study.compliance is None else compliance_data(study.compliance)
+    if study.certificates is not None:
+        from vireport.certify_pages import certificates_data
+
+        found["certificates"] = certificates_data(study.certificates)
+    return found
+
+
+def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
+    passed = all(criterion.passed for criterion in criteria)
+    return {"passed": passed, "criteria": [asdict(criterion) for criterion in criteria]}
 
 
 def _simulation(check: CrossCheck) -> dict[str, Any]:
@@ -218,4 +286,6 @@ def _range(part: StableInterval) -> dict[str, Any]:
         "to": part.end,
         "from_reason": part.start_reason,
         "to_reason": part.end_reason,
+        "from_error_bound": part.start_error,
+        "to_error_bound": part.end_error,
     }

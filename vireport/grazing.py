@@ -39,7 +39,7 @@ def polish_grazing(sweep: Sweep, orbit: Orbits, symmetric: bool) -> Point:
         upward = nearest[2] if nearest else bool(abs(_pressing(orbit, True)[0]) < abs(_pressing(orbit, False)[0]))
         return _polish_short(sweep, u, phi, orbit, upward, symmetric)
     _, time, upward, at_start = nearest
-    return polish(sweep, u, phi, _touch(upward, at_start), (time,), symmetric)
+    return polish(sweep, u, phi, touch(upward, at_start), (time,), symmetric)
 
 
 def _nearest_turn(orbit: Orbits, r: float, n: int) -> tuple[float, float, bool, bool] | None:
@@ -74,10 +74,10 @@ def _polish_short(sweep: Sweep, u: float, phi: float, orbit: Orbits, upward: boo
     point = polish(sweep, u, phi, pressed, (), symmetric)
     if pressing == 0:
         return point
-    return polish(sweep, point.u, point.phi, _touch(upward, True), (-1.5 * pressing / rate,), symmetric)
+    return polish(sweep, point.u, point.phi, touch(upward, True), (-1.5 * pressing / rate,), symmetric)
 
 
-def _touch(upward: bool, at_start: bool) -> Condition:
+def touch(upward: bool, at_start: bool) -> Condition:
     """At rest, and on the wall left or on the one to arrive at, a time `more[0]` after the flight began."""
 
     def condition(orbit: Orbits, more: Any, r: Any, ops: Any) -> list[Any]:

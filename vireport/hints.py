@@ -27,6 +27,7 @@ _UNITS: dict[str, dict[str, float]] = {
     "Hz": {"hz": 1, "khz": 1e3, "rad_s": _TURNS, "rad/s": _TURNS, "rad": _TURNS, "rpm": 1 / 60},
     "deg": {"deg": 1, "°": 1, "degree": 1, "degrees": 1, "rad": 180 / pi, "radians": 180 / pi},
     "V": {"v": 1, "kv": 1e3, "mv": 1e-3, "volt": 1, "volts": 1},
+    "%": {"%": 1, "percent": 1, "per cent": 1},
     "m/s^2": {"m_s2": 1, "m/s2": 1, "m/s^2": 1, "g": 9.80665, "cm_s2": 1e-2},
 }
 _DISPLAYED = {"kn": "kN", "mn": "mN", "un": "uN", "khz": "kHz", "kv": "kV", "mv": "mV", "rad_s": "rad/s"}
@@ -75,7 +76,7 @@ _SYMBOLS = {
     "rb": "ball_radius_m",
     "Uin": "bias_voltage_v",
 }
-_SUFFIX = {"m": "_m", "kg": "_kg", "N": "_n", "Hz": "_hz", "deg": "_deg", "V": "_v", "m/s^2": "_m_s2"}
+_SUFFIX = {"m": "_m", "kg": "_kg", "N": "_n", "Hz": "_hz", "deg": "_deg", "V": "_v", "%": "_percent", "m/s^2": "_m_s2"}
 _NUMBER = r"[-+]?(?:\.\d+|\d+(?:\.\d*)?)(?:[eE][-+]?\d+)?"
 _WITH_UNIT = re.compile(rf"({_NUMBER})\s*([^\d\s.,:_'+*-][^\d]*\d?)")
 _LONGEST_KEY = 60  # characters; what is longer is no slip of a key of ours

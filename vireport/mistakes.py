@@ -18,6 +18,7 @@ from vireport.rules import Finding
 from vireport.schema import keys
 
 _LONGEST_VALUE = 60  # characters of a value that are shown
+_LONGEST_LIST = 200  # characters of the names of keys that are shown
 
 
 def word(findings: Iterable[Finding], document: Document) -> list[Mistake]:
@@ -65,7 +66,8 @@ def _message(finding: Finding, document: Document) -> str:
 def _ruler(path: str, document: Document) -> str:
     """Path of the key whose range holds: for values of what is swept, that of the parameter that is swept."""
     data: Any = document.data
-    if path not in ("sweep.from", "sweep.to") and not _is_element(path):
+    ruled = ("sweep.from", "sweep.to", "requirements.stable_from", "requirements.stable_to")
+    if path not in ruled and not _is_element(path):
         return path
     sweep = data.get("sweep")
     parameter = sweep.get("parameter") if isinstance(sweep, dict) else None
@@ -158,7 +160,10 @@ def allowed(path: str) -> str:
 
 
 def _allowed_keys(block: str) -> str:
-    return f"allowed{f' in {block}' if block else ''}: {', '.join(keys()[block]['properties'])}"
+    names = ", ".join(keys()[block]["properties"])
+    if len(names) > _LONGEST_LIST:
+        names = f"{names[:_LONGEST_LIST].rpartition(', ')[0]}, ..."
+    return f"allowed{f' in {block}' if block else ''}: {names}"
 
 
 def _kinds(key: dict[str, Any]) -> set[str]:

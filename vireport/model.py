@@ -23,8 +23,13 @@ PARAMETERS: tuple[Parameter, ...] = ("length_m", "amplitude_n", "frequency_hz", 
 
 
 NO_GRAVITY = 1e-15
-"""gbar up to which a capsule is taken as horizontal: no number of a motion then differs in any digit of a double, and
-q - 1/2 ~ gbar could no longer be told from zero."""
+"""gbar up to which gravity is lost: q - 1/2 ~ gbar could no longer be told from zero. As a value within a sweep it
+counts as zero; a scenario that holds such a gbar is refused (`unresolved`), for its folds would not be where they are
+said to be."""
+
+FINEST = 1e-12
+"""Length of a capsule, or range of d or gbar, times 1 - r, below which motions are not resolved: positions are sums of
+terms of size 1/(1-r) in the length unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +69,27 @@ class Device:
         sine = DecimalOps().sin(angle * DecimalOps().pi / 180) if exact else sine_of_degrees(angle)
         gbar = mass * self.gravity_m_s2 * sine / force
         return d, gbar * (gbar > NO_GRAVITY)
+
+    @property
+    def finest(self) -> float:
+        """Least d, and least range of d or gbar, that rounding resolves."""
+        return FINEST / (1 - float(self.restitution))
+
+    def unresolved(self, parameter: Parameter, value: Any) -> str:
+        """Why the motions at a value cannot be told from rounding, or ""."""
+        d, gbar = self.groups(parameter, value)
+        if d < self.finest:
+            return (
+                f"d = s/x_c = {d:.3g}: the capsule is so short against the forcing's displacement that its length is "
+                f"lost in rounding (allowed: d of at least {self.finest:.3g}; a longer capsule, higher frequency or "
+                "smaller force)"
+            )
+        if gbar == 0 and self.at(parameter, value)["inclination_deg"] > 0:
+            return (
+                f"gbar = M g sin(beta)/F is positive and at most {NO_GRAVITY:g}: gravity is lost in rounding against "
+                "the forcing (allowed: inclination_deg: 0, a larger inclination, or a smaller force)"
+            )
+        return ""
 
     def velocity_unit(self, parameter: Parameter, value: Any) -> Any:
         """y_c = F/(2 M f) [m/s], Eq. (2.5)."""
@@ -111,6 +137,24 @@ class Sweep:
         """Range of the coordinate that orders the sweep (d, or gbar where the inclination varies), ascending."""
         ends = self.coordinate_of(self.start), self.coordinate_of(self.end)
         return min(ends), max(ends)
+
+    @property
+    def unresolved(self) -> str:
+        """Why rounding does not resolve the sweep, or ""."""
+        if self.parameter == "inclination_deg":
+            reason = self.device.unresolved(self.parameter, 90.0)
+        elif self.parameter == "amplitude_n":
+            reason = self.device.unresolved(self.parameter, min(self.start, self.end))
+        else:
+            reason = self.device.unresolved(self.parameter, max(self.start, self.end))
+        low, high = self.coordinate_range
+        if not reason and high - low < self.device.finest:
+            name = "gbar = M g sin(beta)/F" if self.parameter == "inclination_deg" else "d = s/x_c"
+            reason = (
+                f"over the sweep {name} only varies from {low:.6g} to {high:.6g}, which rounding does not resolve "
+                f"(allowed: a range of at least {self.device.finest:.3g})"
+            )
+        return reason
 
     def coordinate_of(self, value: Any) -> Any:
         """The coordinate at a value of the parameter."""

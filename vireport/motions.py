@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,8 @@ class Motions:
         The dimensionless groups.
     q : ndarray
         Share of the period that the ball takes from the bottom to the top.
+    u : ndarray
+        q - 1/2, with the digits that q has no room for.
     phi_bottom, phi_top : ndarray
         Forcing phase at the impacts [rad], in [0, 2 pi).
     velocity_bottom, velocity_top : ndarray
@@ -47,6 +50,7 @@ class Motions:
     d: Floats
     gbar: Floats
     q: Floats
+    u: Floats
     phi_bottom: Floats
     phi_top: Floats
     velocity_bottom: Floats
@@ -66,6 +70,11 @@ class Motions:
     def determinant(self) -> Floats:
         """Of DP: r^4 for every motion, Eq. (A.3)."""
         return np.full(len(self), self.restitution**4)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The columns as lists, with Table 1's words for the stability."""
+        names = (name for name in self.__slots__ if name != "restitution")
+        return {**{name: getattr(self, name).tolist() for name in names}, "stability": self.words}
 
     @property
     def words(self) -> list[str]:
@@ -96,6 +105,7 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:
         d=d,
         gbar=gbar,
         q=0.5 + np.array(orbit.u),
+        u=np.array(orbit.u, dtype=float),
         phi_bottom=np.mod(orbit.phi, 2 * np.pi),
         phi_top=np.mod(np.arctan2(orbit.sin_top, orbit.cos_top), 2 * np.pi),
         velocity_bottom=np.array(orbit.velocity_bottom),

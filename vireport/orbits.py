@@ -176,25 +176,30 @@ class Level:
     kind : str
         ``"gbar"`` (a sweep over length or frequency, or any sweep of a horizontal capsule), ``"ratio"``, d/gbar held
         (a sweep over the force), or ``"d"`` (a sweep over the inclination).
-    value : float or Decimal
+    value : float, Decimal or Rounded
         The value held.
     """
 
     kind: str
     value: Any
 
+    @property
+    def horizontal(self) -> bool:
+        """Whether it is gbar = 0 that is held."""
+        return self.kind == "gbar" and bool(self.value == 0)
 
-def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int) -> tuple[Floats, Floats, Floats]:
+
+def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any = np) -> tuple[Any, Any, Any]:
     """Write the level as a sin(phi) + b cos(phi) = c above each q, and return (a, b, c); `k` is of the same u.
 
     For a horizontal capsule and odd n the factor u, whose zeros are the symmetric family, is divided out.
     """
-    zero = np.zeros_like(k.determinant)
+    zero = 0 * k.determinant
     if level.kind == "gbar":
-        if level.value == 0 and n % 2:
+        if level.horizontal and n % 2:
             p = (1 + r) * u - (1 - r) / 2
-            a = 2 * np.pi * n * np.sinc(n * u) * np.sin(np.pi * n * u) * p - 2 * (1 + r)
-            return a, -2 * np.pi * n * np.sinc(2 * n * u) * p, zero
+            a = 2 * ops.pi * n * ops.sinc(n * u) * ops.sin(ops.pi * n * u) * p - 2 * (1 + r)
+            return a, -2 * ops.pi * n * ops.sinc(2 * n * u) * p, zero
         return k.gbar_sine, k.gbar_cosine, zero + level.value
     if level.kind == "ratio":
         return k.d_sine - level.value * k.gbar_sine, k.d_cosine - level.value * k.gbar_cosine, zero

@@ -5,19 +5,40 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.errors import UsageError
 from vireport.provenance import provenance_of
 from vireport.scenario import Loaded
-from vireport.study import Study, analyse
+from vireport.study import Study, analyse, with_certificates
 
 if TYPE_CHECKING:
+    from vireport.criteria import Criterion
     from vireport.curves import Simulated
     from vireport.figures import Picture
 
 Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What a run comes to, once its files are there.
+
+    Attributes
+    ----------
+    summary : str
+        In words.
+    printed : str
+        For standard output: annotations and proven enclosures, "" where neither is asked for.
+    criteria : tuple of Criterion
+        What the scenario requires.
+    """
+
+    summary: str
+    printed: str
+    criteria: tuple[Criterion, ...]
 
 
 def default_folder(scenario: str) -> Path:
@@ -32,8 +53,9 @@ def write_outputs(
     command: str,
     templates: Path | None = None,
     progress: Progress | None = None,
-) -> str:
-    """Study a scenario, write the outputs asked for, and return a summary in words.
+    certify: bool = False,
+) -> Written:
+    """Study a scenario, write the outputs asked for, and return what it comes to.
 
     Parameters
     ----------
@@ -41,13 +63,15 @@ def write_outputs(
     folder : Path
         Created if it is not there.
     formats : iterable of str
-        Among `plan.FORMATS`.
+        Among `plan.ALL_FORMATS`.
     command : str
         For the record.
     templates : Path, optional
         A folder whose report templates replace the package's.
     progress : callable, optional
         Told each step as it begins.
+    certify : bool
+        Whether to prove the critical points.
 
     Raises
     ------
@@ -57,10 +81,14 @@ def write_outputs(
     say = progress or (lambda what: None)
     say("solving")
     study = analyse(loaded, formats, say)
+    if certify:
+        say("proving the critical points")
+        study = with_certificates(study)
     files = render(study, command, templates, say)
     say("writing")
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        if files:
+            folder.mkdir(parents=True, exist_ok=True)
         for name, data in files.items():
             write_whole(folder / name, data)
     except OSError as error:
@@ -68,7 +96,21 @@ def write_outputs(
     say("")
     from vireport.verdict import verdict_of
 
-    return f"{verdict_of(study).headline}\nwrote {', '.join(str(folder / name) for name in files)}"
+    wrote = f"\nwrote {', '.join(str(folder / name) for name in files)}" if files else ""
+    return Written(f"{verdict_of(study).headline}{wrote}", _printed(study), study.criteria)
+
+
+def _printed(study: Study) -> str:
+    text = ""
+    if study.certificates is not None and study.sweep is not None:
+        from vireport.certify_pages import certify_text
+
+        text += certify_text(study.certificates, study.sweep.parameter).rstrip() + "\n"
+    if study.plan.runs("github"):
+        from vireport.ci_formats import github
+
+        text += github(study)
+    return text
 
 
 def render(study: Study, command: str, templates: Path | None, say: Progress) -> dict[str, bytes]:
@@ -99,6 +141,13 @@ def render(study: Study, command: str, templates: Path | None, say: Progress) ->
             files["results.json"] = results_json(study, provenance)
         if plan.runs("csv"):
             files["branches.csv"] = branches_csv(study)
+    if plan.runs("junit") or plan.runs("markdown"):
+        from vireport.ci_formats import junit, markdown
+
+        if plan.runs("junit"):
+            files["junit.xml"] = junit(study)
+        if plan.runs("markdown"):
+            files["summary.md"] = markdown(study, provenance).encode()
     return files
 
 

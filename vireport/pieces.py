@@ -19,6 +19,17 @@ ROUGH = 1e-7
 """Tolerance of a parameter at which an event is found before it is polished."""
 
 
+HAIR = 1e-7
+"""Share of the first and of the last step by which the search for events stays inside a run."""
+
+
+GOLDEN, DIP_STEPS = (5**0.5 - 1) / 2, 45
+"""Share by which a golden section narrows, and how often: down to the root of rounding, where an extremum is flat."""
+
+TOUCH = 1e-11
+"""Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
     """A connected run of possible motions inside the sweep, with the events on it.
@@ -132,11 +143,63 @@ def _roots(curve: Curve, which: Ints, low: Floats, high: Floats, kind: Ints, tol
     return bisect(function, low, high, tolerance)
 
 
-def _with_inner_events(curve: Curve, found: list[Piece]) -> list[Piece]:
-    """Insert the changes of stability and the grazing points into the pieces."""
+def _inside(w: Floats) -> Floats:
+    """The parameters, the ends moved in by a hair: on the end itself the gap to a membrane is not that of a motion."""
+    moved = w.copy()
+    if len(w) > 1:
+        moved[0] += HAIR * (w[1] - w[0])
+        moved[-1] += HAIR * (w[-2] - w[-1])
+    return moved
+
+
+def _joined(found: list[Piece]) -> tuple[Ints, Ints, Floats]:
+    """Strand, piece and parameter of every sample of some pieces."""
     which = np.concatenate([np.full(len(p.w), p.strand) for p in found])
     owner = np.concatenate([np.full(len(p.w), i) for i, p in enumerate(found)])
-    w = np.concatenate([p.w for p in found])
+    return which, owner, np.concatenate([_inside(p.w) for p in found])
+
+
+def _with_dips(curve: Curve, found: list[Piece]) -> list[Piece]:
+    """Add to the pieces the extrema at which the trace crosses a border between two samples and comes back.
+
+    They stand where a sample is nearest to the border of all around, and nearer than the step is high.
+    """
+    which, owner, w = _joined(found)
+    value = curve.event_values(curve.at(which, w), with_gap=False)[:, :GRAZING]
+    left, middle, right = np.abs(value[:-2]), np.abs(value[1:-1]), np.abs(value[2:])
+    with np.errstate(invalid="ignore"):
+        one_side = (value[:-2] * value[1:-1] > 0) & (value[1:-1] * value[2:] > 0)
+        dip = one_side & (middle <= left) & (middle <= right) & (middle <= np.maximum(left - middle, right - middle))
+    row, kind = np.nonzero(dip & (owner[2:] == owner[:-2])[:, None])
+    if not row.size:
+        return found
+    row = row + 1
+    sign = np.sign(value[row, kind])
+
+    def height(x: Floats) -> Floats:
+        values = curve.event_values(curve.at(which[row], x), with_gap=False)
+        return np.asarray(sign * values[np.arange(len(row)), kind])
+
+    low, high = w[row - 1], w[row + 1]
+    for _ in range(DIP_STEPS):
+        x1, x2 = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        nearer = height(x1) < height(x2)
+        low, high = np.where(nearer, low, x1), np.where(nearer, x2, high)
+    lowest = (low + high) / 2
+    crossing = height(lowest) < -TOUCH
+    result = []
+    for i, piece in enumerate(found):
+        extra = np.unique(lowest[crossing & (owner[row] == i)])
+        order = np.argsort(np.concatenate([piece.w, extra]), kind="stable")
+        event = np.concatenate([piece.event, np.full(len(extra), -1, dtype=np.int8)])
+        result.append(Piece(piece.strand, np.concatenate([piece.w, extra])[order], event[order]))
+    return result
+
+
+def _with_inner_events(curve: Curve, found: list[Piece]) -> list[Piece]:
+    """Insert the changes of stability and the grazing points into the pieces."""
+    found = _with_dips(curve, found)
+    which, owner, w = _joined(found)
     orbit = curve.at(which, w)
     values = curve.event_values(orbit)[:, : GRAZING + 1]
     # On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing: rounding there is no event.

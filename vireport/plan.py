@@ -19,7 +19,24 @@ OUTPUTS = {
 }
 
 FORMATS = tuple(OUTPUTS)
-"""What `--format` can ask for; all of them are written by default."""
+"""What is written by default."""
+
+CI_OUTPUTS = {
+    "junit": "junit.xml, the requirements as test cases",
+    "markdown": "summary.md, for the page of a job",
+    "github": "annotations on standard output",
+}
+"""Outputs for systems that run jobs; only where they are asked for."""
+
+ALL_FORMATS = (*OUTPUTS, *CI_OUTPUTS)
+"""What `--format` can ask for."""
+
+
+MEASURED_FIGURES = {
+    "figure-accuracy": "work-precision diagram",
+    "figure-stiffness": "solvers on stiff membranes",
+}
+"""Figures of an accuracy block."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +83,7 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
     ----------
     scenario : Scenario
     formats : iterable of str
-        Among `FORMATS`.
+        Among `ALL_FORMATS`.
     """
     asked = set(formats)
     swept = scenario.sweep is not None
@@ -85,6 +102,8 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
     simulated = scenario.simulation is not None
     no_simulation = "the scenario has no simulation block"
     block = scenario.simulation
+    measured, no_accuracy = scenario.accuracy is not None, "the scenario has no accuracy block"
+    asked_for = "the scenario has an accuracy block"
     drawn = (pictures, not_asked)
 
     return Plan(
@@ -149,6 +168,23 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 drawn,
                 why="simulation.displacement names values",
             ),
+            step("accuracy", "error against run time of several methods", (measured, no_accuracy), why=asked_for),
+            step(
+                "compliant",
+                "the motion with compliant membranes, and solvers on stiff ones",
+                (measured, no_accuracy),
+                (
+                    bool(scenario.accuracy and scenario.accuracy.compliant_membrane),
+                    "accuracy.compliant_membrane is false",
+                ),
+                (energy, no_mass),
+                why=asked_for,
+            ),
+            *(
+                step(name, what, drawn, why=asked_for)
+                for name, what in MEASURED_FIGURES.items()
+                if measured and (name == "figure-accuracy" or energy)
+            ),
             step(
                 "figure-diagram",
                 "bifurcation diagram by simulation",
@@ -157,6 +193,11 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 (bool(block and block.diagram), "simulation.diagram is false"),
                 drawn,
                 why="simulation.diagram is true",
+            ),
+            *(
+                [step("requirements", "the acceptance table", why="the scenario has a requirements block")]
+                if scenario.requirements is not None
+                else []
             ),
             *(
                 step(
@@ -168,6 +209,7 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 )
                 for name, what in OUTPUTS.items()
             ),
+            *(step(name, f"output: {what}", why="asked for") for name, what in CI_OUTPUTS.items() if name in asked),
         )
     )
 

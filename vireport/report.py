@@ -33,6 +33,38 @@ def _simulation(study: Study) -> Iterable[Block]:
     return simulation(study)
 
 
+def _accuracy(study: Study) -> Iterable[Block]:
+    if study.work is None:
+        return ()
+    from vireport.accuracy_pages import accuracy
+
+    return accuracy(study.work)
+
+
+def _compliant(study: Study) -> Iterable[Block]:
+    if study.compliance is None:
+        return ()
+    from vireport.compliant_pages import compliant
+
+    return compliant(study.compliance)
+
+
+def _certificates(study: Study) -> Iterable[Block]:
+    if study.certificates is None or study.sweep is None:
+        return ()
+    from vireport.certify_pages import certification
+
+    return certification(study.certificates, study.sweep.parameter)
+
+
+def _acceptance(study: Study) -> Iterable[Block]:
+    if not study.criteria:
+        return ()
+    from vireport.acceptance_pages import acceptance
+
+    return acceptance(study)
+
+
 def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenance) -> ReportModel:
     """Put everything that is known about a scenario into words, tables and pictures.
 
@@ -49,6 +81,7 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
         title=study.scenario.title or UNTITLED,
         verdict=verdict_of(study),
         sections=(
+            *section("acceptance", "Acceptance", _acceptance(study)),
             *section("alerts", "Alerts", context_pages.alerts(study)),
             *section("scenario", "Scenario", context_pages.scenario(study)),
             *section("table-1", "Stability along the sweep", results_pages.table_1(study)),
@@ -57,6 +90,9 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
             *section("figures", "Figures", context_pages.figures(pictures)),
             *section("energy", "Voltage", energy(study)),
             *section("simulation", "Simulation", _simulation(study)),
+            *section("certificates", "Proven enclosures", _certificates(study)),
+            *section("accuracy", "Error against run time", _accuracy(study)),
+            *section("compliant", "Compliant membranes", _compliant(study)),
             *section("equations", "Equations", equations(study, TEMPLATES)),
             *section("paper", "The paper\u2019s numbers", context_pages.paper(compared)),
             *section("left-out", "Left out, and why", context_pages.left_out(study, compared)),

@@ -24,7 +24,7 @@ class Finding(NamedTuple):
     value: object = None
 
 
-def check(data: dict[str, Any], wrong: Collection[str]) -> list[Finding]:
+def check(data: dict[str, Any], wrong: Collection[str], bare: Collection[str] = ()) -> list[Finding]:
     """Find what does not fit together.
 
     Parameters
@@ -33,20 +33,27 @@ def check(data: dict[str, Any], wrong: Collection[str]) -> list[Finding]:
         The tree.
     wrong : collection of str
         Paths that are wrong in themselves: they are not compared with anything.
+    bare : collection of str
+        Paths in the file with nothing behind their colon.
     """
-    tree = _Tree(data, wrong)
-    return [*_required(tree), *_masses(tree), *_radii(tree), *_sweep(tree), *_simulation(tree), *_title(tree)]
+    tree = _Tree(data, wrong, bare)
+    rules = (_required, _masses, _radii, _sweep, _simulation, _accuracy, _requirements, _title)
+    return [finding for rule in rules for finding in rule(tree)]
 
 
 class _Tree:
-    def __init__(self, data: dict[str, Any], wrong: Collection[str]) -> None:
-        self.data, self.wrong = data, wrong
+    def __init__(self, data: dict[str, Any], wrong: Collection[str], bare: Collection[str]) -> None:
+        self.data, self.wrong, self.bare = data, wrong, bare
 
     def at(self, path: str) -> Any:
         node: Any = self.data
         for step in path.split("."):
             node = node.get(step) if isinstance(node, dict) else None
         return node
+
+    def absent(self, path: str) -> bool:
+        """Whether a key is not given, and not for a mistake in it or in a block around it."""
+        return self.at(path) is None and not any(path == w or path.startswith(f"{w}.") for w in self.wrong)
 
     def number(self, path: str) -> float | None:
         value = self.at(path)
@@ -126,6 +133,92 @@ def _simulation(tree: _Tree) -> Iterator[Finding]:
             here = f"{path}.{i}"
             if here not in tree.wrong and type(value) in (int, float) and not low <= value <= high:
                 yield Finding(here, "sweep_range", value)
+
+
+MARGINS = ("margin_period_doubling_percent", "margin_grazing_percent", "margin_any_percent")
+AT_DESIGN = (*MARGINS, "u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m")
+"""Requirements that are judged at the design point."""
+
+VOLTAGE = (
+    "u_ave_at_least_v",
+    "u_ave_difference_at_most_v",
+    "u_bottom_top_difference_at_most_v",
+    "deflection_at_most_m",
+)
+NEEDS = {
+    "sweep": (("stable_from", "stable_to", "u_ave_difference_at_most_v"), "a range of the swept parameter needs"),
+    "device.ball_mass_kg": (VOLTAGE, "voltage and deflection need"),
+    "simulation": (("crosscheck_passed",), "a cross-check needs"),
+}
+"""What must be in the scenario for requirements to be judged, with their keys."""
+
+STABLE, ANGLES = ("stable_from", "stable_to"), ("inclination_from_deg", "inclination_to_deg")
+"""Requirements that are the two ends of a range."""
+
+
+def _requirements(tree: _Tree) -> Iterator[Finding]:
+    """What is required must be something that this scenario can decide."""
+    block = tree.at("requirements")
+    if "requirements" in tree.bare or (isinstance(block, dict) and all(value is None for value in block.values())):
+        yield Finding("requirements", "rule", "nothing is required in it (give one of its keys, or delete it)")
+    if not isinstance(block, dict):
+        return
+    here = {key: f"requirements.{key}" for key, value in block.items() if value is not None}
+    for needed, (keys, what) in NEEDS.items():
+        for key in keys:
+            if key in here and tree.absent(needed):
+                yield Finding(here[key], "rule", f"{what} {needed}, which is not given (give it, or leave this out)")
+    if block.get("crosscheck_passed") is False:
+        yield Finding(here["crosscheck_passed"], "rule", "got false, which requires nothing (true, or leave it out)")
+    yield from _at_design(tree, here)
+    for first, last in (STABLE, ANGLES):
+        if (first in here) != (last in here):
+            given, missing = (first, last) if first in here else (last, first)
+            yield Finding(here[given], "rule", f"{missing} is not given (both ends of a range, or neither)")
+        elif first in here and tree.at(here[first]) == tree.at(here[last]):
+            yield Finding(here[last], "rule", f"got the same value as {first}, which makes no range (a different one)")
+    ends = [end for end in (tree.number("sweep.from"), tree.number("sweep.to")) if end is not None]
+    for path in (here[key] for key in STABLE if key in here and len(ends) == 2):
+        value = tree.number(path)
+        if value is not None and not min(ends) <= value <= max(ends):
+            allowed = f"a number from {min(ends):.12g} to {max(ends):.12g}"
+            yield Finding(path, "rule", f"got {value:.12g}, which is outside the sweep ({allowed})")
+
+
+def _at_design(tree: _Tree, here: dict[str, str]) -> Iterator[Finding]:
+    """Where a parameter is swept, its design value is given if something is required of the design point."""
+    swept = tree.at("sweep.parameter")
+    if not isinstance(swept, str) or swept not in SWEEPABLE:
+        return
+    given = SWEEPABLE[swept]
+    judged = AT_DESIGN if swept == "inclination_deg" else (*AT_DESIGN, *ANGLES)
+    for path in (here[key] for key in judged if key in here and tree.absent(given)):
+        message = f"the design point that it is judged at is not given (give {given}, or leave this out)"
+        yield Finding(path, "rule", message)
+    for path in (here[key] for key in MARGINS if key in here and tree.number("inclination_deg") == 0):
+        if swept == "inclination_deg":
+            message = f"there is no percentage of an inclination of 0 (require {' and '.join(ANGLES)} instead)"
+            yield Finding(path, "rule", message)
+
+
+STIFFEST = 1e12
+"""Largest factor on a membrane's stiffness."""
+
+
+def _accuracy(tree: _Tree) -> Iterator[Finding]:
+    factors = tree.at("accuracy.ladder")
+    if not isinstance(factors, list):
+        return
+    before = 0.0
+    for i, factor in enumerate(factors):
+        here = f"accuracy.ladder.{i}"
+        if here in tree.wrong or type(factor) not in (int, float):
+            return
+        if not 1 <= factor <= STIFFEST or factor <= before:
+            allowed = f"numbers from 1 to {STIFFEST:g}, each above the one before"
+            yield Finding(here, "rule", f"got {factor:.12g}, which is out of range or order ({allowed})")
+            return
+        before = float(factor)
 
 
 def _title(tree: _Tree) -> Iterator[Finding]:

@@ -23,11 +23,11 @@ from vireport.blocks import (
     Scenario,
     Sweep,
     SweepParameter,
-    entries,
     validated,
 )
 from vireport.document import LARGEST_FILE, Document, join, read
 from vireport.errors import Mistake, ScenarioError, UsageError
+from vireport.keys import entries
 from vireport.rules import Finding, check
 
 MOST_NAMES = 1_000  # files of a folder that are compared with the name of a missing one
@@ -118,7 +118,7 @@ def loads(
         raise ScenarioError(name, document.mistakes or [_no_block(document)])
     texts = overriding.as_texts(overrides)
     effective = overriding.apply(document, texts) if texts else document
-    scenario = _validate(effective)
+    scenario = validate_document(effective)
     return Loaded(scenario, document, frozenset(_given(effective.data)), texts)
 
 
@@ -139,7 +139,14 @@ def _as_read(value: Any) -> Any:
     return _plain(value) if is_dataclass(value) else list(value) if isinstance(value, tuple) else value
 
 
-def _validate(document: Document) -> Scenario:
+def validate_document(document: Document) -> Scenario:
+    """Make a scenario of a document as it was read.
+
+    Raises
+    ------
+    ScenarioError
+        With every mistake in it.
+    """
     data: Any = document.data
     scenario, findings = None, []
     try:
@@ -150,7 +157,8 @@ def _validate(document: Document) -> Scenario:
             for step in found["loc"]:
                 path = join(path, step)
             findings.append(Finding(path, found["type"], found["input"]))
-    findings += check(data, {finding.path for finding in findings} | document.unread)
+    bare = {path for path, text in document.written.items() if not text and document.lines[path]}
+    findings += check(data, {finding.path for finding in findings} | document.unread, bare)
     if scenario is not None and not findings and not document.mistakes:
         return scenario
     from vireport.mistakes import word

@@ -10,7 +10,9 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any, get_args
 
-from vireport.blocks import NUMBERS, SWEEPABLE, Entry, Scenario, entries
+from vireport.blocks import SWEEPABLE, Scenario
+from vireport.keys import NUMBERS, Entry, entries
+from vireport.rules import ANGLES, AT_DESIGN, NEEDS, STABLE
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -40,10 +42,11 @@ def schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of scenario.yaml: title, meaning, unit, range and example of every key.
 
     It accepts what `vireport.scenario.load` accepts. What only a program can compare is beyond it:
-    that one mass or radius is smaller than the other, and that a sweep ends elsewhere than it starts.
+    that one mass or radius is smaller than the other, that a range ends elsewhere than it starts, and that one lies
+    within another.
     """
     found = _whole()
-    rules = [*map(_required_unless_swept, SWEEPABLE), *_sweep_ranges(found), _MEMBRANE_NEEDS_BALL]
+    rules = [*map(_required_unless_swept, SWEEPABLE), *_sweep_ranges(found), _MEMBRANE_NEEDS_BALL, *_requirements()]
     return {"$schema": DIALECT, **found, "allOf": rules}
 
 
@@ -96,6 +99,8 @@ def _key(entry: Entry) -> dict[str, Any]:
     if entry.kind == NUMBERS:
         found["items"] = {"type": "number"}
         found["maxItems"] = found.pop("maxLength")
+        if "minLength" in found:
+            found["minItems"] = found.pop("minLength")
     if entry.kind not in _TYPES:
         found["enum"] = list(get_args(entry.kind))
     return _ordered(found)
@@ -130,6 +135,34 @@ def _sweep_ranges(found: dict[str, Any]) -> list[dict[str, Any]]:
         ends = {"properties": {"from": bounds, "to": bounds}}
         rules.append({"if": _sweeps(parameter), "then": {"properties": {"sweep": ends}}})
     return rules
+
+
+def _requirements() -> Iterator[dict[str, Any]]:
+    """What is required must be something that the scenario can decide."""
+    null = {"type": "null"}
+    for needed, (names, _) in NEEDS.items():
+        yield {"if": {"not": _given(needed)}, "then": _of_requirements(dict.fromkeys(names, null))}
+    for parameter, path in SWEEPABLE.items():
+        names = AT_DESIGN if parameter == "inclination_deg" else (*AT_DESIGN, *ANGLES)
+        unknown = {"allOf": [_sweeps(parameter), {"not": _given(path)}]}
+        yield {"if": unknown, "then": _of_requirements(dict.fromkeys(names, null))}
+    for ends in (STABLE, ANGLES):
+        both = {"allOf": [_given(f"requirements.{end}") for end in ends]}
+        yield {"if": both, "else": _of_requirements(dict.fromkeys(ends, null))}
+    something = {"anyOf": [null, {"not": {"additionalProperties": null}}]}
+    yield {"properties": {"requirements": something}}
+    yield _of_requirements({"crosscheck_passed": {"not": {"const": False}}})
+
+
+def _of_requirements(properties: dict[str, Any]) -> dict[str, Any]:
+    return {"properties": {"requirements": {"properties": properties}}}
+
+
+def _given(path: str) -> dict[str, Any]:
+    """A tree in which there is something at a path."""
+    name, _, rest = path.partition(".")
+    inner = _given(rest) if rest else {"not": {"type": "null"}}
+    return {"type": "object", "required": [name], "properties": {name: inner}}
 
 
 @cache
@@ -199,4 +232,23 @@ sweep:                           # optional: without it, the design point alone 
 #   diagram: false                 # whether to draw a bifurcation diagram from simulation alone
 #   portraits: []                  # values of the swept parameter for figure 3, at most 8
 #   displacement: []               # values of the swept parameter for figure 6, at most 8
+
+# accuracy:                      # optional: error against run time; without it, not measured
+#   repeats: 5                     # runs of each method, of which the median time counts, 1 to 100
+#   compliant_membrane: true       # whether to solve the motion with the membrane's own stiffness too
+#   ladder: [1, 1e2, 1e4, 1e6, 1e8] # factors on that stiffness, from 1 to 1e12, ascending
+
+# requirements:                  # optional: what the design must meet; the exit code is 1 where it does not
+#   stable_from: 0.65              # there must be stable motion over this range of the swept parameter
+#   stable_to: 0.75                # its other end
+#   inclination_from_deg: 40       # there must be stable motion of the design over this range of inclination
+#   inclination_to_deg: 50         # its other end
+#   margin_period_doubling_percent: 5 # from the design point to a period doubling that ends stability
+#   margin_grazing_percent: 5      # the same, to a grazing point
+#   margin_any_percent: 5          # the same, to any critical point that ends stability
+#   u_ave_at_least_v: 1000         # U_ave at the design point
+#   u_ave_difference_at_most_v: 9000 # of U_ave over the range above, or else over all of the stable range
+#   u_bottom_top_difference_at_most_v: 30000 # of one end's voltage less the other's, at the design point
+#   deflection_at_most_m: 0.02     # of the membranes, at the design point
+#   crosscheck_passed: true        # needs the simulation
 """

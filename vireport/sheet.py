@@ -11,9 +11,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vireport.axes import BLACK, DPI, LETTERS_ALONG, SMALL, Along
+from vireport.axes import BLACK, DPI, LETTERS_ALONG, SMALL, Along, style
 from vireport.lettering import Room
 from vireport.panel import Panel
+from vireport.pixels import png_of
 from vireport.ticks import fitting_ticks
 
 TICK_RIGHT, TICK_UP, TICK_DOWN = 1, 2, 3
@@ -42,6 +43,14 @@ ACROSS = WIDTH - LEFT - RIGHT
 
 ROW, TOP_AXIS = 0.20, 0.46
 """Height of a line of text above the panels, and of the axis along their top [in]."""
+
+
+class ShownFigure(Figure):
+    """A figure that a notebook shows as it would be written to a file, without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        with style():
+            return png_of(self)[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +93,16 @@ class Page:
         _tick_marks(panel.axes, [0.0] * len(share), share, TICK_RIGHT)
         for part, text in zip(share, ticks[1], strict=True):
             self.words(left - 0.06, bottom + part * height, text, ha="right", va="center_baseline", size=SMALL)
+
+    def along_top(self, panel: Panel, place: Place, ticks: Sequence[tuple[float, str]], label: str) -> None:
+        """Ticks along the top of a panel, with their labels and the axis' own."""
+        left, bottom, across, height = place
+        share = _share([x for x, _ in ticks], panel.x)
+        _tick_marks(panel.axes, share, [1.0] * len(share), TICK_DOWN)
+        for part, (_, text) in zip(share, ticks, strict=True):
+            x = min(left + part * across, WIDTH - 0.32 * SMALL * len(text) / 72)
+            self.words(x, bottom + height + 0.05, text, ha="center", va="bottom", size=SMALL)
+        self.words(left + across / 2, bottom + height + 0.22, label, ha="center", va="bottom")
 
     def words(self, x: float, y: float, text: str, **look: Any) -> None:
         """Write a text."""
@@ -153,21 +172,13 @@ class Sheet(Page):
         ticks = fitting_ticks(self.along.low, self.along.high, LETTERS_ALONG)
         self.along_bottom(panel, place, ticks, self.along.label if number + 1 == len(self.places) else None)
         if number == 0:
-            self._along_top(panel, bottom + height)
+            self.along_top(panel, place, self.along.top, self.along.top_label)
         if limits:
             self.along_side(panel, place, y_ticks or fitting_ticks(*y, LETTERS_ALONG, 6))
         self.words(0.08, bottom + height / 2, label, rotation=90, ha="left", va="center")
         if len(self.places) > 1:
             self.words(0.05, bottom + height, f"({'abc'[number]})", ha="left", va="center")
         return panel
-
-    def _along_top(self, panel: Panel, top: float) -> None:
-        share = _share([x for x, _ in self.along.top], panel.x)
-        _tick_marks(panel.axes, share, [1.0] * len(share), TICK_DOWN)
-        for part, (_, text) in zip(share, self.along.top, strict=True):
-            x = min(LEFT + part * ACROSS, WIDTH - 0.32 * SMALL * len(text) / 72)
-            self.words(x, top + 0.05, text, ha="center", va="bottom", size=SMALL)
-        self.words(LEFT + ACROSS / 2, top + 0.22, self.along.top_label, ha="center", va="bottom")
 
 
 def sheet(
@@ -201,7 +212,7 @@ def sheet(
 
 def blank(height: float) -> Figure:
     """An empty figure of the common width [in]."""
-    figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor="white")
+    figure = ShownFigure(figsize=(WIDTH, height), dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
     return figure
 

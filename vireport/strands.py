@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +72,7 @@ def find_strands(level: Level, r: float, n: int) -> list[Strand]:
         Forcing periods per motion.
     """
     strands = []
-    if level.kind == "gbar" and level.value == 0 and n % 2:
+    if level.horizontal and n % 2:
         strands.append(Strand(0.0, 0.0, -np.pi, np.pi, closed=True))
     for low, high in _existence(level, r, n):
         if low == -EDGE and high == EDGE:
@@ -81,6 +82,14 @@ def find_strands(level: Level, r: float, n: int) -> list[Strand]:
         else:
             strands.append(Strand(low, high, 0.0, 2 * np.pi, low != -EDGE))
     return strands
+
+
+@lru_cache(maxsize=64)
+def reach(r: float, n: int) -> tuple[float, float]:
+    """Largest d and gbar of any motion, with a little room."""
+    k = coefficients(np.linspace(-EDGE, EDGE, 4096 * n + 1), r, n)
+    d, gbar = np.hypot(k.d_sine, k.d_cosine), np.hypot(k.gbar_sine, k.gbar_cosine)
+    return 1.001 * float(d.max()), 1.001 * float(gbar.max())
 
 
 def evaluate(strands: list[Strand], which: NDArray[np.intp], w: Floats, level: Level, r: float, n: int) -> Orbits:

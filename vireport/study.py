@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,7 +24,12 @@ from vireport.solution import Solution, solve
 from vireport.table import Row, table
 
 if TYPE_CHECKING:
+    from vireport.certify import Certificate
+    from vireport.compliance import Compliance
+    from vireport.criteria import Criterion
     from vireport.crosscheck import CrossCheck
+    from vireport.uncertainty import Bounds
+    from vireport.workprecision import WorkPrecision
 
 Progress = Callable[[str], None]
 
@@ -55,6 +61,14 @@ class Study:
     design_voltages : Voltages or None
     crosscheck : CrossCheck or None
         What the simulation found.
+    work : WorkPrecision or None
+        Error against run time of several methods.
+    compliance : Compliance or None
+        The motion with compliant membranes.
+    certificates : tuple of Certificate or None
+        Proven enclosures of the critical points.
+    criteria : tuple of Criterion
+        What the scenario requires, and whether it is met; () where nothing is required.
     """
 
     loaded: Loaded
@@ -69,6 +83,10 @@ class Study:
     voltages: tuple[Voltages, ...]
     design_voltages: Voltages | None
     crosscheck: CrossCheck | None = None
+    work: WorkPrecision | None = None
+    compliance: Compliance | None = None
+    certificates: tuple[Certificate, ...] | None = None
+    criteria: tuple[Criterion, ...] = ()
 
     @property
     def scenario(self) -> Scenario:
@@ -81,9 +99,27 @@ class Study:
         return self.plan.runs("symmetric")
 
     @cached_property
+    def bounds(self) -> Bounds:
+        """Error bounds of all motions and voltages."""
+        from vireport.uncertainty import bounds_of
+
+        return bounds_of(self)
+
+    @cached_property
     def alerts(self) -> tuple[Alert, ...]:
         """What a reader must know before acting on the numbers."""
         return alerts(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The results as plain data, as results.json has them."""
+        return dict(import_module("vireport.notebooks").study_dict(self))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Every motion of every branch as a dict, by the names of branches.csv; for a data frame."""
+        return list(import_module("vireport.notebooks").study_rows(self))
+
+    def _repr_html_(self) -> str:
+        return str(import_module("vireport.notebooks").study_html(self))
 
 
 def device_of(scenario: Scenario) -> Device:
@@ -126,6 +162,8 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress
             f"(allowed here: at most 1 - {SMALLEST_LOSS:g})"
         )
     sweep = Sweep(device, scenario.sweep.parameter, scenario.sweep.from_, scenario.sweep.to) if scenario.sweep else None
+    if reason := sweep.unresolved if sweep is not None else device.unresolved("length_m", device.length_m):
+        raise NumericalError(reason)
     solution = solve(sweep) if sweep is not None else None
     design = design_point(device, sweep.parameter if sweep else None, solution) if steps.runs("design") else None
     study = Study(
@@ -144,7 +182,11 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress
     mass = scenario.device.ball_mass_kg
     if mass is not None:
         study = _with_energy(study, mass)
-    return study if scenario.simulation is None else _with_simulation(study, scenario.simulation, progress)
+    if scenario.simulation is not None:
+        study = _with_simulation(study, scenario.simulation, progress)
+    if scenario.accuracy is not None:
+        study = _with_accuracy(study, scenario.accuracy, progress)
+    return study if scenario.requirements is None else _with_criteria(study)
 
 
 def _with_simulation(study: Study, asked: blocks.Simulation, progress: Progress | None) -> Study:
@@ -152,6 +194,36 @@ def _with_simulation(study: Study, asked: blocks.Simulation, progress: Progress 
 
     motions = study.design.motions if study.design is not None else None
     return replace(study, crosscheck=crosscheck(study.device, study.sweep, study.solution, motions, asked, progress))
+
+
+def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | None) -> Study:
+    from vireport.workprecision import measure
+
+    study = replace(study, work=measure(study, asked.repeats, progress))
+    if not study.plan.runs("compliant"):
+        return study
+    from vireport.stiffness import compliance
+
+    return replace(study, compliance=compliance(study, asked.ladder, asked.repeats, progress))
+
+
+def with_certificates(study: Study) -> Study:
+    """Add proven enclosures of the critical points, from ball arithmetic.
+
+    Raises
+    ------
+    NumericalError
+        If the package for it is not installed.
+    """
+    from vireport.certify import certify
+
+    return replace(study, certificates=certify(study))
+
+
+def _with_criteria(study: Study) -> Study:
+    from vireport.requirements import assess
+
+    return replace(study, criteria=assess(study))
 
 
 def _with_energy(study: Study, mass: float) -> Study:

@@ -32,6 +32,8 @@ class Row:
         The interval in d, ascending (at constant d, ordered along the sweep).
     sweep_start, sweep_end : float
         The swept parameter at the same two ends.
+    first_row, last_row : int
+        Rows of the branch at these ends.
     """
 
     family: str
@@ -44,6 +46,8 @@ class Row:
     d_end: float
     sweep_start: float
     sweep_end: float
+    first_row: int
+    last_row: int
 
 
 def table(solution: Solution) -> tuple[Row, ...]:
@@ -78,6 +82,8 @@ def _rows(branch: Branch, constant_d: bool) -> list[Row]:
                 float(motions.d[last]),
                 float(motions.sweep_value[first]),
                 float(motions.sweep_value[last]),
+                first,
+                last,
             )
         )
     return sorted(rows, key=lambda row: row.sweep_start if constant_d else row.d_start)

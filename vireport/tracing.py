@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.admissibility import wall_gap
+from vireport.errors import NumericalError
 from vireport.model import Sweep
 from vireport.orbits import Level, Orbits
 from vireport.stability import discriminant, trace_and_determinant
-from vireport.strands import Strand, evaluate, find_strands
+from vireport.strands import Strand, evaluate, find_strands, reach
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -31,6 +32,9 @@ SURFACE = slice(3, 6)
 
 LONGEST_JUMP = 0.05
 """Longest step on the surface itself (of phase over 2 pi, and q)."""
+
+MOST_SAMPLES = 200_000
+"""Samples at which a curve is given up: none that rounding resolves takes a twentieth of that."""
 
 PASSES = 60
 """Bisections of one first step: enough to come from 1/96 of a strand down to rounding."""
@@ -72,7 +76,7 @@ class Curve:
     @property
     def horizontal(self) -> bool:
         """Whether gravity has no part along the capsule and n is odd: motions then have mirror images."""
-        return self.level.kind == "gbar" and bool(self.level.value == 0) and self.n % 2 == 1
+        return self.level.horizontal and self.n % 2 == 1
 
     def at(self, which: Ints, w: Floats) -> Orbits:
         """Motions at parameters `w` of the strands `which`."""
@@ -103,12 +107,15 @@ class Curve:
         return np.stack([trace + one, *foci, trace - one, gap, *validity], axis=-1)
 
 
-def curve_of(sweep: Sweep, bounds: tuple[float, float] | None = None) -> Curve:
-    """Find the level curve of a sweep, restricted to its own range or to other bounds of its coordinate."""
+def curve_of(sweep: Sweep) -> Curve:
+    """Find the level curve of a sweep."""
     level = sweep.level
     device = sweep.device
-    strands = find_strands(level, device.restitution, device.period_ratio)
-    return Curve(sweep, level, strands, bounds or sweep.coordinate_range)
+    groups = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
+    nearest = (min(float(group[k]) for group in groups) for k in range(2))
+    beyond = any(x > most for x, most in zip(nearest, reach(device.restitution, device.period_ratio), strict=True))
+    strands = [] if beyond else find_strands(level, device.restitution, device.period_ratio)
+    return Curve(sweep, level, strands, sweep.coordinate_range)
 
 
 def select(orbit: Orbits, index: Any) -> Orbits:
@@ -138,16 +145,18 @@ class Samples:
     drawn: Floats
 
 
-def sample(curve: Curve, coarseness: float = 1.0) -> Samples:
+def sample(curve: Curve) -> Samples:
     """Sample every strand, finer wherever the drawn curve bends, jumps, or may enter the sweep unseen.
 
     Parameters
     ----------
     curve : Curve
-    coarseness : float
-        Factor on `SMOOTHNESS`, and its square root on `LONGEST_CHORD`.
+
+    Raises
+    ------
+    NumericalError
+        If rounding does not resolve the curve.
     """
-    smooth, longest = SMOOTHNESS * coarseness, LONGEST_CHORD * coarseness**0.5
     which = np.repeat(np.arange(len(curve.strands)), FIRST_SAMPLES)
     w = np.concatenate([np.linspace(s.start, s.end, FIRST_SAMPLES) for s in curve.strands] or [np.empty(0)])
     samples = _samples(curve, which, w)
@@ -157,10 +166,16 @@ def sample(curve: Curve, coarseness: float = 1.0) -> Samples:
         index = np.nonzero(active & same & (_relevant(samples) | _jumps(samples)))[0]
         if not index.size:
             break
+        if len(samples.w) > MOST_SAMPLES:
+            raise NumericalError(
+                f"the motions from {curve.sweep.parameter} = {curve.sweep.start:g} to {curve.sweep.end:g} are not "
+                "resolved in double precision: their curve bends on every scale (narrow the sweep, or use a "
+                "restitution further from 1)"
+            )
         middle = _samples(curve, samples.which[index], (samples.w[index] + samples.w[index + 1]) / 2)
         chord = samples.drawn[index + 1] - samples.drawn[index]
         bend = middle.drawn - samples.drawn[index] - chord / 2
-        coarse = (np.linalg.norm(bend, axis=1) > smooth) | (np.linalg.norm(chord, axis=1) > longest)
+        coarse = (np.linalg.norm(bend, axis=1) > SMOOTHNESS) | (np.linalg.norm(chord, axis=1) > LONGEST_CHORD)
         seen = (middle.validity > 0) | (samples.validity[index] > 0) | (samples.validity[index + 1] > 0)
         coarse &= np.abs(middle.w - samples.w[index]) > np.where(seen, 1e-13, 1e-9)
         # A step that jumps along the surface is never left alone: what lies in between may be in the sweep though its

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from vireport.alerts import NEAR_CRITICAL
+from vireport.criteria import Criterion, unmet
 from vireport.design import DesignPoint, StableInterval
 from vireport.formatting import percent, quantity, significant
 from vireport.stability import STABILITY
@@ -24,7 +25,8 @@ Status = Literal["good", "caution", "bad", "neutral"]
 
 MOTION, WHERE, MARGIN, VOLTAGE = "Is there stable motion?", "Where?", "With what margin?", "What voltage?"
 SIMULATED = "Does the simulation agree?"
-NOT_KNOWN = "Not known"
+ACCEPTED = "Are the requirements met?"
+NOT_KNOWN, NOT_VERIFIED = "Not known", "Not verified"
 OUTSIDE = "outside the membrane model"
 
 
@@ -120,8 +122,14 @@ def verdict_of(study: Study) -> Verdict:
     if study.crosscheck is not None:
         facts.append(_simulated(study.crosscheck))
         if not study.crosscheck.passed:
-            status, word = "caution", "Not verified"
+            status, word = "caution", NOT_VERIFIED
             headline = f"Not verified: the simulation does not agree with the solution. {headline}"
+    if study.criteria:
+        facts.insert(0, _accepted(study.criteria))
+        if missed := unmet(study.criteria):
+            headline = f"{missed}. {headline}"
+            if status != "bad" and word != NOT_VERIFIED:
+                status, word = "bad", "Requirements not met"
     return Verdict(status, word, headline, tuple(facts))
 
 
@@ -136,6 +144,12 @@ def _simulated(check: CrossCheck) -> Fact:
         f"It leaves {len(check.misses)} of {check.orbits} stable orbits; largest difference on the others {largest}"
     )
     return Fact(SIMULATED, "No", detail, "bad")
+
+
+def _accepted(criteria: tuple[Criterion, ...]) -> Fact:
+    met, count = sum(one.passed for one in criteria), len(criteria)
+    detail = f"{met} of {count}: see the acceptance table"
+    return Fact(ACCEPTED, "Yes", detail, "good") if met == count else Fact(ACCEPTED, "No", detail, "bad")
 
 
 def nearest_limits(study: Study, design: DesignPoint) -> list[Limit]:

@@ -1,0 +1,383 @@
+"""Proved critical points: against 40-digit arithmetic and the published digits, and nothing proved that is not so."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from dataclasses import replace
+from decimal import Decimal
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+from reference import DIGITS, Case, groups, newton, random_sweeps
+from test_against_mpmath import _exact_value
+
+from vireport import analyse, load, loads
+from vireport.errors import NumericalError
+from vireport.model import PARAMETERS
+from vireport.orbits import orbits
+from vireport.solution import solve
+from vireport.stability import trace_and_determinant
+
+pytest.importorskip("flint")
+
+from flint import arb
+
+from vireport import balls
+from vireport.certified_flights import Flight, stays_between
+from vireport.certify import certify, certify_point
+from vireport.certify_pages import certificates_data, certification, certify_text, plus_minus
+
+NARROW = Decimal("1e-20")
+SCENARIOS = {
+    "horizontal": ("horizontal", []),
+    "inclined": ("inclined", []),
+    "forcing": ("inclined-forcing", []),
+    "frequency": ("inclined", ["sweep.parameter=frequency_hz", "sweep.from=1.5", "sweep.to=3"]),
+    "inclination": (
+        "inclined",
+        ["sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=90", "device.length_m=0.4"],
+    ),
+    "two periods": ("inclined", ["period_ratio=2", "sweep.from=0.3", "sweep.to=3"]),
+    "three periods, horizontal": ("horizontal", ["period_ratio=3", "sweep.from=0.4", "sweep.to=3"]),
+    "nearly horizontal": ("inclined", ["inclination_deg=1e-10", "sweep.from=0.1", "sweep.to=3"]),
+    "no restitution": ("inclined", ["device.restitution=0", "sweep.from=0.01", "sweep.to=5"]),
+    "hardly any restitution": ("inclined", ["device.restitution=1e-9", "sweep.from=0.01", "sweep.to=5"]),
+}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def precision():
+    with mp.workdps(DIGITS):
+        yield
+
+
+@pytest.fixture(scope="module")
+def case(example):
+    found: dict[str, object] = {}
+
+    def get(name: str):
+        if name not in found:
+            file, overrides = SCENARIOS[name]
+            study = analyse(loads(example(file).read_text(), overrides=overrides))
+            found[name] = study, certify(study)
+        return found[name]
+
+    return get
+
+
+def contains(bounds, value) -> bool:
+    return mpf(bounds[0]) <= value <= mpf(bounds[1])
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_critical_point_is_proved(case, name: str) -> None:
+    study, certificates = case(name)
+    assert [c.label for c in certificates] == [p.label for p in study.solution.critical_points]
+    assert certificates
+    for certificate, critical in zip(certificates, study.solution.critical_points, strict=True):
+        assert certificate.proved, certificate
+        assert not certificate.beyond or "loses its velocity" in critical.detail
+        assert certificate.bound_holds
+        assert certificate.admissible is True
+        assert certificate.mirror_proved is not False
+        for name in ("sweep_value", "d", "gbar", "q", "phi_bottom_rad", "velocity_bottom"):
+            low, high = map(Decimal, getattr(certificate, name))
+            assert 0 <= high - low < NARROW * max(1, abs(high))
+
+
+@pytest.mark.parametrize("name", [name for name in SCENARIOS if name != "no restitution"])
+def test_enclosures_hold_the_values_of_40_digits(case, name: str) -> None:
+    study, certificates = case(name)
+    for certificate, critical in zip(certificates, study.solution.critical_points, strict=True):
+        if critical.kind == "node_focus" and study.device.restitution < 1e-6:
+            continue  # the reference does not tell the ends of so short a range of foci apart
+        value = _exact_value(study.solution, critical)
+        assert contains(certificate.sweep_value, value), certificate
+        d, gbar = groups(study.device, study.sweep.parameter, value)
+        # The reference's own rounding, and what Newton's method has left.
+        room = mpf(10) ** -30
+        assert mpf(certificate.d[0]) - room <= d <= mpf(certificate.d[1]) + room
+        assert mpf(certificate.gbar[0]) - room <= gbar <= mpf(certificate.gbar[1]) + room
+
+
+PUBLISHED = {
+    ("inclined", "B1"): ".4179595416",
+    ("forcing", "B1"): ".2792918143",
+    ("horizontal", "C1"): ".2634315843",
+    ("horizontal", "A1"): ".2079356188",
+    ("horizontal", "A2"): ".2438848418",
+    ("horizontal", "A3"): ".3100633410",
+    ("horizontal", "B1"): ".1870532313",
+}
+
+
+@pytest.mark.parametrize(("place", "digits"), PUBLISHED.items())
+def test_enclosures_hold_the_published_digits(case, place: tuple[str, str], digits: str) -> None:
+    certificate = next(c for c in case(place[0])[1] if c.label == place[1])
+    for bound in certificate.d:
+        assert round(Decimal(bound), 10) == Decimal(f"0{digits}")
+
+
+def test_random_sweeps_are_proved() -> None:
+    proved = 0
+    for sweep in random_sweeps(24, seed=99):
+        solution = solve(sweep)
+        for critical in solution.critical_points:
+            certificate = certify_point(sweep, critical)
+            assert certificate.proved or certificate.reason, (sweep, critical)
+            if certificate.proved:
+                proved += 1
+                assert certificate.bound_holds
+                assert contains(certificate.sweep_value, _exact_value(solution, critical)), (sweep, critical)
+    assert proved > 30
+
+
+@pytest.mark.parametrize("name", ["horizontal", "inclined", "forcing", "two periods"])
+@pytest.mark.parametrize("moved", ["u", "phi"])
+def test_a_wrong_point_is_not_proved_at_its_place(case, name: str, moved: str) -> None:
+    study, _ = case(name)
+    for critical in study.solution.critical_points:
+        if moved == "u" and critical.family == "symmetric":
+            continue  # there q = 1/2 is known, and no unknown
+        wrong = replace(critical.point, **{moved: getattr(critical.point, moved) + 1e-6})
+        certificate = certify_point(study.sweep, replace(critical, point=wrong, mirror=None))
+        assert not certificate.proved
+        assert certificate.reason
+        assert certificate.sweep_value is None
+
+
+@pytest.mark.parametrize("name", ["horizontal", "inclined", "frequency"])
+def test_a_false_condition_is_not_proved(case, name: str) -> None:
+    study, _ = case(name)
+    for critical in study.solution.critical_points:
+        for kind in {"period_doubling", "fold", "node_focus", "grazing"} - {critical.kind}:
+            if critical.kind == "pitchfork" and kind == "fold":
+                continue  # one condition
+            certificate = certify_point(study.sweep, replace(critical, kind=kind, mirror=None))
+            assert not certificate.proved, (critical, kind)
+
+
+def test_a_false_error_bound_is_found_out(case) -> None:
+    study, _ = case("inclined")
+    critical = study.solution.critical_points[0]
+    point = critical.point
+    beside = replace(point, sweep_value=point.sweep_value * (1 + 1e-12))
+    certificate = certify_point(study.sweep, replace(critical, point=beside))
+    assert certificate.proved
+    assert not certificate.bound_holds
+    certificate = certify_point(study.sweep, replace(critical, point=replace(point, d=point.d * (1 + 1e-12))))
+    assert certificate.beyond == ("d",)
+    assert "B1 (d)" in certify_text((certificate,), "length_m")
+    tight = replace(point, error_bound=1e-20)
+    assert not certify_point(study.sweep, replace(critical, point=tight)).bound_holds
+
+
+def test_a_mirror_image_that_is_none_is_found_out(case) -> None:
+    study, _ = case("horizontal")
+    critical = next(p for p in study.solution.critical_points if p.mirror is not None)
+    wrong = replace(critical.mirror, u=-0.99 * critical.point.u)
+    assert certify_point(study.sweep, replace(critical, mirror=wrong)).mirror_proved is False
+
+
+def test_the_side_is_that_of_the_branch(case) -> None:
+    # The type of motion beside a critical point, from the samples of its branch.
+    for name in ("horizontal", "inclined", "forcing", "frequency", "inclination", "two periods"):
+        study, certificates = case(name)
+        checked = 0
+        for certificate in certificates:
+            if certificate.kind in ("fold", "grazing"):
+                assert certificate.side == ""
+                continue
+            word, place = certificate.side.split()
+            for branch in study.solution.branches:
+                if certificate.label not in branch.event or branch.ends[0] == "pitchfork" == branch.ends[1]:
+                    continue
+                row = branch.event.index(certificate.label)
+                if row in (0, len(branch.event) - 1):
+                    continue
+                m = branch.motions
+                for beside in (row - 1, row + 1):
+                    above = bool(m.sweep_value[beside] > m.sweep_value[row])
+                    inside = word in m.words[beside].replace("unstable", "")
+                    assert inside == (above == (place == "above")), (name, certificate.label)
+                    checked += 1
+        assert checked
+
+
+def test_neglected_gravity_is_said(example) -> None:
+    study = analyse(load(example("inclined")))
+    sweep = replace(study.sweep, start=0.2, device=replace(study.device, inclination_deg=1e-14))
+    points = solve(sweep).critical_points
+    assert points
+    for certificate in (certify_point(sweep, point) for point in points):
+        assert not certificate.proved
+        assert "gravity" in certificate.reason
+
+
+def test_nothing_to_prove_without_a_sweep(example) -> None:
+    assert certify(analyse(load(example("design-point")))) == ()
+
+
+def test_a_touch_that_coincides_with_others_is_left_undecided(example) -> None:
+    # For three periods and no gravity a ball that leaves at rest comes back to rest at the walls each half period.
+    text = example("horizontal").read_text()
+    study = analyse(loads(text, overrides=["period_ratio=3", "sweep.from=0.2", "sweep.to=0.4"]))
+    undecided = [c.admissible for c in certify(study)]
+    assert None in undecided
+    assert "undecided" in certify_text(certify(study), "length_m")
+
+
+def test_motions_through_a_membrane_are_proved_to_be_none(example) -> None:
+    # At 45 degrees a branch with |lambda| < 1 and 0.04 < d < 0.124 passes through the membrane.
+    study = analyse(loads(example("inclined").read_text(), overrides=["sweep.from=0.05", "sweep.to=0.75"]))
+    decided = {True: 0, False: 0}
+    with balls.precision(128):
+        ops, r = balls.BallOps(), balls.ball(study.device.restitution)
+        for branch in study.solution.branches:
+            m = branch.motions
+            for row in range(1, len(m) - 1, 5):
+                if branch.event[row]:
+                    continue
+                orbit = orbits(arb(float(m.q[row])) - 0.5, arb(float(m.phi_bottom[row])), r, 1, ops)
+                found = [stays_between(Flight.of(orbit, upward, r), None) for upward in (True, False)]
+                assert None not in found
+                assert all(found) == bool(m.admissible[row]), (branch.number, row)
+                decided[all(found)] += 1
+    assert min(decided.values()) > 10
+
+
+def test_gradients_are_those_of_40_digits(case) -> None:
+    u, phi, r, n = mpf("0.1"), mpf("0.5"), mpf("0.5"), 1
+
+    def trace(u, phi):
+        return trace_and_determinant(orbits(u, phi, r, n, mp), r)[0]
+
+    with balls.precision(192):
+        x = balls.duals([arb("0.1"), arb("0.5")])
+        dual = trace_and_determinant(orbits(x[0], x[1], arb(0.5), n, balls.BallOps()), arb(0.5))[0]
+        exact = (trace(u, phi), mp.diff(trace, (u, phi), (1, 0)), mp.diff(trace, (u, phi), (0, 1)))
+        for ball, value in zip((dual.value, *dual.gradient), exact, strict=True):
+            low, high = balls.bounds(ball + arb(0, 1e-15))
+            assert contains((low, high), value)
+
+
+@pytest.mark.parametrize("parameter", PARAMETERS)
+def test_groups_and_sweep_value_are_inverse(case, parameter: str) -> None:
+    for sweep in random_sweeps(12, seed=3):
+        device = replace(sweep.device, inclination_deg=33.0)
+        one = replace(sweep, device=device, parameter=parameter)
+        value = getattr(device, parameter)
+        with balls.precision(192):
+            d, gbar = balls.groups(device, parameter, value)
+            back = balls.sweep_value(one, d, gbar)
+            assert back.contains(balls.ball(value))
+            assert back.rad() < 1e-50 * abs(value)
+            for ball, exact in zip((d, gbar), groups(device, parameter, mpf(float(value))), strict=True):
+                low, high = balls.bounds(ball)
+                assert mpf(low) * (1 - mpf(10) ** -35) <= exact <= mpf(high) * (1 + mpf(10) ** -35)
+
+
+def test_ninety_degrees_is_not_exceeded(case) -> None:
+    study, _ = case("inclination")
+    device = study.device
+    with balls.precision(192):
+        _, gbar = balls.groups(device, "inclination_deg", 90.0)
+        with pytest.raises(balls.UnprovedError):
+            balls.sweep_value(study.sweep, arb(1), 2 * gbar)
+        _, gbar = balls.groups(device, "inclination_deg", 89.9999999)
+        assert balls.sweep_value(study.sweep, arb(1), gbar).contains(balls.ball(89.9999999))
+
+
+def test_bounds_are_outward() -> None:
+    rng = np.random.default_rng(5)
+    with balls.precision(128):
+        for size in 10.0 ** rng.uniform(-30, 30, 100):
+            ball = arb(float(size * rng.normal()), float(size * 10 ** rng.uniform(-40, 1)))
+            low, high = balls.bounds(ball, 7)
+            with balls.precision(400):
+                assert arb(low) < ball.upper()
+                assert not arb(low) > ball.lower()
+                assert not arb(high) < ball.upper()
+            assert Decimal(high) - Decimal(low) <= Decimal(float(2 * ball.rad())) + Decimal(
+                max(abs(Decimal(low)), abs(Decimal(high)))
+            ) * Decimal("3e-6")
+        assert balls.bounds(arb(0)) == ("0", "0")
+        assert balls.bounds(arb(-0.5)) == ("-0.5", "-0.5")
+
+
+def test_plus_minus_holds_its_bounds() -> None:
+    rng = np.random.default_rng(8)
+    for low, width in zip(rng.integers(-(10**9), 10**9, 50), rng.integers(1, 10**4, 50), strict=True):
+        pair = (f"{Decimal(int(low)).scaleb(-12)}", f"{Decimal(int(low + width)).scaleb(-12)}")
+        middle, off = map(Decimal, plus_minus(pair).split(" ± "))
+        assert middle - off <= Decimal(pair[0])
+        assert middle + off >= Decimal(pair[1])
+
+
+def test_a_double_root_is_not_proved() -> None:
+    with balls.precision(128), pytest.raises(balls.UnprovedError):
+        balls.prove(lambda x: [x[0] * x[0]], [1e-9], [1.0])
+    with balls.precision(128), pytest.raises(balls.UnprovedError):
+        balls.prove(lambda x: [x[0] + x[1], 2 * x[0] + 2 * x[1]], [0.0, 0.0], [1.0, 1.0])
+    with balls.precision(128):
+        root = balls.prove(lambda x: [x[0] * x[0] - 2], [1.41421356], [1.0])
+        assert root.box[0].contains(arb(2).sqrt())
+        assert root.radius == 1e-10
+
+
+def test_what_is_told_of_it(case) -> None:
+    _, certificates = case("horizontal")
+    text = certify_text(certificates, "length_m")
+    assert "B1" in text
+    assert "7 of 7 critical points proved" in text
+    blocks = list(certification(certificates, "length_m"))
+    assert [block.kind for block in blocks] == ["paragraph", "paragraph", "table", "table"]
+    for block in blocks[2:]:
+        assert all(len(row) == len(block.columns) for row in block.rows)
+    data = json.loads(json.dumps(certificates_data(certificates), allow_nan=False))
+    assert data[0]["sweep_value"] == list(certificates[0].sweep_value)
+    failed = replace(certificates[0], proved=False, reason="it is degenerate", sweep_value=None)
+    blocks = list(certification((failed,), "length_m"))
+    assert blocks[-1].rows == (("G1", "grazing", "it is degenerate"),)
+    assert "not proved: it is degenerate" in certify_text((failed,), "length_m")
+    assert list(certification((), "length_m")) == []
+
+
+def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "flint", None)
+    monkeypatch.delitem(sys.modules, "vireport.balls")
+    with pytest.raises(NumericalError, match=r"vireport\[certify\]"):
+        importlib.import_module("vireport.balls")
+
+
+def test_reference_newton_agrees_on_the_motion(case) -> None:
+    # Velocity, phase and q of the period doubling, from the printed maps alone.
+    study, certificates = case("inclined")
+    one, point = Case(study.sweep), study.solution.critical_points[0].point
+    level = 1 + mpf(study.device.restitution) ** 4
+    guess = [point.velocity_bottom, point.phi, 1 + 2 * point.u, point.sweep_value]
+    velocity, phase, up, _ = newton(lambda x: [*one.residuals(x), one.trace(x) + level], guess, steps=10)
+    assert contains(certificates[0].velocity_bottom, velocity)
+    assert contains(certificates[0].phi_bottom_rad, phase)
+    assert contains(certificates[0].q, up / 2)
+
+
+def test_a_motion_of_the_wrong_direction_is_not_proved(case) -> None:
+    # Half a period later, the equations hold with d and both velocities negative.
+    study, _ = case("horizontal")
+    for critical in study.solution.critical_points:
+        if critical.kind != "grazing":
+            reversed_point = replace(critical.point, phi=critical.point.phi + np.pi)
+            certificate = certify_point(study.sweep, replace(critical, point=reversed_point, mirror=None))
+            assert not certificate.proved
+            assert "signs" in certificate.reason
+
+
+def test_a_box_with_two_roots_is_not_one_with_one() -> None:
+    with balls.precision(192):
+        root = balls.prove(lambda x: [x[0] * x[0] - balls.ball("1e-22")], [1e-11], [1.0])
+        assert root.radius < 1e-11
+        assert root.box[0].contains(balls.ball("1e-22").sqrt())

@@ -1,0 +1,35 @@
+"""The section that a report opens with where the scenario says what the design must meet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from vireport.criteria import Criterion
+from vireport.formatting import ABSENT, words
+from vireport.pages import Block, Paragraph, Table, texts
+from vireport.study import Study
+from vireport.wording import capital
+
+OUTCOMES = {True: "✓ met", False: "✗ NOT MET"}
+"""In words, and in another shape: never by colour alone."""
+
+
+def acceptance(study: Study) -> Iterator[Block]:
+    """The outcome in a sentence, each requirement with its limit, value and margin, and where the values come from."""
+    met, count = sum(one.passed for one in study.criteria), len(study.criteria)
+    yield Paragraph(f"{met} of {count} requirement{'s' * (count != 1)} {'is' if met == 1 else 'are'} met.")
+    yield Table(
+        "Requirements",
+        texts("Requirement", "Outcome", "Limit", "Value", "Margin"),
+        tuple(map(_row, study.criteria)),
+        "The margin is how far the value is on the right side of the limit, in the limit\u2019s unit; of a range, how "
+        "far stable motion goes beyond it. What error bounds or a failed cross-check leave open counts as not met.",
+    )
+    remarks = tuple((words(one.title), capital(words(one.why))) for one in study.criteria if one.why)
+    if remarks:
+        yield Table("Where the values come from", texts("Requirement", "Remark"), remarks)
+
+
+def _row(one: Criterion) -> tuple[str, ...]:
+    title, limit, value, margin = map(words, (one.title, one.limit, one.value_text, one.margin_text or ABSENT))
+    return title, OUTCOMES[one.passed], limit, value, margin

@@ -1,0 +1,76 @@
+"""What `vireport accuracy` prints and writes: the text, the figures and the data of what was measured."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from vireport.accuracy_text import plain
+from vireport.blocks import Accuracy
+from vireport.errors import UsageError
+from vireport.measured_data import accuracy_data, compliance_data
+from vireport.outputs import write_whole
+from vireport.scenario import Loaded
+from vireport.study import Study, analyse
+
+
+def measured(loaded: Loaded, progress: Callable[[str], None] | None = None) -> Study:
+    """Study a scenario with its accuracy block, or with the default one where it has none.
+
+    Simulation and requirements are left out: they are not what is asked for here.
+    """
+    block = loaded.scenario.accuracy or Accuracy()
+    scenario = replace(loaded.scenario, accuracy=block, simulation=None, requirements=None)
+    study = analyse(replace(loaded, scenario=scenario), ("png", "json"), progress)
+    if progress is not None:
+        progress("")
+    return study
+
+
+def text(study: Study, every: bool = False) -> str:
+    """What was measured, for the terminal; with `every`, each run in a row."""
+    parts = [plain(study.work, every).rstrip("\n")] if study.work is not None else []
+    if study.compliance is not None:
+        from vireport.compliant_pages import plain_text
+
+        parts.append("\n".join(["Compliant membranes", "", *plain_text(study.compliance)]))
+    elif study.work is not None:
+        why = next(step.why for step in study.plan.steps if step.name == "compliant")
+        parts.append(f"Compliant membranes: left out ({why})")
+    return "\n\n".join(parts) + "\n"
+
+
+def data(study: Study) -> bytes:
+    """What was measured, as JSON."""
+    found = {
+        "scenario_sha256": study.loaded.sha256,
+        "accuracy": None if study.work is None else accuracy_data(study.work),
+        "compliant": None if study.compliance is None else compliance_data(study.compliance),
+    }
+    return (json.dumps(found, indent=1, allow_nan=False) + "\n").encode()
+
+
+def write(study: Study, folder: Path) -> str:
+    """Write the figures and accuracy.json, and say so.
+
+    Raises
+    ------
+    UsageError
+        If the folder cannot be written to.
+    """
+    from vireport.axes import style
+    from vireport.measured_figures import measured_figures
+    from vireport.pixels import png_of
+
+    files = {"accuracy.json": data(study)}
+    with style():
+        files |= {f"{told[0]}.png": png_of(figure)[0] for told, figure in measured_figures(study)}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in files.items():
+            write_whole(folder / name, content)
+    except OSError as error:
+        raise UsageError(f"{error.filename or folder} cannot be written: {error.strerror}") from error
+    return f"wrote {', '.join(str(folder / name) for name in files)}"

@@ -1,0 +1,177 @@
+"""What the alerts mean: for each code its title, what it says of the device or of the numbers, and what to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from textwrap import fill
+from typing import Literal
+
+from vireport.errors import UsageError
+
+WIDTH = 100
+"""Of a line of explanation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """What does not depend on the scenario.
+
+    Attributes
+    ----------
+    severity : str
+        ``warning`` or ``note``.
+    title : str
+    meaning : str
+        What raises it, and why it matters.
+    remedy : str
+    """
+
+    severity: Literal["warning", "note"]
+    title: str
+    meaning: str
+    remedy: str
+
+
+EXPLANATIONS: dict[str, Explanation] = {
+    "VR001": Explanation(
+        "warning",
+        "No stable 1:1 motion",
+        "Nowhere in the sweep is there a motion with one impact on each membrane per period that stays between the "
+        "membranes and attracts the motions nearby. The device does something else there: other impact sequences, "
+        "chaos, or rest.",
+        "Widen the sweep, or change length, force, frequency or inclination.",
+    ),
+    "VR002": Explanation(
+        "note",
+        "Solutions that are not motions were left out",
+        "The periodicity conditions know only the ends of each flight. Some of their solutions pass through a membrane "
+        "in between; the eigenvalues may even call them stable. They are in the results, marked as not admissible, "
+        "and neither drawn nor counted.",
+        "Nothing to do; the grazing points show where the motions end.",
+    ),
+    "VR003": Explanation(
+        "warning",
+        "The design point has no stable 1:1 motion",
+        "Of all solutions at the design point none is both admissible and stable.",
+        "Move the design point into a stable range.",
+    ),
+    "VR004": Explanation(
+        "note",
+        "Several stable motions coexist at the design point",
+        "More than one stable 1:1 motion exists there, with different velocities and voltages; which one the device "
+        "settles on depends on how it is started.",
+        "Check the start, or move to where there is one.",
+    ),
+    "VR005": Explanation(
+        "warning",
+        "The design point is near the end of stable motion",
+        "A period doubling, fold, pitchfork or grazing point that ends the stable range is closer than 2 % of the "
+        "design value, which is what masses and lengths are commonly made to. Transients are long there, too.",
+        "Keep a larger margin: manufacturing tolerances and the unknown restitution may carry the device across.",
+    ),
+    "VR006": Explanation(
+        "warning",
+        "A critical point is known only roughly",
+        "Two conditions nearly coincide there (next to a point of codimension two, or at a restitution within rounding "
+        "of 0), so that it was bracketed rather than polished. Its error bound says how well.",
+        "Use it only as far as its error bound allows.",
+    ),
+    "VR007": Explanation(
+        "warning",
+        "The design point is near grazing",
+        "In a flight the ball turns within 2 % of the capsule's length of a membrane without touching it. A small "
+        "change makes it touch there; such an impact has no velocity, the return map has an infinite slope, and "
+        "stability is lost at once rather than gradually.",
+        "Change length or force so that the ball turns farther from the membrane, or does not turn at all.",
+    ),
+    "VR008": Explanation(
+        "warning",
+        "Numbers at the design point are ill-conditioned",
+        "Rounding of the inputs alone moves the velocity or phase by more than 1e-9: the motion is on a fold, next to "
+        "an impact without velocity, or the restitution is next to 1.",
+        "Read digits only down to the error bounds; move away from the fold, or use a restitution further from 1.",
+    ),
+    "VR009": Explanation(
+        "warning",
+        "The result is sensitive to the restitution",
+        "The restitution coefficient is rarely known to better than a few per cent. Within 5 % of the value given the "
+        "stable motion of the design point is lost, or its impact velocity changes by more than twice as much as the "
+        "restitution does.",
+        "Measure the restitution, and study the design with its least and largest value (--set device.restitution=...).",
+    ),
+    "VR010": Explanation(
+        "warning",
+        "The membrane model is outside its geometry",
+        "The deflection of (5.5) exceeds the active radius of the membrane. The cone-and-cap shape of (5.3) and (5.4) "
+        "cannot hold there, though the formulae still evaluate, to voltages that no membrane would survive.",
+        "Use a lighter ball, a stiffer or larger membrane, or gentler forcing; or measure the membrane's force law "
+        "at such depths.",
+    ),
+    "VR011": Explanation(
+        "warning",
+        "The contact is long for the rigid model",
+        "The ball is in contact with a membrane for more than 1 % of the forcing period, while the model takes impacts "
+        "as instantaneous. Velocities and phases then shift by about as much, and critical points by more.",
+        "Run `vireport accuracy`, which solves the motion with the membrane's own stiffness, and see how far things "
+        "move; or use a stiffer membrane or a lighter ball.",
+    ),
+    "VR012": Explanation(
+        "note",
+        "The voltage is sensitive to the ball's mass",
+        "U_ave changes by more than half the share by which the mass of the ball does. The paper does not give that "
+        "mass; published values for this device differ by a factor of six.",
+        "Weigh the ball. Velocities, stability and critical points do not depend on it.",
+    ),
+    "VR013": Explanation(
+        "warning",
+        "The rigid model is not good enough here",
+        "With the membrane's own stiffness the impact velocity moves by more than 5 %, U_ave by more than 20 % or the "
+        "critical point by more than half the margin, or the motion or the critical point is lost.",
+        "Act on the values with compliant membranes; the section on them has the shifts.",
+    ),
+    "VR020": Explanation(
+        "warning",
+        "Simulation and solution do not agree",
+        "A simulation begun beside a stable motion did not end on it, or ended off it by more than the tolerance. One "
+        "of the two is wrong there.",
+        "Do not act on the verdict. Look where the differences are; near a critical point widen the tolerance, and "
+        "report anything else.",
+    ),
+    "VR021": Explanation(
+        "note",
+        "Other motions coexist with the stable 1:1 motion",
+        "Where a stable 1:1 motion exists, some simulated starts end on something else.",
+        "See that the device is started within reach of the 1:1 motion.",
+    ),
+    "VR022": Explanation(
+        "note",
+        "Chatter nearby",
+        "The ball can fall into infinitely many ever smaller impacts on one membrane and then ride on it: simulated "
+        "starts end so, or gravity alone holds it on the bottom (gbar of 1 or more). Such a motion generates little, "
+        "and a fixed-step simulation stalls in it or steps through the membrane.",
+        "Start the device with enough velocity; less inclination or more force if it is gravity.",
+    ),
+}
+
+
+def explanation(code: str | None = None) -> str:
+    """Text on one alert, or on all of them.
+
+    Raises
+    ------
+    UsageError
+        If there is no such code.
+    """
+    if code is None:
+        return "\n".join(_text(code) for code in EXPLANATIONS)
+    known = code.strip().upper()
+    if known not in EXPLANATIONS:
+        raise UsageError(f"there is no alert {code!r} (allowed: {', '.join(EXPLANATIONS)})")
+    return _text(known)
+
+
+def _text(code: str) -> str:
+    one = EXPLANATIONS[code]
+    paragraphs = (f"Cause: {one.meaning}", f"Remedy: {one.remedy}")
+    body = "\n".join(fill(part, WIDTH, initial_indent="  ", subsequent_indent="  ") for part in paragraphs)
+    return f"{code} ({one.severity}): {one.title}\n{body}\n"
