@@ -7,7 +7,8 @@ from itertools import pairwise
 from math import isfinite, radians, sin
 
 import pytest
-from mpmath import mpf
+import reference
+from mpmath import mp, mpf
 
 from vireport import accuracy_text
 from vireport.accuracy_figure import figure_accuracy, words
@@ -18,7 +19,7 @@ from vireport.errors import NumericalError
 from vireport.highprecision import reference_critical, reference_orbit, reference_voltage
 from vireport.integrators import Budget, Case, LeftMotion, explicit, integrated, runge_kutta, simulated
 from vireport.methods import settle, shoot
-from vireport.model import Device
+from vireport.model import Device, Sweep
 from vireport.quasinewton import quasi_newton
 from vireport.timing import Machine, Spread
 from vireport.workprecision import ACCURACIES, Run, WorkPrecision, compare
@@ -65,7 +66,10 @@ def test_reference_orbit_has_the_known_digits() -> None:
     known = {"velocity": 1.00400474, "phase": 0.56672469, "q": 0.58606105}
     for name, value in known.items():
         assert abs(getattr(orbit, name) - value) < 1e-8
-    assert orbit.residual < 1e-40
+    with mp.workdps(50):
+        flights = reference.Case(Sweep(INCLINED, "length_m", 0.5, 0.8))
+        unknowns = [orbit.velocity, orbit.phase, 2 * orbit.q, orbit.value]
+        assert max(abs(residual) for residual in flights.residuals(unknowns)) < mpf(10) ** -40
 
 
 def test_reference_does_not_depend_on_the_guess() -> None:
@@ -97,7 +101,23 @@ def test_reference_refuses_a_guess_that_leads_nowhere() -> None:
 
 def test_reference_voltage_of_a_ball_at_rest_is_zero() -> None:
     membrane = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0)
-    assert abs(reference_voltage(mpf(0), mpf(0), 0.0041, membrane)) < mpf(10) ** -40
+    orbit = reference_orbit(INCLINED, "length_m", length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    still = replace(orbit, velocity=mpf(0), velocity_top=mpf(0))
+    assert abs(reference_voltage(still, 0.0041, membrane)) < mpf(10) ** -40
+
+
+def test_reference_voltage_has_forty_digits() -> None:
+    membrane = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0)
+    orbit = reference_orbit(INCLINED, "length_m", length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    with mp.workdps(50):
+        volts = []
+        for velocity in (orbit.velocity, orbit.velocity_top):
+            k, h, rc, rb = (mpf(x) for x in (4.0847e5, 2.6, 6.3e-3, 5.0e-3))
+            delta = ((h + 1) * mpf(0.0041) * (orbit.velocity_unit * velocity) ** 2 / (2 * k)) ** (1 / (h + 1))
+            alpha = mp.atan2(delta - rb, rc) + mp.atan2(rb, mp.sqrt(rc**2 + (delta - rb) ** 2 - rb**2))
+            stretch = 2 * (rb / rc) ** 2 * (1 - mp.cos(alpha)) + (1 - (rb / rc * mp.sin(alpha)) ** 2) / mp.cos(alpha)
+            volts.append(2000 * (stretch**2 - 1))
+        assert abs(reference_voltage(orbit, 0.0041, membrane) / (sum(volts) / 2) - 1) < mpf(10) ** -40
 
 
 @pytest.mark.parametrize("flight", [explicit, simulated])
@@ -272,9 +292,9 @@ def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch
     assert {one.name for one in tried} == {CLOSED, WHOLE, PRINTED, EXPLICIT, RK4}
     assert {name for name, _ in absent} == set(NAMES) - {one.name for one in tried}
     assert all("pip install 'vireport[" in reason for _, reason in absent)
-    monkeypatch.setitem(sys.modules, "vireport.highprecision", None)
-    monkeypatch.delattr("vireport.highprecision", raising=False)
-    with pytest.raises(NumericalError, match=r"vireport\[accuracy\]"):
+    monkeypatch.setitem(sys.modules, "mpmath", None)
+    monkeypatch.delitem(sys.modules, "vireport.highprecision")
+    with pytest.raises(NumericalError, match=r"mpmath: pip install 'vireport\[accuracy\]'"):
         yardstick(stick.study)
 
 

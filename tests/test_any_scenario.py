@@ -116,7 +116,7 @@ def check(m: Motions, bound: dict[str, np.ndarray], n: int) -> None:
     assert all(np.all(b >= 0) for b in bound.values())
     assert np.all(m.velocity_bottom >= -bound["velocity_bottom"])
     assert np.all(m.velocity_top <= bound["velocity_top"])
-    assert np.all((m.d > 0) & (m.q > 0) & (m.q < 1) & (m.wall_gap <= m.d))
+    assert np.all((m.d > 0) & (m.q >= 0) & (m.q <= 1) & (m.wall_gap <= m.d))
     assert not np.any(m.admissible & (m.wall_gap <= 0))
     r = m.restitution
     assert np.all(np.abs(m.trace[m.stable]) <= 1 + r**4 + bound["trace"][m.stable])

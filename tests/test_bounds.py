@@ -8,6 +8,8 @@ from mpmath import mp, mpf
 from reference import DIGITS, Case, newton, random_sweeps
 
 from vireport.bounds import motion_bounds, voltage_bounds
+from vireport.crosscheck import orbits_at
+from vireport.cycles import growth_bound
 from vireport.design import design_point
 from vireport.energy import Membrane, voltages
 from vireport.model import PARAMETERS, Sweep
@@ -15,7 +17,7 @@ from vireport.motions import Motions
 from vireport.orbits import Orbits, coefficients, orbits
 from vireport.rounding import Rounded, RoundedOps
 from vireport.solution import solve
-from vireport.stability import trace_and_determinant
+from vireport.stability import eigenvalues, trace_and_determinant
 
 COLUMNS = ("q", "phi_bottom", "velocity_bottom", "velocity_top", "d", "gbar", "sweep_value", "trace", "phi_top")
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0)
@@ -195,3 +197,23 @@ def test_a_division_by_what_may_be_zero_has_no_bound() -> None:
 
 def test_all_parameters_were_swept() -> None:
     assert {sweep.parameter for sweep in random_sweeps(44, seed=11)} == set(PARAMETERS)
+
+
+def test_bounds_of_simulated_multipliers_hold(study_of) -> None:
+    """Against the eigenvalues of the analytic motion; both have their bound."""
+    study = study_of("simulated")
+    check = study.crosscheck
+    compared = 0
+    for motions, d, gbar, found in zip(
+        orbits_at(study.solution, check.values), check.d, check.gbar, check.found, strict=True
+    ):
+        for end in found:
+            if end.word != "BT" or end.period != 1:
+                continue
+            large, small = eigenvalues(motions.trace[motions.stable], check.restitution)
+            modulus = np.maximum(np.abs(large), np.abs(small))
+            modulus = np.where(motions.discriminant[motions.stable] < 0, check.restitution**2, modulus)
+            away = np.min(np.abs(modulus - end.cycle.growth))
+            assert away <= growth_bound(float(d), float(gbar), check.restitution, end.cycle) + 1e-12
+            compared += 1
+    assert compared > 20

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from vireport.captions import outside_geometry
 from vireport.criteria import Criterion
 from vireport.formatting import ABSENT, words
 from vireport.pages import Block, Paragraph, Table, texts
 from vireport.study import Study
-from vireport.wording import capital
+from vireport.wording import SWEPT, capital
 
 OUTCOMES = {True: "✓ met", False: "✗ NOT MET"}
 """In words, and in another shape: never by colour alone."""
@@ -25,9 +26,21 @@ def acceptance(study: Study) -> Iterator[Block]:
         "The margin is how far the value is on the right side of the limit, in the limit\u2019s unit; of a range, how "
         "far stable motion goes beyond it. What error bounds or a failed cross-check leave open counts as not met.",
     )
-    remarks = tuple((words(one.title), capital(words(one.why))) for one in study.criteria if one.why)
+    if outside_geometry(study):
+        yield Paragraph(
+            "Voltages and deflections are outside the membrane's geometry (VR010): they meet a limit, or do not, by "
+            "the formulae alone."
+        )
+    remarks = tuple((words(one.title), capital(_named(words(one.why)))) for one in study.criteria if one.why)
     if remarks:
         yield Table("Where the values come from", texts("Requirement", "Remark"), remarks)
+
+
+def _named(text: str) -> str:
+    """A remark with symbols and units in place of the keys of parameters."""
+    for key, swept in SWEPT.items():
+        text = text.replace(key, f"*{swept.symbol}* [{swept.unit}]")
+    return text
 
 
 def _row(one: Criterion) -> tuple[str, ...]:

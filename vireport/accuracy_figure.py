@@ -8,7 +8,7 @@ from string import ascii_lowercase
 import numpy as np
 from matplotlib.figure import Figure
 
-from vireport.accuracy_text import seconds, task_name
+from vireport.accuracy_text import power, seconds, task_name
 from vireport.axes import (
     BLACK,
     BLUE,
@@ -76,7 +76,7 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
         With something to compare.
     """
     names = [name for name in NAMES if any(run.method == name for run in work.runs)]
-    legend: list[Entry] = [(name, LINE | LOOKS[name]) for name in names]
+    legend: list[Entry] = [(f" {name} ", LINE | LOOKS[name]) for name in names]
     if any(run.failed and run.seconds for run in work.runs):
         legend.append(("failed (open, at the top)", FAILED | {"color": BLACK, "marker": "o", "markersize": 5.0}))
     with style():
@@ -115,7 +115,8 @@ def caption(work: WorkPrecision) -> str:
         "Along a line a method is tried with finer and finer settings: the Newton correction at which it stops, the "
         "change of a lap at which the simulation counts as settled, the steps of RK4, rtol = atol of SciPy's solvers. "
         "Bars: quartiles of the time, where they are apart. Open markers at the top: runs that failed, at the time "
-        "after which they did. The cross needs no guess, and finds every motion and critical point. "
+        f"after which they did. An error below {power(SMALLEST)} is drawn as that. "
+        "The cross needs no guess, and finds every motion and critical point. "
         "Times are of one machine and differ from run to run; errors do not."
     )
 
@@ -130,7 +131,9 @@ def alt_text(work: WorkPrecision) -> str:
             good = [run for run in work.runs if (run.method, run.task) == (name, task) and not run.failed]
             if good:
                 least = significant(min(run.error for run in good), 2)
-                reach = f"{seconds(best.seconds)} to {significant(ACCURACIES[0], 2)}" if best else "not to 1 × 10⁻⁶"
+                reach = (
+                    f"{seconds(best.seconds)} to {power(ACCURACIES[0])}" if best else f"not to {power(ACCURACIES[0])}"
+                )
                 parts.append(f"{task_name(work, task)} {reach}, least error {least}")
         if parts:
             told.append(f"{name}: {'; '.join(parts)}.")
@@ -142,7 +145,7 @@ def _panel(page: Page, place: Place, work: WorkPrecision, key: str, task: str, n
     runs = [run for run in work.runs if run.task == task and run.seconds is not None]
     times = [log10(run.seconds.median) for run in runs if run.seconds is not None]
     x = (floor(2 * min(times)) / 2 - 0.1, ceil(2 * max(times)) / 2 + 0.1)
-    panel = page.frame(place, x, (log10(SMALLEST) - 0.3, log10(HIGHEST) + 1.0), number == 0)
+    panel = page.frame(place, x, (log10(SMALLEST) - 0.8, log10(HIGHEST) + 1.0), number == 0)
     for accuracy in ACCURACIES:
         panel.level(log10(accuracy), **LEVEL)
     for name in reversed(NAMES):

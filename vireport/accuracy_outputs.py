@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from vireport.accuracy_text import plain
+from vireport.accuracy_text import COLUMNS, broken, plain
 from vireport.blocks import Accuracy
-from vireport.errors import UsageError
 from vireport.measured_data import accuracy_data, compliance_data
-from vireport.outputs import write_whole
+from vireport.outputs import write_files
 from vireport.scenario import Loaded
 from vireport.study import Study, analyse
 
+if TYPE_CHECKING:
+    from vireport.timing import Progress
 
-def measured(loaded: Loaded, progress: Callable[[str], None] | None = None) -> Study:
+
+def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
     """Study a scenario with its accuracy block, or with the default one where it has none.
 
     Simulation and requirements are left out: they are not what is asked for here.
@@ -35,7 +37,8 @@ def text(study: Study, every: bool = False) -> str:
     if study.compliance is not None:
         from vireport.compliant_pages import plain_text
 
-        parts.append("\n".join(["Compliant membranes", "", *plain_text(study.compliance)]))
+        lines = (broken(line, "    ") if len(line) > COLUMNS else line for line in plain_text(study.compliance))
+        parts.append("\n".join(["Compliant membranes", "", *lines]))
     elif study.work is not None:
         why = next(step.why for step in study.plan.steps if step.name == "compliant")
         parts.append(f"Compliant membranes: left out ({why})")
@@ -67,10 +70,5 @@ def write(study: Study, folder: Path) -> str:
     files = {"accuracy.json": data(study)}
     with style():
         files |= {f"{told[0]}.png": png_of(figure)[0] for told, figure in measured_figures(study)}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, content in files.items():
-            write_whole(folder / name, content)
-    except OSError as error:
-        raise UsageError(f"{error.filename or folder} cannot be written: {error.strerror}") from error
+    write_files(folder, files)
     return f"wrote {', '.join(str(folder / name) for name in files)}"

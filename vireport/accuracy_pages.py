@@ -6,7 +6,9 @@ from collections.abc import Iterator
 
 from vireport.accuracy_text import (
     about_times,
-    failures,
+    factor_head,
+    factor_rows,
+    failure_rows,
     order_rows,
     power,
     reference_rows,
@@ -43,12 +45,19 @@ def accuracy(work: WorkPrecision) -> Iterator[Block]:
                 *numbers(*(f"to {power(a)}" for a in ACCURACIES), "Least error", "Evaluations", "Failed"),
             ),
             tuple(summary_rows(work, task)),
-            "Median and quartiles of the fastest run with no larger error of any quantity. Least error and evaluations "
-            "are of the most accurate run. The whole sweep needs no guess, and finds everything.",
+            "Median and quartiles of the fastest run with no larger error of any quantity; a dash where there is none. "
+            "Least error and evaluations are of the most accurate run. The whole sweep needs no guess, and finds "
+            "everything.",
         )
     yield Subheading("Which method is the soonest")
     for accuracy_wanted in ACCURACIES:
         yield Paragraph(" ".join(verdicts(work, accuracy_wanted)))
+    yield Table(
+        "How many times the time of the soonest",
+        (*texts("Method"), *numbers(*factor_head(work))),
+        tuple(factor_rows(work)),
+        "All from the guess. A dash: the accuracy is not reached.",
+    )
     if said := list(without_guess(work)):
         yield Paragraph(" ".join(said))
     if orders := tuple(order_rows(work)):
@@ -60,7 +69,7 @@ def accuracy(work: WorkPrecision) -> Iterator[Block]:
             "evaluations, the order is that of the method, as far as the interpolant on which SciPy finds the impact "
             "lets it be. LSODA varies its order.",
         )
-    lost = list(failures(work))
+    lost = list(failure_rows(work))
     if lost:
         more = len(lost) - MOST_FAILURES
         yield Table(

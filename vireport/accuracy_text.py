@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import groupby
+from textwrap import fill
 
 from vireport.contenders import CLOSED, NAMES, RK4, SETTLING, SOLVERS, WHOLE
-from vireport.formatting import ABSENT, percent, quantity, significant
+from vireport.formatting import ABSENT, TIMES, percent, quantity, significant
 from vireport.timing import Spread
 from vireport.wording import KINDS, SWEPT
 from vireport.workprecision import ACCURACIES, Fastest, Order, Run, WorkPrecision
 from vireport.yardstick import PHASE_OFF, VALUE_OFF, VELOCITY_OFF
-
-KNOBS = {
-    "stop": "Newton stops at a correction of",
-    "change": "settled at a change of",
-    "steps": "steps a forcing period",
-    "rtol": "rtol = atol",
-    "": "",
-}
-"""What the settings of a method are called."""
 
 ALIKE = 1.5
 """Factor up to which two methods are called about equally fast."""
@@ -29,12 +22,27 @@ SAME_LEAGUE = 3.0
 BESIDE = 1e-9
 """Accuracy at which the whole sweep is set beside the integrators."""
 
+COLUMNS = 110
+"""Of a terminal: a paragraph is broken there."""
+
+NOT_TRIED = "not tried"
+
 Row = tuple[str, ...]
 
 
 def power(value: float) -> str:
-    """Print an accuracy or a tolerance: 1e-06 as a power of ten."""
-    return significant(value, 2)
+    """Print an error, an accuracy or a tolerance with two digits at the most: 1e-06 as 10⁻⁶."""
+    return _bare(significant(float(f"{value:.1e}"), 2))
+
+
+def _bare(text: str) -> str:
+    """A power of ten without the factor 1."""
+    return text.removeprefix(f"1 {TIMES} ")
+
+
+def broken(text: str, indent: str = "") -> str:
+    """A paragraph in lines for a terminal; all but the first are indented."""
+    return fill(text, COLUMNS, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
 def seconds(spread: Spread | None) -> str:
@@ -122,11 +130,11 @@ def summary_rows(work: WorkPrecision, task: str) -> Iterator[Row]:
 
 
 def run_rows(work: WorkPrecision, task: str) -> Iterator[Row]:
-    """Every run: method, setting, time, evaluations, and the errors or the reason of the failure."""
+    """Every run: method, setting, time, evaluations, and the errors or that it failed."""
     keys = [one.key for one in work.quantities if one.task == task]
     for run in work.runs:
         if run.task == task:
-            errors = [power(run.errors[key]) for key in keys] if run.errors else [run.failed] + [""] * (len(keys) - 1)
+            errors = [power(run.errors[key]) for key in keys] if run.errors else ["failed"] + [""] * (len(keys) - 1)
             count = f"{run.evaluations:,}" if run.evaluations else ABSENT
             yield (run.method, setting(run), seconds(run.seconds), count, *errors)
 
@@ -140,9 +148,17 @@ def failures(work: WorkPrecision) -> Iterator[Row]:
         yield name, "everything", ABSENT, f"not tried: {reason}"
 
 
+def failure_rows(work: WorkPrecision) -> Iterator[Row]:
+    """The same in fewer rows: settings that failed for one reason share one."""
+    for (name, task, reason), rows in groupby(failures(work), lambda row: (row[0], row[1], row[3])):
+        settings = [row[2] for row in rows]
+        ends = settings[0] if len(settings) == 1 else f"{settings[0]} to {settings[-1]}"
+        yield name, task, ends, reason
+
+
 def setting(run: Run) -> str:
     """The setting of a run."""
-    return significant(run.setting, 3) if run.knob else ABSENT
+    return _bare(significant(run.setting, 3)) if run.knob else ABSENT
 
 
 def order_rows(work: WorkPrecision) -> Iterator[Row]:
@@ -154,12 +170,13 @@ def order_rows(work: WorkPrecision) -> Iterator[Row]:
 
 def _range(one: Order) -> Row:
     against = {"step": "steps a period", "tolerance": "tolerance", "evaluations": "evaluations"}[one.against]
-    ends = f"{significant(one.first, 5)} to {significant(one.last, 5)}"
+    low, high = (f"{x:,.0f}" if one.against != "tolerance" else power(x) for x in (one.first, one.last))
+    ends = f"{low} to {high}"
     return against, f"{ends} ({one.points} runs)"
 
 
 def verdicts(work: WorkPrecision, accuracy: float) -> Iterator[str]:
-    """Which method reaches an accuracy soonest and by what factor it beats each other: a sentence a task."""
+    """Which method reaches an accuracy soonest, and which are about as soon: a sentence a task."""
     for one in work.fastest(accuracy):
         what = f"To {power(accuracy)}, {task_name(work, one.task)}:"
         if not one.method:
@@ -169,12 +186,29 @@ def verdicts(work: WorkPrecision, accuracy: float) -> Iterator[str]:
 
 
 def _factors(one: Fastest) -> str:
-    near = [f"{name} ({factor(times)})" for name, times in one.factors if times <= ALIKE]
-    rest = [f"{name} {factor(times)}" for name, times in one.factors if times > ALIKE]
-    behind = f", about as soon by {', '.join(near)}" if near else ""
-    behind += f"; slower by a factor: {', '.join(rest)}" if rest else ""
-    short = f"; not reached by {', '.join(one.short)}" if one.short else ""
-    return behind + short
+    near = [f"{name} ({factor(times)} times that)" for name, times in one.factors if times <= ALIKE]
+    return f", about as soon by {', '.join(near)}" if near else ""
+
+
+def factor_head(work: WorkPrecision) -> Row:
+    """Heads of the columns of `factor_rows` behind the name of the method."""
+    short = {task: task_name(work, task).removeprefix("the ").partition(" (")[0] for task in work.tasks}
+    return tuple(f"{short[task]} to {power(a)}" for task in work.tasks for a in ACCURACIES)
+
+
+def factor_rows(work: WorkPrecision) -> Iterator[Row]:
+    """For each method that starts from the guess, how many times the time of the soonest it takes."""
+    found = {(one.task, accuracy): one for accuracy in ACCURACIES for one in work.fastest(accuracy)}
+    for name in (name for name in NAMES if name != WHOLE):
+        tried = {run.task for run in work.runs if run.method == name}
+        if tried:
+            keys = [(task, a) for task in work.tasks for a in ACCURACIES]
+            yield (name, *(_factor_cell(name, found[key]) if key[0] in tried else NOT_TRIED for key in keys))
+
+
+def _factor_cell(name: str, one: Fastest) -> str:
+    times = {one.method: 1.0, **dict(one.factors)}.get(name)
+    return ABSENT if times is None else factor(times)
 
 
 def without_guess(work: WorkPrecision) -> Iterator[str]:
@@ -216,7 +250,8 @@ def without_guess(work: WorkPrecision) -> Iterator[str]:
 
 def factor(value: float) -> str:
     """Print how many times as long something takes; more than two digits would be noise."""
-    return significant(float(f"{value:.2g}"), 2)
+    rounded = float(f"{value:.2g}")
+    return f"{rounded:,.0f}" if rounded >= 10 or value == 1 else f"{rounded:.1f}"
 
 
 def about_times(work: WorkPrecision) -> str:
@@ -224,8 +259,9 @@ def about_times(work: WorkPrecision) -> str:
     m = work.machine
     versions = ", ".join(f"{name} {version}" for name, version in m.libraries)
     return (
-        f"Times are of one machine ({m.processor}, {m.cores} cores, {m.system}, {m.python}, {versions}): medians of "
-        f"{work.repeats} samples with their quartiles, fewer for the longest and more for the shortest. They "
+        f"Times are of one machine ({m.processor}, {m.cores} cores, {m.system}, {m.python}, {versions}): medians "
+        f"with their quartiles, where these differ, of {work.repeats} sample{'s' * (work.repeats != 1)}"
+        f"{', of fewer for the longest and of' if work.repeats > 1 else ', and of'} more for the shortest. They "
         "are the only numbers of this section that differ from run to run; errors, evaluations and failures do not. "
         "All methods are interpreted Python but for the flight of the simulation and the core of LSODA. Compiled, an "
         "integrator would be some tens of times faster, and so would the formulae; the evaluations, of the force or "
@@ -237,7 +273,7 @@ def about_times(work: WorkPrecision) -> str:
 
 def plain(work: WorkPrecision, every: bool = False) -> str:
     """The study as a text for the terminal; with `every`, each run in a row."""
-    parts = [setup(work)]
+    parts = [broken(setup(work))]
     if work.yardstick is not None:
         parts.append(table(("quantity", "reference", "error, closed form", "error, whole sweep"), reference_rows(work)))
         for task in work.tasks:
@@ -254,11 +290,12 @@ def plain(work: WorkPrecision, every: bool = False) -> str:
             )
             parts.append(table(head, summary_rows(work, task)))
         parts.append(table(("order of convergence", "of", "against", "range", "fitted", "theory"), order_rows(work)))
-        lost = list(failures(work))
+        lost = list(failure_rows(work))
         if lost:
             parts.append(table(("failed", "task", "setting", "reason"), lost))
-        parts += [" ".join(verdicts(work, accuracy)) for accuracy in ACCURACIES]
-        parts += [*without_guess(work), about_times(work)]
+        parts.append(table(("times the soonest", *factor_head(work)), factor_rows(work)))
+        said = [" ".join(verdicts(work, accuracy)) for accuracy in ACCURACIES]
+        parts += [broken(text) for text in (*said, *without_guess(work), about_times(work))]
     return "\n\n".join(parts) + "\n"
 
 

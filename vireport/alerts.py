@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from vireport.explanations import EXPLANATIONS
-from vireport.sensitivity import contact_share, mass_elasticity, restitution_effect
+from vireport.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 
 if TYPE_CHECKING:
+    from vireport.compliance import Compliance
     from vireport.study import Study
 
 NEAR_CRITICAL = 0.02
@@ -22,7 +23,7 @@ ROUGH = 1e-12
 """Relative error bound above which a critical point is called rough."""
 
 ILL_CONDITIONED = 1e-9
-"""Error bound of a velocity or phase above which digits are missing that a reader would trust."""
+"""Change of q or phase by one rounding of the inputs, above which digits are missing that a reader would trust."""
 
 LONG_CONTACT = 0.01
 """Share of the forcing period above which a contact is long: shifts are of that size, and critical points move more."""
@@ -177,18 +178,18 @@ def _design_alerts(study: Study) -> Iterator[Alert]:
 
 def _conditioning_alerts(study: Study) -> Iterator[Alert]:
     """Where digits of the design point, or the motion itself, hang on little."""
-    design, bounds = study.design, study.bounds.design
-    if design is None or bounds is None:
+    if study.design is None:
         return
-    m = design.motions
+    m = study.design.motions
     close = m.stable & (m.wall_gap < m.d) & (m.wall_gap < NEAR_CRITICAL * m.d)
     if close.any():
         gap = float(np.min((m.wall_gap / m.d)[close]))
         yield _alert("VR007", f"The ball turns {100 * gap:.2g} % of the length from a membrane without touching it.")
-    shares = [np.max(bounds[name][m.admissible], initial=0.0) for name in ("velocity_bottom", "velocity_top", "q")]
-    worst = max(float(share) for share in shares)
+    worst = float(np.max(input_error(study.device, m)[m.admissible], initial=0.0))
     if worst > ILL_CONDITIONED:
-        yield _alert("VR008", f"The error bounds reach {worst:.1g}: rounding alone decides the digits beyond.")
+        yield _alert(
+            "VR008", f"A single rounding of the length or the inclination moves q or the phase by {worst:.1g}."
+        )
     effect = restitution_effect(study.device, m)
     if effect is not None and effect.lost_at is not None:
         yield _alert("VR009", f"At a restitution of {effect.lost_at:.4g} a stable motion of the design point is lost.")
@@ -207,14 +208,31 @@ def _contact_alerts(study: Study) -> Iterator[Alert]:
     if longest > LONG_CONTACT:
         yield _alert(
             "VR011",
-            f"A contact takes up to {100 * longest:.2g} % of the forcing period with the membrane's own stiffness.",
+            f"A contact takes some {100 * longest:.2g} % of the forcing period with the membrane's own stiffness, "
+            "by an estimate without gravity and forcing.",
         )
     elasticity = mass_elasticity(bottom, top, mass, membrane)
     if elasticity > HEAVY:
         yield _alert("VR012", f"1 % of ball mass changes U_ave by up to {elasticity:.2g} %.")
     if study.compliance is not None and study.compliance.grade == 2:
-        worst = [f"{c.name} by {100 * c.shift:+.3g} %" for c in study.compliance.criteria if c.grade == 2]
-        yield _alert("VR013", f"It moves {', '.join(worst)}." if worst else "The motion or its critical point is lost.")
+        yield _alert("VR013", _beyond_rigid(study.compliance))
+
+
+def _beyond_rigid(made: Compliance) -> str:
+    """What the membrane's own stiffness does to the rigid model where that is not good enough."""
+    label = made.critical.label if made.critical is not None else "the critical point"
+    told = [
+        f"{c.name} by {abs(c.shift):.2g} times the margin to it"
+        if c.name == label
+        else f"{c.name} by {100 * c.shift:+.2g} %"
+        for c in made.criteria
+        if c.grade == 2
+    ]
+    if told:
+        return f"The membrane's own stiffness moves {', '.join(told)}."
+    own = made.own
+    followed = own is not None and own.orbit is not None and own.orbit.stable
+    return f"With the membrane's own stiffness {label if followed else 'the stable motion'} is lost."
 
 
 def _speeds(study: Study) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:

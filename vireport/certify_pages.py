@@ -21,7 +21,7 @@ LONG = Context(prec=200)
 BETWEEN = {True: "yes, proved", False: "no, proved", None: "undecided"}
 """Whether the ball stays between the membranes."""
 
-QUANTITIES = (("*d*", "d"), ("*q*", "q"), ("φ in rad", "phi_bottom_rad"), ("velocity in y_c", "velocity_bottom"))
+QUANTITIES = (("*d*", "d"), ("*q*", "q"), ("φ [rad]", "phi_bottom_rad"), ("velocity [y_c]", "velocity_bottom"))
 """What is enclosed beside the swept value, and by which name."""
 
 
@@ -69,7 +69,11 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
     if proved:
         yield Table(
             "Proved critical points",
-            (*texts("Point", "Kind"), *numbers(f"{swept.symbol} in {swept.unit}"), *texts("Side", "Between membranes")),
+            (
+                *texts("Point", "Kind"),
+                *numbers(f"*{swept.symbol}* [{swept.unit}]"),
+                *texts("Side", "Between membranes"),
+            ),
             tuple(
                 (
                     one.label,
@@ -80,9 +84,9 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
                 )
                 for one in proved
             ),
-            f"Side: what lies at larger ({swept.symbol} above) or smaller values, from the proved sign of the slope of "
-            "the trace; grazing points and folds have none. Between membranes: whether the ball is proved to touch no "
-            "membrane but at its impacts and where it grazes.",
+            f"Side: on which side of the point in *{swept.symbol}* the motion is stable, or a focus, by the proved "
+            "sign of the slope of the trace; grazing points and folds have none. Between membranes: whether the ball "
+            "is proved to touch no membrane but at its impacts and where it grazes.",
         )
         yield Table(
             "Enclosures of the motions at the critical points",

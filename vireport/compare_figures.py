@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from vireport.axes import BLACK, WARNING, limits, prefix, style
 from vireport.captions import OUTSIDE, TITLES, alt_text, column_caption, held, outside_geometry
+from vireport.compare_pages import columns
 from vireport.comparison import Comparison, left_out
 from vireport.curves import Floats, Simulated, Stretch
 from vireport.differences import listed
@@ -32,9 +33,6 @@ from vireport.pixels import png_of
 from vireport.sheet import Entry
 from vireport.study import Study
 from vireport.wording import capital
-
-ACROSS = 4
-"""Columns of a figure; of more scenarios there are several figures."""
 
 HEIGHTS = {"figure-2": 1.75, "figure-4": 2.1, "figure-7": 2.6}
 """Of the panels [in]."""
@@ -109,7 +107,7 @@ def _pages(comparison: Comparison, name: str) -> list[list[_Shown]]:
         for scenario, study in zip(comparison.names, comparison.studies, strict=True)
         if scenario not in skipped
     ]
-    return [shown[first : first + ACROSS] for first in range(0, len(shown), ACROSS)]
+    return [shown[part] for part in columns(len(shown))]
 
 
 def _figure(name: str, shown: Sequence[_Shown]) -> Figure:

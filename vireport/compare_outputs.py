@@ -5,21 +5,19 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.comparison import Comparison
-from vireport.errors import UsageError
-from vireport.outputs import write_whole
+from vireport.outputs import write_files
 from vireport.plan import FORMATS
 from vireport.provenance import Provenance
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
-
-Progress = Callable[[str], None]
+    from vireport.timing import Progress
 
 FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""
@@ -57,12 +55,7 @@ def write_comparison(
     say = progress or (lambda what: None)
     files = render_comparison(comparison, set(formats), command, templates, say)
     say("writing")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, data in files.items():
-            write_whole(folder / name, data)
-    except OSError as error:
-        raise UsageError(f"{error.filename or folder} cannot be written: {error.strerror}") from error
+    write_files(folder, files)
     say("")
     return f"{summary(comparison)}\nwrote {', '.join(str(folder / name) for name in files)}"
 

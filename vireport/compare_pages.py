@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from hashlib import sha256
+from itertools import pairwise
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from vireport.figures import Picture
 
 ACROSS = 4
-"""Scenarios beside one another in a table; of more there are several tables."""
+"""Scenarios beside one another in a table or a figure; of more there are several."""
 
 FEW_NAMES = 3
 """Files up to which their names stand in the head of the report."""
@@ -155,10 +156,16 @@ def _places(comparison: Comparison) -> str:
     return f"{text}, and in {listed(shared)} where scenarios share that." if shared else f"{text}."
 
 
+def columns(count: int) -> list[slice]:
+    """So many columns in groups of nearly one size, none of more than fit beside each other."""
+    groups = -(-count // ACROSS)
+    ends = [-(-k * count // groups) for k in range(groups + 1)] if groups else []
+    return [slice(first, last) for first, last in pairwise(ends)]
+
+
 def _side_by_side(comparison: Comparison) -> Iterator[Block]:
     names = comparison.names
-    for first in range(0, len(names), ACROSS):
-        chosen = slice(first, first + ACROSS)
+    for chosen in columns(len(names)):
         rows = tuple(_row(one, chosen) for one in comparison.quantities)
         part = f": {listed(names[chosen])}" if len(names) > ACROSS else ""
         reasons = _reasons(comparison, chosen)
@@ -211,8 +218,7 @@ def _settings(comparison: Comparison) -> Iterator[Block]:
         yield Paragraph("They do not: all values are the same.")
         return
     names = comparison.names
-    for first in range(0, len(names), ACROSS):
-        chosen = slice(first, first + ACROSS)
+    for chosen in columns(len(names)):
         rows = tuple((one.path, *_written(one, chosen)) for one in comparison.settings)
         head = (Column("Key", "code"), *numbers(*map(_plain, names[chosen])))
         yield Table("Values that are not the same in all scenarios", head, rows)
@@ -240,13 +246,13 @@ def _alerts(comparison: Comparison) -> Iterator[Block]:
     rows = tuple(
         (code, capital(severity), words(title), _plain(listed(names))) for (severity, code, title), names in ordered
     )
-    note = "The report of each scenario has the cause with its numbers, and the remedy."
+    note = "The report of a scenario by itself has the cause with its numbers, and the remedy."
     yield Table("Alerts of the scenarios", texts("Code", "Severity", "Alert", "Scenarios"), rows, note)
 
 
 def _left_out(comparison: Comparison) -> Iterator[Block]:
     rows = [(f"{capital(figure)} of {name}", why) for figure in FIGURES for name, why in left_out(comparison, figure)]
-    rows.append(("Table 1, every motion, equations", "They are in the report of each scenario"))
+    rows.append(("Table 1, every motion, equations", "They are in the report of a scenario by itself (vireport run)"))
     yield Table("Not in this report", texts("What", "Why"), tuple((_plain(what), capital(why)) for what, why in rows))
 
 
@@ -262,16 +268,7 @@ def _provenance(comparison: Comparison, made: Provenance) -> Iterator[Block]:
     hashes = [(_plain(name), study.loaded.sha256) for name, study in pairs]
     caption = "SHA-256 of the scenarios, with what was set over them"
     yield Table(caption, (*texts("Scenario"), Column("SHA-256", "code")), tuple(hashes))
-    rows = [
-        ("vireport", made.version),
-        ("SHA-256 of the lines above", made.scenario_sha256),
-        ("Command", made.command),
-        ("Python", made.python),
-        ("Libraries", ", ".join(f"{name} {version}" for name, version in made.libraries)),
-    ]
-    if made.timestamp is not None:
-        rows.append(("SOURCE_DATE_EPOCH", made.timestamp))
-    yield Table("Made with", (Column("What"), Column("Value", "code")), tuple(rows))
+    yield context_pages.made_with(made, [("SHA-256 of the lines above", made.scenario_sha256)])
 
 
 def _file(name: str) -> str:

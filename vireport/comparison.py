@@ -6,12 +6,12 @@ sweep the same parameter; across lengths, forces and frequencies, places are com
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vireport.differences import Difference, Member
 from vireport.errors import NumericalError, UsageError
@@ -21,7 +21,8 @@ from vireport.scenario import Loaded, to_dict
 from vireport.study import Study, analyse
 from vireport.variants import Variant, variants
 
-Progress = Callable[[str], None]
+if TYPE_CHECKING:
+    from vireport.timing import Progress
 Item = str | Path | Loaded | Study
 Vary = Sequence[str] | Mapping[str, Sequence[object]]
 

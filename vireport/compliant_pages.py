@@ -6,7 +6,16 @@ from collections.abc import Callable, Iterator
 from math import isclose, log10
 from typing import cast
 
-from vireport.compliance import GRADES, Compliance, Convergence, Rigid, Rung, phase_shift
+from vireport.compliance import (
+    FAIR_MARGIN,
+    GOOD_MARGIN,
+    GRADES,
+    Compliance,
+    Convergence,
+    Rigid,
+    Rung,
+    phase_shift,
+)
 from vireport.compliant_orbits import CompliantOrbit
 from vireport.formatting import ABSENT, TIMES, percent, quantity, significant, words
 from vireport.pages import Block, Figure, Paragraph, Subheading, Table, numbers, texts
@@ -25,6 +34,10 @@ SHORT = {
 
 USEFUL = 1e-4
 """Error at which solvers are compared: a hundredth of what is called wrong."""
+
+
+MULTIPLE = 2.0
+"""From there on a share is told as a multiple."""
 
 
 def compliant(made: Compliance, figure: Figure | None = None) -> Iterator[Block]:
@@ -50,18 +63,15 @@ def compliant(made: Compliance, figure: Figure | None = None) -> Iterator[Block]
             "Rigid and compliant membranes",
             (*texts("Quantity"), *numbers("Rigid", "Compliant", "Shift")),
             tuple(_compared(made, made.own.orbit)),
-            "Velocities are those at the touch, in units of y_c. The voltages by the deflection take the damping into "
-            "account, which (5.5) does not.",
+            "Velocities are those at the touch. A rigid impact has no deflection: the value is that of (5.5). The "
+            "voltages by the deflections take the damping into account, which (5.5) does not.",
         )
         yield Table(
             "Is the rigid model good enough?",
             (*texts("Criterion"), *numbers("Shift", "Good up to", "With care up to"), *texts("Answer")),
-            tuple(
-                (_criterion(made, c.name), percent(c.shift, 3, signed=True), percent(c.good), percent(c.fair),
-                 capital(GRADES[c.grade]))
-                for c in made.criteria
-            ),
-        )  # fmt: skip
+            tuple(_judged(made)),
+            "The shift of a critical point is over its distance from the motion, which is the margin.",
+        )
     yield from _ladder(made)
     if figure is not None:
         yield figure
@@ -75,11 +85,15 @@ def plain_text(made: Compliance) -> list[str]:
     lines = [verdict(made)]
     if made.own is not None and made.own.orbit is not None:
         rows = tuple(_compared(made, made.own.orbit))
-        width = max(len(row[0]) for row in rows)
-        lines += [f"  {name:<{width}}  {rigid:>12}  {soft:>12}  {shift:>10}" for name, rigid, soft, shift in rows]
+        rows = (("", "rigid", "compliant", "shift"), *rows)
+        first, *others = (max(len(row[k]) for row in rows) for k in range(4))
+        lines += [
+            f"  {row[0]:<{first}}  {'  '.join(f'{cell:>{w}}' for cell, w in zip(row[1:], others, strict=True))}"
+            for row in rows
+        ]
     lines += [f"  {_rate(made, one)}" for one in made.convergence if one.exponent is not None]
     lines += [f"  {finding}" for finding in findings(made)]
-    return [line.replace("*", "").replace("_c", "c") for line in lines]
+    return [line.replace("*", "") for line in lines]
 
 
 def verdict(made: Compliance) -> str:
@@ -88,28 +102,59 @@ def verdict(made: Compliance) -> str:
     if own is None:
         return f"Rigid and compliant membranes were not compared: {made.reason}."
     if own.orbit is None:
-        return f"The rigid model is not good enough here: on the compliant membranes the motion is {own.reason}."
+        lost = _told(own.reason)
+        return f"The rigid model is not good enough here: on the compliant membranes the motion is {lost}."
     if not own.orbit.stable:
         return "The rigid model is not good enough here: on the compliant membranes the motion is no longer stable."
     share = max(own.orbit.bottom.duration, own.orbit.top.duration) / 2
     head = f"Contacts last up to {percent(share, 2)} of the forcing period. "
     if made.critical is not None and own.critical_value is None:
-        return f"{head}The rigid model is not good enough here: {made.critical.label} is {own.reason}."
-    worst = [c for c in made.criteria if c.grade == made.grade]
-    why = "; ".join(f"{_criterion(made, c.name)} shifts by {percent(c.shift, 2, signed=True)}" for c in worst)
+        return (
+            f"{head}The rigid model is not good enough here: followed from stiff membranes to softer ones, "
+            f"{made.critical.label} is {_told(own.reason)}."
+        )
     if made.grade == 0:
         return f"{head}The rigid model is good enough here by all criteria."
-    return f"{head}The rigid model is {GRADES[made.grade or 0]} here: {why}{_side(made)}."
+    why = "; ".join(moved(made, grade=made.grade or 0))
+    return f"{head}The rigid model is {GRADES[made.grade or 0]} here: {why}."
+
+
+def moved(made: Compliance, grade: int) -> Iterator[str]:
+    """By how much the quantities move that a grade is given for, in words."""
+    for c in made.criteria:
+        if c.grade == grade:
+            if made.critical is not None and c.name == made.critical.label:
+                yield f"{c.name} moves by {margins(c.shift)} to it, {_side(made)} the motion"
+            else:
+                yield f"{c.name} shifts by {percent(c.shift, signed=True)}"
+
+
+def margins(share: float) -> str:
+    """Print a share of the margin: in per cent, or as a multiple."""
+    size = abs(share)
+    return f"{percent(size)} of the margin" if size < MULTIPLE else f"{float(f'{size:.2g}'):g} times the margin"
 
 
 def _side(made: Compliance) -> str:
-    """On which side the rigid model errs about the margin."""
-    if made.critical is None or made.own is None or made.own.critical_value is None:
-        return ""
-    at = made.critical.point.sweep_value
-    nearer = (made.own.critical_value - at) * (made.design_value - at) > 0
-    where = "nearer to" if nearer else "farther from"
-    return f" ({made.critical.label} is {where} the motion than with rigid impacts)"
+    """To which side of its rigid value the critical point moves."""
+    at, value = made.critical.point.sweep_value, made.own.critical_value  # type: ignore[union-attr]
+    return "towards" if (cast(float, value) - at) * (made.design_value - at) > 0 else "away from"
+
+
+def _told(reason: str) -> str:
+    """A reason, with what it says after a colon in brackets."""
+    what, colon, why = reason.partition(": ")
+    return f"{what} ({why.replace(': ', ', ')})" if colon else reason
+
+
+def _judged(made: Compliance) -> Iterator[tuple[str, ...]]:
+    """Each criterion: shift, limits and answer; a critical point that is lost has no shift."""
+    for c in made.criteria:
+        name, shift = _criterion(made, c.name), percent(c.shift, 3, signed=True)
+        yield name, shift, percent(c.good), percent(c.fair), capital(GRADES[c.grade])
+    if made.critical is not None and made.own is not None and made.own.critical_value is None:
+        name = _criterion(made, made.critical.label)
+        yield name, "lost", percent(GOOD_MARGIN), percent(FAIR_MARGIN), capital(GRADES[2])
 
 
 def _criterion(made: Compliance, name: str) -> str:
@@ -126,14 +171,19 @@ def _compared(made: Compliance, orbit: CompliantOrbit) -> Iterator[tuple[str, st
     ):
         shift = phase_shift(touch.phase, phase)
         share = touch.velocity / speed - 1
-        yield f"Velocity, {name}", significant(speed, 5), significant(touch.velocity, 5), percent(share, 3, signed=True)
+        yield (
+            f"Velocity, {name} [y_c]",
+            significant(speed, 5),
+            significant(touch.velocity, 5),
+            percent(share, 3, signed=True),
+        )
         yield f"Phase, {name} [rad]", significant(phase, 5), significant(touch.phase, 5), significant(shift, 3)
         yield f"Contact over forcing period, {name}", "0 %", percent(touch.duration / 2, 3), ABSENT
         if alone is not None:
             low = alone.elastic_deflection[0 if name == "bottom" else 1]
             depth = touch.deflection
             yield (
-                f"Deflection, {name}", f"{quantity(length * float(low), 'm', 3)} (5.5)",
+                f"Deflection, {name}", quantity(length * float(low), "m", 3),
                 quantity(length * depth, "m", 3), percent(depth / float(low) - 1, 2, signed=True),
             )  # fmt: skip
         yield (
@@ -167,13 +217,14 @@ def _ladder(made: Compliance) -> Iterator[Block]:
         "Distance from the rigid model",
         numbers(*columns),
         (*rows, fitted, theory),
-        "Relative, but for the phase. The exponents are fitted to the stiffest membranes; a contact lasts in "
-        "proportion to K^(−1/(h+1)), and everything should come near at that rate.",
+        "Of velocity and phase at the bottom and of the critical point: relative, but for the phase. The exponents are "
+        "fitted to the stiffest membranes; a contact lasts in proportion to K^(−1/(h+1)), and everything should come "
+        "near at that rate.",
     )
     for rung in made.rungs:
-        if rung.reason and (rung.orbit is None or made.critical is not None):
+        if rung is not made.own and rung.reason and (rung.orbit is None or made.critical is not None):
             what = "the motion" if rung.orbit is None else label
-            yield Paragraph(f"At K times {factor_text(rung.factor)} {what} is {rung.reason}.")
+            yield Paragraph(f"With K times {factor_text(rung.factor)}, {what} is {_told(rung.reason)}.")
 
 
 def _share(rung: Rung) -> str:
@@ -232,8 +283,7 @@ def findings(made: Compliance) -> Iterator[str]:
         if failed:
             told = setting_text(name, setting)
             kind = f"{told} steps per period" if name == FIXED else f"tolerance {told}"
-            at = ", ".join(factor_text(run.factor) for run in failed)
-            yield f"{name} with {kind} fails at K times {at}: {failed[0].outcome.value}{_in_contact(made, failed[0])}."
+            yield f"{name} with {kind} fails {'; '.join(_ways(made, failed))}."
     fixed = [run for run in made.runs if run.solver == FIXED and run.outcome is Outcome.SOLVED]
     if fixed:
         least = min(_contact_steps(made, run) for run in fixed)
@@ -243,17 +293,28 @@ def findings(made: Compliance) -> Iterator[str]:
         )
     if len(factors) > 1:
         grown = {name: _growth(made, name, factors[0], last) for name in EXPLICIT if name != FIXED}
-        told = " and ".join(f"{name} {significant(g, 2)} times" for name, g in grown.items() if g is not None)
+        told = " and ".join(f"{significant(g, 2)} ({name})" for name, g in grown.items() if g is not None)
+        shorter = float(f"{(last / factors[0]) ** made.order:.2g}")
         if told:
             yield (
                 f"From K times {factor_text(factors[0])} to {factor_text(last)} the evaluations of adaptive explicit "
-                f"methods grow but little (at the most: {told}). They stay viable: the contact is short, but no harder "
-                "in its own time. Accuracy limits the step there, for implicit methods too, and not stability."
+                f"methods grow at the most by a factor of {told}; steps of one length would have to become "
+                f"{shorter:g} times as short. They stay viable: the contact is "
+                "short, but no harder in its own time. Accuracy limits the step there, for implicit methods too, and "
+                "not stability."
             )
     good = [run for run in made.runs if run.factor == last and run.error is not None and run.error <= USEFUL]
     if good:
         told = ", ".join(f"{run.solver} {significant(1e3 * run.seconds, 2)} ms" for run in _quickest(good))
         yield f"Quickest to an error below {factor_text(USEFUL)} at K times {factor_text(last)}: {told}."
+
+
+def _ways(made: Compliance, failed: list[Run]) -> Iterator[str]:
+    """At which stiffnesses a solver fails in which way."""
+    for outcome in dict.fromkeys(run.outcome for run in failed):
+        same = [run for run in failed if run.outcome is outcome]
+        at = ", ".join(factor_text(run.factor) for run in same)
+        yield f"at K times {at}: {outcome.value}{_in_contact(made, same[0])}"
 
 
 def _quickest(runs: list[Run]) -> list[Run]:

@@ -183,20 +183,28 @@ def left_out(study: Study, compared: Comparison | None) -> Iterator[Block]:
     yield Table("Not in this report", texts("What", "Why"), tuple(rows))
 
 
-def provenance(study: Study, made: Provenance) -> Iterator[Block]:
-    """Where the numbers come from, and the scenario itself."""
+def made_with(made: Provenance, scenario: Sequence[tuple[str, str]]) -> Table:
+    """The version, what the scenario's rows say, the command and the libraries."""
     rows = [
         ("vireport", made.version),
-        ("Scenario", made.scenario_name),
-        ("SHA-256 of the scenario", made.scenario_sha256),
-        *(("Set over it", text) for text in study.loaded.overrides),
+        *scenario,
         ("Command", made.command),
         ("Python", made.python),
         ("Libraries", ", ".join(f"{name} {version}" for name, version in made.libraries)),
     ]
     if made.timestamp is not None:
         rows.append(("SOURCE_DATE_EPOCH", made.timestamp))
-    yield Table("Made with", (Column("What"), Column("Value", "code")), tuple(rows))
+    return Table("Made with", (Column("What"), Column("Value", "code")), tuple(rows))
+
+
+def provenance(study: Study, made: Provenance) -> Iterator[Block]:
+    """Where the numbers come from, and the scenario itself."""
+    scenario = [
+        ("Scenario", made.scenario_name),
+        ("SHA-256 of the scenario", made.scenario_sha256),
+        *(("Set over it", text) for text in study.loaded.overrides),
+    ]
+    yield made_with(made, scenario)
     text = study.loaded.document.text
     if len(text) <= LONGEST_LISTING:
         yield Listing("The scenario as given", text)

@@ -30,6 +30,8 @@ class Judgement:
     passed : bool
     why : str
         Where the value comes from, or what is in the way.
+    error_bound : float
+        Of the value, and so of the margin.
     """
 
     value: float | None
@@ -37,6 +39,7 @@ class Judgement:
     margin: float | None
     passed: bool
     why: str
+    error_bound: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,8 @@ class Criterion:
     passed : bool
     why : str
         Where the value comes from, or why the requirement is not met.
+    error_bound : float
+        Of the value and the margin; a requirement that it leaves undecided is not met.
     line : int or None
         In the scenario's file; None where the limit was set over the file.
     """
@@ -76,6 +81,7 @@ class Criterion:
     margin: float | None
     passed: bool
     why: str
+    error_bound: float
     line: int | None
 
     @property
@@ -114,7 +120,9 @@ def criterion(
     text, number, unit = limit
     lines = (_line(study, f"requirements.{key}") for key in keys)
     line = next((line for line in lines if line is not None), None)
-    return Criterion(keys[0], title, text, number, unit, x.value, x.text, x.margin, x.passed, x.why, line)
+    return Criterion(
+        keys[0], title, text, number, unit, x.value, x.text, x.margin, x.passed, x.why, x.error_bound, line
+    )
 
 
 def _line(study: Study, path: str) -> int | None:
@@ -130,7 +138,7 @@ def held(value: float, limit: float, unit: str, least: bool, why: str, bound: fl
     margin = value - limit if least else limit - value
     if margin >= 0 > margin - bound:
         why = f"not decided: known to within {bound:.1g} {unit} only; {why}"
-    return Judgement(value, f"{_apart(value, limit)} {unit}", margin, margin - bound >= 0, why)
+    return Judgement(value, f"{_apart(value, limit)} {unit}", margin, margin - bound >= 0, why, bound)
 
 
 def _apart(value: float, limit: float) -> str:

@@ -5,9 +5,10 @@ The simulation knows nothing of the formulae; this module is the only place wher
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,10 @@ from vireport.simulated_motions import portrait
 from vireport.solution import Solution
 from vireport.tracing import select
 
+if TYPE_CHECKING:
+    from vireport.timing import Progress
+
 Floats = NDArray[np.float64]
-Progress = Callable[[str], None]
 
 ASIDE = 1e-6
 """Relative change of the velocity by which a simulation starts beside the orbit that it is to end on."""
@@ -55,8 +58,9 @@ class CrossCheck:
     ----------
     parameter : str
         The one that is varied (``length_m`` where nothing is swept).
-    values, d : ndarray (n,)
+    values, d, gbar : ndarray (n,)
         Where it was simulated.
+    restitution : float
     found : tuple of tuples of Attractor
         For each value, what each start leads to.
     orbits : int
@@ -78,6 +82,8 @@ class CrossCheck:
     parameter: Parameter
     values: Floats
     d: Floats
+    gbar: Floats
+    restitution: float
     found: tuple[tuple[Attractor, ...], ...]
     orbits: int
     velocity_difference: float
@@ -161,6 +167,8 @@ def crosscheck(
         parameter=along.parameter,
         values=values,
         d=d,
+        gbar=gbar,
+        restitution=device.restitution,
         found=tuple(found),
         orbits=sum(len(agreeing) + len(missed) for agreeing, missed in checked),
         velocity_difference=max((pair[0] for pair in pairs), default=0.0),

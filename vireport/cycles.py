@@ -33,6 +33,8 @@ STICK_TOL = 1e-6
 SAME = 1e-9
 # A cycle this far from the impact that suggested it, in phase [rad] and velocity [y_c], is another one.
 REACH = 0.3
+# Change of an impact by which the sensitivity of a multiplier is found.
+MOVED = 1e-7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,6 +137,34 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     result[:, 1, 1] = -r * (1 - pull * t / speed)
     result[before[:, RIDING] + before[:, SETTLING] > 0] = 0.0
     return result
+
+
+def growth_bound(d: float, gbar: float, r: float, cycle: Cycle) -> float:
+    """Bound the error of a cycle's `growth`: rounding, and what its residual leaves open of its impacts.
+
+    Each number of each impact is moved by a little on its own, and the changes of the multiplier are added up, so
+    that none can cancel another's. Zero where the ball sticks, for then the multiplier is.
+    """
+    n = len(cycle.phase)
+    if cycle.sticks or not n:
+        return 0.0
+    model, rows = np.array([d, gbar, r]), np.zeros((n, RIDING + 1))
+    rows[:, WALL], rows[:, PHASE] = cycle.wall, cycle.phase
+    rows[:, FLIGHT], rows[:, VELOCITY] = cycle.flight, cycle.velocity
+
+    def grown(rows: Array) -> float:
+        matrix, scale = product(jacobians(model, np.roll(rows, 1, axis=0), rows))
+        return abs(multipliers(float(np.trace(matrix)) * exp(min(scale, STEEPEST)), r ** (2 * n))[0])
+
+    base, slopes = grown(rows), 0.0
+    for row in range(n):
+        for column in (PHASE, FLIGHT, VELOCITY):
+            moved = rows.copy()
+            moved[row, column] += MOVED
+            slopes += abs(grown(moved) - base) / MOVED
+    # An impact is off by what the residual becomes in all laps to come, and by rounding.
+    off = cycle.residual / max(abs(1 - cycle.growth), MOVED) + 16 * EPS
+    return 2 * slopes * off + 32 * n * EPS * max(base, 1.0)
 
 
 def product(matrices: Array) -> tuple[Array, float]:

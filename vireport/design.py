@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.branches import CriticalPoint
+from vireport.branches import Branch, CriticalPoint
 from vireport.critical import polish, value_condition
 from vireport.errors import NumericalError
 from vireport.model import PARAMETERS, Device, Parameter, Sweep
@@ -21,6 +21,13 @@ Floats = NDArray[np.float64]
 
 REACH = 4.0
 """Factor up and down over which margins are looked for where no sweep says how far."""
+
+OF_ONE_MOTION = ("period_doubling", "fold", "grazing")
+"""Kinds at which a stable motion is lost even where another stable motion coexists with it. A pitchfork passes its
+stability on, and at a change between node and focus nothing ends."""
+
+LARGEST_SHARE = 1e100
+"""Largest relative margin; beyond it the design value is as good as zero."""
 
 DOUBLE_ROOT = 1e-7
 """Error of q and phase of a motion on a fold: the root of rounding, and room."""
@@ -40,9 +47,9 @@ class Margin:
     distance : float
         `sweep_value` less the design value.
     relative : float or None
-        The distance over the design value; None where that is zero.
+        The distance over the design value; None where that is zero, or next to it.
     ends_stability : bool
-        Whether the stable range that holds the design point ends here.
+        Whether the stable range that holds the design point, or a stable motion of the design point, ends here.
     error_bound : float
         Of `sweep_value`, and with the rounding of the difference of `distance`.
     """
@@ -135,6 +142,37 @@ def stable_ranges(solution: Solution) -> tuple[StableInterval, ...]:
     )
 
 
+def ending_labels(solution: Solution, value: float) -> set[str]:
+    """What ends the stable range that holds a value, or one of the stable motions in it; empty where there is none.
+
+    Labels of critical points, or ``end of the sweep``.
+    """
+    holding = [part for part in stable_ranges(solution) if part.start <= value <= part.end]
+    if not holding:
+        return set()
+    labels = {reason for part in holding for reason in (part.start_reason, part.end_reason)}
+    kinds = {point.label: point.kind for point in solution.critical_points}
+    for branch in solution.branches:
+        for rows in stable_runs(branch):
+            (low, _), (high, _) = ends = sorted(
+                (float(branch.motions.sweep_value[row]), branch.event[row]) for row in rows
+            )
+            if low <= value <= high:
+                labels |= {label for _, label in ends if kinds.get(label) in OF_ONE_MOTION}
+    return labels
+
+
+def stable_runs(branch: Branch) -> list[tuple[int, int]]:
+    """First and last rows of the stretches of a branch over which it is stable without a break."""
+    runs: list[tuple[int, int]] = []
+    for part in branch.segments():
+        if part.stable and runs and runs[-1][1] == part.first:
+            runs[-1] = (runs[-1][0], part.last)
+        elif part.stable:
+            runs.append((part.first, part.last))
+    return runs
+
+
 def design_point(device: Device, parameter: Parameter | None, solution: Solution | None) -> DesignPoint:
     """Find every motion at a design point.
 
@@ -155,7 +193,7 @@ def design_point(device: Device, parameter: Parameter | None, solution: Solution
     for s in solutions:
         at = cast(float, getattr(device, s.curve.sweep.parameter))
         holding = [part for part in stable_ranges(s) if part.start <= at <= part.end]
-        ends = {label for part in holding for label in (part.start_reason, part.end_reason)}
+        ends = ending_labels(s, at)
         margins += [_margin(device, s.curve.sweep.parameter, point, point.label in ends) for point in s.critical_points]
         stable += holding
     margins.sort(key=lambda margin: abs(margin.relative if margin.relative is not None else np.inf))
@@ -165,7 +203,7 @@ def design_point(device: Device, parameter: Parameter | None, solution: Solution
 def _margin(device: Device, parameter: Parameter, point: CriticalPoint, ends_stability: bool) -> Margin:
     value = cast(float, getattr(device, parameter))
     distance = point.point.sweep_value - value
-    relative = distance / value if value else None
+    relative = distance / value if abs(distance) < LARGEST_SHARE * value else None
     where, error = point.point.sweep_value, point.point.error_bound + float(np.spacing(abs(distance)))
     return Margin(parameter, point.label, point.kind, point.family, where, distance, relative, ends_stability, error)
 

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import cast
 
 from vireport.blocks import WIDEST_MARGIN
-from vireport.branches import Branch, CriticalPoint
-from vireport.design import stable_ranges
+from vireport.branches import CriticalPoint
+from vireport.design import ending_labels
 from vireport.errors import NumericalError
 from vireport.model import PARAMETERS, Device, Parameter, Sweep
 from vireport.solution import SAME_POINT, Solution, solve
-
-OF_ONE_MOTION = ("period_doubling", "fold", "grazing")
-"""Kinds at which a stable motion is lost even where another stable motion coexists with it. A pitchfork passes its
-stability on, and at a change between node and focus nothing ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +76,9 @@ def endings(device: Device, solution: Solution | None, reach: float) -> Endings:
         around = cast(Solution, solution) if own else solve(Sweep(device, parameter, *_range(parameter, at)))
         sweep = around.curve.sweep
         ranges.append((parameter, min(sweep.start, sweep.end), max(sweep.start, sweep.end)))
-        labels = set(_labels(around, at))
+        labels = ending_labels(around, at)
+        if not labels:
+            raise NumericalError(f"no stable range of {parameter} was found around the design point {at:.9g}")
         for point in around.critical_points:
             if point.label in labels:
                 value, bound = point.point.sweep_value, point.point.error_bound
@@ -108,30 +105,3 @@ def _range(parameter: Parameter, at: float, reach: float = WIDEST_MARGIN / 100) 
 def _reaches(sweep: Sweep, at: float, reach: float) -> bool:
     low, high = _range(sweep.parameter, at, reach)
     return bool(min(sweep.start, sweep.end) <= low and high <= max(sweep.start, sweep.end))
-
-
-def _labels(solution: Solution, at: float) -> Iterator[str]:
-    """Labels of what ends the stable range that holds a value, or one of the stable motions in it."""
-    holding = [part for part in stable_ranges(solution) if part.start <= at <= part.end]
-    if not holding:
-        parameter = solution.curve.sweep.parameter
-        raise NumericalError(f"no stable range of {parameter} was found around the design point {at:.9g}")
-    for part in holding:
-        yield from (part.start_reason, part.end_reason)
-    kinds = {point.label: point.kind for point in solution.critical_points}
-    for branch in solution.branches:
-        for first, last in stable_runs(branch):
-            ends = sorted((float(branch.motions.sweep_value[row]), branch.event[row]) for row in (first, last))
-            if ends[0][0] <= at <= ends[1][0]:
-                yield from (label for _, label in ends if kinds.get(label) in OF_ONE_MOTION)
-
-
-def stable_runs(branch: Branch) -> list[tuple[int, int]]:
-    """First and last rows of the stretches of a branch over which it is stable without a break."""
-    runs: list[tuple[int, int]] = []
-    for part in branch.segments():
-        if part.stable and runs and runs[-1][1] == part.first:
-            runs[-1] = (runs[-1][0], part.last)
-        elif part.stable:
-            runs.append((part.first, part.last))
-    return runs

@@ -176,5 +176,5 @@ def _kernel() -> ModuleType | Any:
     try:
         from vireport import kernel
     except ImportError as error:
-        raise NumericalError("the simulation needs the package numba: pip install numba") from error
+        raise NumericalError("the simulation needs the package numba: pip install 'vireport[simulation]'") from error
     return kernel

@@ -87,9 +87,9 @@ EXPLANATIONS: dict[str, Explanation] = {
     "VR008": Explanation(
         "warning",
         "Numbers at the design point are ill-conditioned",
-        "Rounding of the inputs alone moves the velocity or phase by more than 1e-9: the motion is on a fold, next to "
-        "an impact without velocity, or the restitution is next to 1.",
-        "Read digits only down to the error bounds; move away from the fold, or use a restitution further from 1.",
+        "One rounding of the inputs, in their sixteenth digit, moves the motion in its ninth or before: it is next to "
+        "a fold or pitchfork, or the restitution is next to 1. What is known of the inputs decides how much holds.",
+        "Move away from the fold, or use a restitution further from 1; do not act on the digits beyond.",
     ),
     "VR009": Explanation(
         "warning",
@@ -97,7 +97,7 @@ EXPLANATIONS: dict[str, Explanation] = {
         "The restitution coefficient is rarely known to better than a few per cent. Within 5 % of the value given the "
         "stable motion of the design point is lost, or its impact velocity changes by more than twice as much as the "
         "restitution does.",
-        "Measure the restitution, and study the design with its least and largest value (--set device.restitution=...).",
+        "Measure the restitution; study the design with its least and largest value (--set device.restitution=...).",
     ),
     "VR010": Explanation(
         "warning",

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 
 SCHEMA_VERSION = 1
 
+DIFFERENCE = 2e-15
+"""Error of a difference between two computed velocities (of the order of 1) or phases: their rounding."""
+
 
 def results(study: Study, provenance: Provenance) -> dict[str, Any]:
     """Return the results of a study as plain data, ready for JSON.
@@ -135,7 +138,8 @@ COLUMNS = {
 
 def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
     """Error bounds by the names of the columns, and why some are null."""
-    found: dict[str, Any] = {COLUMNS.get(name, name): shown(bound) for name, bound in bounds.items()}
+    columns = shown(np.stack(list(bounds.values())))
+    found: dict[str, Any] = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
     return {**found, "null_means": NO_BOUND} if any(None in column for column in found.values()) else found
 
 
@@ -191,8 +195,9 @@ def _table_row(row: Row, bounds: dict[str, Any]) -> dict[str, Any]:
     """A row of Table 1, its ends with the bounds they have on their branch."""
     found = asdict(row)
     ends = {"start": found.pop("first_row"), "end": found.pop("last_row")}
-    errors = {f"{name}_{end}": shown(bounds[key][i])[0] for end, i in ends.items() for name, key in DIRECTIONS}
-    return {**found, "error_bounds": errors}
+    names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
+    errors = shown(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
+    return {**found, "error_bounds": dict(zip(names, errors[0], strict=True))}
 
 
 DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
@@ -243,6 +248,7 @@ def _simulation(check: CrossCheck) -> dict[str, Any]:
         "orbits_checked": check.orbits,
         "velocity_difference": check.velocity_difference,
         "phase_difference_rad": check.phase_difference,
+        "error_bounds": {"velocity_difference": DIFFERENCE, "phase_difference_rad": DIFFERENCE},
         "tolerance": check.tolerance,
         "misses": [asdict(miss) for miss in check.misses],
         "basin": None
@@ -258,24 +264,31 @@ def _simulation(check: CrossCheck) -> dict[str, Any]:
             {
                 "sweep_value": float(value),
                 "d": float(d),
-                "ends": [_end(one) for one in found],
+                "ends": [_end(one, float(d), float(gbar), check.restitution) for one in found],
             }
-            for value, d, found in zip(check.values, check.d, check.found, strict=True)
+            for value, d, gbar, found in zip(check.values, check.d, check.gbar, check.found, strict=True)
         ],
     }
 
 
-def _end(attractor: Attractor) -> dict[str, Any]:
+def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any]:
     """What a start leads to; what a motion that is not periodic does not have is null."""
+    from vireport.cycles import growth_bound
+
     cycle = attractor.cycle
     exponent = attractor.lyapunov
+    bound = None if cycle is None else growth_bound(d, gbar, r, cycle)
+    finite = isfinite(exponent)
+    # Of a motion that is not periodic the exponent is an average over a finite time: an estimate without a bound.
+    rate = bound / cycle.growth / cycle.period if cycle is not None and bound is not None and finite else None
     return {
         "outcome": attractor.outcome.name.lower(),
         "word": attractor.word or None,
         "period": attractor.period or None,
         "residual": None if cycle is None else cycle.residual,
         "multiplier": None if cycle is None else cycle.growth,
-        "lyapunov": exponent if isfinite(exponent) else None,
+        "lyapunov": exponent if finite else None,
+        "error_bounds": {"multiplier": bound, "lyapunov": rate},
     }
 
 

@@ -180,7 +180,7 @@ def _shares(base: Base) -> Iterator[Case]:
 
 def _on_surface(base: Base, u: float, gbar: float | None) -> Finding:
     """The solutions at a given q, on both sheets, and whether a run over the length finds the ones that are motions."""
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
 
     r, n = float(base.device.restitution), base.device.period_ratio
     own = float(base.device.groups("length_m", base.device.length_m)[1])
@@ -329,14 +329,14 @@ def _deflected(base: Base, delta: float) -> Finding:
 
 
 def _struck(base: Base, speed: float) -> Finding:
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
     from vireport.energy import Membrane, voltages
 
     m = base.membrane
-    values = (m.stiffness, m.exponent, m.active_radius_m, m.ball_radius_m, m.bias_voltage_v)
-    found = voltages(np.array([speed]), np.array([-speed]), base.ball_mass_kg, Membrane(*values))
+    membrane = Membrane(m.stiffness, m.exponent, m.active_radius_m, m.ball_radius_m, m.bias_voltage_v)
+    found = voltages(np.array([speed]), np.array([-speed]), base.ball_mass_kg, membrane)
     require_finite(found)
-    delta, volts = exact.voltage(speed, base.ball_mass_kg, *values)
+    delta, volts = exact.voltage(speed, base.ball_mass_kg, membrane)
     pairs = ((found.deflection_m[0], delta), (found.average_v[0], volts))
     worst = max(0.0 if b < 1e-300 and a < 1e-300 else float(abs(a - b) / abs(b)) for a, b in pairs)
     return Finding(f"{found.deflection_m[0]:.4g} m, {found.average_v[0]:.4g} V", worst, BOUND)

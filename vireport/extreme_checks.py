@@ -156,11 +156,6 @@ class Base:
         """The study with the length swept over a range of d."""
         return self.study(("length_m", self.length(d[0]), self.length(d[1])), formats)
 
-    def over_span(self) -> Study:
-        """The study with the scenario's own sweep of the length."""
-        length = float(self.device.length_m)
-        return self.study(("length_m", self.span[0] * length, self.span[1] * length))
-
 
 PAPER = Base(Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0), 0.0041, Membrane(), (0.59 / 0.6934, 0.75 / 0.6934))
 """The device of the paper's Fig. 3 (c)-(d), and the sweep of its Fig. 2 (d)-(f)."""
@@ -261,7 +256,8 @@ def errors(
 
     With `near` the swept value is not held: the reference is the nearest motion of the sweep.
     """
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
+    from vireport.extreme_search import pressing, wall_gap
 
     found = []
     r, n = exact.mpf(device.restitution), device.period_ratio
@@ -290,9 +286,9 @@ def errors(
                 (motions.sweep_value[i], value, abs(value) or 1),
                 (motions.trace[i], trace, (1 + abs(trace)) * (1 + 1 / slowest)),
             ]
-            press = min(abs(exact.pressing(state, gbar, n, top)) for top in (False, True))
+            press = min(abs(pressing(state, gbar, n, top)) for top in (False, True))
             if r > 0 or press > MATCH:  # without restitution the gap jumps where the wall begins to hold the ball
-                pairs.append((motions.wall_gap[i], exact.wall_gap(state, d, gbar, r, n), 1))
+                pairs.append((motions.wall_gap[i], wall_gap(state, d, gbar, r, n), 1))
             found.append(max(float(abs(exact.mpf(float(a)) - b) / scale) for a, b, scale in pairs))
     return found
 
@@ -304,7 +300,8 @@ def _turned(phase: float, to: Any, exact: Any) -> Any:
 
 def _incomplete(study: Study) -> list[str]:
     """Motions of the design point that the reference finds without a guess and the study does not have."""
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
+    from vireport.extreme_search import all_motions, wall_gap
 
     device = study.device
     assert study.design is not None
@@ -313,11 +310,11 @@ def _incomplete(study: Study) -> list[str]:
     missing = []
     with exact.precise:
         d, gbar = exact.groups(device, parameter, study.design.value)
-        for state in exact.all_motions(d, gbar, r, n):
+        for state in all_motions(d, gbar, r, n):
             velocity, phase, q = float(state[0]), float(state[1]), float(state[2]) + 0.5
             apart = np.abs(motions.velocity_bottom - velocity) + np.abs(motions.q - q)
             apart = apart + np.abs(np.angle(np.exp(1j * (motions.phi_bottom - phase))))
-            if np.min(apart, initial=np.inf) > MATCH and exact.wall_gap(state, d, gbar, r, n) > 0:
+            if np.min(apart, initial=np.inf) > MATCH and wall_gap(state, d, gbar, r, n) > 0:
                 missing.append(f"a motion at q = {q:.6g}, velocity {velocity:.6g} was not found")
     return missing
 
@@ -331,7 +328,8 @@ def point_error(point: CriticalPoint, device: Device, parameter: Parameter) -> t
 
 def exact_value(point: CriticalPoint, device: Device, parameter: Parameter, gap: float = 0.0) -> Any:
     """The swept value of a critical point, solved from the printed conditions; of a near graze, with its gap."""
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
+    from vireport.extreme_search import pressing, short_touch, turning_points
 
     n, p, symmetric = device.period_ratio, point.point, point.family == "symmetric"
     with exact.precise:
@@ -340,18 +338,7 @@ def exact_value(point: CriticalPoint, device: Device, parameter: Parameter, gap:
         d, gbar = exact.groups(device, parameter, p.sweep_value)
 
         def solved(condition: Any, x: list[Any]) -> list[Any]:
-            """The state, the swept value and the unknowns beyond them at which a condition holds."""
-
-            def residual(x: list[Any]) -> list[Any]:
-                state = (exact.symmetric_velocity(x[1], r), x[1], exact.mpf(0)) if symmetric else (x[0], x[1], x[2])
-                d, gbar = exact.groups(device, parameter, x[3])
-                equations = exact.periodicity(state, d, gbar, r, n)
-                if symmetric:  # the velocity and q are known: the equations for them are those that say so
-                    equations = [x[0] - state[0], x[2], equations[2]]
-                return [*equations, *condition(state, d, gbar, *x[4:])]
-
-            found: list[Any] = exact.newton(residual, x)
-            return found
+            return exact.special_motion(device, parameter, condition, x, symmetric)
 
         x = [*start, exact.mpf(p.sweep_value)]
         if point.kind != "grazing":
@@ -362,14 +349,14 @@ def exact_value(point: CriticalPoint, device: Device, parameter: Parameter, gap:
         if "velocity" in point.detail:
             at_top = "top" in point.detail
             return solved(lambda state, d, g: [exact.velocity_top(state, g, r, n) if at_top else state[0]], x)[3]
-        turn = min(exact.turning_points(start, d, gbar, r, n), key=lambda one: abs(one[0]), default=None)
+        turn = min(turning_points(start, d, gbar, r, n), key=lambda one: abs(one[0]), default=None)
         if turn is None or abs(turn[0]) > MATCH or (r == 0 and turn[2] < SHORT):
             # A ball that hardly rebounds touches the wall it is leaving, at about the time at which that ceases to
             # press; without any rebound, exactly then.
-            which = int(abs(exact.pressing(start, gbar, n, True)) < abs(exact.pressing(start, gbar, n, False)))
-            press, time = exact.short_touch(start, gbar, r, n, which)
+            which = int(abs(pressing(start, gbar, n, True)) < abs(pressing(start, gbar, n, False)))
+            press, time = short_touch(start, gbar, r, n, which)
             sign = -1 if which else 1
-            x = solved(lambda state, d, g: [sign * exact.pressing(state, g, n, bool(which)) - press], x)
+            x = solved(lambda state, d, g: [sign * pressing(state, g, n, bool(which)) - press], x)
             if r == 0:
                 return x[3]
         else:

@@ -137,7 +137,7 @@ def _beside_fold(base: Base, inside: float) -> Finding:
 
 def _twins(base: Base, point: CriticalPoint, inside: float) -> tuple[Base, list[Any]]:
     """A device so little inside a fold, and the two motions that meet there, in 40 digits."""
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
 
     n, p = base.device.period_ratio, point.point
     with exact.precise:
@@ -170,7 +170,7 @@ def _twins(base: Base, point: CriticalPoint, inside: float) -> tuple[Base, list[
 
 def _all_changes(base: Base) -> Finding:
     """Count the changes of type by the printed trace along the whole curve, and compare with the points found."""
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
 
     study = base.over()
     assert study.solution is not None
@@ -241,13 +241,14 @@ def _nearest(base: Base) -> Any:
 
 def _codimension_two(base: Base, near: CriticalPoint) -> float:
     """The gbar at which a motion both grazes and has lambda = -1."""
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
+    from vireport.extreme_search import turning_points
 
     n, p = base.device.period_ratio, near.point
     with exact.precise:
         r = exact.mpf(base.device.restitution)
         guess = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi), exact.mpf(p.u))
-        turns = exact.turning_points(guess, exact.mpf(p.d), exact.mpf(p.gbar), r, n)
+        turns = turning_points(guess, exact.mpf(p.d), exact.mpf(p.gbar), r, n)
         _, which, time = min(turns, key=lambda one: abs(one[0]))
 
         def residual(x: list[Any]) -> list[Any]:
@@ -280,7 +281,8 @@ def _cusp(base: Base) -> Finding:
 
 def _gap(base: Base, gap: float) -> Finding:
     """A device whose ball passes a membrane at this distance."""
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
+    from vireport.extreme_search import wall_gap
 
     points = [p for p in _found(base, "grazing") if "velocity" not in p.detail]
     if not points or base.device.restitution == 0:
@@ -301,7 +303,7 @@ def _gap(base: Base, gap: float) -> Finding:
             m = motions.motions
             start = [float(m.velocity_bottom[near]), float(m.phi_bottom[near]), float(m.q[near]) - 0.5]
             x = exact.motion(start, d, gbar, r, n)
-            true = float(exact.wall_gap((x[0], x[1], x[2]), d, gbar, r, n))
+            true = float(wall_gap((x[0], x[1], x[2]), d, gbar, r, n))
         worst = max(worst, abs(float(m.wall_gap[near]) - true))
         right = right and (abs(true) < GAP_BOUND or bool(m.admissible[near]) == (true > 0))
         said.append(f"{float(m.wall_gap[near]):.2e} for {true:.2e}")

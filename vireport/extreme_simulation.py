@@ -106,7 +106,7 @@ def _exact_flight(model: tuple[float, float, float], velocity: float, phase: flo
 
     Relative to the time and to 1 + |velocity|.
     """
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
 
     with exact.precise:
         d, gbar, r = (exact.mpf(x) for x in model)
@@ -152,7 +152,7 @@ def _slow_leaving(model: tuple[float, float, float]) -> Finding:
 
 
 def _slow_settling(model: tuple[float, float, float]) -> Finding:
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
 
     rows, _ = follow_one(check_model(*model)[0], check_start(Impact(BOTTOM, 1e-300, 0.3), model[0]), 3)
     require_finite(rows[:, : VELOCITY + 1], "an impact")
@@ -165,7 +165,7 @@ def _slow_settling(model: tuple[float, float, float]) -> Finding:
 
 def _apex(gbar: float, gap: float) -> Finding:
     """A flight from the middle whose highest point is a hair inside or outside the top membrane, at -d/2."""
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
 
     phase, velocity = 2.0, -0.2
     with exact.precise:
@@ -190,7 +190,7 @@ def _apex(gbar: float, gap: float) -> Finding:
 
 def _hops(model: tuple[float, float, float], velocity: float, phase: float) -> Any:
     """Time in which hops on the bottom die out, added up one by one in 40 digits; None where the ball gets away."""
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
 
     mp, mpf = exact.mp, exact.mpf
     with mp.workdps(HOP_DIGITS):
@@ -262,7 +262,7 @@ def _free(r: float) -> Finding:
 
 def _many_impacts(model: tuple[float, float, float]) -> Finding:
     """Ten million impacts at once; of the last flights, the residual of (2.12) in 40 digits."""
-    from vireport import extreme_reference as exact
+    from vireport import highprecision as exact
 
     kept, summary = follow(check_model(*model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
     rows, made = kept[0], int(summary[0, 0])

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from math import isfinite
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 from vireport.errors import NumericalError, VireportError
 from vireport.extreme_cases import motion_cases
@@ -22,11 +23,12 @@ from vireport.extreme_simulation import simulation_cases
 from vireport.scenario import Loaded
 from vireport.study import SMALLEST_LOSS
 
+if TYPE_CHECKING:
+    from vireport.timing import Progress
+
 __all__ = ["Case", "Finding", "Outcome", "catalogue", "judge", "run_catalogue"]
 
-Progress = Callable[[str], None]
-
-INSTALL = {"numba": "pip install 'vireport[simulation]'", "mpmath": "pip install mpmath"}
+INSTALL = {"numba": "pip install 'vireport[simulation]'", "mpmath": "pip install 'vireport[accuracy]'"}
 """How to get the packages that cases need."""
 
 ABSENT = "does not occur"

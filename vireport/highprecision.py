@@ -1,37 +1,52 @@
-"""The motion, its critical points and its voltage in 40-digit arithmetic, from the printed equations alone.
+"""The model in 40-digit arithmetic, from the printed equations alone: the yardstick and the judge of the package.
 
-What the methods of the accuracy study are measured against. Nothing is shared with the closed form: the unknowns
-are the velocity, the phase and the flight time of the two maps (3.3)-(3.6), closed after 2n by (3.1), traces are by
-(A.4) as printed, voltages by (5.1)-(5.5) as printed. The numbers of the scenario are taken as the doubles they are.
+It shares no line with the solution or the simulation: motions are closed by the maps (3.3)-(3.6) and not by the
+equations (3.9)-(3.12) that the solution makes of them, traces are by (A.4) and voltages by (5.1)-(5.5) as printed.
+Numbers of the package enter as the exact values of their doubles. A state is (velocity before the bottom impact,
+phase there, u = q - 1/2). Needs mpmath.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from mpmath import mp, mpf  # type: ignore[import-untyped]
-
 from vireport.errors import NumericalError
+
+try:
+    from mpmath import mp as mp  # type: ignore[import-untyped]
+    from mpmath import mpf as mpf
+except ImportError as error:
+    raise NumericalError("40-digit arithmetic needs the package mpmath: pip install 'vireport[accuracy]'") from error
 
 if TYPE_CHECKING:
     from vireport.energy import Membrane
-    from vireport.model import Device
+    from vireport.model import Device, Parameter
 
-DIGITS = 40
-"""Digits that are right in every number given back."""
+DIGITS = 60
+"""Working precision: 40 digits are left where twenty cancel, as they do for a gbar of 1e-16."""
 
-GUARD = 15
-"""Further digits that are carried, for what the conditioning next to a critical point costs."""
+SETTLED = 40
+"""Decades below its scale to which Newton's last step has fallen."""
 
-MOST_STEPS = 12
-"""Newton's corrections; from a double four are usual."""
+MOST_STEPS = 40
+"""Newton steps, of which six are usual from a guess in doubles; near a double root each gains but a factor of two."""
 
-Number = Any
-"""An `mpf`, of a package without type hints."""
+VOLTAGE_DIGITS = 420
+"""Of a voltage: at 1e-300 m/s the deflection is 1e-168 m, and the formulae subtract its square from 1."""
 
-Condition = Callable[[list[Number]], list[Number]]
+State = tuple[Any, Any, Any]
+"""Velocity before the bottom impact [y_c], phase there [rad], q - 1/2; of mpf."""
+
+Equations = Callable[[list[Any]], list[Any]]
+"""Residuals of some unknowns."""
+
+Condition = Callable[..., list[Any]]
+"""Residuals of a motion that is to be a special one: of its state, d and gbar, and of unknowns beyond them."""
+
+precise: Any = mp.workdps(DIGITS)
+"""Context in which the functions below are to be called that take numbers of mpmath."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,20 +65,17 @@ class ReferenceOrbit:
         Share of the period from bottom to top.
     velocity_unit : mpf
         y_c [m/s].
-    residual : float
-        Largest residual of the equations that were solved.
     """
 
-    value: Number
-    velocity: Number
-    velocity_top: Number
-    phase: Number
-    q: Number
-    velocity_unit: Number
-    residual: float
+    value: Any
+    velocity: Any
+    velocity_top: Any
+    phase: Any
+    q: Any
+    velocity_unit: Any
 
 
-def reference_orbit(device: Device, parameter: str, value: float, guess: Sequence[float]) -> ReferenceOrbit:
+def reference_orbit(device: Device, parameter: Parameter, value: float, guess: Sequence[float]) -> ReferenceOrbit:
     """The motion at a value of a parameter.
 
     Parameters
@@ -78,18 +90,20 @@ def reference_orbit(device: Device, parameter: str, value: float, guess: Sequenc
     Raises
     ------
     NumericalError
-        If Newton's corrections do not settle.
+        If Newton's steps do not settle.
     """
-    with mp.workdps(DIGITS + GUARD):
-        problem = _Problem(device, parameter)
-        velocity, phase, q = guess
-        start = [mpf(velocity), mpf(phase), problem.period * mpf(q)]
-        held = mpf(value)
-        found, residual = _newton(lambda x: problem.closure([*x, held]), start)
-        return problem.orbit([*found, held], residual)
+    with precise:
+        velocity, phase, q = (mpf(number) for number in guess)
+        d, gbar = groups(device, parameter, value)
+        start = [velocity, phase, q - mpf(1) / 2]
+        try:
+            state = motion(start, d, gbar, mpf(device.restitution), device.period_ratio)
+        except ArithmeticError as error:
+            raise NumericalError(str(error)) from error
+        return _orbit(device, parameter, state, mpf(value))
 
 
-def reference_critical(device: Device, parameter: str, kind: str, guess: Sequence[float]) -> ReferenceOrbit:
+def reference_critical(device: Device, parameter: Parameter, kind: str, guess: Sequence[float]) -> ReferenceOrbit:
     """A critical point, with the value of the parameter that it stands at.
 
     Parameters
@@ -105,146 +119,214 @@ def reference_critical(device: Device, parameter: str, kind: str, guess: Sequenc
     Raises
     ------
     NumericalError
-        If Newton's corrections do not settle.
+        If Newton's steps do not settle.
 
     Notes
     -----
     A pitchfork is a double point of the curve of motions; on the symmetric motions (q = 1/2, equal speeds) alone it
     is a simple one, and is solved for there.
     """
-    with mp.workdps(DIGITS + GUARD):
-        problem = _Problem(device, parameter)
-        sign = -1 if kind == "period_doubling" else 1
+    with precise:
         velocity, phase, q, value = (mpf(number) for number in guess)
-        target = sign * (1 + problem.r**4)
-        if kind == "pitchfork":
-            half = problem.period / 2
+        r, n = mpf(device.restitution), device.period_ratio
+        target = (-1 if kind == "period_doubling" else 1) * (1 + r**4)
+        start = [velocity, phase, q - mpf(1) / 2, value]
 
-            def symmetric(x: list[Number]) -> list[Number]:
-                full = [x[0], x[1], half, x[2]]
-                return [problem.closure(full)[0], problem.velocity_top(full) + x[0], problem.trace(full) - target]
+        def condition(state: State, d: Any, gbar: Any) -> list[Any]:
+            return [trace(state, gbar, r, n) - target]
 
-            (velocity, phase, value), residual = _newton(symmetric, [velocity, phase, value])
-            return problem.orbit([velocity, phase, half, value], residual)
-        found, residual = _newton(
-            lambda x: [*problem.closure(x), problem.trace(x) - target], [velocity, phase, problem.period * q, value]
-        )
-        return problem.orbit(found, residual)
+        try:
+            *state, value = special_motion(device, parameter, condition, start, kind == "pitchfork")
+        except ArithmeticError as error:
+            raise NumericalError(str(error)) from error
+        return _orbit(device, parameter, (state[0], state[1], state[2]), value)
 
 
-def reference_voltage(speed_bottom: Number, speed_top: Number, mass: float, membrane: Membrane) -> Number:
-    """U_ave of a motion with one impact on each membrane [V], Eq. (5.1).
+def reference_voltage(orbit: ReferenceOrbit, mass: float, membrane: Membrane) -> Any:
+    """U_ave of a motion [V], Eq. (5.1).
 
     Parameters
     ----------
-    speed_bottom, speed_top : mpf
-        Relative velocities at the impacts, of either sign [m/s].
+    orbit : ReferenceOrbit
     mass : float
         Of the ball [kg].
     membrane : Membrane
     """
-    with mp.workdps(DIGITS + GUARD):
-        return sum(_gain(mpf(speed), mpf(mass), membrane) for speed in (speed_bottom, speed_top)) / 2
+    with precise:
+        speeds = (orbit.velocity_unit * velocity for velocity in (orbit.velocity, orbit.velocity_top))
+        return sum(voltage(speed, mass, membrane)[1] for speed in speeds) / 2
 
 
-def _gain(speed: Number, mass: Number, membrane: Membrane) -> Number:
-    """U_imp - Uin [V], Eqs. (5.2)-(5.5) as printed."""
-    h, k, uin = mpf(membrane.exponent), mpf(membrane.stiffness), mpf(membrane.bias_voltage_v)
-    rc, rb = mpf(membrane.active_radius_m), mpf(membrane.ball_radius_m)
-    delta = ((h + 1) / (2 * k) * mass * speed**2) ** (1 / (h + 1))
-    cosine = (-2 * rb * (delta - rb) + 2 * rc * mp.sqrt(rc**2 + delta**2 - 2 * delta * rb)) / (
-        2 * (rc**2 + (delta - rb) ** 2)
+def digits(number: Any, count: int) -> str:
+    """A number as text with so many digits."""
+    with precise:
+        return str(mp.nstr(number, count))
+
+
+def _orbit(device: Device, parameter: Parameter, state: State, value: Any) -> ReferenceOrbit:
+    velocity, phase, u = state
+    gbar = groups(device, parameter, value)[1]
+    top = velocity_top(state, gbar, mpf(device.restitution), device.period_ratio)
+    return ReferenceOrbit(value, velocity, top, phase, mpf(1) / 2 + u, _velocity_unit(device, parameter, value))
+
+
+def _at(device: Device, parameter: Parameter, value: Any) -> dict[str, Any]:
+    """The parameters of a device, of which one has a value."""
+    names = "length_m", "amplitude_n", "frequency_hz", "inclination_deg"
+    return {name: mpf(value if name == parameter else getattr(device, name)) for name in names}
+
+
+def groups(device: Device, parameter: Parameter, value: Any) -> tuple[Any, Any]:
+    """Return d and gbar of a device whose `parameter` has `value`, Eqs. (2.5) and (2.6)."""
+    x, mass = _at(device, parameter, value), mpf(device.capsule_mass_kg)
+    force, omega = x["amplitude_n"], 2 * mp.pi * x["frequency_hz"]
+    weight = mass * mpf(device.gravity_m_s2) * mp.sin(x["inclination_deg"] * mp.pi / 180)
+    return x["length_m"] * mass * omega**2 / (force * mp.pi**2), weight / force
+
+
+def _velocity_unit(device: Device, parameter: Parameter, value: Any) -> Any:
+    """y_c [m/s], Eq. (2.5)."""
+    x = _at(device, parameter, value)
+    return x["amplitude_n"] * mp.pi / (mpf(device.capsule_mass_kg) * 2 * mp.pi * x["frequency_hz"])
+
+
+def flight(t: Any, start: Any, speed: Any, phase: Any, gbar: Any, ops: Any = mp) -> tuple[Any, Any]:
+    """Z and Z' a time t after leaving `start` with `speed`, Eqs. (2.11) and (2.12) with (3.13)."""
+    pi = ops.pi
+    f1, f1_start = ops.sin(pi * t + phase) / pi, ops.sin(phase) / pi
+    f2, f2_start = -ops.cos(pi * t + phase) / pi**2, -ops.cos(phase) / pi**2
+    position = start + speed * t + gbar / 2 * t**2 + f2 - f2_start - f1_start * t
+    return position, speed + gbar * t + f1 - f1_start
+
+
+def periodicity(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[Any]:
+    """Residuals of the maps (3.3)-(3.6) closed by (3.1): where and how fast the flight up and the flight down end."""
+    velocity, phase, u = state
+    up = 2 * n * (mpf(1) / 2 + u)
+    top, speed = flight(up, d / 2, -r * velocity, phase, gbar)
+    bottom, back = flight(2 * n - up, -d / 2, -r * speed, phase + mp.pi * up, gbar)
+    return [top + d / 2, bottom - d / 2, back - velocity]
+
+
+def velocity_top(state: State, gbar: Any, r: Any, n: int) -> Any:
+    """Velocity before the top impact, Eq. (3.8)."""
+    return gbar * 2 * n / (1 + r) - state[0]
+
+
+def trace(state: State, gbar: Any, r: Any, n: int, ops: Any = mp) -> Any:
+    """Tr(DP) by Eq. (A.4); with numpy for `ops`, of arrays."""
+    velocity, phase, u = state
+    period = 2 * n
+    up = period * (0.5 + u)
+    down = period - up
+    f0, f1, f2 = ops.cos(phase), ops.cos(phase + ops.pi * up), ops.cos(phase + ops.pi * period)
+    s3 = velocity - gbar * period / (r + 1)
+    s1 = up * f0 - r * velocity + gbar * up
+    s2 = down * f1 + r * s3 + gbar * down
+    return (
+        (r + r * up * (gbar + f1) / s3) * (r - r * down * (gbar + f2) / velocity)
+        + r * up * (gbar + f1 - (gbar + f2) * s2 / velocity) / s3
+        - r * down * (gbar + f0 + (gbar + f1) * s1 / s3) / velocity
+        - s2 * s1 / (velocity * s3)
     )
-    area = 2 * mp.pi * rb**2 * (1 - cosine) + (mp.pi * rc**2 - mp.pi * rb**2 * (1 - cosine**2)) / cosine
-    return (area / (mp.pi * rc**2)) ** 2 * uin - uin
 
 
-class _Problem:
-    """The printed equations for a device; unknowns are x = (velocity, phase, flight time up, swept value)."""
-
-    def __init__(self, device: Device, parameter: str) -> None:
-        self.parameter = parameter
-        self.values = {
-            name: mpf(0 if (value := getattr(device, name)) is None else value)
-            for name in ("length_m", "amplitude_n", "frequency_hz", "inclination_deg")
-        }
-        self.mass, self.gravity = mpf(device.capsule_mass_kg), mpf(device.gravity_m_s2)
-        self.r, self.period = mpf(device.restitution), mpf(2 * device.period_ratio)
-
-    def units(self, value: Number) -> tuple[Number, Number, Number]:
-        """d, gbar and y_c, Eqs. (2.5) and (2.6)."""
-        at = self.values | {self.parameter: value}
-        force, omega = at["amplitude_n"], 2 * mp.pi * at["frequency_hz"]
-        length_unit = force * mp.pi**2 / (self.mass * omega**2)
-        gbar = self.mass * self.gravity * mp.sin(at["inclination_deg"] * mp.pi / 180) / force
-        return at["length_m"] / length_unit, gbar, force * mp.pi / (self.mass * omega)
-
-    def closure(self, x: list[Number]) -> list[Number]:
-        """Maps P1 and P2, Eqs. (3.3)-(3.6), closed by (3.1): two positions and a velocity."""
-        velocity, phase, up, value = x
-        d, gbar, _ = self.units(value)
-        down = self.period - up
-        rise, velocity_top = _flight(up, -self.r * velocity, phase, gbar)
-        fall, velocity_back = _flight(down, -self.r * velocity_top, phase + mp.pi * up, gbar)
-        return [rise + d, fall - d, velocity_back - velocity]
-
-    def velocity_top(self, x: list[Number]) -> Number:
-        """Velocity before the top impact, Eq. (3.3)."""
-        velocity, phase, up, value = x
-        return _flight(up, -self.r * velocity, phase, self.units(value)[1])[1]
-
-    def trace(self, x: list[Number]) -> Number:
-        """Tr(DP), Eq. (A.4)."""
-        velocity, phase, up, value = x
-        g, r = self.units(value)[1], self.r
-        down = self.period - up
-        f0, f1, f2 = (mp.cos(phase + mp.pi * t) for t in (0, up, self.period))
-        s3 = velocity - g * self.period / (r + 1)
-        s1 = up * f0 - r * velocity + g * up
-        s2 = down * f1 + r * s3 + g * down
-        return (
-            (r + r * up * (g + f1) / s3) * (r - r * down * (g + f2) / velocity)
-            + r * up * (g + f1 - (g + f2) * s2 / velocity) / s3
-            - r * down * (g + f0 + (g + f1) * s1 / s3) / velocity
-            - s2 * s1 / (velocity * s3)
-        )
-
-    def orbit(self, x: list[Number], residual: float) -> ReferenceOrbit:
-        """The unknowns as a motion."""
-        velocity, phase, up, value = x
-        unit = self.units(value)[2]
-        return ReferenceOrbit(value, velocity, self.velocity_top(x), phase, up / self.period, unit, residual)
+def symmetric_velocity(phase: Any, r: Any) -> Any:
+    """Velocity at either impact of a symmetric motion: (3.9) at q = 1/2 and gbar = 0, for odd n."""
+    return 2 * mp.sin(phase) / (mp.pi * (1 - r))
 
 
-def _flight(t: Number, speed: Number, phase: Number, gbar: Number) -> tuple[Number, Number]:
-    """Displacement and velocity a time t after an impact, Eqs. (2.12) and (2.11) with (3.13)."""
-    f1, f1_start = mp.sin(mp.pi * t + phase) / mp.pi, mp.sin(phase) / mp.pi
-    f2, f2_start = -mp.cos(mp.pi * t + phase) / mp.pi**2, -mp.cos(phase) / mp.pi**2
-    moved = speed * t + gbar / 2 * t**2 + f2 - f2_start - f1_start * t
-    return moved, speed + gbar * t + f1 - f1_start
+def newton(function: Equations, guess: list[Any], scale: list[Any] | None = None) -> list[Any]:
+    """Solve function(x) = 0 from a guess; with more unknowns than equations, for the nearest solution.
 
+    Distances are measured in `scale`, the size of each unknown by default.
 
-def _newton(function: Condition, start: list[Number]) -> tuple[list[Number], float]:
-    """Solve as many equations as unknowns from a guess; the unknowns and the largest residual left."""
-    x, scale = start, [abs(number) or mpf(1) for number in start]
-    difference, last = mpf(10) ** (-(DIGITS + GUARD) // 2), mpf(10) ** (-DIGITS - 3)
+    Raises
+    ------
+    ArithmeticError
+        If the steps do not settle.
+    """
+    x = [mpf(value) for value in guess]
+    scale = [mpf(value) for value in scale] if scale else [abs(value) or mpf(1) for value in x]
+    h = mpf(10) ** (-DIGITS // 2)
     for _ in range(MOST_STEPS):
-        value = function(x)
+        value = mp.matrix(function(x))
         columns = []
         for i, size in enumerate(scale):
-            shifted = [number + difference * size * (k == i) for k, number in enumerate(x)]
-            columns.append([(a - b) / difference for a, b in zip(function(shifted), value, strict=True)])
+            shifted = list(x)
+            shifted[i] += h * size
+            columns.append((mp.matrix(function(shifted)) - value) / h)
+        jacobian = mp.matrix([[column[k] for column in columns] for k in range(len(value))])
         try:
-            step = mp.lu_solve(mp.matrix(columns).T, mp.matrix(value))
+            if len(x) == len(value):
+                step = mp.lu_solve(jacobian, value)
+            else:
+                step = jacobian.T * mp.lu_solve(jacobian * jacobian.T, value)
         except ZeroDivisionError as error:
-            raise NumericalError("the reference is degenerate: its equations do not depend on the motion") from error
-        x = [number - size * step[i] for i, (number, size) in enumerate(zip(x, scale, strict=True))]
-        if max(abs(s) for s in step) < last:
-            return x, float(max(abs(number) for number in function(x)))
-    raise NumericalError(f"the reference did not settle to {DIGITS} digits from the guess")
+            raise ArithmeticError("the 40-digit reference is degenerate") from error
+        x = [a - size * step[i] for i, (a, size) in enumerate(zip(x, scale, strict=True))]
+        if mp.norm(step) < mpf(10) ** -SETTLED:
+            return x
+    raise ArithmeticError("the 40-digit reference did not settle from its guess")
 
 
-def digits(number: Number, count: int) -> str:
-    """A number as text with so many digits."""
-    with mp.workdps(DIGITS + GUARD):
-        return str(mp.nstr(number, count))
+def special_motion(
+    device: Device, parameter: Parameter, condition: Condition, guess: list[Any], symmetric: bool
+) -> list[Any]:
+    """The motion of a sweep at which a condition holds: state, swept value, and the unknowns beyond them.
+
+    A symmetric one is looked for among the symmetric motions alone, whose velocity and q are known.
+    """
+    r, n = mpf(device.restitution), device.period_ratio
+
+    def equations(x: list[Any]) -> list[Any]:
+        state = (symmetric_velocity(x[1], r), x[1], mpf(0)) if symmetric else (x[0], x[1], x[2])
+        d, gbar = groups(device, parameter, x[3])
+        closed = periodicity(state, d, gbar, r, n)
+        if symmetric:  # two of the equations then say no more than what the velocity and q are
+            closed = [x[0] - state[0], x[2], closed[0]]
+        return [*closed, *condition(state, d, gbar, *x[4:])]
+
+    return newton(equations, guess)
+
+
+def motion(guess: list[Any], d: Any, gbar: Any, r: Any, n: int) -> State:
+    """The motion near a guess of (velocity, phase, u) for given d and gbar."""
+    velocity, phase, u = newton(lambda x: periodicity((x[0], x[1], x[2]), d, gbar, r, n), guess)
+    return velocity, phase, u
+
+
+def at(phase: Any, u: Any, guess: list[Any], r: Any, n: int) -> tuple[Any, Any, Any]:
+    """Velocity, gbar and d of the one motion with this phase and q, from a guess of the three."""
+    velocity, gbar, d = newton(lambda x: periodicity((x[0], phase, u), x[2], x[1], r, n), guess, [1, 1, 1])
+    return velocity, gbar, d
+
+
+def flights(state: State, d: Any, gbar: Any, r: Any, n: int) -> Iterator[tuple[Any, Any, Any, Any]]:
+    """Start, speed, phase and duration of the flight up and of the flight down."""
+    velocity, phase, u = state
+    up = 2 * n * (mpf(1) / 2 + u)
+    yield d / 2, -r * velocity, phase, up
+    yield -d / 2, -r * velocity_top(state, gbar, r, n), phase + mp.pi * up, 2 * n - up
+
+
+def symmetric_motions(d: Any, r: Any, n: int) -> Iterator[State]:
+    """Symmetric motions of a horizontal capsule: d = n (1+r) Zd/2 - 2 cos(phi)/pi^2 with `symmetric_velocity`."""
+    sine, cosine = n * (1 + r) / (mp.pi * (1 - r)), -2 / mp.pi**2
+    ratio = d / mp.hypot(sine, cosine)
+    if abs(ratio) <= 1:
+        for sign in (1, -1):
+            phase = mp.atan2(sine, cosine) + sign * mp.acos(ratio)
+            yield symmetric_velocity(phase, r), phase, mpf(0)
+
+
+def voltage(speed: Any, mass: float, membrane: Membrane) -> tuple[Any, Any]:
+    """Deflection (5.5) [m] and U_imp - Uin (5.2)-(5.4) [V] of an impact at `speed` [m/s], of either sign."""
+    with mp.workdps(VOLTAGE_DIGITS):
+        h, k, uin = mpf(membrane.exponent), mpf(membrane.stiffness), mpf(membrane.bias_voltage_v)
+        rc, rb = mpf(membrane.active_radius_m), mpf(membrane.ball_radius_m)
+        delta = ((h + 1) / (2 * k) * mpf(mass) * mpf(speed) ** 2) ** (1 / (h + 1))
+        root = mp.sqrt(rc**2 + delta**2 - 2 * delta * rb)
+        cosine = (-2 * rb * (delta - rb) + 2 * rc * root) / (2 * (rc**2 + (delta - rb) ** 2))
+        area = 2 * mp.pi * rb**2 * (1 - cosine) + (mp.pi * rc**2 - mp.pi * rb**2 * (1 - cosine**2)) / cosine
+        return delta, (area / (mp.pi * rc**2)) ** 2 * uin - uin

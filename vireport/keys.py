@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args, get_origin
 
 # Of pydantic only the core is used: models would cost more time to set up than it takes to solve a scenario.
 
@@ -94,16 +94,7 @@ def block_schema(block: type[Any]) -> Any:
     """
     found: dict[str, Any] = {}
     for entry in entries(block):
-        if entry.is_block:
-            schema = block_schema(entry.kind)
-        elif entry.kind in _CORE_TYPES:
-            schema = {"type": _CORE_TYPES[entry.kind], **entry.key.bounds}
-        elif entry.kind == NUMBERS:
-            several = {"type": "list", "items_schema": {"type": "float"}, **entry.key.bounds}
-            made = {"type": "no-info", "function": tuple}
-            schema = {"type": "function-after", "schema": several, "function": made}
-        else:
-            schema = {"type": "literal", "expected": list(get_args(entry.kind))}
+        schema = _value_schema(entry.kind, entry.key.bounds)
         if entry.optional:
             schema = {"type": "nullable", "schema": schema}
         found[entry.attribute] = {
@@ -115,3 +106,15 @@ def block_schema(block: type[Any]) -> Any:
     tree = {"type": "typed-dict", "fields": found, "config": _STRICTLY}
     make = {"type": "no-info", "function": lambda values: block(**values)}
     return {"type": "function-after", "schema": tree, "function": make}
+
+
+def _value_schema(kind: Any, bounds: dict[str, float]) -> Any:
+    """Schema of a value: a block, a number, a text, a truth value, a list of such, or one of several words."""
+    if isinstance(kind, type) and is_dataclass(kind):
+        return block_schema(kind)
+    if kind in _CORE_TYPES:
+        return {"type": _CORE_TYPES[kind], **bounds}
+    if get_origin(kind) is not tuple:
+        return {"type": "literal", "expected": list(get_args(kind))}
+    several = {"type": "list", "items_schema": _value_schema(get_args(kind)[0], {}), **bounds}
+    return {"type": "function-after", "schema": several, "function": {"type": "no-info", "function": tuple}}

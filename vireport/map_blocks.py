@@ -7,12 +7,11 @@ A map file is a scenario without a sweep, and this block. Nothing here reads a f
 
 from dataclasses import dataclass
 from functools import cache
-from types import NoneType
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 from pydantic_core import SchemaValidator
 
-from vireport.keys import Key, entries
+from vireport.keys import Key, block_schema, entries
 
 AxisPath = Literal[
     "inclination_deg",
@@ -105,41 +104,7 @@ def validated(tree: object) -> Map:
 
 @cache
 def _validator() -> SchemaValidator:
-    return SchemaValidator(_schema(Map))
-
-
-_CONFIG = {"strict": True, "extra_fields_behavior": "forbid", "allow_inf_nan": False}
-_BLOCKS = (Axis, MapSimulation)
-
-
-def _schema(block: type[Any]) -> Any:
-    """Schema, in the terms of pydantic's core, of a dictionary that becomes a block; see `blocks._block_schema`."""
-    found = {}
-    for entry in entries(block):
-        schema = _value_schema(entry.kind, entry.key.bounds)
-        if entry.optional:
-            schema = {"type": "nullable", "schema": schema}
-        found[entry.attribute] = {
-            "type": "typed-dict-field",
-            "schema": schema,
-            "required": entry.required,
-            "validation_alias": entry.name,
-        }
-    tree = {"type": "typed-dict", "fields": found, "config": _CONFIG}
-    make = {"type": "no-info", "function": lambda values: block(**values)}
-    return {"type": "function-after", "schema": tree, "function": make}
-
-
-def _value_schema(kind: Any, bounds: dict[str, float]) -> Any:
-    if kind in _BLOCKS:
-        return _schema(kind)
-    if kind in (float, int):
-        return {"type": "float" if kind is float else "int", **bounds}
-    elements = [one for one in get_args(kind) if one not in (Ellipsis, NoneType)]
-    if all(isinstance(one, str) for one in elements):
-        return {"type": "literal", "expected": elements}
-    several = {"type": "list", "items_schema": _value_schema(elements[0], {}), **bounds}
-    return {"type": "function-after", "schema": several, "function": {"type": "no-info", "function": tuple}}
+    return SchemaValidator(block_schema(Map))
 
 
 @cache
@@ -153,7 +118,7 @@ def _below(block: type[Any], path: str) -> dict[str, Allowed]:
     for entry in entries(block):
         here = f"{path}.{entry.name}" if path else entry.name
         elements = [one for one in get_args(entry.kind) if one is not Ellipsis]
-        if entry.kind in _BLOCKS:
+        if entry.is_block:
             found |= {here: _block(entry.kind), **_below(entry.kind, here)}
         elif elements == [Axis]:
             found[here] = Allowed("list", f"a list of {FEWEST_AXES} to {MOST_AXES} axes, each a block of keys")

@@ -39,13 +39,14 @@ PANEL: Place = (sheet.LEFT, sheet.BOTTOM, 4.75, 4.1)
 BAR: Place = (sheet.LEFT + 4.75 + 0.16, sheet.BOTTOM, 0.18, 4.1)
 """The scale of its colours [in]."""
 
-BLANK = "#FFFFFF"
-"""Where there is no motion."""
+BLANK: dict[str, Any] = {"facecolor": "#FFFFFF", "edgecolor": "#999999", "hatch": "////", "linewidth": 0.0}
+"""Where there is no motion: hatched, as white is a shade of the margin too."""
 
 TYPES = {"stable node": "#0072B2", "stable focus": "#7CC4EE", "unstable node": "#F3DCB0"}
 """From dark to light, so that they are apart in grey as well."""
 
 NO_MOTION = "no 1:1 motion"
+OF_ALL = "curves: where any of the 1:1 motions changes or ends, also an unstable one beside a stable one"
 
 LOCI: dict[str, tuple[str, dict[str, Any]]] = {
     "period_doubling": ("period doubling (B)", {"color": BLACK, "linestyle": "-"}),
@@ -222,7 +223,9 @@ def _page(
     legend = wrapped(
         [entries, [(LOCI[kind][0], LOCI[kind][1] | {"linewidth": LINE}) for kind in LOCI if kind in drawn]]
     )
-    head = [(f"{title}; white: {NO_MOTION}", BLACK)] + ([(note, WARNING)] if note else [])
+    head = [(f"{title}; hatched: {NO_MOTION}", BLACK)] + ([(note, WARNING)] if note else [])
+    if loci:
+        head.append((OF_ALL, BLACK))
     height = PANEL[1] + PANEL[3] + 0.16 + ROW * (len(head) + len(legend))
     page = Page(sheet.blank(height), height)
     page.heading(head, legend)
@@ -259,6 +262,7 @@ def _fill(panel: Panel, raster: Raster, values: Floats, colors: Colormap, norm: 
     orders = np.argsort(raster.x), np.argsort(raster.y)
     x, y = raster.x[orders[0]], raster.y[orders[1]]
     shown = np.ma.masked_invalid(values[np.ix_(orders[1], orders[0])])
+    panel.axes.patch.set(**BLANK)
     panel.axes.pcolorfast(_edges(x), _edges(y), shown, cmap=colors, norm=norm, zorder=0.5)
     panel.axes.set_xlim(panel.x)
     panel.axes.set_ylim(panel.y)

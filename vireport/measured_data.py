@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from vireport.compliance import Compliance
+from vireport.compliant import TOLERANCE
+from vireport.compliant_orbits import CompliantOrbit
 from vireport.workprecision import WorkPrecision
 
 DIVERGED = 1e300
@@ -33,8 +35,14 @@ def compliance_data(made: Compliance) -> dict[str, Any]:
         "nothing": made.reason or None,
         "grade": made.grade,
         **{name: plain(getattr(made, name)) for name in names},
+        "error_bounds": [None if rung.orbit is None else _rung_bound(rung.orbit) for rung in made.rungs],
         "criteria": [{**plain(one), "grade": one.grade} for one in made.criteria],
     }
+
+
+def _rung_bound(orbit: CompliantOrbit) -> float:
+    """Relative error of a compliant motion: tolerance and residual over the distance of a multiplier from 1."""
+    return 10 * (TOLERANCE + orbit.residual) / min(abs(1 - multiplier) for multiplier in orbit.multipliers)
 
 
 def plain(value: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from vireport.criteria import Criterion
     from vireport.curves import Simulated
     from vireport.figures import Picture
-
-Progress = Callable[[str], None]
+    from vireport.timing import Progress
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,13 +85,7 @@ def write_outputs(
         study = with_certificates(study)
     files = render(study, command, templates, say)
     say("writing")
-    try:
-        if files:
-            folder.mkdir(parents=True, exist_ok=True)
-        for name, data in files.items():
-            write_whole(folder / name, data)
-    except OSError as error:
-        raise UsageError(f"{error.filename or folder} cannot be written: {error.strerror}") from error
+    write_files(folder, files)
     say("")
     from vireport.verdict import verdict_of
 
@@ -157,6 +150,23 @@ def _overlay(study: Study) -> Simulated | None:
     from vireport.overlay import simulated_points
 
     return simulated_points(study)
+
+
+def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files by their names into a folder, which is made if there are any.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be written to.
+    """
+    try:
+        if files:
+            folder.mkdir(parents=True, exist_ok=True)
+        for name, data in files.items():
+            write_whole(folder / name, data)
+    except OSError as error:
+        raise UsageError(f"{error.filename or folder} cannot be written: {error.strerror}") from error
 
 
 def write_whole(path: Path, data: bytes) -> None:

@@ -126,7 +126,9 @@ def grid_of(n: int, smallest: float | None) -> Grid:
     near_edge = 0.5 - spacing * 10.0 ** np.arange(-4, 0, 0.5)
     first = np.floor(np.log10(spacing if smallest is None else smallest))
     decades = 10.0 ** np.arange(first, np.log10(PER_DECADE * spacing), 1 / PER_DECADE)
-    return Grid(np.unique(np.concatenate([even, decades, -decades, near_edge, -near_edge])), n, smallest is None)
+    u = np.sort(np.concatenate([even, decades, -decades, near_edge, -near_edge]))
+    # Not np.unique, which imports numpy.ma: longer than all else that a design point takes.
+    return Grid(u[np.append(True, u[1:] > u[:-1])], n, smallest is None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

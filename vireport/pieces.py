@@ -90,7 +90,7 @@ def _runs(curve: Curve, samples: Samples, k: int) -> Iterator[Run]:
         for i, part in enumerate(parts):
             lead = [] if i == 0 else [inner[i - 1]]
             tail = [] if i == len(parts) - 1 else [inner[i]]
-            body = part[~np.isin(part, inner)]
+            body = part[np.all(part[:, None] != np.array(inner), axis=1)]  # np.isin would import numpy.ma
             yield (
                 k,
                 np.concatenate([lead, body, tail]),
@@ -189,7 +189,7 @@ def _with_dips(curve: Curve, found: list[Piece]) -> list[Piece]:
     crossing = height(lowest) < -TOUCH
     result = []
     for i, piece in enumerate(found):
-        extra = np.unique(lowest[crossing & (owner[row] == i)])
+        extra = np.array(sorted(set(lowest[crossing & (owner[row] == i)])))
         order = np.argsort(np.concatenate([piece.w, extra]), kind="stable")
         event = np.concatenate([piece.event, np.full(len(extra), -1, dtype=np.int8)])
         result.append(Piece(piece.strand, np.concatenate([piece.w, extra])[order], event[order]))

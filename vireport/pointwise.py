@@ -80,8 +80,9 @@ def find_motions(d: Floats, gbar: Floats, r: float | Floats, n: int) -> Found:
         Forcing periods per motion, the same for all.
     """
     each = np.broadcast_to(np.asarray(r, dtype=float), d.shape)
-    shared, place = np.unique(each, return_inverse=True)
     groups: list[tuple[Ints, float | None]]
+    one = np.ndim(r) == 0  # then without np.unique, which imports numpy.ma and takes longer than a design point
+    shared, place = (np.atleast_1d(r), np.zeros(len(d))) if one else np.unique(each, return_inverse=True)
     if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(d):
         groups = [(np.arange(len(d)), None)]
     else:

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from vireport.blocks import Requirements
 from vireport.criteria import DIGITS, Criterion, Judgement, criterion, held
-from vireport.design import StableInterval, design_point, stable_ranges
-from vireport.endings import OF_ONE_MOTION, Endings, endings, stable_runs
+from vireport.design import OF_ONE_MOTION, StableInterval, design_point, stable_ranges, stable_runs
+from vireport.endings import Endings, endings
 from vireport.energy import Membrane, Voltages, voltages
 from vireport.errors import NumericalError
 from vireport.model import Parameter, Sweep
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from vireport.study import Study
 
 Floats = NDArray[np.float64]
+Names = tuple[str, ...]
 
 UNITS: dict[Parameter, str] = {"length_m": "m", "amplitude_n": "N", "frequency_hz": "Hz", "inclination_deg": "deg"}
 
@@ -167,14 +168,16 @@ def _stable(study: Study) -> NDArray[np.bool_]:
 def _voltages(study: Study, asked: Requirements) -> Iterator[Criterion]:
     volts = study.design_voltages
 
-    def at_design(pick: Callable[[Voltages], Floats], limit: float, unit: str, least: bool) -> Judgement:
-        values = pick(cast(Voltages, volts))[_stable(study)]
+    def at_design(pick: Callable[[Voltages], Floats], limit: float, unit: str, least: bool, of: Names) -> Judgement:
+        stable, bounds = _stable(study), cast(dict[str, Floats], study.bounds.design)
+        values = pick(cast(Voltages, volts))[stable]
         which = f"the {'least' if least else 'largest'} of {len(values)} stable motions" if len(values) > 1 else ""
-        return held(float(values.min() if least else values.max()), limit, unit, least, which)
+        bound = sum(float(bounds[name][stable].max()) for name in of)
+        return held(float(values.min() if least else values.max()), limit, unit, least, which, bound)
 
     limit = asked.u_ave_at_least_v
     if limit is not None:
-        judge = partial(at_design, lambda x: x.average_v, limit, "V", True)
+        judge = partial(at_design, lambda x: x.average_v, limit, "V", True, ("average_v",))
         yield criterion(study, ("u_ave_at_least_v",), "U_ave", (f"at least {limit:.12g} V", limit, "V"), judge)
     limit = asked.u_ave_difference_at_most_v
     if limit is not None:
@@ -183,12 +186,12 @@ def _voltages(study: Study, asked: Requirements) -> Iterator[Criterion]:
         yield criterion(study, (key,), title, (f"at most {limit:.12g} V", limit, "V"), judge)
     limit = asked.u_bottom_top_difference_at_most_v
     if limit is not None:
-        judge = partial(at_design, lambda x: np.abs(x.bottom_v - x.top_v), limit, "V", False)
+        judge = partial(at_design, lambda x: np.abs(x.bottom_v - x.top_v), limit, "V", False, ("bottom_v", "top_v"))
         key, title = "u_bottom_top_difference_at_most_v", "Difference of voltage between the ends"
         yield criterion(study, (key,), title, (f"at most {limit:.12g} V", limit, "V"), judge)
     limit = asked.deflection_at_most_m
     if limit is not None:
-        judge = partial(at_design, lambda x: x.deflection_m, limit, "m", False)
+        judge = partial(at_design, lambda x: x.deflection_m, limit, "m", False, ("deflection_m",))
         key = "deflection_at_most_m"
         yield criterion(study, (key,), "Deflection", (f"at most {limit:.12g} m", limit, "m"), judge)
 
@@ -202,16 +205,22 @@ def _spread(study: Study, asked: Requirements, limit: float) -> Judgement:
         if not _covered(solution, (low, high)).passed:
             raise NumericalError("there is no stable 1:1 motion over all of the range that is required")
         found += [_u_ave_at(study, value) for value in (low, high)]
-    for branch, volts in zip(solution.branches, study.voltages, strict=True):
+    bound = 0.0
+    for branch, volts, bounds in zip(solution.branches, study.voltages, study.bounds.branches, strict=True):
         for first, last in stable_runs(branch):
             rows = slice(first, last + 1)
             value, u_ave = with_peaks(branch.motions.sweep_value[rows], volts.average_v[rows])
             found.append(u_ave[(value >= low) & (value <= high)])
+            # A summit between samples is off by less than it stands above them.
+            summit = max(
+                float(u_ave.max() - volts.average_v[rows].max()), float(volts.average_v[rows].min() - u_ave.min())
+            )
+            bound = max(bound, summit + float(bounds["average_v"][rows].max()))
     all_of_them = np.concatenate(found)
     if not all_of_them.size:
         raise NumericalError("there is no stable 1:1 motion in the sweep")
     least, most = float(all_of_them.min()), float(all_of_them.max())
-    return held(most - least, limit, "V", False, f"U_ave from {least:.6g} to {most:.6g} V")
+    return held(most - least, limit, "V", False, f"U_ave from {least:.6g} to {most:.6g} V", 2 * bound)
 
 
 def _u_ave_at(study: Study, value: float) -> Floats:

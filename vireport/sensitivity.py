@@ -11,6 +11,7 @@ from vireport.contact import SMALLEST_RESTITUTION, contacts
 from vireport.energy import Membrane, voltages
 from vireport.model import Device
 from vireport.motions import Motions
+from vireport.orbits import orbits
 from vireport.pointwise import find_motions
 from vireport.stability import STABILITY, classify
 
@@ -21,6 +22,9 @@ UNSURE = 0.05
 
 SMALL = 1e-4
 """Relative change by which an elasticity is found."""
+
+ROUNDING = float(np.finfo(float).eps)
+"""Relative change of an input that is the smallest there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +77,26 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
             moved = np.min(np.abs(there - before)) / before
             elasticity = max(elasticity, float(moved / abs(other / r - 1)))
     return RestitutionEffect(None, elasticity)
+
+
+def input_error(device: Device, motions: Motions) -> Floats:
+    """How far one rounding of d and gbar moves q or the phase of each motion of a design point.
+
+    By the inverse of the derivatives of (d, gbar) with respect to (q, phase), which are singular on a fold.
+    """
+    r, n, u, phi = device.restitution, device.period_ratio, motions.u, motions.phi_bottom
+    step = SMALL * (1 - r) / (1 + r)
+
+    def slopes(du: float, dphi: float) -> tuple[Floats, Floats]:
+        ahead, behind = orbits(u + du, phi + dphi, r, n), orbits(u - du, phi - dphi, r, n)
+        return (ahead.d - behind.d) / (2 * step), (ahead.gbar - behind.gbar) / (2 * step)
+
+    (d_u, gbar_u), (d_phi, gbar_phi) = slopes(step, 0.0), slopes(0.0, step)
+    determinant = np.maximum(np.abs(d_u * gbar_phi - d_phi * gbar_u), ROUNDING)
+    of_d, of_gbar = ROUNDING * motions.d, ROUNDING * motions.gbar
+    in_u = (np.abs(gbar_phi) * of_d + np.abs(d_phi) * of_gbar) / determinant
+    in_phi = (np.abs(gbar_u) * of_d + np.abs(d_u) * of_gbar) / determinant
+    return np.asarray(np.minimum(np.maximum(in_u, in_phi), 1.0))
 
 
 def mass_elasticity(speed_bottom: Floats, speed_top: Floats, mass: float, membrane: Membrane) -> float:

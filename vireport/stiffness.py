@@ -28,9 +28,9 @@ from vireport.solution import Solution, solve
 
 if TYPE_CHECKING:
     from vireport.study import Study
+    from vireport.timing import Progress
 
 Floats = NDArray[np.float64]
-Progress = Callable[[str], None]
 
 LADDER = (1.0, 1e2, 1e4, 1e6, 1e8)
 """Factors of the stiffness."""

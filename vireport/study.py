@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from vireport.compliance import Compliance
     from vireport.criteria import Criterion
     from vireport.crosscheck import CrossCheck
+    from vireport.timing import Progress
     from vireport.uncertainty import Bounds
     from vireport.workprecision import WorkPrecision
 
-Progress = Callable[[str], None]
 
 SMALLEST_LOSS = 1e-6
 """1 - r below which the motions are not resolved: they draw together as 1 - r, and det DP = r^4 comes too near to 1."""

@@ -29,6 +29,7 @@ COMPUTING = ("numpy", "scipy", "numba", "mpmath")
 
 
 Progress = Callable[[str], None]
+"""Told each step as it begins."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -75,9 +75,8 @@ def _of(study: Study, sweep: Sweep, motions: Motions, given: tuple[Floats, Float
     return {**found, **voltage_bounds(velocities, errors, unit, mass, study.membrane)}
 
 
-def shown(bound: Any) -> list[float | None]:
-    """Bounds as they are written: rounded up to two digits, None where there is none."""
-    bound = np.atleast_1d(np.asarray(bound, dtype=float))
+def shown(bound: Floats) -> list[Any]:
+    """Bounds as they are written, in nested lists: rounded up to two digits, None where there is none."""
     usable = np.isfinite(bound) & (bound > 0)
     safe = np.where(usable, bound, 1.0)
     power = 1 - np.floor(np.log10(safe))
@@ -86,4 +85,6 @@ def shown(bound: Any) -> list[float | None]:
     down = np.where(power < 0, 10.0 ** np.clip(-power, 0, 300), 1.0)
     rounded = np.ceil(safe * up / down * (1 + 1e-12)) / up * down
     written = np.where(usable & (safe > 1e-290), rounded, bound)
-    return [value if value < np.inf else None for value in written.tolist()]
+    if usable.all() or np.all(written < np.inf):
+        return list(written.tolist())
+    return [[x if x < np.inf else None for x in row] for row in np.atleast_2d(written).tolist()]

@@ -12,7 +12,7 @@ import numpy as np
 
 from vireport.alerts import NEAR_CRITICAL
 from vireport.criteria import Criterion, unmet
-from vireport.design import DesignPoint, StableInterval
+from vireport.design import DesignPoint, Margin
 from vireport.formatting import percent, quantity, significant
 from vireport.stability import STABILITY
 from vireport.study import Study
@@ -72,30 +72,6 @@ class Verdict:
     facts: tuple[Fact, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Limit:
-    """A critical point that ends a stable range around the design point.
-
-    Attributes
-    ----------
-    part : StableInterval
-    value : float
-        Of the parameter, at the end.
-    label : str
-        Of the critical point.
-    distance : float
-        From the design value; negative below it.
-    relative : float or None
-        The same over the design value.
-    """
-
-    part: StableInterval
-    value: float
-    label: str
-    distance: float
-    relative: float | None
-
-
 def verdict_of(study: Study) -> Verdict:
     """Judge a study.
 
@@ -150,17 +126,6 @@ def _accepted(criteria: tuple[Criterion, ...]) -> Fact:
     met, count = sum(one.passed for one in criteria), len(criteria)
     detail = f"{met} of {count}: see the acceptance table"
     return Fact(ACCEPTED, "Yes", detail, "good") if met == count else Fact(ACCEPTED, "No", detail, "bad")
-
-
-def nearest_limits(study: Study, design: DesignPoint) -> list[Limit]:
-    """Critical points that end the stable ranges around the design point, nearest first."""
-    found = []
-    for part in design.stable:
-        at = float(getattr(study.device, part.parameter))
-        for value, label in ((part.start, part.start_reason), (part.end, part.end_reason)):
-            if label != SWEEP_END:
-                found.append(Limit(part, value, label, value - at, (value - at) / at if at else None))
-    return sorted(found, key=lambda limit: abs(limit.relative) if limit.relative is not None else np.inf)
 
 
 def _motion(study: Study) -> Fact:
@@ -219,7 +184,7 @@ def _where(study: Study) -> Fact:
 
 
 def _margin(study: Study, design: DesignPoint) -> Fact:
-    limits = nearest_limits(study, design)
+    limits = [margin for margin in design.margins if margin.ends_stability]
     if not design.stable:
         short = "margin not known, outside the sweep"
         return Fact(MARGIN, NOT_KNOWN, "The design point lies outside the sweep", "caution", short)
@@ -227,12 +192,12 @@ def _margin(study: Study, design: DesignPoint) -> Fact:
         detail = "No critical point ends the stable range within what was searched"
         return Fact(MARGIN, "Not limited", detail, "good", "no critical point near")
     first = limits[0]
-    swept = SWEPT[first.part.parameter]
+    swept = SWEPT[first.parameter]
     relative = None if first.relative is None else abs(first.relative)
     size = percent(relative) if relative is not None else swept.value(abs(first.distance), 3)
-    point = f"{kind_of(study, first.part.parameter, first.label)} {first.label}"
+    point = f"{kind_of(study, first.parameter, first.label)} {first.label}"
     side = "below" if first.distance < 0 else "above"
-    detail = f"{capital(point)} at {swept.symbol} = {swept.value(first.value)}, {side} the design point"
+    detail = f"{capital(point)} at {swept.symbol} = {swept.value(first.sweep_value)}, {side} the design point"
     detail += _handover(design, first)
     near = relative is not None and relative < NEAR_CRITICAL
     where = f" in {swept.symbol}" if study.sweep is None else ""
@@ -240,14 +205,14 @@ def _margin(study: Study, design: DesignPoint) -> Fact:
     return Fact(MARGIN, f"{size} in {swept.symbol}", detail, "caution" if near else "good", short)
 
 
-def _handover(design: DesignPoint, limit: Limit) -> str:
+def _handover(design: DesignPoint, limit: Margin) -> str:
     """The pitchfork, if any, that a symmetric motion meets before its stable range ends."""
     if not limit.distance or not design.families or design.families[0] != "symmetric":
         return ""
-    swept = SWEPT[limit.part.parameter]
+    swept = SWEPT[limit.parameter]
     for margin in design.margins:
         within = 0 < margin.distance / limit.distance < 1
-        if margin.parameter == limit.part.parameter and margin.kind == "pitchfork" and within:
+        if margin.parameter == limit.parameter and margin.kind == "pitchfork" and within:
             place = f"{swept.symbol} = {swept.value(margin.sweep_value)}"
             return f"; before it, at {place} ({margin.label}), two asymmetric motions take over from the symmetric one"
     return ""

@@ -15,14 +15,11 @@ from vireport.closedform import Guess, Wanted
 from vireport.contenders import device_at
 from vireport.design import DesignPoint, design_point
 from vireport.energy import voltages
-from vireport.errors import NumericalError
 from vireport.methods import Found
 from vireport.model import Sweep
 from vireport.motions import Motions
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
     from vireport.highprecision import ReferenceOrbit
     from vireport.study import Study
 
@@ -129,10 +126,11 @@ def yardstick(study: Study) -> Yardstick | None:
     chosen = _chosen(study)
     if chosen is None:
         return None
+    from vireport.highprecision import digits, reference_critical, reference_orbit, reference_voltage
+
     design, row = chosen
     sweep, motions = _sweep_through(study, design), design.motions
-    high = _high_precision()
-    exact = high.reference_orbit(
+    exact = reference_orbit(
         sweep.device,
         sweep.parameter,
         design.value,
@@ -144,17 +142,16 @@ def yardstick(study: Study) -> Yardstick | None:
     truth: dict[str, Any] = {"velocity": exact.velocity, "phase": exact.phase}
     mass = study.scenario.device.ball_mass_kg
     if mass is not None and study.membrane is not None:
-        speeds = (speed * exact.velocity_unit for speed in (exact.velocity, exact.velocity_top))
-        truth["voltage"] = high.reference_voltage(*speeds, mass, study.membrane)
+        truth["voltage"] = reference_voltage(exact, mass, study.membrane)
     point, critical = _critical_point(study), None
     if point is not None and study.sweep is not None:
         p, line = point.point, point.family == "symmetric"
-        there = high.reference_critical(
+        there = reference_critical(
             sweep.device, sweep.parameter, point.kind, (p.velocity_bottom, p.phi, 0.5 + p.u, p.sweep_value)
         )
         critical, truth["critical"] = Wanted(sweep, point.kind, line, _aside(there, line, off)), there.value
     quantities = tuple(
-        Quantity(key, "critical" if key == "critical" else "orbit", high.digits(number, SHOWN), key != "phase")
+        Quantity(key, "critical" if key == "critical" else "orbit", digits(number, SHOWN), key != "phase")
         for key, number in truth.items()
     )
     return Yardstick(design.value, orbit, critical, point, quantities, truth, off, study)
@@ -205,11 +202,3 @@ def _aside(orbit: ReferenceOrbit, symmetric: bool, off: float) -> Guess:
 def _relative(found: float, truth: Any) -> float:
     """Relative error, formed in the digits of the truth."""
     return float(abs((found - truth) / truth)) if truth else abs(found)
-
-
-def _high_precision() -> ModuleType:
-    try:
-        from vireport import highprecision
-    except ImportError as error:
-        raise NumericalError("the accuracy study needs the package mpmath: pip install 'vireport[accuracy]'") from error
-    return highprecision
