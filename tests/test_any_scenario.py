@@ -95,8 +95,7 @@ def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
     loaded = loads(json.dumps(tree))
     try:
         study = analyse(loaded, ("json",))
-    except NumericalError as error:
-        assert str(error)
+    except NumericalError:
         return
     json.loads(results_json(study, provenance_of(loaded, "")))  # has no NaN and no infinity, or it raises
     n, bounds = loaded.scenario.period_ratio, study.bounds
@@ -114,8 +113,8 @@ def check(m: Motions, bound: dict[str, np.ndarray], n: int) -> None:
     for name in Motions.__slots__:
         assert np.all(np.isfinite(getattr(m, name))), name
     assert all(np.all(b >= 0) for b in bound.values())
-    assert np.all(m.velocity_bottom >= -bound["velocity_bottom"])
-    assert np.all(m.velocity_top <= bound["velocity_top"])
+    assert np.all(m.velocity_bottom >= -bound["velocity_bottom"] - 1e-14)
+    assert np.all(m.velocity_top <= bound["velocity_top"] + 1e-14)
     assert np.all((m.d > 0) & (m.q >= 0) & (m.q <= 1) & (m.wall_gap <= m.d))
     assert not np.any(m.admissible & (m.wall_gap <= 0))
     r = m.restitution

@@ -112,8 +112,8 @@ EXPLANATIONS: dict[str, Explanation] = {
         "The contact is long for the rigid model",
         "The ball is in contact with a membrane for more than 1 % of the forcing period, while the model takes impacts "
         "as instantaneous. Velocities and phases then shift by about as much, and critical points by more.",
-        "Run `vireport accuracy`, which solves the motion with the membrane's own stiffness, and see how far things "
-        "move; or use a stiffer membrane or a lighter ball.",
+        "See how far things move with the membrane's own stiffness: vireport accuracy, or an accuracy block in the "
+        "scenario, solves that motion. Or use a stiffer membrane or a lighter ball.",
     ),
     "VR012": Explanation(
         "note",

@@ -198,7 +198,7 @@ def _on_surface(base: Base, u: float, gbar: float | None) -> Finding:
     if abs(u) == 0.5:
         return Finding(f"d = {np.abs(found.d).max():.1e}", float(np.abs(found.d).max()), 10 * UNIT)
     worst = 0.0
-    with exact.precise:
+    with exact.precise():
         for i, phi in enumerate(phase):
             start = [float(found.velocity_bottom[i]), float(found.gbar[i]), float(found.d[i])]
             velocity, exact_gbar, d = exact.at(exact.mpf(float(phi)), exact.mpf(u), start, exact.mpf(r), n)

@@ -261,7 +261,7 @@ def errors(
 
     found = []
     r, n = exact.mpf(device.restitution), device.period_ratio
-    with exact.precise:
+    with exact.precise():
         for i in rows:
             given = [float(getattr(motions, name)[i]) for name in ("velocity_bottom", "phi_bottom")]
             given += [float(motions.q[i] - 0.5), float(motions.sweep_value[i])]
@@ -308,7 +308,7 @@ def _incomplete(study: Study) -> list[str]:
     motions, parameter = study.design.motions, study.design.parameter
     r, n = exact.mpf(device.restitution), device.period_ratio
     missing = []
-    with exact.precise:
+    with exact.precise():
         d, gbar = exact.groups(device, parameter, study.design.value)
         for state in all_motions(d, gbar, r, n):
             velocity, phase, q = float(state[0]), float(state[1]), float(state[2]) + 0.5
@@ -332,7 +332,7 @@ def exact_value(point: CriticalPoint, device: Device, parameter: Parameter, gap:
     from vireport.extreme_search import pressing, short_touch, turning_points
 
     n, p, symmetric = device.period_ratio, point.point, point.family == "symmetric"
-    with exact.precise:
+    with exact.precise():
         r = exact.mpf(device.restitution)
         start = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi), exact.mpf(p.u))
         d, gbar = exact.groups(device, parameter, p.sweep_value)

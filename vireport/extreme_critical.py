@@ -140,7 +140,7 @@ def _twins(base: Base, point: CriticalPoint, inside: float) -> tuple[Base, list[
     from vireport import highprecision as exact
 
     n, p = base.device.period_ratio, point.point
-    with exact.precise:
+    with exact.precise():
         r, gbar = exact.mpf(base.device.restitution), exact.groups(base.device, "length_m", 1)[1]
         fold = [exact.mpf(x) for x in (p.velocity_bottom, p.u, p.d)]
         step, phase = exact.mpf(10) ** -4, exact.mpf(p.phi)
@@ -245,7 +245,7 @@ def _codimension_two(base: Base, near: CriticalPoint) -> float:
     from vireport.extreme_search import turning_points
 
     n, p = base.device.period_ratio, near.point
-    with exact.precise:
+    with exact.precise():
         r = exact.mpf(base.device.restitution)
         guess = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi), exact.mpf(p.u))
         turns = turning_points(guess, exact.mpf(p.d), exact.mpf(p.gbar), r, n)
@@ -289,7 +289,7 @@ def _gap(base: Base, gap: float) -> Finding:
         raise NotThereError("the ball of this device touches no membrane but the one that it is leaving")
     n, said, worst, right = base.device.period_ratio, [], 0.0, True
     for point in points[:3]:
-        with exact.precise:
+        with exact.precise():
             length = float(exact_value(point, base.device, "length_m", gap))
             there = base.with_device(length_m=length)
             r = exact.mpf(there.device.restitution)

@@ -108,7 +108,7 @@ def _exact_flight(model: tuple[float, float, float], velocity: float, phase: flo
     """
     from vireport import highprecision as exact
 
-    with exact.precise:
+    with exact.precise():
         d, gbar, r = (exact.mpf(x) for x in model)
         start, speed, angle = d / 2, -r * exact.mpf(velocity), exact.mpf(phase)
         wall = d / 2 * int(row[WALL])
@@ -156,7 +156,7 @@ def _slow_settling(model: tuple[float, float, float]) -> Finding:
 
     rows, _ = follow_one(check_model(*model)[0], check_start(Impact(BOTTOM, 1e-300, 0.3), model[0]), 3)
     require_finite(rows[:, : VELOCITY + 1], "an impact")
-    with exact.precise:
+    with exact.precise():
         release = (exact.mp.acos(-exact.mpf(model[1])) - exact.mpf(0.3)) / exact.mp.pi
         error = float(abs(rows[0, SETTLING] + rows[0, RIDING] - release) / release)
     text = f"settled in {rows[0, SETTLING]:.1e}, rode {rows[0, RIDING]:.6g} t_c"
@@ -168,7 +168,7 @@ def _apex(gbar: float, gap: float) -> Finding:
     from vireport import highprecision as exact
 
     phase, velocity = 2.0, -0.2
-    with exact.precise:
+    with exact.precise():
         g, p, v = exact.mpf(gbar), exact.mpf(phase), exact.mpf(velocity)
         t = np.linspace(0.0, 2.0, 20001)[1:]
         rate = exact.flight(t, 0.0, velocity, phase, gbar, np)[1]
@@ -273,7 +273,7 @@ def _many_impacts(model: tuple[float, float, float]) -> Finding:
         return Finding(f"{word} after {count(made, 'impact')}", right=int(summary[0, 2]) in (REST, FREE))
     plain = [i for i in range(1, len(rows)) if rows[i - 1, RIDING] + rows[i - 1, SETTLING] == 0]
     worst = 0.0
-    with exact.precise:
+    with exact.precise():
         d, gbar, r = (exact.mpf(x) for x in model)
         for i in plain[-COMPARED:]:
             before, after = ([exact.mpf(float(x)) for x in rows[k]] for k in (i - 1, i))

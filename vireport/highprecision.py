@@ -45,9 +45,6 @@ Equations = Callable[[list[Any]], list[Any]]
 Condition = Callable[..., list[Any]]
 """Residuals of a motion that is to be a special one: of its state, d and gbar, and of unknowns beyond them."""
 
-precise: Any = mp.workdps(DIGITS)
-"""Context in which the functions below are to be called that take numbers of mpmath."""
-
 
 @dataclass(frozen=True, slots=True)
 class ReferenceOrbit:
@@ -75,6 +72,11 @@ class ReferenceOrbit:
     velocity_unit: Any
 
 
+def precise() -> Any:
+    """Context in which the functions below are to be called that take numbers of mpmath; contexts may be nested."""
+    return mp.workdps(DIGITS)
+
+
 def reference_orbit(device: Device, parameter: Parameter, value: float, guess: Sequence[float]) -> ReferenceOrbit:
     """The motion at a value of a parameter.
 
@@ -92,7 +94,7 @@ def reference_orbit(device: Device, parameter: Parameter, value: float, guess: S
     NumericalError
         If Newton's steps do not settle.
     """
-    with precise:
+    with precise():
         velocity, phase, q = (mpf(number) for number in guess)
         d, gbar = groups(device, parameter, value)
         start = [velocity, phase, q - mpf(1) / 2]
@@ -126,7 +128,7 @@ def reference_critical(device: Device, parameter: Parameter, kind: str, guess: S
     A pitchfork is a double point of the curve of motions; on the symmetric motions (q = 1/2, equal speeds) alone it
     is a simple one, and is solved for there.
     """
-    with precise:
+    with precise():
         velocity, phase, q, value = (mpf(number) for number in guess)
         r, n = mpf(device.restitution), device.period_ratio
         target = (-1 if kind == "period_doubling" else 1) * (1 + r**4)
@@ -152,14 +154,14 @@ def reference_voltage(orbit: ReferenceOrbit, mass: float, membrane: Membrane) ->
         Of the ball [kg].
     membrane : Membrane
     """
-    with precise:
+    with precise():
         speeds = (orbit.velocity_unit * velocity for velocity in (orbit.velocity, orbit.velocity_top))
         return sum(voltage(speed, mass, membrane)[1] for speed in speeds) / 2
 
 
 def digits(number: Any, count: int) -> str:
     """A number as text with so many digits."""
-    with precise:
+    with precise():
         return str(mp.nstr(number, count))
 
 

@@ -24,7 +24,7 @@ PARAMETERS: tuple[Parameter, ...] = ("length_m", "amplitude_n", "frequency_hz", 
 
 NO_GRAVITY = 1e-15
 """gbar up to which gravity is lost: q - 1/2 ~ gbar could no longer be told from zero. As a value within a sweep it
-counts as zero; a scenario that holds such a gbar is refused (`unresolved`), for its folds would not be where they are
+counts as zero; a scenario that holds such a gbar is refused (`too_light`), for its folds would not be where they are
 said to be."""
 
 FINEST = 1e-12
@@ -75,21 +75,26 @@ class Device:
         """Least d, and least range of d or gbar, that rounding resolves."""
         return FINEST / (1 - float(self.restitution))
 
-    def unresolved(self, parameter: Parameter, value: Any) -> str:
-        """Why the motions at a value cannot be told from rounding, or ""."""
-        d, gbar = self.groups(parameter, value)
-        if d < self.finest:
-            return (
-                f"d = s/x_c = {d:.3g}: the capsule is so short against the forcing's displacement that its length is "
-                f"lost in rounding (allowed: d of at least {self.finest:.3g}; a longer capsule, higher frequency or "
-                "smaller force)"
-            )
-        if gbar == 0 and self.at(parameter, value)["inclination_deg"] > 0:
-            return (
-                f"gbar = M g sin(beta)/F is positive and at most {NO_GRAVITY:g}: gravity is lost in rounding against "
-                "the forcing (allowed: inclination_deg: 0, a larger inclination, or a smaller force)"
-            )
-        return ""
+    def too_short(self, parameter: Parameter, value: Any) -> str:
+        """Why the length at a value cannot be told from rounding, or ""."""
+        d = self.groups(parameter, value)[0]
+        if d >= self.finest:
+            return ""
+        return (
+            f"d = s/x_c = {d:.3g}: the capsule is so short against the forcing's displacement that its length is "
+            f"lost in rounding (allowed: d of at least {self.finest:.3g}; a longer capsule, higher frequency or "
+            "smaller force)"
+        )
+
+    def too_light(self, parameter: Parameter, value: Any) -> str:
+        """Why gravity at a value cannot be told from rounding, or ""."""
+        gbar = self.groups(parameter, value)[1]
+        if gbar > 0 or self.at(parameter, value)["inclination_deg"] == 0:
+            return ""
+        return (
+            f"gbar = M g sin(beta)/F is positive and at most {NO_GRAVITY:g}: gravity is lost in rounding against "
+            "the forcing (allowed: inclination_deg: 0, a larger inclination, or a smaller force)"
+        )
 
     def velocity_unit(self, parameter: Parameter, value: Any) -> Any:
         """y_c = F/(2 M f) [m/s], Eq. (2.5)."""
@@ -125,7 +130,9 @@ class Sweep:
     @property
     def level(self) -> Level:
         """What stays the same along the sweep."""
-        d, gbar = self.device.groups(self.parameter, self.start)
+        # Of a sweep over the force, both groups are the largest, and best resolved, at its lower end.
+        at = min(self.start, self.end) if self.parameter == "amplitude_n" else self.start
+        d, gbar = self.device.groups(self.parameter, at)
         if self.parameter == "inclination_deg":
             return Level("d", d)
         if self.parameter == "amplitude_n" and gbar != 0:
@@ -141,12 +148,12 @@ class Sweep:
     @property
     def unresolved(self) -> str:
         """Why rounding does not resolve the sweep, or ""."""
+        device, (least, most) = self.device, sorted((self.start, self.end))
         if self.parameter == "inclination_deg":
-            reason = self.device.unresolved(self.parameter, 90.0)
-        elif self.parameter == "amplitude_n":
-            reason = self.device.unresolved(self.parameter, min(self.start, self.end))
-        else:
-            reason = self.device.unresolved(self.parameter, max(self.start, self.end))
+            reason = device.too_short(self.parameter, most)
+        else:  # d and gbar are largest at the least force, d at the largest length and frequency
+            at = self.parameter, least if self.parameter == "amplitude_n" else most
+            reason = device.too_short(*at) or device.too_light(*at)
         low, high = self.coordinate_range
         if not reason and high - low < self.device.finest:
             name = "gbar = M g sin(beta)/F" if self.parameter == "inclination_deg" else "d = s/x_c"

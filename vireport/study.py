@@ -162,8 +162,12 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress
             f"(allowed here: at most 1 - {SMALLEST_LOSS:g})"
         )
     sweep = Sweep(device, scenario.sweep.parameter, scenario.sweep.from_, scenario.sweep.to) if scenario.sweep else None
-    if reason := sweep.unresolved if sweep is not None else device.unresolved("length_m", device.length_m):
-        raise NumericalError(reason)
+    if sweep is not None:
+        unresolved = sweep.unresolved
+    else:
+        unresolved = device.too_short("length_m", device.length_m) or device.too_light("length_m", device.length_m)
+    if unresolved:
+        raise NumericalError(unresolved)
     solution = solve(sweep) if sweep is not None else None
     design = design_point(device, sweep.parameter if sweep else None, solution) if steps.runs("design") else None
     study = Study(

@@ -19,12 +19,14 @@ from vireport.study import Study
 from vireport.wording import SWEEP_END, SWEPT, capital, kind_of, range_text
 
 if TYPE_CHECKING:
+    from vireport.compliance import Compliance
     from vireport.crosscheck import CrossCheck
 
 Status = Literal["good", "caution", "bad", "neutral"]
 
 MOTION, WHERE, MARGIN, VOLTAGE = "Is there stable motion?", "Where?", "With what margin?", "What voltage?"
 SIMULATED = "Does the simulation agree?"
+RIGID = "Is the rigid model good enough?"
 ACCEPTED = "Are the requirements met?"
 NOT_KNOWN, NOT_VERIFIED = "Not known", "Not verified"
 OUTSIDE = "outside the membrane model"
@@ -95,6 +97,10 @@ def verdict_of(study: Study) -> Verdict:
             )
     facts.append(_voltage(study))
     headline = _headline(study, facts)
+    if study.compliance is not None and study.compliance.grade is not None:
+        facts.append(_rigid(study.compliance))
+        if facts[-1].status == "bad" and status == "good":
+            status, word = "caution", "Stable, by a rigid model that is not good enough"
     if study.crosscheck is not None:
         facts.append(_simulated(study.crosscheck))
         if not study.crosscheck.passed:
@@ -107,6 +113,15 @@ def verdict_of(study: Study) -> Verdict:
             if status != "bad" and word != NOT_VERIFIED:
                 status, word = "bad", "Requirements not met"
     return Verdict(status, word, headline, tuple(facts))
+
+
+def _rigid(made: Compliance) -> Fact:
+    from vireport.compliance import GRADES
+
+    grade = made.grade or 0
+    statuses: tuple[Status, ...] = ("good", "caution", "bad")
+    detail = "See the section on compliant membranes"
+    return Fact(RIGID, f"It is {GRADES[grade]}", detail, statuses[grade])
 
 
 def _simulated(check: CrossCheck) -> Fact:
