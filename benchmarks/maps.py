@@ -11,6 +11,9 @@ processes, and writing what is found twice, as chunks and as one file.
 from __future__ import annotations
 
 import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command does
+
 import sys
 import tempfile
 import threading

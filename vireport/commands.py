@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as plain_json
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -161,6 +162,8 @@ def sweep(
     quiet: Quiet = False,
 ) -> None:
     """Compute a map over two or more parameters; begun anew, it resumes where it was interrupted."""
+    # One process works on each core: threads of the linear algebra would be in their way. Before numpy is imported.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from vireport.map_run import run_map, terminal_progress
     from vireport.outputs import default_folder
 
