@@ -113,8 +113,10 @@ def check(m: Motions, bound: dict[str, np.ndarray], n: int) -> None:
     for name in Motions.__slots__:
         assert np.all(np.isfinite(getattr(m, name))), name
     assert all(np.all(b >= 0) for b in bound.values())
-    assert np.all(m.velocity_bottom >= -bound["velocity_bottom"] - 1e-14)
-    assert np.all(m.velocity_top <= bound["velocity_top"] + 1e-14)
+    # What is no motion anyway may end a hair beyond where an impact loses its velocity.
+    slack = np.where(m.admissible, 1e-14, 1e-9)
+    assert np.all(m.velocity_bottom >= -bound["velocity_bottom"] - slack)
+    assert np.all(m.velocity_top <= bound["velocity_top"] + slack)
     assert np.all((m.d > 0) & (m.q >= 0) & (m.q <= 1) & (m.wall_gap <= m.d))
     assert not np.any(m.admissible & (m.wall_gap <= 0))
     r = m.restitution
