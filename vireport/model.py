@@ -27,9 +27,9 @@ NO_GRAVITY = 1e-15
 counts as zero; a scenario that holds such a gbar is refused (`too_light`), for its folds would not be where they are
 said to be."""
 
-FINEST = 1e-12
-"""Length of a capsule, or range of d or gbar, times 1 - r, below which motions are not resolved: positions are sums of
-terms of size 1/(1-r) in the length unit."""
+FINEST_D, FINEST_GBAR = 1e-10, 1e-12
+"""Length of a capsule and range of d, and range of gbar, times (1-r)/n, below which motions are not resolved: positions
+are sums of terms of size n/(1-r) in the length unit, and gbar keeps its digits next to zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,19 +70,18 @@ class Device:
         gbar = mass * self.gravity_m_s2 * sine / force
         return d, gbar * (gbar > NO_GRAVITY)
 
-    @property
-    def finest(self) -> float:
-        """Least d, and least range of d or gbar, that rounding resolves."""
-        return FINEST / (1 - float(self.restitution))
+    def finest(self, of: float) -> float:
+        """Least d, or least range, that rounding resolves, from `FINEST_D` or `FINEST_GBAR`."""
+        return of * self.period_ratio / (1 - float(self.restitution))
 
     def too_short(self, parameter: Parameter, value: Any) -> str:
         """Why the length at a value cannot be told from rounding, or ""."""
         d = self.groups(parameter, value)[0]
-        if d >= self.finest:
+        if d >= (finest := self.finest(FINEST_D)):
             return ""
         return (
             f"d = s/x_c = {d:.3g}: the capsule is so short against the forcing's displacement that its length is "
-            f"lost in rounding (allowed: d of at least {self.finest:.3g}; a longer capsule, higher frequency or "
+            f"lost in rounding (allowed: d of at least {finest:.3g}; a longer capsule, higher frequency or "
             "smaller force)"
         )
 
@@ -155,11 +154,13 @@ class Sweep:
             at = self.parameter, least if self.parameter == "amplitude_n" else most
             reason = device.too_short(*at) or device.too_light(*at)
         low, high = self.coordinate_range
-        if not reason and high - low < self.device.finest:
-            name = "gbar = M g sin(beta)/F" if self.parameter == "inclination_deg" else "d = s/x_c"
+        over_gbar = self.parameter == "inclination_deg"
+        finest = device.finest(FINEST_GBAR if over_gbar else FINEST_D)
+        if not reason and high - low < finest:
+            name = "gbar = M g sin(beta)/F" if over_gbar else "d = s/x_c"
             reason = (
                 f"over the sweep {name} only varies from {low:.6g} to {high:.6g}, which rounding does not resolve "
-                f"(allowed: a range of at least {self.device.finest:.3g})"
+                f"(allowed: a range of at least {finest:.3g})"
             )
         return reason
 
