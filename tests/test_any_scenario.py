@@ -89,7 +89,7 @@ def scenarios(draw) -> dict:
     return tree
 
 
-@settings(max_examples=EXAMPLES or 300, derandomize=not EXAMPLES)
+@settings(max_examples=EXAMPLES or 200, derandomize=not EXAMPLES)
 @given(scenarios())
 def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
     loaded = loads(json.dumps(tree))

@@ -38,7 +38,7 @@ def sweeps(draw) -> Sweep:
     return Sweep(Device(mass, r, 9.8, **values, period_ratio=n), parameter, *ends)
 
 
-@settings(max_examples=400)
+@settings(max_examples=250)
 @given(sweeps())
 def test_invariants_of_any_sweep(sweep: Sweep) -> None:
     solution = solve(sweep)

@@ -6,6 +6,7 @@ import json as plain_json
 import os
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Annotated
 
@@ -27,6 +28,7 @@ from vireport.options import (
 )
 
 
+@cache
 def register(app: typer.Typer) -> None:
     """Add the commands to the command line."""
     for command in (accuracy, compare, diff, explain, extremes, sweep):

@@ -99,6 +99,8 @@ def _printed(study: Study) -> str:
         from vireport.certify_pages import certify_text
 
         text += certify_text(study.certificates, study.sweep.parameter).rstrip() + "\n"
+    elif study.certificates is not None:
+        text += "No critical point to prove: there is no sweep.\n"
     if study.plan.runs("github"):
         from vireport.ci_formats import github
 
