@@ -1,9 +1,7 @@
 """Cells per second of a map over inclination and length, its memory, and whether both stay as the map grows.
 
 The map of `examples/maps/map.yaml` with more cells, on all cores and on one; the time is that of the whole run, from
-the file to the finished Parquet file without pictures. Memory and processor time are those of the process and its
-workers together, sampled; the overhead is the share of processor time that does not go into the cells: starting
-processes, and writing what is found twice, as chunks and as one file.
+the file to the finished Parquet file without pictures. Memory is that of the process and its workers together.
 
     python benchmarks/maps.py
 """
@@ -18,8 +16,8 @@ import sys
 import tempfile
 import threading
 import time
-from dataclasses import replace
 from pathlib import Path
+from statistics import median
 
 from vireport.map_plan import map_plan
 from vireport.map_run import cores, run_map
@@ -56,19 +54,12 @@ def resident(pid: int) -> int:
     return 0
 
 
-def processor(pid: int) -> float:
-    """Seconds of processor time of a process."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 class Watch(threading.Thread):
-    """Samples memory and processor time of this process and its workers until it is stopped."""
+    """Samples the memory of this process and its workers until it is stopped."""
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
         self.peak, self.done = 0, threading.Event()
-        self.first, self.last = {os.getpid(): processor(os.getpid())}, {}
 
     def run(self) -> None:
         """Sample until told to stop."""
@@ -81,19 +72,13 @@ class Watch(threading.Thread):
         for pid in family(os.getpid()):
             try:
                 memory += resident(pid)
-                self.last[pid] = processor(pid)
             except OSError:
                 continue
         self.peak = max(self.peak, memory)
 
-    @property
-    def used(self) -> float:
-        """Seconds of processor time since the start."""
-        return sum(self.last.values()) - sum(self.first.values())
 
-
-def measured(shape: tuple[int, int], workers: int) -> tuple[float, float, int, int]:
-    """Seconds of a run, its processor time and peak memory, and the size of its result."""
+def measured(shape: tuple[int, int], workers: int) -> tuple[float, int, int]:
+    """Seconds of a run, its peak memory, and the size of its result."""
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "map.yaml"
         path.write_text(text_of(shape), encoding="utf-8")
@@ -105,35 +90,48 @@ def measured(shape: tuple[int, int], workers: int) -> tuple[float, float, int, i
         watch.done.set()
         watch.join()
         watch.sample()
-        return took, watch.used, watch.peak, (Path(name) / "out" / "map.parquet").stat().st_size
+        return took, watch.peak, (Path(name) / "out" / "map.parquet").stat().st_size
 
 
-def pure(chunks: int = 6) -> float:
-    """Seconds of work for each cell on one core, without a file or another process."""
-    plan = map_plan(loads_map(text_of(COUNTS[1_000_000])))
-    evaluate_chunk(replace(plan, chunk_cells=1000), 0)
-    took = []
-    for k in range(chunks):
+def used(text: str) -> float:
+    """Processor time of a whole run on one core, with nothing watching [s]."""
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "map.yaml"
+        path.write_text(text, encoding="utf-8")
         began = time.process_time()
-        evaluate_chunk(plan, k * plan.chunks // chunks)
-        took.append(time.process_time() - began)
-    return sum(took) / (chunks * plan.chunk_cells)
+        run_map(str(path), Path(name) / "out", workers=1, draw=False)
+        return time.process_time() - began
+
+
+def overheads(shape: tuple[int, int], repeats: int = 3) -> tuple[float, float]:
+    """Overhead of splitting into chunks, against chunks of 250,000 cells, and of all that is not the cells themselves.
+
+    Each is taken in turns with what it is compared with, so that both see the same machine.
+    """
+    text, plan = text_of(shape), map_plan(loads_map(text_of(shape)))
+    chunking, beside = [], []
+    for _ in range(repeats):
+        whole, coarse = used(text), used(f"{text.rstrip()}\n  chunk_cells: 250000\n")
+        began = time.process_time()
+        for index in range(plan.chunks):
+            evaluate_chunk(plan, index)
+        chunking.append(whole / coarse - 1)
+        beside.append(1 - (time.process_time() - began) / whole)
+    return median(chunking), median(beside)
 
 
 def main() -> None:
-    each = pure()
-    print(
-        f"one core, the cells alone: {1 / each:,.0f} cells/s of processor time; load of this machine now: "
-        f"{os.getloadavg()[0]:.1f} on {cores()} cores\n"
-    )
-    print("     cells  workers       s    cells/s  processor s  overhead   peak memory     result")
+    print(f"load of this machine now: {os.getloadavg()[0]:.1f} on {cores()} cores")
+    chunking, beside = overheads(COUNTS[1_000_000])
+    print(f"1,000,000 cells on one core: splitting into chunks costs {100 * chunking:.1f} %,")
+    print(f"all that is not the cells themselves (reading, writing twice, merging) {100 * beside:.1f} %\n")
+    print("     cells  workers       s    cells/s  peak memory     result")
     for workers in dict.fromkeys((1, cores())):
         first: tuple[int, float] | None = None
         for count, shape in COUNTS.items():
-            took, used, peak, size = measured(shape, workers)
+            took, peak, size = measured(shape, workers)
             print(
-                f"{count:10,d}{workers:9d}{took:8.2f}{count / took:11,.0f}{used:13.2f}"
-                f"{100 * (1 - count * each / used):8.0f} %{peak / 1e6:11,.0f} MB{size / 1e6:8.1f} MB",
+                f"{count:10,d}{workers:9d}{took:8.2f}{count / took:11,.0f}{peak / 1e6:10,.0f} MB{size / 1e6:8.1f} MB",
                 flush=True,
             )
             if first is not None and count == 1_000_000:
