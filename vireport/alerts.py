@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from vireport.explanations import EXPLANATIONS
+from vireport.motions import impact_velocities
 from vireport.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 
 if TYPE_CHECKING:
@@ -247,9 +248,9 @@ def _speeds(study: Study) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     for m in sets:
         value = m.sweep_value[m.stable]
         if value.size:
-            unit = np.asarray(study.device.velocity_unit(parameter, value)) * np.ones(value.size)
+            bottom, top = (velocity[m.stable] for velocity in impact_velocities(study.device, parameter, m))
             frequency = np.asarray(study.device.at(parameter, value)["frequency_hz"]) * np.ones(value.size)
-            found.append((unit * m.velocity_bottom[m.stable], unit * m.velocity_top[m.stable], frequency))
+            found.append((bottom, top, frequency))
     return found
 
 

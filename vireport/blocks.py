@@ -8,12 +8,9 @@ reads a file, and nothing knows what is computed.
 # Without `from __future__ import annotations`: the annotations below are read, so they must not be text.
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Annotated, Literal
 
-from pydantic_core import SchemaValidator
-
-from vireport.keys import Key, block_schema
+from vireport.keys import Key, validator
 
 # The dimensionless groups are products of up to six of the quantities, e.g. d = s M omega^2/(pi^2 F), and the
 # theory squares and cubes them. With every quantity in this range those products stay clear of 1e-308 and
@@ -293,10 +290,5 @@ def validated(tree: object) -> Scenario:
     pydantic_core.ValidationError
         With all values that are wrong in themselves, and all keys that are unknown or missing.
     """
-    scenario: Scenario = _validator().validate_python(tree)
+    scenario: Scenario = validator(Scenario).validate_python(tree)
     return scenario
-
-
-@cache
-def _validator() -> SchemaValidator:
-    return SchemaValidator(block_schema(Scenario))

@@ -74,8 +74,10 @@ def extremes(
     if scenario is None and set_:
         raise UsageError("--set needs a scenario to set it over")
     loaded = load(scenario, set_) if scenario is not None else None
-    outcomes = run_catalogue(loaded, _steps(quiet))
-    _steps(quiet, "")
+    progress = _steps(quiet)
+    outcomes = run_catalogue(loaded, progress)
+    if progress is not None:
+        progress("")
     text = plain_json.dumps(table_data(outcomes), allow_nan=False) + "\n" if json else table_text(outcomes)
     emit(text.encode())
     if any(outcome.verdict == "failed" for outcome in outcomes):
@@ -176,10 +178,6 @@ def sweep(
         print(summary, file=sys.stderr)
 
 
-def _steps(quiet: bool, what: str | None = None) -> Callable[[str], None] | None:
-    """What is told each step, where somebody sees it; with `what`, it is told that."""
-    if quiet or not sys.stderr.isatty():
-        return None
-    if what is not None:
-        show(what)
-    return show
+def _steps(quiet: bool) -> Callable[[str], None] | None:
+    """What is told each step, where somebody sees it."""
+    return None if quiet or not sys.stderr.isatty() else show

@@ -7,8 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import MISSING, fields, is_dataclass
+from functools import cache
 from types import NoneType
 from typing import Any, NamedTuple, get_args, get_origin
+
+from pydantic_core import SchemaValidator
 
 # Of pydantic only the core is used: models would cost more time to set up than it takes to solve a scenario.
 
@@ -85,6 +88,16 @@ def entries(block: type[Any]) -> Iterator[Entry]:
 # Every block needs it: none takes over that of the block around it.
 _STRICTLY = {"strict": True, "extra_fields_behavior": "forbid", "allow_inf_nan": False}
 _CORE_TYPES = {float: "float", int: "int", str: "str", bool: "bool"}
+
+
+@cache
+def validator(block: type[Any]) -> SchemaValidator:
+    """What makes a block of a tree as it is read from a file.
+
+    Its `validate_python` raises pydantic_core.ValidationError with all values that are wrong in themselves, and all
+    keys that are unknown or missing.
+    """
+    return SchemaValidator(block_schema(block))
 
 
 def block_schema(block: type[Any]) -> Any:

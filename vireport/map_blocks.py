@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
-from pydantic_core import SchemaValidator
-
-from vireport.keys import Key, block_schema, entries
+from vireport.keys import Key, entries, validator
 
 AxisPath = Literal[
     "inclination_deg",
@@ -98,13 +96,8 @@ def validated(tree: object) -> Map:
     pydantic_core.ValidationError
         With all values that are wrong in themselves, and all keys that are unknown or missing.
     """
-    block: Map = _validator().validate_python(tree)
+    block: Map = validator(Map).validate_python(tree)
     return block
-
-
-@cache
-def _validator() -> SchemaValidator:
-    return SchemaValidator(block_schema(Map))
 
 
 @cache

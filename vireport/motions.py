@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.admissibility import wall_gap
-from vireport.model import Sweep
+from vireport.model import Device, Parameter, Sweep
 from vireport.orbits import Level, Orbits
 from vireport.stability import STABILITY, classify, discriminant, trace_and_determinant
 
@@ -85,6 +85,12 @@ class Motions:
     def stable(self) -> NDArray[np.bool_]:
         """Admissible, and attracting the motions nearby."""
         return np.asarray(self.admissible & (self.stability != STABILITY.index("unstable node")))
+
+
+def impact_velocities(device: Device, parameter: Parameter, motions: Motions) -> tuple[Floats, Floats]:
+    """Relative velocities at the bottom and at the top impact [m/s], where `parameter` has the motions' sweep value."""
+    unit = np.asarray(device.velocity_unit(parameter, motions.sweep_value))
+    return unit * motions.velocity_bottom, unit * motions.velocity_top
 
 
 def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:

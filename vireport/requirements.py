@@ -21,6 +21,7 @@ from vireport.endings import Endings, endings
 from vireport.energy import Membrane, Voltages, voltages
 from vireport.errors import NumericalError
 from vireport.model import Parameter, Sweep
+from vireport.motions import impact_velocities
 from vireport.rules import MARGINS
 from vireport.solution import Solution, solve
 
@@ -229,9 +230,8 @@ def _u_ave_at(study: Study, value: float) -> Floats:
     given: dict[str, Any] = {sweep.parameter: value}
     device = replace(study.device, **given)
     motions = design_point(device, sweep.parameter, study.solution).motions
-    unit = float(device.velocity_unit(sweep.parameter, value))
     mass, membrane = cast(float, study.scenario.device.ball_mass_kg), cast(Membrane, study.membrane)
-    found = voltages(unit * motions.velocity_bottom, unit * motions.velocity_top, mass, membrane)
+    found = voltages(*impact_velocities(device, sweep.parameter, motions), mass, membrane)
     return found.average_v[motions.stable]
 
 

@@ -8,8 +8,6 @@ from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from vireport import blocks
 from vireport.alerts import Alert, alerts
 from vireport.blocks import Scenario
@@ -17,7 +15,7 @@ from vireport.design import DesignPoint, StableInterval, design_point, stable_ra
 from vireport.energy import Membrane, Voltages, voltages
 from vireport.errors import NumericalError
 from vireport.model import Device, Sweep
-from vireport.motions import Motions
+from vireport.motions import Motions, impact_velocities
 from vireport.plan import FORMATS, Plan, plan
 from vireport.scenario import Loaded
 from vireport.solution import Solution, solve
@@ -237,8 +235,7 @@ def _with_energy(study: Study, mass: float) -> Study:
     parameter = study.sweep.parameter if study.sweep else "length_m"
 
     def of(motions: Motions) -> Voltages:
-        unit = np.asarray(device.velocity_unit(parameter, motions.sweep_value))
-        return voltages(unit * motions.velocity_bottom, unit * motions.velocity_top, mass, membrane)
+        return voltages(*impact_velocities(device, parameter, motions), mass, membrane)
 
     branches = study.solution.branches if study.solution else ()
     return replace(

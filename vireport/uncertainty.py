@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -75,8 +75,8 @@ def _of(study: Study, sweep: Sweep, motions: Motions, given: tuple[Floats, Float
     return {**found, **voltage_bounds(velocities, errors, unit, mass, study.membrane)}
 
 
-def shown(bound: Floats) -> list[Any]:
-    """Bounds as they are written, in nested lists: rounded up to two digits, None where there is none."""
+def shown(bound: Floats) -> list[list[float | None]]:
+    """Rows of bounds as they are written: rounded up to two digits, None where there is none."""
     usable = np.isfinite(bound) & (bound > 0)
     safe = np.where(usable, bound, 1.0)
     power = 1 - np.floor(np.log10(safe))
@@ -85,6 +85,6 @@ def shown(bound: Floats) -> list[Any]:
     down = np.where(power < 0, 10.0 ** np.clip(-power, 0, 300), 1.0)
     rounded = np.ceil(safe * up / down * (1 + 1e-12)) / up * down
     written = np.where(usable & (safe > 1e-290), rounded, bound)
-    if usable.all() or np.all(written < np.inf):
+    if np.isfinite(written).all():
         return list(written.tolist())
-    return [[x if x < np.inf else None for x in row] for row in np.atleast_2d(written).tolist()]
+    return [[x if x < np.inf else None for x in row] for row in written.tolist()]
