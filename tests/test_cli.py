@@ -18,6 +18,11 @@ from bad_scenarios import BAD_SCENARIOS
 from vireport.cli import main
 
 
+def heeding_ctrl_c() -> None:
+    """In a child: take Ctrl-C, also where the tests were started in the background of a script and ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def vireport(*arguments: str, stdin: bytes = b"", cwd: Path | None = None) -> subprocess.CompletedProcess[bytes]:
     return subprocess.run([sys.executable, "-m", "vireport", *arguments], input=stdin, capture_output=True, cwd=cwd)
 
@@ -219,6 +224,7 @@ def test_interrupting_leaves_old_files_and_nothing_half_written(example, tmp_pat
     )
     run = subprocess.run(
         [sys.executable, "-c", code, str(example("inclined")), "-o", str(out), "--format", "json,csv"],
+        preexec_fn=heeding_ctrl_c,
         capture_output=True,
     )
     assert run.returncode == 130
@@ -241,6 +247,7 @@ def test_ctrl_c_of_a_real_process(example, tmp_path: Path) -> None:
         [sys.executable, "-m", "vireport", "-", "-o", str(tmp_path / "out")],
         stdin=subprocess.PIPE,
         stderr=subprocess.PIPE,
+        preexec_fn=heeding_ctrl_c,
     )
     time.sleep(1.0)  # it waits for its scenario
     process.send_signal(signal.SIGINT)

@@ -425,7 +425,7 @@ def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(file: Path, un
     with (
         dask.config.set(settings),
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
         ) as cluster,
     ):
         killed: list[int] = []
