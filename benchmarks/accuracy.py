@@ -16,11 +16,11 @@ import sys
 from pathlib import Path
 
 from vireport import analyse, load
-from vireport.accuracy_figure import NAME, figure_accuracy
-from vireport.accuracy_text import factor, plain, power, task_name
-from vireport.axes import style
-from vireport.pixels import png_of
-from vireport.workprecision import ACCURACIES, measure
+from vireport.figures.accuracy import NAME, figure_accuracy
+from vireport.figures.axes import style
+from vireport.figures.pixels import png_of
+from vireport.report.accuracy_text import factor, plain, power, task_name
+from vireport.trust.workprecision import ACCURACIES, measure
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 

@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from vireport import analyse, load
-from vireport.energy import voltages
-from vireport.motions import motions_of
+from vireport.analysis.motions import motions_of
+from vireport.physics.energy import voltages
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 SIZES = (10_000, 100_000, 1_000_000)

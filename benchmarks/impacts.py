@@ -21,8 +21,8 @@ import numpy as np
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from vireport.attractors import diagram, ensemble
-from vireport.events import (
+from vireport.simulation.attractors import diagram, ensemble
+from vireport.simulation.events import (
     BOTTOM,
     PHASE,
     TOP,

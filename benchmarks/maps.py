@@ -19,10 +19,10 @@ import time
 from pathlib import Path
 from statistics import median
 
-from vireport.map_plan import map_plan
-from vireport.map_run import cores, run_map
-from vireport.map_scenario import loads_map
-from vireport.mapping import evaluate_chunk
+from vireport.scenario.map_scenario import loads_map
+from vireport.sweep.mapping import evaluate_chunk
+from vireport.sweep.plan import map_plan
+from vireport.sweep.run import cores, run_map
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "maps" / "map.yaml"
 COUNTS = {10_000: (100, 100), 100_000: (250, 400), 1_000_000: (1000, 1000)}

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from mpmath import mp, mpf
 
-from vireport.model import PARAMETERS, Device, Sweep
+from vireport.physics.device import PARAMETERS, Device, Sweep
 
 DIGITS = 40
 PHYSICAL = {"length_m": 0, "amplitude_n": 1, "frequency_hz": 2, "inclination_deg": 3}

@@ -10,20 +10,31 @@ import pytest
 import reference
 from mpmath import mp, mpf
 
-from vireport import accuracy_text
-from vireport.accuracy_figure import figure_accuracy, words
-from vireport.accuracy_pages import accuracy
-from vireport.contenders import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE, Contender, contenders
-from vireport.energy import Membrane
 from vireport.errors import NumericalError
-from vireport.highprecision import reference_critical, reference_orbit, reference_voltage
-from vireport.integrators import Budget, Case, LeftMotion, explicit, integrated, runge_kutta, simulated
-from vireport.methods import settle, shoot
-from vireport.model import Device, Sweep
-from vireport.quasinewton import quasi_newton
-from vireport.timing import Machine, Spread
-from vireport.workprecision import ACCURACIES, Run, WorkPrecision, compare
-from vireport.yardstick import yardstick
+from vireport.figures.accuracy import figure_accuracy, words
+from vireport.physics.device import Device, Sweep
+from vireport.physics.energy import Membrane
+from vireport.report import accuracy_text
+from vireport.report.accuracy import accuracy
+from vireport.trust.contenders import (
+    CLOSED,
+    EXPLICIT,
+    NAMES,
+    PRINTED,
+    RK4,
+    SETTLING,
+    SIMULATED,
+    WHOLE,
+    Contender,
+    contenders,
+)
+from vireport.trust.integrators import Budget, Case, LeftMotion, explicit, integrated, runge_kutta, simulated
+from vireport.trust.methods import settle, shoot
+from vireport.trust.quasinewton import quasi_newton
+from vireport.trust.reference import reference_critical, reference_orbit, reference_voltage
+from vireport.trust.timing import Machine, Spread
+from vireport.trust.workprecision import ACCURACIES, Run, WorkPrecision, compare
+from vireport.trust.yardstick import yardstick
 
 pytest.importorskip("scipy")
 
@@ -283,7 +294,7 @@ def test_report_and_figure_name_every_method(work) -> None:
 def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch) -> None:
     import sys
 
-    from vireport import contenders as module
+    from vireport.trust import contenders as module
 
     stick, _ = inclined
     monkeypatch.setattr(module, "find_spec", lambda name: None)
@@ -293,14 +304,14 @@ def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch
     assert {name for name, _ in absent} == set(NAMES) - {one.name for one in tried}
     assert all("pip install 'vireport[" in reason for _, reason in absent)
     monkeypatch.setitem(sys.modules, "mpmath", None)
-    monkeypatch.delitem(sys.modules, "vireport.highprecision")
+    monkeypatch.delitem(sys.modules, "vireport.trust.reference")
     with pytest.raises(NumericalError, match=r"mpmath: pip install 'vireport\[accuracy\]'"):
         yardstick(stick.study)
 
 
 def test_nothing_to_compare_is_said(tmp_path) -> None:
     from vireport import analyse, load
-    from vireport.workprecision import measure
+    from vireport.trust.workprecision import measure
 
     scenario = tmp_path / "none.yaml"
     scenario.write_text(

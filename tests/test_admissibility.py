@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport import flight
-from vireport.admissibility import turning_points, wall_gap
-from vireport.orbits import Orbits, orbits
-from vireport.tracing import select
+from vireport.analysis.admissibility import turning_points, wall_gap
+from vireport.analysis.orbits import Orbits, orbits
+from vireport.analysis.tracing import select
+from vireport.physics import flight
 
 
 def random_motions(seed: int, n: int, count: int = 4000) -> tuple[Orbits, float]:

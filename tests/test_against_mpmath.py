@@ -7,9 +7,9 @@ import pytest
 from mpmath import mp, mpf
 from reference import DIGITS, Case, newton, random_sweeps
 
-from vireport.admissibility import turning_points
-from vireport.orbits import orbits
-from vireport.solution import Solution, solve
+from vireport.analysis.admissibility import turning_points
+from vireport.analysis.orbits import orbits
+from vireport.analysis.solution import Solution, solve
 
 SWEEPS = random_sweeps(240, seed=20190301)
 TOLERANCE = 1e-12

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import vireport.alerts
+import vireport.gate.alerts
 from vireport import analyse, loads
+from vireport.analysis.sensitivity import contact_share, mass_elasticity, restitution_effect
 from vireport.errors import UsageError
-from vireport.explanations import EXPLANATIONS, explanation
-from vireport.sensitivity import contact_share, mass_elasticity, restitution_effect
+from vireport.gate.explanations import EXPLANATIONS, explanation
 
 
 def codes(example, name: str, *overrides: str) -> set[str]:

@@ -13,13 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vireport import analyse, loads
+from vireport.analysis.motions import Motions
+from vireport.analysis.orbits import orbits
+from vireport.analysis.stability import trace_and_determinant
 from vireport.errors import NumericalError
-from vireport.export import results_json
-from vireport.model import PARAMETERS
-from vireport.motions import Motions
-from vireport.orbits import orbits
-from vireport.provenance import provenance_of
-from vireport.stability import trace_and_determinant
+from vireport.physics.device import PARAMETERS
+from vireport.study.provenance import provenance_of
+from vireport.study.results import results_json
 
 EXAMPLES = int(os.environ.get("EXAMPLES", "0"))
 

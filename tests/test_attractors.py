@@ -7,10 +7,10 @@ from math import inf, log, pi, radians, sin
 import numpy as np
 import pytest
 
-from vireport import cycles
-from vireport.attractors import SETTLED, attractors, diagram, ensemble, find_attractor
-from vireport.cycles import exponent, jacobians, multipliers, product, refine, word_of
-from vireport.events import (
+from vireport.simulation import cycles
+from vireport.simulation.attractors import SETTLED, attractors, diagram, ensemble, find_attractor
+from vireport.simulation.cycles import exponent, jacobians, multipliers, product, refine, word_of
+from vireport.simulation.events import (
     BOTTOM,
     PHASE,
     RIDING,
@@ -26,7 +26,7 @@ from vireport.events import (
     follow,
     follow_one,
 )
-from vireport.simulation import Outcome, simulate
+from vireport.simulation.trajectories import Outcome, simulate
 
 INCLINED = 0.1245 * 9.8 * sin(radians(45)) / 3
 CHAOS = (0.2545, 0.3, 0.5)

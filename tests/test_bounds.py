@@ -7,17 +7,17 @@ import pytest
 from mpmath import mp, mpf
 from reference import DIGITS, Case, newton, random_sweeps
 
-from vireport.bounds import motion_bounds, voltage_bounds
-from vireport.crosscheck import orbits_at
-from vireport.cycles import growth_bound
-from vireport.design import design_point
-from vireport.energy import Membrane, voltages
-from vireport.model import PARAMETERS, Sweep
-from vireport.motions import Motions
-from vireport.orbits import Orbits, coefficients, orbits
-from vireport.rounding import Rounded, RoundedOps
-from vireport.solution import solve
-from vireport.stability import eigenvalues, trace_and_determinant
+from vireport.analysis.bounds import motion_bounds, voltage_bounds
+from vireport.analysis.design import design_point
+from vireport.analysis.motions import Motions
+from vireport.analysis.orbits import Orbits, coefficients, orbits
+from vireport.analysis.solution import solve
+from vireport.analysis.stability import eigenvalues, trace_and_determinant
+from vireport.physics.device import PARAMETERS, Sweep
+from vireport.physics.energy import Membrane, voltages
+from vireport.physics.rounding import Rounded, RoundedOps
+from vireport.simulation.cycles import growth_bound
+from vireport.trust.crosscheck import orbits_at
 
 COLUMNS = ("q", "phi_bottom", "velocity_bottom", "velocity_top", "d", "gbar", "sweep_value", "trace", "phi_top")
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0)

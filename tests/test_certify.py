@@ -15,20 +15,20 @@ from reference import DIGITS, Case, groups, newton, random_sweeps
 from test_against_mpmath import _exact_value
 
 from vireport import analyse, load, loads
+from vireport.analysis.orbits import orbits
+from vireport.analysis.solution import solve
+from vireport.analysis.stability import trace_and_determinant
 from vireport.errors import NumericalError
-from vireport.model import PARAMETERS
-from vireport.orbits import orbits
-from vireport.solution import solve
-from vireport.stability import trace_and_determinant
+from vireport.physics.device import PARAMETERS
 
 pytest.importorskip("flint")
 
 from flint import arb
 
-from vireport import balls
-from vireport.certified_flights import Flight, stays_between
-from vireport.certify import certify, certify_point
-from vireport.certify_pages import certificates_data, certification, certify_text, plus_minus
+from vireport.analysis import balls
+from vireport.analysis.certified_flights import Flight, stays_between
+from vireport.analysis.certify import certify, certify_point
+from vireport.report.certificates import certificates_data, certification, certify_text, plus_minus
 
 NARROW = Decimal("1e-20")
 SCENARIOS = {
@@ -348,9 +348,9 @@ def test_what_is_told_of_it(case) -> None:
 
 def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "flint", None)
-    monkeypatch.delitem(sys.modules, "vireport.balls")
+    monkeypatch.delitem(sys.modules, "vireport.analysis.balls")
     with pytest.raises(NumericalError, match=r"vireport\[certify\]"):
-        importlib.import_module("vireport.balls")
+        importlib.import_module("vireport.analysis.balls")
 
 
 def test_reference_newton_agrees_on_the_motion(case) -> None:

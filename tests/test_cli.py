@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from bad_scenarios import BAD_SCENARIOS
 
-from vireport.cli import main
+from vireport.cli.app import main
 
 
 def heeding_ctrl_c() -> None:

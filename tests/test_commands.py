@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from test_architecture import imported_by
 
-from vireport.cli import main
+from vireport.cli.app import main
 
 MAP = Path(__file__).resolve().parent.parent / "examples" / "maps" / "map.yaml"
 
@@ -16,7 +16,7 @@ MAP = Path(__file__).resolve().parent.parent / "examples" / "maps" / "map.yaml"
 @pytest.fixture
 def quick(monkeypatch) -> None:
     """Of the accuracy study only the closed form, so that it takes no time."""
-    from vireport import workprecision
+    from vireport.trust import workprecision
 
     def few(study, repeats=5, progress=None):
         stick = workprecision.yardstick(study)
@@ -27,7 +27,7 @@ def quick(monkeypatch) -> None:
 
 
 def test_a_run_sets_up_no_other_command(example) -> None:
-    assert "vireport.commands" not in imported_by("run", str(example("design-point")), "--json")
+    assert "vireport.cli.commands" not in imported_by("run", str(example("design-point")), "--json")
 
 
 def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path, capsys) -> None:
@@ -94,8 +94,8 @@ def test_compare_writes_its_files(example, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("alone", [True, False])
 def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
-    from vireport import extremes
     from vireport.errors import NumericalError
+    from vireport.trust import extremes
 
     def refused():
         raise NumericalError("a reason")

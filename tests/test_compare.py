@@ -15,15 +15,15 @@ from PIL import Image
 
 import vireport
 from vireport import analyse, load
-from vireport.compare_figures import compare_figure, compare_pictures
-from vireport.compare_outputs import render_comparison, write_comparison
-from vireport.compare_pages import build_comparison_report, comparison_provenance
-from vireport.comparison import Comparison, compare, left_out
-from vireport.differences import Difference, listed
+from vireport.comparison.comparison import Comparison, compare, left_out
+from vireport.comparison.differences import Difference, listed
+from vireport.comparison.figures import compare_figure, compare_pictures
+from vireport.comparison.outputs import render_comparison, write_comparison
+from vireport.comparison.pages import build_comparison_report, comparison_provenance
 from vireport.errors import NumericalError, ScenarioError, UsageError
-from vireport.pages import Table
-from vireport.rendering import render_html
-from vireport.study import Study
+from vireport.report.pages import Table
+from vireport.report.rendering import render_html
+from vireport.study.study import Study
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 THREE = ("horizontal", "inclined", "inclined-forcing")
@@ -373,7 +373,7 @@ def test_studies_and_comparisons_show_themselves() -> None:
 
 
 def test_rows_are_the_motions_by_the_names_of_the_files() -> None:
-    from vireport.export import branches_csv
+    from vireport.study.results import branches_csv
 
     rows = study("inclined").rows()
     read = list(csv.DictReader(io.StringIO(branches_csv(study("inclined")).decode())))

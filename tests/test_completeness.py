@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vireport.design import design_point
-from vireport.model import Device, Sweep
-from vireport.solution import solve
+from vireport.analysis.design import design_point
+from vireport.analysis.solution import solve
+from vireport.physics.device import Device, Sweep
 
 
 def scan(d: float, gbar: float, r: float, samples: int = 400_001) -> list[tuple[float, float, float]]:

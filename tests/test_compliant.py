@@ -10,15 +10,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from vireport import analyse, loads
-from vireport.compliance import Compliance
-from vireport.compliant import BOTTOM, TOP, compliant_model, contact_phase, flight, lap
-from vireport.compliant_figure import alt_text, caption, figure_stiffness
-from vireport.compliant_orbits import find_orbit, linearised
-from vireport.compliant_pages import compliant, plain_text, verdict
-from vireport.contact import contacts, damping_number
 from vireport.errors import NumericalError
-from vireport.penalty import Outcome, _Tally, acceleration, jacobian, once, problem
-from vireport.stiffness import compliance
+from vireport.figures.compliant import alt_text, caption, figure_stiffness
+from vireport.physics.contact import contacts, damping_number
+from vireport.report.compliant import compliant, plain_text, verdict
+from vireport.trust.compliance import Compliance
+from vireport.trust.compliant import BOTTOM, TOP, compliant_model, contact_phase, flight, lap
+from vireport.trust.compliant_orbits import find_orbit, linearised
+from vireport.trust.penalty import Outcome, _Tally, acceleration, jacobian, once, problem
+from vireport.trust.stiffness import compliance
 
 MASS = 0.0041
 K_STEEP = 1e8

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vireport.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
-from vireport.energy import Membrane, deflection
 from vireport.errors import NumericalError
+from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
+from vireport.physics.energy import Membrane, deflection
 
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0)
 MASS = 0.0041

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from vireport import analyse, load, loads
-from vireport.crosscheck import crosscheck, difference, orbits_at, wilson
-from vireport.design import design_point
-from vireport.overlay import simulated_points
-from vireport.verdict import verdict_of
+from vireport.analysis.design import design_point
+from vireport.figures.overlay import simulated_points
+from vireport.gate.verdict import verdict_of
+from vireport.trust.crosscheck import crosscheck, difference, orbits_at, wilson
 
 
 @pytest.fixture(scope="module")
@@ -102,8 +102,8 @@ def test_overlay_lies_on_the_curves(checked) -> None:
 
 
 def test_results_do_not_depend_on_the_number_of_threads(example) -> None:
-    from vireport.attractors import attractors
-    from vireport.crosscheck import starting_states
+    from vireport.simulation.attractors import attractors
+    from vireport.trust.crosscheck import starting_states
 
     starts = starting_states([None], 0.5, 3)
     d, gbar = np.linspace(0.25, 0.5, 9), 0.28
@@ -163,7 +163,7 @@ def test_average_voltage_of_a_doubled_motion_is_over_its_four_impacts(checked) -
 
 
 def test_units_of_what_is_in_the_unit_of_the_parameter(example) -> None:
-    from vireport.context_pages import scenario
+    from vireport.report.context import scenario
 
     study = analyse(load(example("simulated")))
     rows = {row[-1]: row for row in next(iter(scenario(study))).rows}

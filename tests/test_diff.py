@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from vireport import analyse, diff, load
-from vireport.baseline import Change, diff_json, diff_markdown, diff_text, read_baseline
+from vireport.comparison.baseline import Change, diff_json, diff_markdown, diff_text, read_baseline
 from vireport.errors import UsageError
-from vireport.study import Study
+from vireport.study.study import Study
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -105,7 +105,7 @@ def test_a_requirement_that_is_not_met_any_more_is_told() -> None:
     baseline, now = results(), copy.deepcopy(study().to_dict())
     baseline["requirements"] = {"passed": True, "criteria": [{"key": "u_ave_at_least_v", "passed": True}]}
     now["requirements"] = {"passed": False, "criteria": [{"key": "u_ave_at_least_v", "passed": False}]}
-    from vireport.changes import changes
+    from vireport.comparison.changes import changes
 
     (change,) = changes(baseline, now, 1e-6)
     assert change.sentence == "requirements.u_ave_at_least_v: met to not met."

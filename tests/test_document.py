@@ -11,10 +11,10 @@ import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from vireport.document import DEEPEST, LARGEST_FILE, join, read
 from vireport.errors import Mistake, ScenarioError
-from vireport.scalars import scalar
-from vireport.syntax import explain
+from vireport.scenario.document import DEEPEST, LARGEST_FILE, join, read
+from vireport.scenario.scalars import scalar
+from vireport.scenario.syntax import explain
 
 REPEATABLE = settings(derandomize=True, max_examples=300, deadline=None)
 

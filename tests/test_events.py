@@ -15,8 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from vireport import events
-from vireport.events import (
+from vireport.simulation import events
+from vireport.simulation.events import (
     BOTTOM,
     FLIGHT,
     FREE,

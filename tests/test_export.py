@@ -10,8 +10,8 @@ import math
 import numpy as np
 import pytest
 
-from vireport.export import branches_csv, results_json
-from vireport.provenance import provenance_of
+from vireport.study.provenance import provenance_of
+from vireport.study.results import branches_csv, results_json
 
 ARRAYS = [
     *("sweep_value", "d", "gbar", "q", "phi_bottom_rad", "phi_top_rad", "velocity_bottom", "velocity_top"),

@@ -11,11 +11,11 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport import load
-from vireport.design import DesignPoint
+from vireport.analysis.design import DesignPoint
+from vireport.cli.extremes_text import summary, table_data, table_text
 from vireport.errors import NumericalError
-from vireport.extreme_checks import PAPER, NotThereError, base_of, examine
-from vireport.extremes import ABSENT, Case, Finding, Outcome, catalogue, judge, run_catalogue
-from vireport.extremes_text import summary, table_data, table_text
+from vireport.trust.extreme_checks import PAPER, NotThereError, base_of, examine
+from vireport.trust.extremes import ABSENT, Case, Finding, Outcome, catalogue, judge, run_catalogue
 
 CHEAP = ("restitution", "inclination", "length", "share of the period", "membrane", "grazing")
 
@@ -174,7 +174,7 @@ def test_the_machine_form_is_json_and_whole(outcomes) -> None:
 
 def test_a_run_tells_each_case_as_it_begins(monkeypatch) -> None:
     cases = (Case("one", "group", "", lambda: Finding("")), Case("two", "group", "", lambda: Finding("")))
-    monkeypatch.setattr("vireport.extremes.catalogue", lambda loaded: cases)
+    monkeypatch.setattr("vireport.trust.extremes.catalogue", lambda loaded: cases)
     told: list[str] = []
     assert [outcome.verdict for outcome in run_catalogue(None, told.append)] == ["passed", "passed"]
     assert told == ["group: one", "group: two"]

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vireport import analyse, loads
-from vireport.design import design_point
+from vireport.analysis.design import design_point
+from vireport.analysis.motions import Motions
+from vireport.analysis.orbits import orbits
+from vireport.analysis.solution import Solution, solve
+from vireport.analysis.stability import trace_and_determinant
 from vireport.errors import NumericalError
-from vireport.model import PARAMETERS, Device, Sweep
-from vireport.motions import Motions
-from vireport.orbits import orbits
-from vireport.solution import Solution, solve
-from vireport.stability import trace_and_determinant
+from vireport.physics.device import PARAMETERS, Device, Sweep
 
 restitutions = st.one_of(st.sampled_from([0.0, 1e-12, 1e-3, 0.5, 0.999, 1 - 1e-6]), st.floats(0, 0.999))
 inclinations = st.one_of(st.sampled_from([0.0, 1e-9, 0.01, 45.0, 89.999999, 90.0]), st.floats(0, 90))

@@ -19,15 +19,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from PIL import Image
 
-from vireport.axes import along
-from vireport.curves import TURN, Simulated, eigenvalue_curves, phase_curve, stretches, visible
-from vireport.drawing import NO_MOTION
-from vireport.energy import Voltages
-from vireport.figures import BRANCH_COLORS, figure_2, figure_4, figure_7, pictures
-from vireport.pixels import png_of
-from vireport.scenario import load
-from vireport.study import Study, analyse
-from vireport.ticks import fitting_ticks, tick_labels, ticks, uneven_ticks
+from vireport.figures.axes import along
+from vireport.figures.curves import TURN, Simulated, eigenvalue_curves, phase_curve, stretches, visible
+from vireport.figures.drawing import NO_MOTION
+from vireport.figures.paper_figures import BRANCH_COLORS, figure_2, figure_4, figure_7, pictures
+from vireport.figures.pixels import png_of
+from vireport.figures.ticks import fitting_ticks, tick_labels, ticks, uneven_ticks
+from vireport.physics.energy import Voltages
+from vireport.scenario.loading import load
+from vireport.study.study import Study, analyse
 
 ROOT = Path(__file__).parent.parent
 FIGURES = {"figure-2": figure_2, "figure-4": figure_4, "figure-7": figure_7}
@@ -456,10 +456,10 @@ def test_captions_tell_the_numbers() -> None:
 
 SCRIPT = """
 import hashlib, sys
-from vireport.figures import pictures
-from vireport.pixels import png_of
-from vireport.scenario import load
-from vireport.study import analyse
+from vireport.figures.paper_figures import pictures
+from vireport.figures.pixels import png_of
+from vireport.scenario.loading import load
+from vireport.study.study import analyse
 for picture in pictures(analyse(load(sys.argv[1]))):
     print(hashlib.sha256(picture.png).hexdigest())
 assert "matplotlib.pyplot" not in sys.modules

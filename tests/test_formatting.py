@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vireport.formatting import (
+from vireport.text.formatting import (
     ABSENT,
     MINUS,
     bounded,

@@ -22,16 +22,16 @@ pytest.importorskip("pyarrow")
 import pyarrow.parquet as pq
 
 from vireport import analyse
+from vireport.analysis.pointwise import find_motions
 from vireport.errors import NumericalError, ScenarioError, UsageError
-from vireport.loci import loci_of
-from vireport.map_cells import cells_of
-from vireport.map_plan import map_plan
-from vireport.map_run import run_map
-from vireport.map_scenario import load_map, loads_map
-from vireport.map_workers import on_cluster
-from vireport.mapping import evaluate_chunk
-from vireport.pointwise import find_motions
-from vireport.scenario import load, loads
+from vireport.scenario.loading import load, loads
+from vireport.scenario.map_scenario import load_map, loads_map
+from vireport.sweep.cells import cells_of
+from vireport.sweep.loci import loci_of
+from vireport.sweep.mapping import evaluate_chunk
+from vireport.sweep.plan import map_plan
+from vireport.sweep.run import run_map
+from vireport.sweep.workers import on_cluster
 
 HELD = """\
 schema_version: 1
@@ -316,7 +316,7 @@ def test_another_version_is_not_mixed_in(file: Path, monkeypatch: pytest.MonkeyP
     out = file.parent / "out"
     with pytest.raises(Stop):
         run_map(str(file), out, workers=1, progress=stopping(120, Stop()), draw=False)
-    monkeypatch.setattr("vireport.map_store.__version__", "99")
+    monkeypatch.setattr("vireport.sweep.store.__version__", "99")
     with pytest.raises(UsageError, match="the version of vireport changed"):
         run_map(str(file), out, workers=1, draw=False)
 
@@ -359,7 +359,7 @@ def test_a_full_disk_is_told_and_the_run_resumed(
 RUN = """
 import sys
 from pathlib import Path
-from vireport.map_run import run_map
+from vireport.sweep.run import run_map
 if __name__ == "__main__":
     run_map(sys.argv[1], Path(sys.argv[2]), workers=2, draw=False)
 """
@@ -412,7 +412,7 @@ def test_a_killed_worker_is_replaced(file: Path, undisturbed: bytes, monkeypatch
             killed.append(next(iter(pools[0]._processes)))
             os.kill(killed[0], signal.SIGKILL)
 
-    monkeypatch.setattr("vireport.map_workers.ProcessPoolExecutor", Pool)
+    monkeypatch.setattr("vireport.sweep.workers.ProcessPoolExecutor", Pool)
     run_map(str(file), file.parent / "out", workers=2, progress=progress, draw=False)
     assert killed
     assert result(file.parent / "out") == undisturbed
@@ -519,7 +519,7 @@ def test_pictures_show_the_cells(file: Path) -> None:
     """The colour of the picture at a cell is that of its type."""
     from PIL import Image
 
-    from vireport.map_figures import DPI, PANEL, TYPES
+    from vireport.sweep.figures import DPI, PANEL, TYPES
 
     out = file.parent / "out"
     summary = run_map(str(file), out, workers=1)

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from vireport.orbits import Level, coefficients, level_residual, level_terms, orbits
-from vireport.precise import DecimalOps
-from vireport.strands import bisect, evaluate, find_strands
+from vireport.analysis.orbits import Level, coefficients, level_residual, level_terms, orbits
+from vireport.analysis.strands import bisect, evaluate, find_strands
+from vireport.physics.decimals import DecimalOps
 
 shares = st.floats(-0.499, 0.499)
 phases = st.floats(0, 6.28)

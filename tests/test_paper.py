@@ -6,10 +6,10 @@ from math import cos, pi, sin
 
 import pytest
 
-from vireport.paper import comparison
-from vireport.paper_cases import CASES
-from vireport.scenario import load
-from vireport.study import analyse
+from vireport.scenario.loading import load
+from vireport.study.study import analyse
+from vireport.trust.paper import comparison
+from vireport.trust.paper_cases import CASES
 
 # What is in print, what 40-digit arithmetic gives, and whether they agree.
 OURS = {

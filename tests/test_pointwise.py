@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vireport.model import Device, Sweep
-from vireport.orbits import orbits
-from vireport.phase_forms import STEP, forms
-from vireport.pointwise import find_motions
-from vireport.solution import solve
-from vireport.stability import STABILITY, classify
-from vireport.strands import bisect
-from vireport.tracing import curve_of, sample, select
+from vireport.analysis.orbits import orbits
+from vireport.analysis.phase_forms import STEP, forms
+from vireport.analysis.pointwise import find_motions
+from vireport.analysis.solution import solve
+from vireport.analysis.stability import STABILITY, classify
+from vireport.analysis.strands import bisect
+from vireport.analysis.tracing import curve_of, sample, select
+from vireport.physics.device import Device, Sweep
 
 DEVICE = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 

@@ -17,17 +17,14 @@ import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from vireport.attractors import Diagram
-from vireport.axes import style
-from vireport.curves import Simulated, stretches
-from vireport.diagrams import WORDS
-from vireport.events import BOTTOM, Impact
-from vireport.figures import figure_2, figure_7, pictures
-from vireport.model import Device
-from vireport.overlay import simulated_points
-from vireport.pixels import png_of
-from vireport.portrait_captions import portrait_alt, portrait_caption
-from vireport.portraits import (
+from vireport.figures.axes import style
+from vireport.figures.curves import Simulated, stretches
+from vireport.figures.diagrams import WORDS
+from vireport.figures.overlay import simulated_points
+from vireport.figures.paper_figures import figure_2, figure_7, pictures
+from vireport.figures.pixels import png_of
+from vireport.figures.portrait_captions import portrait_alt, portrait_caption
+from vireport.figures.portraits import (
     BALL,
     BOTTOM_IMPACT,
     BOTTOM_MEMBRANE,
@@ -39,10 +36,13 @@ from vireport.portraits import (
     figure_6,
     figure_diagram,
 )
-from vireport.scenario import load
-from vireport.simulated_motions import Portrait, portrait
-from vireport.study import Study, analyse
-from vireport.traces import arrivals, ball, capsule, periodic_groups, rides, short
+from vireport.figures.traces import arrivals, ball, capsule, periodic_groups, rides, short
+from vireport.physics.device import Device
+from vireport.scenario.loading import load
+from vireport.simulation.attractors import Diagram
+from vireport.simulation.events import BOTTOM, Impact
+from vireport.simulation.portraits import Portrait, portrait
+from vireport.study.study import Study, analyse
 
 ROOT = Path(__file__).parent.parent
 M, G, FREQUENCY = 0.1245, 9.8, 2.0
@@ -331,9 +331,9 @@ def test_the_analytic_branch_lies_beneath_the_diagram() -> None:
 SCRIPT = """
 import hashlib
 from test_portraits import PAPER, made
-from vireport.axes import style
-from vireport.pixels import png_of
-from vireport.portraits import figure_3, figure_6
+from vireport.figures.axes import style
+from vireport.figures.pixels import png_of
+from vireport.figures.portraits import figure_3, figure_6
 for draw in (figure_3, figure_6):
     figure = draw([made(name) for name in PAPER])
     with style():

@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport.design import design_point
-from vireport.model import Device, Sweep
-from vireport.solution import solve
+from vireport.analysis.design import design_point
+from vireport.analysis.solution import solve
+from vireport.physics.device import Device, Sweep
 
 MASS, R, GRAVITY, FREQUENCY = 0.1245, 0.5, 9.8, 2.0
 
@@ -121,7 +121,7 @@ def test_period_doubling_under_varied_force() -> None:
 
 
 def test_table_1_of_the_paper() -> None:
-    from vireport.table import table
+    from vireport.analysis.table import table
 
     def rows(solution, branch=None):
         return [

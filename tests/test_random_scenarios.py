@@ -9,9 +9,9 @@ from bad_scenarios import GOOD
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vireport.blocks import SWEEPABLE
 from vireport.errors import ScenarioError
-from vireport.scenario import loads, to_dict
+from vireport.scenario.blocks import SWEEPABLE
+from vireport.scenario.loading import loads, to_dict
 
 REPEATABLE = settings(derandomize=True, max_examples=200, deadline=None)
 POSITIVE = st.floats(1e-15, 1e15)

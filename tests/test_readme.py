@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vireport import loads
-from vireport.cli import app
+from vireport.cli.app import app
 
 ROOT = Path(__file__).resolve().parent.parent
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")

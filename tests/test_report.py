@@ -20,18 +20,18 @@ from tempfile import gettempdir
 import pytest
 from pypdf import PdfReader
 
-from vireport import rendering
-from vireport.assets import TEMPLATES
-from vireport.equations import ENERGY, GROUPS
 from vireport.errors import UsageError
-from vireport.formatting import MINUS, words
-from vireport.pages import Equation, Listing, ReportModel, Table
-from vireport.provenance import provenance_of
-from vireport.rendering import RenderError, pieces, render_html, render_pdf
-from vireport.report import build_report
-from vireport.scenario import load, loads
-from vireport.study import Study, analyse
-from vireport.verdict import MARGIN, verdict_of
+from vireport.gate.verdict import MARGIN, verdict_of
+from vireport.report import rendering
+from vireport.report.assets import TEMPLATES
+from vireport.report.build import build_report
+from vireport.report.equations import ENERGY, GROUPS
+from vireport.report.pages import Equation, Listing, ReportModel, Table
+from vireport.report.rendering import RenderError, pieces, render_html, render_pdf
+from vireport.scenario.loading import load, loads
+from vireport.study.provenance import provenance_of
+from vireport.study.study import Study, analyse
+from vireport.text.formatting import MINUS, words
 
 ROOT = TEMPLATES.parent
 NAMES = ("horizontal", "inclined", "inclined-forcing", "design-point")
@@ -491,7 +491,7 @@ def test_pages_are_numbered(reader) -> None:
 
 
 def test_a_real_report_is_small(study_of) -> None:
-    from vireport.figures import pictures
+    from vireport.figures.paper_figures import pictures
 
     study = study_of("horizontal")
     html = render_html(model_of(study, pictures(study)))

@@ -16,19 +16,19 @@ import pytest
 from junitparser import Failure, JUnitXml
 
 from vireport import analyse, load, loads
-from vireport.ci_formats import github, junit, markdown
-from vireport.cli import main
-from vireport.criteria import held, unmet
-from vireport.design import design_point
-from vireport.document import read
-from vireport.endings import endings
-from vireport.export import results
-from vireport.model import Sweep
-from vireport.plan import ALL_FORMATS, FORMATS
-from vireport.provenance import provenance_of
-from vireport.requirements import assess, with_peaks
-from vireport.solution import solve
-from vireport.verdict import verdict_of
+from vireport.analysis.design import design_point
+from vireport.analysis.endings import endings
+from vireport.analysis.solution import solve
+from vireport.cli.app import main
+from vireport.gate.criteria import held, unmet
+from vireport.gate.requirements import assess, with_peaks
+from vireport.gate.verdict import verdict_of
+from vireport.physics.device import Sweep
+from vireport.report.ci_formats import github, junit, markdown
+from vireport.scenario.document import read
+from vireport.study.plan import ALL_FORMATS, FORMATS
+from vireport.study.provenance import provenance_of
+from vireport.study.results import results
 
 ROOT = Path(__file__).resolve().parent.parent
 CI = ROOT / "examples" / "ci"
@@ -263,7 +263,7 @@ def test_without_the_block_nothing_is_judged_or_imported(study_of) -> None:
     code = "import sys; from vireport.cli import main; main(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
     command = [sys.executable, "-c", code, "run", str(ROOT / "examples/inclined.yaml"), "--json"]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True).stderr.split()
-    assert "vireport.study" in loaded
+    assert "vireport.study.study" in loaded
     assert not {"requirements", "criteria", "endings", "ci_formats"} & {name.rpartition(".")[2] for name in loaded}
 
 
@@ -390,7 +390,7 @@ def test_what_is_set_over_the_file_has_no_line() -> None:
 
 
 def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
-    from vireport.report import build_report
+    from vireport.report.build import build_report
 
     study = analyse(load(CI / "failing.yaml"), ("html",))
     model = build_report(study, (), provenance_of(study.loaded, "test"))

@@ -13,9 +13,9 @@ from typing import get_args
 import pytest
 from bad_scenarios import GOOD
 
-from vireport.blocks import SWEEPABLE, Membrane, Scenario, Simulation, SweepParameter
 from vireport.errors import ScenarioError, UsageError
-from vireport.scenario import load, loads, to_dict
+from vireport.scenario.blocks import SWEEPABLE, Membrane, Scenario, Simulation, SweepParameter
+from vireport.scenario.loading import load, loads, to_dict
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 PAPER = {

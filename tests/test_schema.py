@@ -10,11 +10,11 @@ import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD
 from jsonschema import Draft202012Validator
 
-from vireport.blocks import Scenario
-from vireport.document import read
 from vireport.errors import ScenarioError
-from vireport.scenario import loads, to_dict
-from vireport.schema import init_text, keys, schema
+from vireport.scenario.blocks import Scenario
+from vireport.scenario.document import read
+from vireport.scenario.loading import loads, to_dict
+from vireport.scenario.schema import init_text, keys, schema
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 VALIDATOR = Draft202012Validator(schema())

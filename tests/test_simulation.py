@@ -12,9 +12,9 @@ import pytest
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
-from vireport.cycles import jacobians, product
-from vireport.events import FLIGHT, PHASE, VELOCITY, WALL, check_model, check_start, follow_one
-from vireport.simulation import BOTTOM, TOP, Impact, InFlight, Outcome, path, simulate
+from vireport.simulation.cycles import jacobians, product
+from vireport.simulation.events import FLIGHT, PHASE, VELOCITY, WALL, check_model, check_start, follow_one
+from vireport.simulation.trajectories import BOTTOM, TOP, Impact, InFlight, Outcome, path, simulate
 
 
 def gbar(force: float) -> float:
@@ -160,8 +160,8 @@ def test_the_compiler_is_not_paid_for_unless_something_is_simulated() -> None:
 def test_without_the_compiler_the_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     from vireport.errors import NumericalError
 
-    monkeypatch.setitem(sys.modules, "vireport.kernel", None)
-    monkeypatch.delattr("vireport.kernel", raising=False)
+    monkeypatch.setitem(sys.modules, "vireport.simulation.kernel", None)
+    monkeypatch.delattr("vireport.simulation.kernel", raising=False)
     with pytest.raises(NumericalError, match="numba"):
         simulate(0.4, 0.1, 0.5, Impact(BOTTOM, 1.0, 0.0), 5)
 

@@ -7,9 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vireport import flight
-from vireport.orbits import Orbits, orbits
-from vireport.stability import STABILITY, classify, discriminant, eigenvalues, flight_jacobian, trace_and_determinant
+from vireport.analysis.orbits import Orbits, orbits
+from vireport.analysis.stability import (
+    STABILITY,
+    classify,
+    discriminant,
+    eigenvalues,
+    flight_jacobian,
+    trace_and_determinant,
+)
+from vireport.physics import flight
 
 
 @given(st.floats(-0.45, 0.45), st.floats(0, 6.28), st.floats(0.05, 0.95), st.integers(1, 3))

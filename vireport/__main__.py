@@ -18,7 +18,7 @@ def main() -> int:
         return 0
     # What is imported stays: looking through it again and again for garbage costs a tenth of a short run.
     gc.set_threshold(100_000, 50, 50)
-    from vireport.cli import main as run
+    from vireport.cli.app import main as run
 
     return run(sys.argv[1:])
 

@@ -1,0 +1,197 @@
+"""How wrong the numbers of the results can be: a bound for each, from the rounding of its formula and the conditioning.
+
+A row of a branch stands for an exact motion of the scenario nearby: every number of the row differs from that
+motion's by at most its bound. The row's phase and q satisfy the sweep's condition up to a residual; the residual and
+its own rounding, over the condition's gradient, is how far the exact motion is, and the formulae, evaluated once more
+in numbers that carry their error, take that and their rounding to every other number. At a design point, where both
+groups are given, the exact motion is the one there.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.analysis.motions import Motions
+from vireport.analysis.orbits import Level, coefficients, level_terms, orbits_above
+from vireport.analysis.stability import discriminant, trace_and_determinant
+from vireport.physics.device import Sweep
+from vireport.physics.energy import Membrane, contact_cosine, deflection, generated_voltage
+from vireport.physics.rounding import FUNCTION, UNIT, Rounded, RoundedOps
+
+Floats = NDArray[np.float64]
+
+GROUP = 12 * UNIT
+"""Relative rounding of d or gbar as computed from the scenario: at most six products and a sine."""
+
+CURVATURE = 2.0
+"""Factor on the distance to the exact motion for the bend of the condition on the way."""
+
+STEP = 1e-3
+"""Step of the gradient's difference in q, as a share of the scale (1-r)/(1+r) on which the coefficients vary."""
+
+GENTLE = 1e-5
+"""Relative change of the impact velocity by which a voltage's elasticity is found."""
+
+
+def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None = None) -> dict[str, Floats]:
+    """Bound the errors of motions, by the names of `Motions`.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        That the motions lie on.
+    motions : Motions
+    given : tuple of ndarray, optional
+        Errors of q - 1/2 and of the phase, where the motions are those at given values of both groups rather than
+        somewhere on the sweep.
+
+    Returns
+    -------
+    dict of ndarray
+        Infinite where there is no bound: the trace where an impact has no velocity, and everything at a point where
+        the condition's gradient vanishes.
+
+    Notes
+    -----
+    The scenario's numbers are taken as exact, and gbar below `model.NO_GRAVITY` as zero. Where an extremum of Z'
+    vanishes to rounding, so that it is open whether the ball turns at all, the gap is that of the motion as computed.
+    """
+    with np.errstate(all="ignore"):
+        found = _motion_bounds(sweep, motions, given)
+    return {name: np.where(np.isfinite(bound), bound, np.inf) for name, bound in found.items()}
+
+
+def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
+    r, n, level = Rounded(m.restitution), sweep.device.period_ratio, sweep.level
+    delta_u, delta_phi = _distance(level, m, n) if given is None else given
+    u, ops = Rounded(m.u, delta_u), RoundedOps()
+    orbit: Any = orbits_above(coefficients(u, r, n, ops), u, Rounded(m.phi_bottom, delta_phi), r, n, ops)
+    trace = trace_and_determinant(orbit, r)[0]
+    top = np.mod(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top + np.pi, 2 * np.pi) - np.pi
+    phase_top = orbit.sin_top.error + orbit.cos_top.error + np.abs(top) + 2 * FUNCTION * np.pi
+    d, gbar = _from(orbit.d, m.d), _from(orbit.gbar, m.gbar)
+    if given is not None or level.kind == "d":
+        d = GROUP * m.d
+    if given is not None or level.kind == "gbar":
+        gbar = GROUP * m.gbar
+    velocity_bottom, velocity_top = (
+        _from(orbit.velocity_bottom, m.velocity_bottom),
+        _from(orbit.velocity_top, m.velocity_top),
+    )
+    period = 2 * n
+    speed = m.restitution * np.maximum(m.velocity_bottom, -m.velocity_top)
+    turning = (
+        period * m.restitution * np.maximum(velocity_bottom, velocity_top)
+        + period**2 / 2 * gbar
+        + (0.3 + period / np.pi) * np.maximum(delta_phi, phase_top)
+        + 8 * UNIT * (period * speed + period**2 * m.gbar + 0.3 + period / np.pi)
+    )
+    return {
+        "sweep_value": np.zeros(len(m)) if given is not None else _value_bound(sweep, m, orbit),
+        "d": d,
+        "gbar": gbar,
+        "q": delta_u + UNIT * m.q,
+        "phi_bottom": delta_phi + UNIT * m.phi_bottom,
+        "phi_top": phase_top,
+        "velocity_bottom": velocity_bottom,
+        "velocity_top": velocity_top,
+        "trace": _from(trace, m.trace),
+        "determinant": 4 * UNIT * m.determinant,
+        "discriminant": _from(discriminant(trace, r), m.discriminant),  # type: ignore[arg-type]
+        "wall_gap": d + np.where(m.wall_gap < m.d, turning, 0.0),
+    }
+
+
+def _from(exact: Rounded, stored: Floats) -> Floats:
+    """Bound of a stored number: the error of its recomputation, and how far the two are apart.
+
+    None where that is the number's own size: it diverges there, or all its digits are lost.
+    """
+    away = np.abs(exact.value - stored)
+    return np.where(away > np.maximum(np.abs(stored), UNIT), np.inf, exact.error + away)
+
+
+def _distance(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
+    """How far, in q and in phase, the exact motion is from each row."""
+    ops, r, u = RoundedOps(), Rounded(m.restitution), Rounded(m.u)
+    known = level if level.horizontal else Level(level.kind, Rounded(level.value, 2 * GROUP * abs(level.value)))
+    sine, cosine = ops.sin(Rounded(m.phi_bottom)), ops.cos(Rounded(m.phi_bottom))
+    a, b, c = level_terms(known, coefficients(u, r, n, ops), u, r, n, ops)
+    residual = a * sine + b * cosine - c
+    h = STEP * (1 - m.restitution) / (1 + m.restitution)
+
+    def at(x: Floats) -> Any:
+        a, b, c = level_terms(level, coefficients(x, m.restitution, n), x, m.restitution, n)
+        return a * sine.value + b * cosine.value - c
+
+    slope_u = (at(m.u + h) - at(m.u - h)) / (2 * h)
+    slope_phi = a.value * cosine.value - b.value * sine.value
+    reach = CURVATURE * (np.abs(residual.value) + residual.error) / (slope_u**2 + slope_phi**2)
+    # On the symmetric line of a horizontal capsule u = 0 is exact, and any phase is that of a motion.
+    free = level.horizontal & (m.u == 0)
+    delta_u, delta_phi = (np.where(free, 0.0, reach * np.abs(slope)) for slope in (slope_u, slope_phi))
+    return delta_u, delta_phi
+
+
+def _value_bound(sweep: Sweep, m: Motions, orbit: Any) -> Floats:
+    """Bound of the swept value: that of d (of gbar for a sweep over the inclination), in its unit."""
+    x = sweep.coordinate(orbit)
+    away = np.abs(np.asarray(sweep.value(orbit.d.value, orbit.gbar.value)) - m.sweep_value)
+    if sweep.parameter == "inclination_deg":
+        error = x.error + GROUP * np.abs(x.value)
+        ends = [np.asarray(sweep.value(orbit.d.value, x.value + sign * error)) for sign in (-1, 1)]
+        moved = np.maximum(*(np.abs(end - m.sweep_value) for end in ends))
+        return np.asarray(moved + away + 2 * FUNCTION * m.sweep_value)
+    share = x.error / np.abs(x.value) * (0.5 if sweep.parameter == "frequency_hz" else 1.0)
+    return np.asarray((share + GROUP) * m.sweep_value + away)
+
+
+def voltage_bounds(
+    velocities: tuple[Floats, Floats], errors: tuple[Floats, Floats], unit: Floats, mass: float, membrane: Membrane
+) -> dict[str, Floats]:
+    """Bound the errors of voltages and deflections, by the names of `energy.Voltages`.
+
+    Parameters
+    ----------
+    velocities, errors : tuple of ndarray
+        Dimensionless impact velocities at the bottom and at the top, and their bounds.
+    unit : ndarray
+        Velocity unit y_c [m/s].
+    mass : float
+        Ball mass [kg].
+    membrane : Membrane
+    """
+    with np.errstate(all="ignore"):
+        found = [
+            _impact_bounds(unit * np.abs(v), e / np.abs(v), mass, membrane)
+            for v, e in zip(velocities, errors, strict=True)
+        ]
+    (bottom, deep_bottom), (top, deep_top) = found
+    bounds = {
+        "bottom_v": bottom,
+        "top_v": top,
+        "average_v": (bottom + top) / 2 * (1 + 2 * UNIT),
+        "deflection_m": np.maximum(deep_bottom, deep_top),
+    }
+    return {name: np.where(np.isfinite(bound), bound, np.inf) for name, bound in bounds.items()}
+
+
+def _impact_bounds(speed: Floats, share: Floats, mass: float, membrane: Membrane) -> tuple[Floats, Floats]:
+    """Bounds of the voltage and of the deflection of impacts whose speed has a relative error `share`."""
+    power = membrane.exponent + 1
+    delta, volts = deflection(speed, mass, membrane), generated_voltage(speed, mass, membrane)
+    base = abs(np.log(power * mass / (2 * membrane.stiffness)))
+    relative = 2 / power * (share + 4 * UNIT + 2 * UNIT * np.abs(np.log(np.where(speed > 0, speed, 1.0))))
+    relative = relative + (base + 4) * UNIT / power + 6 * UNIT
+    elasticity = np.abs(generated_voltage(speed * (1 + GENTLE), mass, membrane) / volts - 1) / GENTLE * power / 2
+    ball, active = membrane.ball_radius_m, membrane.active_radius_m
+    depth = np.maximum(delta - ball, 0.0)
+    reach = np.sqrt((active - ball) * (active + ball) + depth * depth)
+    cancelled = np.where(depth > 0, (active * reach + ball * depth) / (active * reach - ball * depth), 1.0)
+    kept = 1 - (ball / active) ** 2 * contact_cosine(delta, membrane)[1]
+    geometry = (30 + 20 * cancelled + 10 / kept) * UNIT
+    bound = volts * (1.1 * elasticity * relative + geometry)
+    return np.where(volts > 0, bound, 0.0), delta * relative

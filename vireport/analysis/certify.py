@@ -1,0 +1,367 @@
+"""Critical points of a sweep with proofs: ball arithmetic encloses each and shows that it exists and is the only one.
+
+The formulae are those that the results come from, evaluated with balls instead of doubles: the motion through
+(q, phase), the trace of DP, and the touch of a membrane. What is proved is about the equations and a scenario's
+doubles, each taken as the exact number that it is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vireport.analysis import balls
+from vireport.analysis.admissibility import turning_points
+from vireport.analysis.balls import Ball, BallOps, Root, UnprovedError
+from vireport.analysis.certified_flights import Flight, stays_between
+from vireport.analysis.critical import CONDITIONS, Condition, Point
+from vireport.analysis.grazing import touch
+from vireport.analysis.orbits import Orbits, level_residual, orbits
+from vireport.analysis.stability import trace_and_determinant
+from vireport.physics.device import Sweep
+
+if TYPE_CHECKING:
+    from vireport.analysis.branches import CriticalPoint
+    from vireport.study.study import Study
+
+PRECISIONS = (192, 384, 768)
+"""Bits of the arithmetic, tried in this order: next to a horizontal capsule cancellation may take seventy."""
+
+PLACE = 1e-12
+"""Distance (in q, relative to q - 1/2; and in phase) from a point as printed at which what is proved is another one."""
+
+WIDEST = 1e-24
+"""Relative radius of the swept value's enclosure above which more bits are taken."""
+
+AT_REST = 1e-12
+"""Impact velocity of a polished point below which the impact is one that loses its velocity."""
+
+FOCI = (CONDITIONS["focus_below"], CONDITIONS["focus_above"])
+"""Both ends of a range of foci."""
+
+SHORTEST_FOCUS = 1e-9
+"""r^2 down to which the trace at a stated point, in doubles, tells which end of a range of foci it is."""
+
+BRACKETED = 1e-12
+"""Relative error bound of a stated swept value above which its polish did not settle."""
+
+FIRST_TRIES = 6
+"""Turning points tried as the one that touches a membrane, the nearest first."""
+
+RISING = {"length_m": 1, "amplitude_n": -1, "frequency_hz": 1, "inclination_deg": 1}
+"""Sign with which the swept value grows with the sweep's coordinate, d (gbar where the inclination is swept)."""
+
+Enclosure = tuple[str, str]
+"""A decimal number below and one above."""
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """What is proved of one critical point.
+
+    Attributes
+    ----------
+    label, kind : str
+        Those of the critical point.
+    proved : bool
+        Whether exactly one point fulfils its equations near the one stated, with impact velocities of the right signs
+        and, where a turning point of the ball touches a membrane, within its flight.
+    reason : str
+        Why it is not proved, or "".
+    sweep_value, d, gbar, q, phi_bottom_rad, velocity_bottom : tuple of str, or None
+        Bounds as decimal numbers, rounded outward; None where nothing is proved. The swept value is in its unit.
+    bits : int
+        Precision of the arithmetic.
+    bound_holds : bool
+        Whether it is proved that the swept value as stated, a double, is within its stated error bound.
+    radius : float
+        Half the width in q (relative to q - 1/2) and phase of the box in which the point is the only one; 0 if none.
+    side : str
+        What the trace's proved slope along the sweep says: ``stable above``, ``focus below``, ..., or "" for a fold
+        or a grazing point, where the trace has none, and where a range of foci is too short for its ends to be told
+        apart. Above is at larger swept values.
+    admissible : bool or None
+        Whether the ball is proved to stay between the membranes (or proved not to); None where it is undecided.
+    mirror_proved : bool or None
+        Whether the mirror image is proved likewise; None where there is none.
+    beyond : tuple of str
+        Numbers of the motion (``u``, ``phi``, ``d``, ...) as stated whose own error bounds are not proved to hold.
+    """
+
+    label: str
+    kind: str
+    proved: bool
+    reason: str
+    sweep_value: Enclosure | None = None
+    d: Enclosure | None = None
+    gbar: Enclosure | None = None
+    q: Enclosure | None = None
+    phi_bottom_rad: Enclosure | None = None
+    velocity_bottom: Enclosure | None = None
+    bits: int = PRECISIONS[-1]
+    bound_holds: bool = False
+    radius: float = 0.0
+    side: str = ""
+    admissible: bool | None = None
+    mirror_proved: bool | None = None
+    beyond: tuple[str, ...] = ()
+
+
+def certify(study: Study) -> tuple[Certificate, ...]:
+    """Prove the critical points of a study, in their order.
+
+    Parameters
+    ----------
+    study : Study
+        Without a sweep there is nothing to prove.
+
+    Notes
+    -----
+    A proof that fails is a certificate that says why, never an exception.
+    """
+    if study.sweep is None or study.solution is None:
+        return ()
+    return tuple(certify_point(study.sweep, critical) for critical in study.solution.critical_points)
+
+
+def certify_point(sweep: Sweep, critical: CriticalPoint) -> Certificate:
+    """Prove one critical point of a sweep, and its mirror image if it has one."""
+    if balls.neglects_gravity(sweep):
+        reason = "gravity along the capsule was neglected, so that the equations solved are not the scenario's"
+        return Certificate(critical.label, critical.kind, False, reason)
+    found = _certificate(sweep, critical, critical.point)
+    if critical.mirror is None:
+        return found
+    mirror = _certificate(sweep, critical, critical.mirror)
+    return replace(found, mirror_proved=mirror.proved and mirror.bound_holds)
+
+
+def _certificate(sweep: Sweep, critical: CriticalPoint, point: Point) -> Certificate:
+    """Try the candidates with more and more bits; the first candidate is the likely one, and its failure is told."""
+    reason = "no turning point of the ball is near a membrane"
+    candidates = list(_candidates(sweep, critical.kind, point))
+    for bits in PRECISIONS:
+        reasons = []
+        for candidate in candidates:
+            try:
+                with balls.precision(bits):
+                    proof = _prove(sweep, point, critical.family == "symmetric", candidate)
+                    return _stated(sweep, critical, point, proof, bits)
+            except UnprovedError as failure:
+                reasons.append(str(failure))
+        reason = reasons[0] if reasons else reason
+    if point.error_bound > BRACKETED * abs(point.sweep_value):
+        reason = f"the point is only bracketed, not polished, and {reason}"
+    return Certificate(critical.label, critical.kind, False, reason)
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """What may be the condition of a critical point.
+
+    Attributes
+    ----------
+    condition : callable
+        As in `critical`.
+    more : tuple of float
+        Guesses of its further unknowns: the time of a touch.
+    rest : str
+        ``bottom`` or ``top`` for an impact without velocity, or "".
+    touch : tuple of bool, or None
+        Whether in the flight upward, and whether on the wall left. Without a further unknown it is at time zero.
+    """
+
+    condition: Condition
+    more: tuple[float, ...] = ()
+    rest: str = ""
+    touch: tuple[bool, bool] | None = None
+
+
+def _candidates(sweep: Sweep, kind: str, point: Point) -> Iterator[Candidate]:
+    r, n = float(sweep.device.restitution), sweep.device.period_ratio
+    orbit = orbits(np.array([point.u]), np.array([point.phi]), r, n)
+    if kind == "node_focus":
+        below = bool(trace_and_determinant(orbit, r)[0][0] < 0)
+        yield Candidate(CONDITIONS["focus_below" if below else "focus_above"])
+    elif kind != "grazing":
+        yield Candidate(CONDITIONS["fold" if kind == "pitchfork" else kind])
+    else:
+        # With hardly any gravity both velocities are small; the smaller one is that of the impact at rest.
+        speeds = sorted([(abs(point.velocity_bottom), "bottom"), (abs(point.velocity_top), "top")])
+        resting = [wall for speed, wall in speeds if speed < AT_REST]
+        for wall in resting:
+            yield Candidate(CONDITIONS[f"{wall}_rest"], rest=wall)
+        if not resting:
+            yield from _touches(orbit, r, n)
+
+
+def _touches(orbit: Orbits, r: float, n: int) -> Iterator[Candidate]:
+    """Turning points near a wall, the nearest first, then touches shortly after an impact (see `grazing`)."""
+    found = [
+        (abs(float(gap[0])), float(turn.time[0]), turn.upward, at_start)
+        for turn in turning_points(orbit, r, n)
+        for at_start, gap in ((True, turn.from_start_wall), (False, turn.from_end_wall))
+    ]
+    for _, time, upward, at_start in sorted(found)[:FIRST_TRIES]:
+        yield Candidate(touch(upward, at_start), (time,), touch=(upward, at_start))
+    for upward in (True, False):
+        cosine, sine = (orbit.cos_phi, orbit.sin_phi) if upward else (orbit.cos_top, orbit.sin_top)
+        pressing, rate = float(orbit.gbar[0] + cosine[0]), -math.pi * float(sine[0])
+        if r == 0:
+            # The ball leaves at rest, and touches where the membrane begins to hold it.
+            yield Candidate(_unpressed if upward else _unpressed_top, touch=(upward, True))
+        elif pressing * rate < 0:
+            yield Candidate(touch(upward, True), (-1.5 * pressing / rate,), touch=(upward, True))
+
+
+def _unpressed(orbit: Orbits, more: Any, r: Any, ops: Any) -> list[Any]:
+    return [orbit.gbar + orbit.cos_phi]
+
+
+def _unpressed_top(orbit: Orbits, more: Any, r: Any, ops: Any) -> list[Any]:
+    return [orbit.gbar + orbit.cos_top]
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """A proved point, everything evaluated over its box.
+
+    Attributes
+    ----------
+    orbit : Orbits
+        Of balls.
+    value : ball
+        The swept value.
+    root : Root
+    time : ball or None
+        Of the touch in its flight.
+    slope : int
+        Sign of the trace's slope along the sweep, 0 where none is proved.
+    negative : bool
+        Whether the trace is proved to be negative.
+    admissible : bool or None
+    """
+
+    orbit: Orbits
+    value: Ball
+    root: Root
+    slope: int
+    negative: bool
+    admissible: bool | None
+
+
+def _prove(sweep: Sweep, point: Point, symmetric: bool, candidate: Candidate) -> Proof:
+    """Prove a point, or say by an `UnprovedError` why not."""
+    ops, level = BallOps(), balls.level(sweep)
+    r, n = balls.ball(sweep.device.restitution), sweep.device.period_ratio
+
+    def system(x: list[Any]) -> list[Any]:
+        if symmetric:
+            return candidate.condition(orbits(0 * r, x[0], r, n, ops), x[1:], r, ops)
+        orbit = orbits(x[0], x[1], r, n, ops)
+        return [level_residual(level, orbit), *candidate.condition(orbit, x[2:], r, ops)]
+
+    start = [point.phi] if symmetric else [point.u, point.phi]
+    scale = [1.0] if symmetric else [abs(point.u) or 1.0, 1.0]
+    root = balls.prove(system, [*start, *candidate.more], [*scale, *(abs(t) or 1.0 for t in candidate.more)])
+    for name, x, stated, size in zip(("phase",) if symmetric else ("q", "phase"), root.box, start, scale, strict=False):
+        if not abs(x - balls.ball(stated)) <= PLACE * size:
+            raise UnprovedError(f"the {name} that solves the equations is not the one stated")
+    u, phi, *more = [balls.ball(0.0), *root.box] if symmetric else root.box
+    orbit = _simplified(orbits(u, phi, r, n, ops), level.kind, level.value, candidate.rest, r, n)
+    _check_signs(orbit, candidate.rest)
+    if more and not 0 < more[0] < (orbit.time_up if candidate.touch and candidate.touch[0] else orbit.time_down):
+        raise UnprovedError("the touch of the membrane is not within the flight")
+    value = balls.sweep_value(sweep, orbit.d, orbit.gbar)
+    if not value.rad() <= WIDEST * abs(value):
+        raise UnprovedError("the enclosure of the swept value stays wide")
+    touches: dict[bool, tuple[Ball | None, bool]] = {}
+    if candidate.touch:
+        upward, at_start = candidate.touch
+        touches = dict.fromkeys((True, False) if symmetric else (upward,), (more[0] if more else None, at_start))
+    inside = [stays_between(Flight.of(orbit, way, r), touches.get(way)) for way in (True, False)]
+    admissible = False if False in inside else None if None in inside else True
+    grazing = bool(candidate.rest or candidate.touch)
+    blurred = candidate.condition in FOCI and not r * r > SHORTEST_FOCUS
+    slope = 0 if grazing or blurred else _slope(sweep, level, root.box, symmetric, r, n)
+    negative = not grazing and bool(trace_and_determinant(orbit, r)[0] < 0)
+    return Proof(orbit, value, root, slope, negative, admissible)
+
+
+def _simplified(orbit: Orbits, kind: str, held: Ball, rest: str, r: Ball, n: int) -> Orbits:
+    """Put in what the conditions say exactly; the velocity at the top then follows by (3.8)."""
+    gbar, d = (held if kind == "gbar" else orbit.gbar), (held if kind == "d" else orbit.d)
+    both = 2 * n * gbar / (1 + r)
+    bottom = {"bottom": 0 * r, "top": both}.get(rest, orbit.velocity_bottom)
+    top = 0 * r if rest == "top" else both - bottom
+    return replace(orbit, gbar=gbar, d=d, velocity_bottom=bottom, velocity_top=top)
+
+
+def _check_signs(orbit: Orbits, rest: str) -> None:
+    # An impact without velocity is what the condition asks for; at q = 1/2 it takes the other one with it.
+    bottom, top = orbit.velocity_bottom, orbit.velocity_top
+    moving = bottom > 0 and top < 0
+    resting = rest and (bottom > 0 or bottom == 0) and (top < 0 or top == 0)
+    if not (moving or resting):
+        raise UnprovedError("the impact velocities do not have the signs of a motion")
+    if not (orbit.d > 0 and abs(orbit.u) < 0.5):
+        raise UnprovedError("the length or a flight time is not positive")
+
+
+def _slope(sweep: Sweep, level: Any, box: list[Ball], symmetric: bool, r: Ball, n: int) -> int:
+    """Sign of d trace/d swept value along the curve; 0 where it is not proved, as at a fold."""
+    ops, x = BallOps(), balls.duals(box)
+    orbit = orbits(0 * r, x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
+    trace, coordinate = trace_and_determinant(orbit, r)[0], sweep.coordinate(orbit)
+    if symmetric:
+        product = trace.gradient[0] * coordinate.gradient[0]
+    else:
+        along = level_residual(level, orbit).gradient
+        product = _cross(along, trace.gradient) * _cross(along, coordinate.gradient)
+    return RISING[sweep.parameter] * (int(product > 0) - int(product < 0))
+
+
+def _cross(a: tuple[Ball, ...], b: tuple[Ball, ...]) -> Ball:
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def _stated(sweep: Sweep, critical: CriticalPoint, point: Point, proof: Proof, bits: int) -> Certificate:
+    """The certificate of a proved point."""
+    orbit, value = proof.orbit, proof.value
+    return Certificate(
+        label=critical.label,
+        kind=critical.kind,
+        proved=True,
+        reason="",
+        sweep_value=balls.bounds(value),
+        d=balls.bounds(orbit.d),
+        gbar=balls.bounds(orbit.gbar),
+        q=balls.bounds(0.5 + orbit.u),
+        phi_bottom_rad=balls.bounds(orbit.phi),
+        velocity_bottom=balls.bounds(orbit.velocity_bottom),
+        bits=bits,
+        bound_holds=bool(abs(value - balls.ball(point.sweep_value)) <= point.error_bound),
+        radius=proof.root.radius,
+        side=_side(critical.kind, proof.slope, proof.negative),
+        admissible=proof.admissible,
+        beyond=tuple(
+            name
+            for name in ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")
+            if not abs(getattr(orbit, name) - balls.ball(getattr(point, name))) <= point.bounds[name]
+        ),
+    )
+
+
+def _side(kind: str, slope: int, negative: bool) -> str:
+    """What lies on which side, where the sign of the trace's slope is known.
+
+    Stable is what has a trace between -(1 + r^4) and 1 + r^4, a focus between -2 r^2 and 2 r^2.
+    """
+    if not slope or kind in ("fold", "grazing"):
+        return ""
+    inward = slope if kind == "period_doubling" or (kind == "node_focus" and negative) else -slope
+    return f"{'focus' if kind == 'node_focus' else 'stable'} {'above' if inward > 0 else 'below'}"

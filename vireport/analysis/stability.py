@@ -1,0 +1,88 @@
+"""The linearised return map of a motion, and Table 1's words for it.
+
+Turns motions into the trace of DP = DP2 DP1 and classifies by the trace alone: det DP = r^4 exactly, so the trace
+decides everything, and near Delta = 0 rounded eigenvalues would have lost half their digits.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.analysis.orbits import Orbits
+
+STABILITY = ("stable node", "stable focus", "unstable node")
+"""Table 1's words, by the codes that `classify` returns. An unstable focus cannot be: |lambda| = r^2 < 1 there."""
+
+
+def flight_jacobian(
+    duration: Any, velocity_before: Any, velocity_end: Any, acceleration_start: Any, acceleration_end: Any, r: Any
+) -> tuple[Any, Any, Any, Any]:
+    """Jacobian of one flight map (time, velocity) -> (next time, next velocity), row by row.
+
+    Parameters
+    ----------
+    duration : array_like
+        Flight time [t_c].
+    velocity_before, velocity_end : array_like
+        Velocities before the impact that starts the flight, and before the one that ends it [y_c]; the latter not zero.
+    acceleration_start, acceleration_end : array_like
+        gbar + cos(phase) at the two impacts [-].
+    r : float
+        Restitution coefficient.
+
+    Source: Eqs. (A.1) and (A.2), whose denominators are minus the velocity that ends the flight, by (3.8).
+    """
+    time_time = (acceleration_start * duration - r * velocity_before) / velocity_end
+    time_velocity = r * duration / velocity_end
+    return (
+        time_time,
+        time_velocity,
+        time_time * acceleration_end - acceleration_start,
+        time_velocity * acceleration_end - r,
+    )
+
+
+def trace_and_determinant(orbit: Orbits, r: Any) -> tuple[Any, Any]:
+    """Trace and determinant of DP = DP2 DP1 of Eq. (4.2).
+
+    The determinant is r^4 (A.3); it is evaluated here from the entries so that it can be checked.
+    """
+    bottom, top = orbit.gbar + orbit.cos_phi, orbit.gbar + orbit.cos_top
+    a11, a12, a21, a22 = flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r)
+    b11, b12, b21, b22 = flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, top, bottom, r)
+    trace = b11 * a11 + b12 * a21 + b21 * a12 + b22 * a22
+    return trace, (a11 * a22 - a12 * a21) * (b11 * b22 - b12 * b21)
+
+
+def discriminant(trace: Any, r: float) -> Any:
+    """Delta = tr^2 - 4 r^4 of Eq. (4.3), as the product (tr - 2 r^2)(tr + 2 r^2) that keeps its digits near zero."""
+    return (trace - 2 * r * r) * (trace + 2 * r * r)
+
+
+def eigenvalues(trace: Any, r: float) -> tuple[Any, Any]:
+    """Real eigenvalues, or twice their real part over two where Delta < 0, Eq. (4.3); larger first.
+
+    The one that would cancel is taken from the product lambda_1 lambda_2 = r^4.
+
+    Notes
+    -----
+    The paper prints Im(lambda) = sqrt([4 Det - Tr^2]/2); the 2 stands outside the root.
+    """
+    trace = np.asarray(trace, dtype=float)
+    root = np.sqrt(np.maximum(discriminant(trace, r), 0.0))
+    large = (trace + np.copysign(root, trace)) / 2
+    safe = np.where(root > 0, large, 1.0)
+    small = np.where(root > 0, r**4 / safe, large)
+    return np.maximum(large, small), np.minimum(large, small)
+
+
+def classify(trace: Any, r: float) -> NDArray[np.int8]:
+    """Table 1's type of each motion as an index into `STABILITY`, from |tr| against 2 r^2 and 1 + r^4.
+
+    A fold or pitchfork stands at tr = 1 + r^4, a period doubling at tr = -(1 + r^4), Delta = 0 at |tr| = 2 r^2.
+    """
+    size = np.abs(trace)
+    return np.where(size < 2 * r * r, 1, np.where(size < 1 + r**4, 0, 2)).astype(np.int8)

@@ -1,0 +1,74 @@
+"""What `vireport accuracy` prints and writes: the text, the figures and the data of what was measured."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vireport.cli.outputs import write_files
+from vireport.report.accuracy_text import COLUMNS, broken, plain
+from vireport.scenario.blocks import Accuracy
+from vireport.scenario.loading import Loaded
+from vireport.study.measured import accuracy_data, compliance_data
+from vireport.study.study import Study, analyse
+
+if TYPE_CHECKING:
+    from vireport.trust.timing import Progress
+
+
+def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
+    """Study a scenario with its accuracy block, or with the default one where it has none.
+
+    Simulation and requirements are left out: they are not what is asked for here.
+    """
+    block = loaded.scenario.accuracy or Accuracy()
+    scenario = replace(loaded.scenario, accuracy=block, simulation=None, requirements=None)
+    study = analyse(replace(loaded, scenario=scenario), ("png", "json"), progress)
+    if progress is not None:
+        progress("")
+    return study
+
+
+def text(study: Study, every: bool = False) -> str:
+    """What was measured, for the terminal; with `every`, each run in a row."""
+    parts = [plain(study.work, every).rstrip("\n")] if study.work is not None else []
+    if study.compliance is not None:
+        from vireport.report.compliant import plain_text
+
+        lines = (broken(line, "    ") if len(line) > COLUMNS else line for line in plain_text(study.compliance))
+        parts.append("\n".join(["Compliant membranes", "", *lines]))
+    elif study.work is not None:
+        why = next(step.why for step in study.plan.steps if step.name == "compliant")
+        parts.append(f"Compliant membranes: left out ({why})")
+    return "\n\n".join(parts) + "\n"
+
+
+def data(study: Study) -> bytes:
+    """What was measured, as JSON."""
+    found = {
+        "scenario_sha256": study.loaded.sha256,
+        "accuracy": None if study.work is None else accuracy_data(study.work),
+        "compliant": None if study.compliance is None else compliance_data(study.compliance),
+    }
+    return (json.dumps(found, indent=1, allow_nan=False) + "\n").encode()
+
+
+def write(study: Study, folder: Path) -> str:
+    """Write the figures and accuracy.json, and say so.
+
+    Raises
+    ------
+    UsageError
+        If the folder cannot be written to.
+    """
+    from vireport.figures.axes import style
+    from vireport.figures.measured_figures import measured_figures
+    from vireport.figures.pixels import png_of
+
+    files = {"accuracy.json": data(study)}
+    with style():
+        files |= {f"{told[0]}.png": png_of(figure)[0] for told, figure in measured_figures(study)}
+    write_files(folder, files)
+    return f"wrote {', '.join(str(folder / name) for name in files)}"

@@ -1,0 +1,190 @@
+"""Runs a scenario to its files: study, pictures, report, results; each file is whole or is not there."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vireport.errors import UsageError
+from vireport.scenario.loading import Loaded
+from vireport.study.provenance import provenance_of
+from vireport.study.study import Study, analyse, with_certificates
+
+if TYPE_CHECKING:
+    from vireport.figures.curves import Simulated
+    from vireport.figures.paper_figures import Picture
+    from vireport.gate.criteria import Criterion
+    from vireport.trust.timing import Progress
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What a run comes to, once its files are there.
+
+    Attributes
+    ----------
+    summary : str
+        In words.
+    printed : str
+        For standard output: annotations and proven enclosures, "" where neither is asked for.
+    criteria : tuple of Criterion
+        What the scenario requires.
+    """
+
+    summary: str
+    printed: str
+    criteria: tuple[Criterion, ...]
+
+
+def default_folder(scenario: str) -> Path:
+    """Folder named after the scenario, in the current one."""
+    return Path("stdin" if scenario == "-" else Path(scenario).stem or "report")
+
+
+def write_outputs(
+    loaded: Loaded,
+    folder: Path,
+    formats: Iterable[str],
+    command: str,
+    templates: Path | None = None,
+    progress: Progress | None = None,
+    certify: bool = False,
+) -> Written:
+    """Study a scenario, write the outputs asked for, and return what it comes to.
+
+    Parameters
+    ----------
+    loaded : Loaded
+    folder : Path
+        Created if it is not there.
+    formats : iterable of str
+        Among `plan.ALL_FORMATS`.
+    command : str
+        For the record.
+    templates : Path, optional
+        A folder whose report templates replace the package's.
+    progress : callable, optional
+        Told each step as it begins.
+    certify : bool
+        Whether to prove the critical points.
+
+    Raises
+    ------
+    UsageError
+        If the folder cannot be written to.
+    """
+    say = progress or (lambda what: None)
+    say("solving")
+    study = analyse(loaded, formats, say)
+    if certify:
+        say("proving the critical points")
+        study = with_certificates(study)
+    files = render(study, command, templates, say)
+    say("writing")
+    write_files(folder, files)
+    say("")
+    from vireport.gate.verdict import verdict_of
+
+    wrote = f"\nwrote {', '.join(str(folder / name) for name in files)}" if files else ""
+    return Written(f"{verdict_of(study).headline}{wrote}", _printed(study), study.criteria)
+
+
+def _printed(study: Study) -> str:
+    text = ""
+    if study.certificates is not None and study.sweep is not None:
+        from vireport.report.certificates import certify_text
+
+        text += certify_text(study.certificates, study.sweep.parameter).rstrip() + "\n"
+    elif study.certificates is not None:
+        text += "No critical point to prove: there is no sweep.\n"
+    if study.plan.runs("github"):
+        from vireport.report.ci_formats import github
+
+        text += github(study)
+    return text
+
+
+def render(study: Study, command: str, templates: Path | None, say: Progress) -> dict[str, bytes]:
+    """The files of a study by their names, in memory; only what its plan asks for is imported."""
+    plan, provenance, files = study.plan, provenance_of(study.loaded, command), {}
+    drawn: tuple[Picture, ...] = ()
+    if any(step.runs for step in plan.steps if step.name.startswith("figure-")):
+        say("drawing")
+        from vireport.figures.paper_figures import pictures
+
+        drawn = pictures(study, _overlay(study))
+    if plan.runs("html") or plan.runs("pdf"):
+        say("setting the report")
+        from vireport.report.build import build_report
+        from vireport.report.rendering import render_html, render_pdf
+
+        model = build_report(study, drawn, provenance)
+        if plan.runs("html"):
+            files["report.html"] = render_html(model, templates)
+        if plan.runs("pdf"):
+            files["report.pdf"] = render_pdf(model, templates)
+    if plan.runs("png"):
+        files |= {f"{picture.name}.png": picture.png for picture in drawn}
+    if plan.runs("json") or plan.runs("csv"):
+        from vireport.study.results import branches_csv, results_json
+
+        if plan.runs("json"):
+            files["results.json"] = results_json(study, provenance)
+        if plan.runs("csv"):
+            files["branches.csv"] = branches_csv(study)
+    if plan.runs("junit") or plan.runs("markdown"):
+        from vireport.report.ci_formats import junit, markdown
+
+        if plan.runs("junit"):
+            files["junit.xml"] = junit(study)
+        if plan.runs("markdown"):
+            files["summary.md"] = markdown(study, provenance).encode()
+    return files
+
+
+def _overlay(study: Study) -> Simulated | None:
+    if study.crosscheck is None:
+        return None
+    from vireport.figures.overlay import simulated_points
+
+    return simulated_points(study)
+
+
+def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files by their names into a folder, which is made if there are any.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be written to.
+    """
+    try:
+        if files:
+            folder.mkdir(parents=True, exist_ok=True)
+        for name, data in files.items():
+            write_whole(folder / name, data)
+    except OSError as error:
+        raise UsageError(f"{error.filename or folder} cannot be written: {error.strerror}") from error
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write under a temporary name and rename: an interrupted run leaves the old file or the new one."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+        os.chmod(name, 0o666 & ~_umask())
+        os.replace(name, path)
+    except BaseException:
+        os.unlink(name)
+        raise
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,125 @@
+"""Writes a comparison: report, figures, compare.json and compare.csv; each file is whole or is not there."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vireport.cli.outputs import write_files
+from vireport.comparison.comparison import Comparison
+from vireport.study.plan import FORMATS
+from vireport.study.provenance import Provenance
+
+if TYPE_CHECKING:
+    from vireport.figures.paper_figures import Picture
+    from vireport.trust.timing import Progress
+
+FOLDER = "comparison"
+"""Where a comparison is written by default, in the current folder."""
+
+
+def write_comparison(
+    comparison: Comparison,
+    folder: Path,
+    formats: Iterable[str] = FORMATS,
+    command: str = "",
+    templates: Path | None = None,
+    progress: Progress | None = None,
+) -> str:
+    """Write the outputs asked for, and return a summary in words.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    folder : Path
+        Created if it is not there.
+    formats : iterable of str
+        Among `plan.FORMATS`.
+    command : str
+        For the record.
+    templates : Path, optional
+        A folder whose report templates replace the package's.
+    progress : callable, optional
+        Told each step as it begins.
+
+    Raises
+    ------
+    UsageError
+        If the folder cannot be written to.
+    """
+    say = progress or (lambda what: None)
+    files = render_comparison(comparison, set(formats), command, templates, say)
+    say("writing")
+    write_files(folder, files)
+    say("")
+    return f"{summary(comparison)}\nwrote {', '.join(str(folder / name) for name in files)}"
+
+
+def summary(comparison: Comparison) -> str:
+    """What differs, a line for each difference, the largest first."""
+    found = comparison.differences
+    if not found:
+        return f"No difference in {len(comparison.quantities)} quantities."
+    return "\n".join(one.sentence for one in found)
+
+
+def render_comparison(
+    comparison: Comparison, formats: set[str], command: str, templates: Path | None, say: Progress
+) -> dict[str, bytes]:
+    """The files of a comparison by their names, in memory; only what they need is imported."""
+    from vireport.comparison.pages import comparison_provenance
+
+    provenance, files = comparison_provenance(comparison, command), {}
+    drawn: tuple[Picture, ...] = ()
+    if formats & {"html", "pdf", "png"}:
+        say("drawing")
+        from vireport.comparison.figures import compare_pictures
+
+        drawn = compare_pictures(comparison)
+    if formats & {"html", "pdf"}:
+        say("setting the report")
+        from vireport.comparison.pages import build_comparison_report
+        from vireport.report.rendering import render_html, render_pdf
+
+        model = build_comparison_report(comparison, drawn, provenance)
+        if "html" in formats:
+            files["report.html"] = render_html(model, templates)
+        if "pdf" in formats:
+            files["report.pdf"] = render_pdf(model, templates)
+    if "png" in formats:
+        files |= {f"{picture.name}.png": picture.png for picture in drawn}
+    if "json" in formats:
+        files["compare.json"] = compare_json(comparison, provenance)
+    if "csv" in formats:
+        files["compare.csv"] = compare_csv(comparison)
+    return files
+
+
+def compare_json(comparison: Comparison, provenance: Provenance) -> bytes:
+    """The comparison as JSON, one top-level key a line."""
+    data = comparison.to_dict()
+    data["provenance"] = {**asdict(provenance), "libraries": dict(provenance.libraries)}
+    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+def compare_csv(comparison: Comparison) -> bytes:
+    """The comparison as a table: a row for each quantity, a column for each scenario; what there is not is empty."""
+    text = io.StringIO()
+    rows = comparison.rows()
+    writer = csv.writer(text, lineterminator="\n")
+    head = ["quantity", "group", "unit", *comparison.names, "change", "differs", "sentence"]
+    writer.writerow(head)
+    writer.writerows([_cell(row[name]) for name in head] for row in rows)
+    return text.getvalue().encode()
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, float) else value

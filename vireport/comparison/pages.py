@@ -1,0 +1,284 @@
+"""The report of a comparison: what differs in a sentence each, all numbers side by side, the figures, the origin."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from hashlib import sha256
+from itertools import pairwise
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+from vireport.comparison.comparison import FIGURES, Comparison, Setting, left_out
+from vireport.comparison.differences import Difference, listed
+from vireport.comparison.quantities import HELD, NO_DESIGN, NO_MASS, NO_SWEEP, axes_of
+from vireport.figures.captions import OUTSIDE, outside_geometry
+from vireport.gate.verdict import Fact, Verdict, verdict_of
+from vireport.report import context as context_pages
+from vireport.report.pages import Block, Column, Paragraph, ReportModel, Table, numbers, section, texts
+from vireport.study.provenance import Provenance, provenance_of, with_pages
+from vireport.text.formatting import ABSENT, MOST_DIGITS, exact, percent, significant, words
+from vireport.text.wording import SWEEP_END, SWEPT, capital
+
+if TYPE_CHECKING:
+    from vireport.figures.paper_figures import Picture
+
+ACROSS = 4
+"""Scenarios beside one another in a table or a figure; of more there are several."""
+
+FEW_NAMES = 3
+"""Files up to which their names stand in the head of the report."""
+
+ONLY_SOME = "only some"
+
+
+def build_comparison_report(comparison: Comparison, pictures: Sequence[Picture], provenance: Provenance) -> ReportModel:
+    """Put a comparison into words, tables and pictures, for the templates of the report.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    pictures : sequence of Picture
+        Of `compare_figures.compare_pictures`.
+    provenance : Provenance
+        Of `comparison_provenance`.
+    """
+    made = with_pages(provenance, drawn=bool(pictures))
+    return ReportModel(
+        title=_title(comparison),
+        verdict=comparison_verdict(comparison),
+        sections=(
+            *section("differences", "What differs", _differences(comparison)),
+            *section("side-by-side", "Side by side", _side_by_side(comparison)),
+            *section("settings", "How the scenarios differ", _settings(comparison)),
+            *section("figures", "Figures", context_pages.figures(pictures)),
+            *section("alerts", "Alerts", _alerts(comparison)),
+            *section("left-out", "Left out, and why", _left_out(comparison)),
+            *section("provenance", "Provenance", _provenance(comparison, made)),
+        ),
+        scenario_text=_scenario_text(comparison),
+        provenance=made,
+    )
+
+
+def comparison_provenance(comparison: Comparison, command: str) -> Provenance:
+    """Record where a comparison comes from; its hash is that of the hashes of its scenarios, each on a line.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    command : str
+        As given, without folders.
+    """
+    each = [provenance_of(study.loaded, command) for study in comparison.studies]
+    files = list(dict.fromkeys(one.scenario_name for one in each))
+    name = ", ".join(files) if len(files) <= FEW_NAMES else f"{len(files)} files"
+    hashes = "".join(f"{one.scenario_sha256}\n" for one in each)
+    libraries = tuple(sorted({library for one in each for library in one.libraries}))
+    return replace(
+        each[0], scenario_name=name, scenario_sha256=sha256(hashes.encode()).hexdigest(), libraries=libraries
+    )
+
+
+def comparison_verdict(comparison: Comparison) -> Verdict:
+    """What a comparison comes to: how much differs, what most, and the verdict on each scenario."""
+    found, count = comparison.differences, len(comparison.quantities)
+    facts = []
+    for name, study in zip(comparison.names, comparison.studies, strict=True):
+        one = verdict_of(study)
+        facts.append(Fact(name, one.word, one.headline, one.status))
+    if not found:
+        headline = f"All {count} quantities are the same in all scenarios."
+        return Verdict("neutral", "No difference", headline, tuple(facts))
+    return Verdict("neutral", f"{len(found)} of {count} quantities differ", _plain(_headline(found)), tuple(facts))
+
+
+def _headline(found: Sequence[Difference]) -> str:
+    """What only some scenarios have, in short, and what changed most of the rest."""
+    some = list(dict.fromkeys(_short(one) for one in found if one.change is None))
+    told = f"In some scenarios only: {listed(some)}. " if some else ""
+    rest = next((one for one in found if one.change is not None), None)
+    return f"{told}{rest.sentence}" if rest else told.strip()
+
+
+def _short(one: Difference) -> str:
+    """A critical point by its label and kind, anything else by its name without the symbol."""
+    name = one.quantity.rpartition(", ")[0] if one.group in ("critical point", "stable range") else one.quantity
+    return name.partition(" of the ")[0].replace(",", "") if one.group == "critical point" else name
+
+
+def _title(comparison: Comparison) -> str:
+    if len(comparison.names) <= FEW_NAMES:
+        return f"Comparison of {listed(comparison.names)}"
+    return f"Comparison of {len(comparison.names)} scenarios"
+
+
+def _plain(text: str) -> str:
+    """A text in which only U_ave has a subscript: the names of scenarios are not markup."""
+    return re.sub(r"(?<!\w)([^\W\d_])_(?!ave\b)", "\\1\u2060_", text.replace("*", "\u2217"))
+
+
+def _differences(comparison: Comparison) -> Iterator[Block]:
+    if not comparison.differences:
+        yield Paragraph("Nothing differs by more than rounding.")
+        return
+    yield Paragraph(
+        "What only some scenarios have comes first, then what changed most. Apart is the largest value less the "
+        "smallest, over the largest size."
+    )
+    yield Paragraph(_places(comparison))
+    pairs = zip(comparison.names, comparison.studies, strict=True)
+    if outside := [name for name, study in pairs if outside_geometry(study)]:
+        which = "all scenarios" if len(outside) == len(comparison.names) else listed(outside)
+        yield Paragraph(_plain(f"Voltages of {which}: {OUTSIDE} (VR010)."))
+    rows = tuple((_apart(one), _plain(one.sentence)) for one in comparison.differences)
+    yield Table("Differences, the largest first", (*numbers("Apart"), *texts("In words")), rows)
+
+
+def _apart(one: Difference) -> str:
+    if one.change is None:
+        return ONLY_SOME if one.differs else ABSENT
+    return percent(one.change) if one.change else "type" if one.differs else "0 %"
+
+
+def _places(comparison: Comparison) -> str:
+    """In what places along the sweep are compared."""
+    axes = axes_of(comparison.members)
+    if not axes:
+        return "No scenario has a sweep: the design points and their margins are compared."
+    if axes[0] != "d":
+        text = f"All sweep the {SWEPT[axes[0]].name}, in which their critical points are compared"
+        return f"{text}; also in *d*, which is not the same multiple of it in all." if len(axes) > 1 else f"{text}."
+    swept = dict.fromkeys(SWEPT[study.sweep.parameter].name for study in comparison.studies if study.sweep)
+    text = f"The sweeps are of different parameters ({listed(list(swept))}): places are compared in *d*, which all have"
+    shared = [f"the {SWEPT[axis].name}" for axis in axes[1:] if axis != "d"]
+    return f"{text}, and in {listed(shared)} where scenarios share that." if shared else f"{text}."
+
+
+def columns(count: int) -> list[slice]:
+    """So many columns in groups of nearly one size, none of more than fit beside each other."""
+    groups = -(-count // ACROSS)
+    ends = [-(-k * count // groups) for k in range(groups + 1)] if groups else []
+    return [slice(first, last) for first, last in pairwise(ends)]
+
+
+def _side_by_side(comparison: Comparison) -> Iterator[Block]:
+    names = comparison.names
+    for chosen in columns(len(names)):
+        rows = tuple(_row(one, chosen) for one in comparison.quantities)
+        part = f": {listed(names[chosen])}" if len(names) > ACROSS else ""
+        reasons = _reasons(comparison, chosen)
+        yield Table(
+            _plain(f"Critical points, stable ranges, margins and voltages{part}"),
+            (*texts("Quantity"), *numbers(*map(_plain, names[chosen]), "Apart")),
+            rows,
+            _plain(reasons),
+        )
+
+
+def _row(one: Difference, chosen: slice) -> tuple[str, ...]:
+    digits = _digits([value for value in one.values if value is not None])
+    cells = [_cell(one, value, note, digits) for value, note in zip(one.values[chosen], one.notes[chosen], strict=True)]
+    unit = "" if one.unit == "1" else f" [{one.unit}]"
+    return (_plain(f"{capital(one.quantity)}{unit}"), *cells, _apart(one))
+
+
+def _digits(values: Sequence[float]) -> int:
+    apart = len({float(f"{value:.14g}") for value in values})
+    return next((k for k in range(6, MOST_DIGITS) if len({significant(v, k) for v in values}) >= apart), MOST_DIGITS)
+
+
+def _cell(one: Difference, value: float | None, note: str, digits: int) -> str:
+    if value is None:
+        return "none" if _is_finding(one, note) else ABSENT
+    short = "sweep" if note == SWEEP_END else note
+    return f"{significant(value, digits)} ({short})" if short else significant(value, digits)
+
+
+def _is_finding(one: Difference, note: str) -> bool:
+    """Whether a missing value says something of the device, and not of what was asked."""
+    return one.differs and one.change is None and note not in (NO_SWEEP, NO_DESIGN, NO_MASS, HELD)
+
+
+def _reasons(comparison: Comparison, chosen: slice) -> str:
+    """Why there are dashes."""
+    found: dict[str, dict[str, None]] = {}
+    for one in comparison.quantities:
+        cells = zip(comparison.names[chosen], one.values[chosen], one.notes[chosen], strict=True)
+        for name, value, note in cells:
+            if value is None and not _is_finding(one, note):
+                found.setdefault(note, {})[name] = None
+    told = "; ".join(f"{note} ({listed(list(names))})" for note, names in found.items())
+    return f"A dash: {told}." if told else ""
+
+
+def _settings(comparison: Comparison) -> Iterator[Block]:
+    if not comparison.settings:
+        yield Paragraph("They do not: all values are the same.")
+        return
+    names = comparison.names
+    for chosen in columns(len(names)):
+        rows = tuple((one.path, *_written(one, chosen)) for one in comparison.settings)
+        head = (Column("Key", "code"), *numbers(*map(_plain, names[chosen])))
+        yield Table("Values that are not the same in all scenarios", head, rows)
+
+
+def _written(one: Setting, chosen: slice) -> Iterator[str]:
+    for value in one.values[chosen]:
+        if value is None:
+            yield ABSENT
+        elif isinstance(value, float):
+            yield exact(value)
+        else:
+            yield ", ".join(map(exact, value)) if isinstance(value, list) else str(value)
+
+
+def _alerts(comparison: Comparison) -> Iterator[Block]:
+    found: dict[tuple[str, str, str], list[str]] = {}
+    for name, study in zip(comparison.names, comparison.studies, strict=True):
+        for alert in study.alerts:
+            found.setdefault((alert.severity, alert.code, alert.title), []).append(name)
+    if not found:
+        yield Paragraph("None.")
+        return
+    ordered = sorted(found.items(), key=lambda item: (item[0][0] != "warning", item[0][1]))
+    rows = tuple(
+        (code, capital(severity), words(title), _plain(listed(names))) for (severity, code, title), names in ordered
+    )
+    note = "The report of a scenario by itself has the cause with its numbers, and the remedy."
+    yield Table("Alerts of the scenarios", texts("Code", "Severity", "Alert", "Scenarios"), rows, note)
+
+
+def _left_out(comparison: Comparison) -> Iterator[Block]:
+    rows = [(f"{capital(figure)} of {name}", why) for figure in FIGURES for name, why in left_out(comparison, figure)]
+    rows.append(("Table 1, every motion, equations", "They are in the report of a scenario by itself (vireport run)"))
+    yield Table("Not in this report", texts("What", "Why"), tuple((_plain(what), capital(why)) for what, why in rows))
+
+
+def _provenance(comparison: Comparison, made: Provenance) -> Iterator[Block]:
+    pairs = list(zip(comparison.names, comparison.studies, strict=True))
+    if any(study.loaded.overrides for _, study in pairs):
+        columns = (*texts("Scenario"), Column("File", "code"), Column("Set over it", "code"))
+        origin = [
+            (_plain(name), _file(study.loaded.document.name), " ".join(study.loaded.overrides) or ABSENT)
+            for name, study in pairs
+        ]
+        yield Table("Scenarios", columns, tuple(origin))
+    hashes = [(_plain(name), study.loaded.sha256) for name, study in pairs]
+    caption = "SHA-256 of the scenarios, with what was set over them"
+    yield Table(caption, (*texts("Scenario"), Column("SHA-256", "code")), tuple(hashes))
+    yield context_pages.made_with(made, [("SHA-256 of the lines above", made.scenario_sha256)])
+
+
+def _file(name: str) -> str:
+    return PurePath(name).name
+
+
+def _scenario_text(comparison: Comparison) -> str:
+    """The files, each once, as YAML documents; the one file as it stands."""
+    documents = [study.loaded.document for study in comparison.studies]
+    files = dict.fromkeys((_file(document.name), document.text) for document in documents)
+    if len(files) == 1:
+        return next(iter(files))[1]
+    return "\n---\n".join(f"# {name}\n{text.rstrip()}" for name, text in files) + "\n"

@@ -1,0 +1,104 @@
+"""The report of a study: what it says, in which order.
+
+Builds the one model from which both templates set the page; nothing here draws, renders or writes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from vireport.gate.verdict import verdict_of
+from vireport.report import context as context_pages
+from vireport.report import results as results_pages
+from vireport.report.assets import TEMPLATES
+from vireport.report.energy import energy
+from vireport.report.equations import equations
+from vireport.report.pages import Block, ReportModel, section
+from vireport.study.provenance import Provenance, with_pages
+from vireport.study.study import Study
+from vireport.trust.paper import comparison
+
+if TYPE_CHECKING:
+    from vireport.figures.paper_figures import Picture
+
+UNTITLED = "Vibro-impact energy harvester"
+"""Title of a scenario that has none."""
+
+
+def _simulation(study: Study) -> Iterable[Block]:
+    if study.crosscheck is None:
+        return ()
+    from vireport.report.simulation import simulation
+
+    return simulation(study)
+
+
+def _accuracy(study: Study) -> Iterable[Block]:
+    if study.work is None:
+        return ()
+    from vireport.report.accuracy import accuracy
+
+    return accuracy(study.work)
+
+
+def _compliant(study: Study) -> Iterable[Block]:
+    if study.compliance is None:
+        return ()
+    from vireport.report.compliant import compliant
+
+    return compliant(study.compliance)
+
+
+def _certificates(study: Study) -> Iterable[Block]:
+    if study.certificates is None or study.sweep is None:
+        return ()
+    from vireport.report.certificates import certification
+
+    return certification(study.certificates, study.sweep.parameter)
+
+
+def _acceptance(study: Study) -> Iterable[Block]:
+    if not study.criteria:
+        return ()
+    from vireport.report.acceptance import acceptance
+
+    return acceptance(study)
+
+
+def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenance) -> ReportModel:
+    """Put everything that is known about a scenario into words, tables and pictures.
+
+    Parameters
+    ----------
+    study : Study
+    pictures : sequence of Picture
+        In the order in which they are shown; none is left out.
+    provenance : Provenance
+    """
+    compared = comparison(study)
+    made = with_pages(provenance, drawn=bool(pictures))
+    return ReportModel(
+        title=study.scenario.title or UNTITLED,
+        verdict=verdict_of(study),
+        sections=(
+            *section("acceptance", "Acceptance", _acceptance(study)),
+            *section("alerts", "Alerts", context_pages.alerts(study)),
+            *section("scenario", "Scenario", context_pages.scenario(study)),
+            *section("table-1", "Stability along the sweep", results_pages.table_1(study)),
+            *section("critical-points", "Critical points", results_pages.critical_points(study)),
+            *section("design-point", "Design point", results_pages.design_point(study)),
+            *section("figures", "Figures", context_pages.figures(pictures)),
+            *section("energy", "Voltage", energy(study)),
+            *section("simulation", "Simulation", _simulation(study)),
+            *section("certificates", "Proven enclosures", _certificates(study)),
+            *section("accuracy", "Error against run time", _accuracy(study)),
+            *section("compliant", "Compliant membranes", _compliant(study)),
+            *section("equations", "Equations", equations(study, TEMPLATES)),
+            *section("paper", "The paper\u2019s numbers", context_pages.paper(compared)),
+            *section("left-out", "Left out, and why", context_pages.left_out(study, compared)),
+            *section("provenance", "Provenance", context_pages.provenance(study, made)),
+        ),
+        scenario_text=study.loaded.document.text,
+        provenance=made,
+    )

@@ -1,0 +1,162 @@
+"""The section on proofs, their text for the terminal and their plain data for results.json."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from decimal import ROUND_CEILING, Context, Decimal
+from typing import TYPE_CHECKING, Any
+
+from vireport.physics.device import Parameter
+from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.text.formatting import ABSENT, words
+from vireport.text.wording import KINDS, SWEPT
+
+if TYPE_CHECKING:
+    from vireport.analysis.certify import Certificate, Enclosure
+
+LONG = Context(prec=200)
+"""Arithmetic on bounds that rounds nothing away."""
+
+BETWEEN = {True: "yes, proved", False: "no, proved", None: "undecided"}
+"""Whether the ball stays between the membranes."""
+
+QUANTITIES = (("*d*", "d"), ("*q*", "q"), ("φ [rad]", "phi_bottom_rad"), ("velocity [y_c]", "velocity_bottom"))
+"""What is enclosed beside the swept value, and by which name."""
+
+
+def plus_minus(bounds: Enclosure | None) -> str:
+    """Print decimal bounds as a middle and what it may be off by, rounded up.
+
+    Examples
+    --------
+    >>> plus_minus(("0.6294571410", "0.6294571412")), plus_minus(("0.5", "0.5")), plus_minus(("1.23", "1.26"))
+    ('0.6294571411 ± 1e-10', '0.5', '1.24 ± 0.02')
+    """
+    if bounds is None:
+        return ABSENT
+    below, above = Decimal(bounds[0]), Decimal(bounds[1])
+    if below == above:
+        return bounds[0].lower()
+    unit = Decimal(1).scaleb(min(int(below.as_tuple().exponent), int(above.as_tuple().exponent)))
+    middle = LONG.divide(LONG.add(below, above), Decimal(2)).quantize(unit, context=LONG)
+    off = max(LONG.subtract(above, middle), LONG.subtract(middle, below))
+    return f"{middle} ± {off.quantize(Decimal(1).scaleb(off.adjusted()), ROUND_CEILING)}".lower()
+
+
+def certification(certificates: Sequence[Certificate], parameter: Parameter) -> Iterator[Block]:
+    """What is proved of the critical points, and to how many digits.
+
+    Parameters
+    ----------
+    certificates : sequence of Certificate
+        From `certify.certify`.
+    parameter : str
+        That was swept.
+    """
+    if not certificates:
+        return
+    swept, proved = SWEPT[parameter], [one for one in certificates if one.proved]
+    yield Paragraph(
+        "The critical points are computed once more in ball arithmetic, where every number carries a proven bound of "
+        "its error, roundings included. Krawczyk's test proves that the equations of a point have exactly one "
+        f"solution in a small box around it. {summary(certificates)}"
+    )
+    yield Paragraph(
+        "The numbers of the scenario are taken as the doubles that they are. Proved are the points listed, for the "
+        "equations of the rigid-impact model; that there is no further point elsewhere is not part of the proof."
+    )
+    if proved:
+        yield Table(
+            "Proved critical points",
+            (
+                *texts("Point", "Kind"),
+                *numbers(f"*{swept.symbol}* [{swept.unit}]"),
+                *texts("Side", "Between membranes"),
+            ),
+            tuple(
+                (
+                    one.label,
+                    KINDS[one.kind],
+                    words(plus_minus(one.sweep_value)),
+                    one.side or ABSENT,
+                    BETWEEN[one.admissible],
+                )
+                for one in proved
+            ),
+            f"Side: on which side of the point in *{swept.symbol}* the motion is stable, or a focus, by the proved "
+            "sign of the slope of the trace; grazing points and folds have none. Between membranes: whether the ball "
+            "is proved to touch no membrane but at its impacts and where it grazes.",
+        )
+        yield Table(
+            "Enclosures of the motions at the critical points",
+            (*texts("Point", "Quantity"), *numbers("Value")),
+            tuple(
+                (one.label, title, words(plus_minus(getattr(one, name))))
+                for one in proved
+                for title, name in QUANTITIES
+            ),
+            "The velocity is that before the impact at the bottom. A value without ± is exact.",
+        )
+    if len(proved) < len(certificates):
+        yield Table(
+            "Critical points without a proof",
+            texts("Point", "Kind", "Why"),
+            tuple((one.label, KINDS[one.kind], one.reason) for one in certificates if not one.proved),
+        )
+
+
+def summary(certificates: Sequence[Certificate]) -> str:
+    """How many points are proved, and whether their stated error bounds hold, in a sentence or two.
+
+    Parameters are those of `certification`.
+    """
+    proved = [one for one in certificates if one.proved]
+    beyond = [one.label for one in proved if not one.bound_holds]
+    unmirrored = [one.label for one in proved if one.mirror_proved is False]
+    text = f"{len(proved)} of {len(certificates)} critical point{'s' * (len(certificates) != 1)} proved"
+    if proved and not beyond:
+        text += ", each within the error bound that is stated for it"
+    elif beyond:
+        text += f", but the error bound stated is not proved to hold for {', '.join(beyond)}"
+    if unmirrored:
+        text += f"; the mirror image is not proved for {', '.join(unmirrored)}"
+    others = [f"{one.label} ({', '.join(one.beyond)})" for one in proved if one.beyond]
+    if others:
+        text += f"; error bounds stated for other numbers are not proved for {', '.join(others)}"
+    return f"{text}."
+
+
+def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> str:
+    """One line for each critical point, and a summary; for the terminal.
+
+    Parameters are those of `certification`.
+    """
+    if not certificates:
+        return "no critical points to prove"
+    swept = SWEPT[parameter]
+    kind = max(len(KINDS[one.kind]) for one in certificates)
+    label = max(len(one.label) for one in certificates)
+    lines = []
+    for one in certificates:
+        name = f"{one.label:<{label}}  {KINDS[one.kind]:<{kind}}"
+        if not one.proved:
+            lines.append(f"{name}  not proved: {one.reason}")
+            continue
+        value = f"{swept.symbol} = {swept.with_unit(f'({plus_minus(one.sweep_value)})')}"
+        notes = [f"alone within {one.radius:.0e}", *([one.side] if one.side else [])]
+        if one.admissible is not True:
+            notes.append(f"ball between the membranes: {BETWEEN[one.admissible]}")
+        lines.append(f"{name}  {value}  {', '.join(notes)}")
+    return "\n".join([*lines, summary(certificates)])
+
+
+def certificates_data(certificates: Sequence[Certificate]) -> list[dict[str, Any]]:
+    """The certificates as plain data for JSON: bounds are pairs of decimal numbers as text, null where none is proved.
+
+    Parameters are those of `certification`.
+    """
+    return [
+        {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(one).items()}
+        for one in certificates
+    ]

@@ -1,0 +1,161 @@
+"""The section on voltages: of the stable motions, and what the ball mass makes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vireport.physics.energy import Membrane, Voltages, voltages
+from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.study.study import Study
+from vireport.text.formatting import scaled, significant
+from vireport.text.wording import SWEEP_END, SWEPT, Swept
+
+MASS_FACTORS = (0.5, 1.0, 2.0)
+"""Of the ball mass, for what the voltage makes of it."""
+
+PUBLISHED_MASS_RATIO = 0.2
+"""m/M in published code for this device."""
+
+MANY_VOLTS = 1e4
+"""From here on a column is in kilovolts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A stable motion whose voltages are shown.
+
+    Attributes
+    ----------
+    name : str
+    swept : float
+        The swept parameter there.
+    d : float
+    speed_bottom, speed_top : float
+        Impact speeds [m/s].
+    """
+
+    name: str
+    swept: float
+    d: float
+    speed_bottom: float
+    speed_top: float
+
+    def voltages(self, mass: float, membrane: Membrane) -> Voltages:
+        """What its impacts generate with a ball of some mass [kg]."""
+        return voltages(np.array(self.speed_bottom), np.array(self.speed_top), mass, membrane)
+
+
+def energy(study: Study) -> Iterator[Block]:
+    """Voltages of the stable motions, and how they depend on the ball mass."""
+    membrane, mass = study.membrane, study.scenario.device.ball_mass_kg
+    if membrane is None or mass is None:
+        return
+    origin = "set over the scenario" if _overridden(study) else "given by the scenario"
+    yield Paragraph(
+        f"The ball mass *m* = {scaled(mass, 3, 8)} g is {origin} (device.ball_mass_kg); the paper does not "
+        "state it. All voltages are *U*_imp − *U*_in, the gain over the bias."
+    )
+    found = places(study)
+    if not found:
+        yield Paragraph("There is no stable motion to evaluate them for.")
+        return
+    swept = SWEPT[study.sweep.parameter if study.sweep is not None else "length_m"]
+    yield _voltage_table(found, swept, mass, membrane)
+    yield _mass_table(found[0], mass, study.device.capsule_mass_kg, membrane)
+    power = 1 / (membrane.exponent + 1)
+    yield Paragraph(
+        f"By (5.5), *δ* grows with the power 1/(*h* + 1) = {significant(power, 4)} of *m*: a ball of twice "
+        f"the mass goes {significant(2**power, 3)} times as deep. The motion does not depend on *m*, as "
+        "long as *m* is small against *M*."
+    )
+
+
+def _overridden(study: Study) -> bool:
+    return any(text.partition("=")[0].strip() == "device.ball_mass_kg" for text in study.loaded.overrides)
+
+
+def places(study: Study) -> list[Place]:
+    """The stable motions at the design point, then those at the ends of the stable ranges."""
+    found = []
+    if study.design is not None:
+        x = study.design.motions
+        for row in np.nonzero(x.stable)[0]:
+            state = float(x.d[row]), float(x.velocity_bottom[row]), float(x.velocity_top[row])
+            found.append(_place(study, "Design point", study.design.value, *state))
+    for part in study.stable_ranges:
+        for value, reason in ((part.start, part.start_reason), (part.end, part.end_reason)):
+            name = "End of the sweep" if reason == SWEEP_END else f"{reason}, end of the stable range"
+            found += [_place(study, name, value, *state) for state in _at(study, value)]
+    return found
+
+
+def _place(study: Study, name: str, value: float, d: float, bottom: float, top: float) -> Place:
+    parameter = study.sweep.parameter if study.sweep is not None else "length_m"
+    unit = float(study.device.velocity_unit(parameter, value))
+    return Place(name, value, d, unit * bottom, -unit * top)
+
+
+def _at(study: Study, value: float) -> Iterator[tuple[float, float, float]]:
+    """Motions with which a stable stretch of a branch begins or ends; of mirror images the first."""
+    for branch in study.solution.branches if study.solution else ():
+        x = branch.motions
+        for part in branch.segments():
+            for row in (part.first, part.last):
+                if part.stable and branch.mirror_of is None and float(x.sweep_value[row]) == value:
+                    yield float(x.d[row]), float(x.velocity_bottom[row]), float(x.velocity_top[row])
+
+
+def _unit(largest: float) -> tuple[str, int]:
+    """Unit of a column of voltages, and the power of ten that brings volts there."""
+    return ("kV", -3) if largest >= MANY_VOLTS else ("V", 0)
+
+
+def _voltage_table(found: Sequence[Place], swept: Swept, mass: float, membrane: Membrane) -> Table:
+    gains = [place.voltages(mass, membrane) for place in found]
+    unit, power = _unit(max(float(max(gain.bottom_v, gain.top_v)) for gain in gains))
+    rows = [
+        (
+            place.name,
+            significant(place.swept, 8),
+            significant(place.d, 8),
+            significant(place.speed_bottom, 5),
+            significant(place.speed_top, 5),
+            *(scaled(float(volts), power, 5) for volts in (gain.bottom_v, gain.top_v, gain.average_v)),
+            scaled(float(gain.deflection_m), 3, 4),
+        )
+        for place, gain in zip(found, gains, strict=True)
+    ]
+    place = numbers(f"*{swept.symbol}* [{swept.unit}]", "*d*", "*V*_B [m/s]", "*V*_T [m/s]")
+    gain = numbers(f"bottom [{unit}]", f"top [{unit}]", f"*U*_ave [{unit}]", "*δ* [mm]")
+    radius = scaled(membrane.active_radius_m, 3, 6)
+    note = f"*V* are the impact speeds, *δ* the larger deflection; *R*_c = {radius} mm."
+    return Table("Voltages of the stable motions", (*texts("Stable motion"), *place, *gain), tuple(rows), note)
+
+
+def _mass_table(place: Place, mass: float, capsule_mass: float, membrane: Membrane) -> Table:
+    masses = [
+        ("*m*, this scenario" if factor == 1 else f"{significant(factor)} *m*", factor * mass)
+        for factor in MASS_FACTORS
+    ]
+    ratio = significant(PUBLISHED_MASS_RATIO)
+    masses.append((f"{ratio} *M*, as in published code for this device", PUBLISHED_MASS_RATIO * capsule_mass))
+    gains = [place.voltages(each, membrane) for _, each in masses]
+    unit, power = _unit(max(float(gain.average_v) for gain in gains))
+    rows = [
+        (
+            name,
+            scaled(each, 3, 6),
+            scaled(float(gain.deflection_m), 3, 4),
+            significant(float(gain.deflection_m) / membrane.active_radius_m, 3),
+            scaled(float(gain.average_v), power, 5),
+        )
+        for (name, each), gain in zip(masses, gains, strict=True)
+    ]
+    return Table(
+        f"How *U*_ave depends on the ball mass: {place.name[0].lower()}{place.name[1:]}",
+        (*texts("Ball mass"), *numbers("[g]", "*δ* [mm]", "*δ*/*R*_c", f"*U*_ave [{unit}]")),
+        tuple(rows),
+    )

@@ -1,0 +1,202 @@
+"""What a report is made of: sections of paragraphs, tables, pictures and equations, ready to be set.
+
+Templates go through these and neither compute nor format. In texts, ``*x*`` is a symbol and ``x_c`` has a
+subscript; cells of number and code columns, titles and listings are taken as they stand, so that a scenario's
+own text never is markup.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from vireport.gate.verdict import Verdict
+from vireport.study.provenance import Provenance
+
+
+@dataclass(frozen=True, slots=True)
+class Paragraph:
+    """Running text."""
+
+    kind: ClassVar[str] = "paragraph"
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Subheading:
+    """A heading within a section."""
+
+    kind: ClassVar[str] = "subheading"
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a table.
+
+    Attributes
+    ----------
+    title : str
+    kind : str
+        ``text``, ``number`` or ``code``.
+    """
+
+    title: str
+    kind: Literal["text", "number", "code"] = "text"
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with a head.
+
+    Attributes
+    ----------
+    caption : str
+    columns : tuple of Column
+    rows : tuple of tuple of str
+        A cell for each column.
+    note : str
+        What a reader needs for reading it, or "".
+    """
+
+    kind: ClassVar[str] = "table"
+    caption: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """An alert.
+
+    Attributes
+    ----------
+    severity : str
+        ``warning`` or ``note``.
+    code, title, cause, remedy : str
+    """
+
+    kind: ClassVar[str] = "notice"
+    severity: Literal["warning", "note"]
+    code: str
+    title: str
+    cause: str
+    remedy: str
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A picture.
+
+    Attributes
+    ----------
+    name, title, caption, alt : str
+    png : bytes
+    width, height : int
+        In pixels.
+    """
+
+    kind: ClassVar[str] = "figure"
+    name: str
+    title: str
+    caption: str
+    alt: str
+    png: bytes
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """A display equation.
+
+    Attributes
+    ----------
+    name : str
+    number : str
+        In the paper, or "".
+    alt : str
+        In words.
+    typst, mathml : str
+        Markup that is ours, and taken as such.
+    note : str
+        What is to be said about it, or "".
+    """
+
+    kind: ClassVar[str] = "equation"
+    name: str
+    number: str
+    alt: str
+    typst: str
+    mathml: str
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class Listing:
+    """A text as it stands, line by line."""
+
+    kind: ClassVar[str] = "listing"
+    title: str
+    text: str
+
+
+Block = Paragraph | Subheading | Table | Notice | Figure | Equation | Listing
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A section of the report.
+
+    Attributes
+    ----------
+    key : str
+        Its anchor.
+    title : str
+    blocks : tuple of Block
+    """
+
+    key: str
+    title: str
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ReportModel:
+    """All that both templates know.
+
+    Attributes
+    ----------
+    title : str
+        Of the scenario; free text.
+    verdict : Verdict
+    sections : tuple of Section
+        In the order of the page; the verdict stands before them.
+    scenario_text : str
+        The file, for the PDF to carry.
+    provenance : Provenance
+    """
+
+    title: str
+    verdict: Verdict
+    sections: tuple[Section, ...]
+    scenario_text: str
+    provenance: Provenance
+
+
+def numbers(*titles: str) -> tuple[Column, ...]:
+    """Columns of numbers."""
+    return tuple(Column(title, "number") for title in titles)
+
+
+def texts(*titles: str) -> tuple[Column, ...]:
+    """Columns of text."""
+    return tuple(Column(title) for title in titles)
+
+
+def section(key: str, title: str, blocks: Iterable[Block]) -> tuple[Section, ...]:
+    """Make a section of what there is; none where there is nothing."""
+    found = tuple(blocks)
+    return (Section(key, title, found),) if found else ()

@@ -1,0 +1,220 @@
+"""Sets a report model as HTML and as PDF, through Jinja templates; knows nothing of what the report says.
+
+A user's folder of templates replaces ours file by file. Nothing unescaped gets onto a page: HTML is escaped
+by Jinja, and for Typst every expression that is not marked as source becomes a string literal.
+"""
+
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from collections.abc import Iterable, Iterator
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import typst
+from jinja2 import ChoiceLoader, Environment, FileSystemLoader, StrictUndefined, TemplateError
+from markupsafe import Markup, escape
+
+from vireport.errors import UsageError, VireportError
+from vireport.report.assets import TEMPLATES
+from vireport.report.pages import Figure, ReportModel
+
+HTML, PDF = "report.html.j2", "report.typ.j2"
+
+_RICH = re.compile(
+    r"\*(?P<symbol>[^*\s][^*]*)\*"
+    r"|(?<!\w)(?P<base>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})\b"
+    r"|(?<=\*)_(?P<suffix>[A-Za-z0-9]{1,5})\b"
+)
+_TIED = re.compile(r"(?<=\d) (?=(?:%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|m/s)(?!\w)))|(?<=×) (?=10)")
+"""Spaces at which no line may end."""
+
+
+class RenderError(VireportError):
+    """A template that cannot be set."""
+
+
+class Source(str):
+    """Typst source, as opposed to text."""
+
+
+def render_html(model: ReportModel, templates: Path | None = None) -> bytes:
+    """Set a report as one HTML file that needs nothing else.
+
+    Parameters
+    ----------
+    model : ReportModel
+    templates : Path, optional
+        A folder whose templates come before ours.
+
+    Raises
+    ------
+    RenderError
+        Where a template fails, with the line.
+    """
+    return _fill(_html_environment(_folder(templates)), HTML, model).encode("utf-8")
+
+
+def render_pdf(model: ReportModel, templates: Path | None = None, standards: Iterable[str] = ()) -> bytes:
+    """Set a report as PDF.
+
+    Parameters
+    ----------
+    model : ReportModel
+    templates : Path, optional
+        A folder whose templates come before ours.
+    standards : iterable of str
+        That the PDF has to conform to, e.g. "ua-1".
+
+    Raises
+    ------
+    RenderError
+        Where a template fails, with the line.
+    """
+    source = _fill(_typst_environment(_folder(templates)), PDF, model)
+    with TemporaryDirectory(prefix="vireport-") as root:
+        for section in model.sections:
+            for block in section.blocks:
+                if isinstance(block, Figure):
+                    (Path(root) / f"{block.name}.png").write_bytes(block.png)
+        compiler = typst.Compiler(root=root, ignore_system_fonts=True)
+        try:
+            pdf = compiler.compile(
+                source.encode("utf-8"),
+                format="pdf",
+                pdf_standards=list(standards),  # type: ignore[arg-type]
+                timestamp=model.provenance.epoch,
+            )
+        except typst.TypstError as error:
+            raise RenderError(f"{PDF}: {_diagnostic(error)}") from error
+    if not isinstance(pdf, bytes):
+        raise RenderError(f"{PDF}: no single file came out of it")
+    return pdf
+
+
+def pieces(text: str) -> Iterator[tuple[str, str]]:
+    """Split a text into plain stretches, symbols and subscripts, with numbers tied to their units.
+
+    Examples
+    --------
+    >>> list(pieces("at *d* > x_c"))
+    [('plain', 'at '), ('symbol', 'd'), ('plain', ' > '), ('symbol', 'x'), ('sub', 'c')]
+    """
+    text = _TIED.sub("\u00a0", text)
+    end = 0
+    for found in _RICH.finditer(text):
+        if found.start() > end:
+            yield "plain", text[end : found.start()]
+        end = found.end()
+        if found["suffix"]:
+            yield "sub", found["suffix"]
+            continue
+        yield "symbol", found["symbol"] or found["base"]
+        if found["index"]:
+            yield "sub", found["index"]
+    if end < len(text):
+        yield "plain", text[end:]
+
+
+def string(text: str) -> Source:
+    r"""Write a text as a Typst string literal.
+
+    Examples
+    --------
+    >>> print(string('a "b" #c'))
+    "a \"b\" #c"
+    """
+    quoted = text.replace("\\", "\\\\").replace('"', '\\"')
+    return Source('"' + re.sub(r"[\x00-\x1f\x7f]", lambda found: f"\\u{{{ord(found[0]):x}}}", quoted) + '"')
+
+
+def _folder(templates: Path | None) -> Path | None:
+    if templates is not None and not templates.is_dir():
+        raise UsageError(f"{templates}: no such folder of templates")
+    return templates
+
+
+def _loader(templates: Path | None) -> ChoiceLoader:
+    folders = [TEMPLATES] if templates is None else [templates, TEMPLATES]
+    return ChoiceLoader([FileSystemLoader(folder) for folder in folders])
+
+
+@cache
+def _html_environment(templates: Path | None) -> Environment:
+    environment = Environment(
+        loader=_loader(templates),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"rich": _rich_html, "base64": _base64, "markup": Markup}
+    environment.globals["math_font"] = _base64((TEMPLATES / "math.woff2").read_bytes())
+    return environment
+
+
+@cache
+def _typst_environment(templates: Path | None) -> Environment:
+    environment = Environment(
+        loader=_loader(templates),
+        finalize=_literal,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"rich": _rich_typst, "string": string, "source": Source}
+    return environment
+
+
+def _literal(value: Any) -> str:
+    """What an expression in a Typst template becomes: a string that is text, unless it is source."""
+    return value if isinstance(value, Source) else f"#{string(str(value))};"
+
+
+def _base64(data: bytes) -> str:
+    return b64encode(data).decode("ascii")
+
+
+def _rich_html(text: str) -> Markup:
+    tags = {"symbol": "<i>{}</i>", "sub": "<sub>{}</sub>", "plain": "{}"}
+    return Markup("".join(tags[style].format(escape(part)) for style, part in pieces(text)))
+
+
+def _rich_typst(text: str) -> Source:
+    calls = {"symbol": "#emph({});", "sub": "#sub({});", "plain": "#{};"}
+    return Source("".join(calls[style].format(string(part)) for style, part in pieces(text)))
+
+
+def _fill(environment: Environment, name: str, model: ReportModel) -> str:
+    try:
+        return environment.get_template(name).render(report=model)
+    except TemplateError as error:
+        raise RenderError(f"{_place(error, name)}: {error.message}") from error
+
+
+def _diagnostic(error: typst.TypstError) -> str:
+    """What Typst says about the filled template, without our temporary folder and the ends of long lines."""
+    text = re.sub(r"\S*__typst_py_bytes__\.typ", f"{PDF}, filled", error.diagnostic.strip() or error.message)
+    return "\n".join(shorten(line) for line in text.splitlines())
+
+
+def shorten(line: str, most: int = 160) -> str:
+    """Cut a line of a message."""
+    return line if len(line) <= most else f"{line[: most - 1]}…"
+
+
+def _place(error: TemplateError, name: str) -> str:
+    """File and line of a mistake in a template: its own, or those of the last template in the traceback."""
+    line = getattr(error, "lineno", None)
+    if line is not None:
+        return f"{getattr(error, 'name', None) or name}:{line}"
+    place, trace = name, error.__traceback__
+    while trace is not None:
+        file = Path(trace.tb_frame.f_code.co_filename)
+        if file.suffix not in (".py", "") or file.name == name:
+            place = f"{file.name}:{trace.tb_lineno}"
+        trace = trace.tb_next
+    return place

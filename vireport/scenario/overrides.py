@@ -1,0 +1,90 @@
+"""Values set on the command line or by a script, ``path=value``, put over those of a document.
+
+The value is read by the same rules as the file's, so ``--set`` can neither do more nor less than the file.
+Whether the result makes sense is decided by the same validation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import replace
+from typing import Any
+
+from vireport.errors import Mistake, ScenarioError
+from vireport.scenario.document import DEEPEST, Document, read
+
+
+def as_texts(overrides: str | Sequence[str] | Mapping[str, object]) -> tuple[str, ...]:
+    """Overrides as texts ``path=value``; the plain values of a mapping are written as JSON, which is YAML.
+
+    Examples
+    --------
+    >>> as_texts({"device.length_m": 0.7, "title": "Long one"})
+    ('device.length_m=0.7', 'title="Long one"')
+    """
+    if isinstance(overrides, str):
+        return (overrides,)
+    if isinstance(overrides, Mapping):
+        import json
+
+        return tuple(f"{path}={json.dumps(value, ensure_ascii=False)}" for path, value in overrides.items())
+    return tuple(overrides)
+
+
+def apply(document: Document, overrides: Iterable[str]) -> Document:
+    """Return the document with each override put in its place; a later one wins.
+
+    What an override sets stands on line 0. One that cannot be read or placed is added to the document's
+    mistakes.
+    """
+    data: Any = deepcopy(document.data)
+    lines, written = dict(document.lines), dict(document.written)
+    mistakes, unread = list(document.mistakes), set(document.unread)
+    for override in overrides:
+        path, sign, text = override.partition("=")
+        path = path.strip()
+        steps = path.split(".")
+        if not sign or not all(steps) or len(steps) > DEEPEST:
+            mistakes.append(Mistake(0, override, "not of the form path=value (such as device.length_m=0.7)"))
+            continue
+        try:
+            value = read(text, document.name, path)
+        except ScenarioError as error:
+            mistakes += [Mistake(0, mistake.path, mistake.message) for mistake in error.mistakes]
+            unread.add(path)
+            continue
+        obstacle = _place(data, steps, value.data, lines)
+        if obstacle is not None:
+            message = f"'{obstacle}' is not a block of keys (nothing can be set in it)"
+            mistakes.append(Mistake(0, path, message))
+            continue
+        for places in (lines, written):
+            for old in [old for old in places if old == path or old.startswith(f"{path}.")]:
+                del places[old]
+        lines |= dict.fromkeys(value.lines, 0)
+        written |= value.written
+        mistakes += [Mistake(0, mistake.path, mistake.message) for mistake in value.mistakes]
+        unread |= value.unread
+    return replace(
+        document,
+        data=data,
+        lines=lines,
+        written=written,
+        mistakes=tuple(mistakes),
+        unread=frozenset(unread),
+    )
+
+
+def _place(data: dict[str, Any], steps: list[str], value: object, lines: dict[str, int]) -> str | None:
+    """Set a value in the tree, making the blocks it needs; returns the path of what is in the way, if any."""
+    for count, step in enumerate(steps[:-1], 1):
+        here = ".".join(steps[:count])
+        if data.get(step) is None:
+            data[step] = {}
+            lines[here] = 0
+        if not isinstance(data[step], dict):
+            return here
+        data = data[step]
+    data[steps[-1]] = value
+    return None

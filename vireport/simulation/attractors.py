@@ -1,0 +1,318 @@
+"""Attractors of the simulated motion: for one start, or for many parameters and starts at once.
+
+Turns parameters and starts into cycles that are verified, or into the honest answer that none was reached.
+The transient is not a fixed number of impacts: near a critical point it lasts ln(tolerance)/ln|multiplier|
+periods.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, inf, log, nan
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vireport.simulation import cycles
+from vireport.simulation.cycles import Cycle
+from vireport.simulation.events import (
+    FLIGHT,
+    PHASE,
+    REST,
+    RUNNING,
+    VELOCITY,
+    WALL,
+    Start,
+    as_start,
+    check_model,
+    check_start,
+    follow,
+    follow_one,
+)
+from vireport.simulation.trajectories import Outcome, approached
+
+Array = NDArray[np.float64]
+
+# First impacts to look for recurrences in; doubled until the budget is used up.
+BLOCK = 512
+# Impacts kept for recurrences and Lyapunov exponents.
+KEPT = 4096
+# A transient has ended at this distance from the cycle, in phase [rad] and velocity [y_c].
+SETTLED = 1e-9
+# Below this multiplier one more period is all that is needed.
+FAST = 1e-3
+# Of a trajectory cut before it has settled: if it came closer by less than this, it is not on its way.
+SLOWER = 0.9
+# Relative change of velocity that takes a start off an orbit that repels.
+NUDGE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attractor:
+    """What a start leads to.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        Its kind.
+    cycle : Cycle or None
+        One period, verified on the return map, if it is periodic.
+    lyapunov : float
+        Largest Lyapunov exponent per forcing period: of the cycle, or of the last impacts of a motion that is
+        not periodic. -inf where the ball comes to rest, nan where it meets no membrane again.
+    distance : float
+        From the last impact to the cycle, in phase [rad] and velocity [y_c]. Large only if the budget ended a
+        transient that was still approaching it.
+    impacts : int
+        Impacts simulated.
+    """
+
+    outcome: Outcome
+    cycle: Cycle | None
+    lyapunov: float
+    distance: float
+    impacts: int
+
+    @property
+    def word(self) -> str:
+        """Impacts of one period, such as BTBBT; empty if it is not periodic."""
+        return self.cycle.word if self.cycle else ""
+
+    @property
+    def period(self) -> int:
+        """In forcing periods; 0 if it is not periodic."""
+        return self.cycle.period if self.cycle else 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ensemble:
+    """Last impacts of many trajectories.
+
+    Parameters
+    ----------
+    wall, phase, flight, velocity : array (n, m, k)
+        Of the last k impacts from m starts at n parameters; NaN where fewer happened.
+    impacts : array (n, m)
+        Number of impacts.
+    ended : array (n, m)
+        True where the ball is at rest or meets no membrane again.
+    """
+
+    wall: Array
+    phase: Array
+    flight: Array
+    velocity: Array
+    impacts: NDArray[np.int64]
+    ended: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagram:
+    """Bifurcation diagram found by simulation alone: one entry per impact that is drawn.
+
+    Parameters
+    ----------
+    index : array of int
+        Which parameter.
+    wall, phase, velocity : array
+        The impact.
+    label : array of int
+        Index into `labels`.
+    labels : tuple of str
+        Words, or the value of the outcome where there is no word.
+    """
+
+    index: NDArray[np.int64]
+    wall: NDArray[np.int8]
+    phase: Array
+    velocity: Array
+    label: NDArray[np.int64]
+    labels: tuple[str, ...]
+
+
+def find_attractor(d: float, gbar: float, r: float, start: Start, budget: int = 200_000) -> Attractor:
+    """Attractor that one start leads to.
+
+    Parameters
+    ----------
+    d, gbar, r : float
+        Distance of the membranes, gravity and restitution [-].
+    start : Impact or InFlight
+        State to begin with.
+    budget : int
+        Impacts to spend at most. Periodic motions use what their transient needs.
+    """
+    model = check_model(d, gbar, r)[0]
+    rows, summary = follow_one(model, check_start(start, d), min(BLOCK, budget), KEPT)
+    return _search(model, rows, summary, (budget, budget), [])
+
+
+def attractors(
+    d: ArrayLike,
+    gbar: ArrayLike,
+    r: ArrayLike,
+    starts: Sequence[Start],
+    impacts: int = 1000,
+    budget: int = 20_000,
+    workers: int | None = None,
+) -> list[tuple[Attractor, ...]]:
+    """Attractors that some starts lead to, for each of many parameters.
+
+    Parameters
+    ----------
+    d, gbar, r : array_like (n,)
+        Parameters, broadcast against each other [-].
+    starts : sequence of Impact or InFlight
+        Tried at every parameter.
+    impacts : int
+        Simulated of each at once, on all cores.
+    budget : int
+        Impacts of those that have not settled by then.
+    workers : int, optional
+        Threads; the number of processors by default. The result does not depend on it.
+    """
+    model = check_model(d, gbar, r)
+    rows, summary = _many(model, starts, impacts, cycles.MAX_IMPACTS + 1, workers)
+    found = []
+    for i in range(len(model)):
+        known: list[Cycle] = []
+        found.append(
+            tuple(
+                _search(model[i], _happened(rows[i, j], summary[i, j]), summary[i, j], (budget, budget), known)
+                for j in range(len(starts))
+            )
+        )
+    return found
+
+
+def ensemble(
+    d: ArrayLike,
+    gbar: ArrayLike,
+    r: ArrayLike,
+    starts: Sequence[Start],
+    impacts: int,
+    keep: int = 64,
+    workers: int | None = None,
+) -> Ensemble:
+    """Last impacts from some starts, for each of many parameters, without asking what they are.
+
+    Parameters are those of `attractors`; `keep` is how many impacts are kept.
+    """
+    rows, summary = _many(check_model(d, gbar, r), starts, impacts, keep, workers)
+    wall, phase, flight, velocity = (rows[..., i].copy() for i in (WALL, PHASE, FLIGHT, VELOCITY))
+    return Ensemble(wall, phase, flight, velocity, summary[..., 0].astype(np.int64), summary[..., 2] != RUNNING)
+
+
+def diagram(
+    d: ArrayLike,
+    gbar: ArrayLike,
+    r: ArrayLike,
+    starts: Sequence[Start],
+    impacts: int = 1000,
+    budget: int = 200_000,
+    keep: int = 64,
+    workers: int | None = None,
+) -> Diagram:
+    """Bifurcation diagram from simulation alone, each impact labelled by the word of its motion.
+
+    Cycles are drawn once; of motions that are not periodic the last `keep` impacts are. Parameters are those
+    of `attractors`, but the budget is for slow approaches to a cycle only.
+    """
+    model = check_model(d, gbar, r)
+    rows, summary = _many(model, starts, impacts, max(keep, cycles.MAX_IMPACTS + 1), workers)
+    labels: dict[str, int] = {}
+    parts: list[tuple[Array, int, int]] = []
+    for i in range(len(model)):
+        known: list[Cycle] = []
+        drawn: set[int] = set()
+        for j in range(len(starts)):
+            own = _happened(rows[i, j], summary[i, j])
+            attractor = _search(model[i], own, summary[i, j], (impacts, budget), known)
+            label = labels.setdefault(attractor.word or attractor.outcome.value, len(labels))
+            cycle = attractor.cycle
+            if cycle is None and attractor.outcome is Outcome.APERIODIC:
+                parts.append((own[-keep:][:, [WALL, PHASE, VELOCITY]], i, label))
+            elif cycle is not None and id(cycle) not in drawn:
+                drawn.add(id(cycle))
+                parts.append((np.column_stack([cycle.wall, cycle.phase, cycle.velocity]), i, label))
+    impacted = np.concatenate([part for part, _, _ in parts]) if parts else np.zeros((0, 3))
+    sizes = [len(part) for part, _, _ in parts]
+    return Diagram(
+        np.repeat(np.array([i for _, i, _ in parts], dtype=np.int64), sizes),
+        impacted[:, 0].astype(np.int8),
+        impacted[:, 1],
+        impacted[:, 2],
+        np.repeat(np.array([label for _, _, label in parts], dtype=np.int64), sizes),
+        tuple(labels),
+    )
+
+
+def _search(model: Array, rows: Array, summary: Array, limits: tuple[int, int], known: list[Cycle]) -> Attractor:
+    """Continue a trajectory until it is known what it leads to; `known` collects the cycles of one parameter.
+
+    `limits` are the impacts to spend while nothing periodic is in sight, and while a cycle is being
+    approached.
+    """
+    used, block = int(summary[0]), BLOCK
+    patience, budget = limits
+    while summary[2] == RUNNING:
+        near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
+        cycle = near[0] if near else cycles.sticking(model, rows) or approached(model, rows)
+        if cycle is not None and cycle.sticks:
+            return Attractor(Outcome.STICKING, _remembered(cycle, known), -inf, 0.0, used)
+        if cycle is not None and cycle.growth >= 1:
+            rows = rows.copy()
+            rows[-1, VELOCITY] *= 1 + NUDGE  # on an orbit that repels: rounding alone might keep it there
+        elif cycle is not None:
+            before = distance = cycle.distance(rows[-1])
+            if distance > SETTLED and used < budget:
+                wait = min(_transient(cycle, distance), budget - used)
+                rows, summary = follow_one(model, as_start(rows[-1]), wait, KEPT)
+                used += int(summary[0])
+                distance = cycle.distance(rows[-1])
+            if distance <= SETTLED or (used >= budget and distance < SLOWER * before):
+                cycle = _remembered(cycle, known)
+                return Attractor(Outcome.PERIODIC, cycle, cycle.lyapunov, distance, used)
+        if used >= min(patience, budget):
+            return Attractor(Outcome.APERIODIC, None, cycles.exponent(model, rows), inf, used)
+        rows, summary = follow_one(model, as_start(rows[-1]), min(block, budget - used), KEPT)
+        used += int(summary[0])
+        block *= 2
+    if summary[2] == REST:
+        return Attractor(Outcome.REST, None, -inf, 0.0, used)
+    return Attractor(Outcome.FREE, None, nan, 0.0, used)
+
+
+def _transient(cycle: Cycle, distance: float) -> int:
+    """Impacts until a linear approach from this distance has settled, and one period more."""
+    periods = ceil(log(distance / SETTLED) / -log(max(cycle.growth, FAST)))
+    return (periods + 1) * len(cycle.wall)
+
+
+def _remembered(cycle: Cycle, known: list[Cycle]) -> Cycle:
+    """The cycle as first found, so that equal ones are the same object."""
+    for other in known:
+        if other.word == cycle.word and other.period == cycle.period and len(other.wall) == len(cycle.wall):
+            apart = np.abs(other.velocity - cycle.velocity).max()
+            if apart <= SETTLED:
+                return other
+    known.append(cycle)
+    return cycle
+
+
+def _many(model: Array, starts: Sequence[Start], impacts: int, keep: int, workers: int | None) -> tuple[Array, Array]:
+    """Every start at every parameter: rows (n, m, k, 6) and summary (n, m, 3)."""
+    n, m = len(model), len(starts)
+    if m == 0:
+        raise ValueError("at least one start is needed")
+    first = np.array([[check_start(start, float(d)) for start in starts] for d in model[:, 0]]).reshape(n * m, 4)
+    cores = (os.cpu_count() or 1) if workers is None else workers
+    rows, summary = follow(np.repeat(model, m, axis=0), first, impacts, keep, cores)
+    return rows.reshape(n, m, -1, rows.shape[-1]), summary.reshape(n, m, 3)
+
+
+def _happened(rows: Array, summary: Array) -> Array:
+    """Rows without the places before the start."""
+    return rows[max(0, len(rows) - int(summary[0]) - 1) :]

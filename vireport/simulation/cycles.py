@@ -1,0 +1,332 @@
+"""Periodic motions found by simulation: recognised in rows of impacts, proved by Newton on the return map.
+
+Turns the tail of a trajectory into a cycle with its word, its residual and its multipliers, or into nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, inf, log, nan, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.physics.flight import acceleration
+from vireport.simulation.events import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL, as_start, follow_one
+
+Array = NDArray[np.float64]
+
+# An impact this slow is a graze, where the map has no derivative; and logarithm of the steepest one worth a step.
+SLOWEST, STEEPEST = 1e-100, 300.0
+# Impacts in one period at most; longer ones count as not periodic.
+MAX_IMPACTS = 64
+EPS = 2.2e-16
+# Two impacts this close in phase [rad] and velocity [y_c] are worth a Newton iteration.
+NEAR = 1e-3
+CANDIDATES = 4
+NEWTON_STEPS = 12
+# Rounding leaves some 1e-15 an impact; a cycle is one only below this residual.
+RESIDUAL_TOL = 1e-12
+# Error at the end of a lap that begins at a release, known exactly, up to which the lap is the true one.
+STICK_TOL = 1e-6
+# Newton leaves less than this between equal impacts; different impacts of one cycle are further apart.
+SAME = 1e-9
+# A cycle this far from the impact that suggested it, in phase [rad] and velocity [y_c], is another one.
+REACH = 0.3
+# Change of an impact by which the sensitivity of a multiplier is found.
+MOVED = 1e-7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cycle:
+    """One period of a periodic motion, as simulated.
+
+    Parameters
+    ----------
+    word : str
+        Impacts in order, B for bottom and T for top: the alphabetically first of its rotations. A tilde marks
+        infinitely many, ever lower hops on that membrane and the ride that follows.
+    period : int
+        In forcing periods.
+    wall, phase, flight, velocity : array
+        Of its impacts: +1 bottom or -1 top, forcing phase [rad], time since the impact or release before
+        [t_c], velocity just before [y_c].
+    settling, riding : array
+        After each impact, time of the last hops and on the membrane [t_c]; zero for a plain rebound.
+    residual : float
+        Largest difference in phase and velocity after one period of simulation; if the ball sticks, what
+        rounding can have become between two rides.
+    multipliers : pair of complex
+        Eigenvalues of the product of the exact Jacobians, the larger first; zero if the ball sticks.
+    """
+
+    word: str
+    period: int
+    wall: NDArray[np.int8]
+    phase: Array
+    flight: Array
+    velocity: Array
+    settling: Array
+    riding: Array
+    residual: float
+    multipliers: tuple[complex, complex]
+
+    @property
+    def bottoms(self) -> int:
+        """Bottom impacts in a period; a chatter counts as one."""
+        return self.word.count("B")
+
+    @property
+    def tops(self) -> int:
+        """Top impacts in a period; a chatter counts as one."""
+        return self.word.count("T")
+
+    @property
+    def sticks(self) -> bool:
+        """Whether the ball rides on a membrane during a part of it."""
+        return "~" in self.word
+
+    @property
+    def growth(self) -> float:
+        """Modulus of the larger multiplier: below 1 the cycle attracts."""
+        return abs(self.multipliers[0])
+
+    @property
+    def lyapunov(self) -> float:
+        """Largest Lyapunov exponent, per forcing period; -inf if the ball sticks."""
+        return log(self.growth) / self.period if self.growth > 0 else -inf
+
+    def distance(self, row: Array) -> float:
+        """From an impact to the nearest of the cycle on its wall, in phase [rad] and velocity [y_c]."""
+        apart = _apart(self.phase - row[PHASE], self.velocity - row[VELOCITY])
+        return float(np.min(apart[self.wall == row[WALL]], initial=inf))
+
+
+def jacobians(model: Array, before: Array, after: Array) -> Array:
+    """Exact derivatives of impacts by the impacts before them, in (phase, velocity before the impact).
+
+    From (2.11) and (2.12) with Z fixed: dt = -(t dv + Z_phi dphi)/Z', where v is the velocity the flight
+    starts with and Z_phi a derivative at fixed time. Each determinant is r^2 times the ratio of the two
+    velocities, so that r^(2 n) is left after a cycle of n impacts.
+
+    Parameters
+    ----------
+    model : array (3,)
+        d, gbar, r.
+    before, after : array (n, 6)
+        Rows of the impacts at the two ends of each flight.
+
+    Returns
+    -------
+    array (n, 2, 2)
+        Zero after a ball that stuck: it forgets.
+    """
+    _, gbar, r = model
+    t, speed = after[:, FLIGHT], after[:, VELOCITY]
+    speed = np.where(np.abs(speed) < SLOWEST, SLOWEST, speed)
+    x = pi * t
+    sine, cosine = np.sin(before[:, PHASE]), np.cos(before[:, PHASE])
+    rise = 2 * np.sin(x / 2) ** 2
+    z_phase = -(sine * rise + cosine * _lag(x)) / pi**2
+    end = np.cos(after[:, PHASE])
+    pull = acceleration(end, gbar)
+    result = np.empty((len(t), 2, 2))
+    result[:, 0, 0] = 1 - pi * z_phase / speed
+    result[:, 0, 1] = pi * r * t / speed
+    result[:, 1, 0] = (end - cosine) / pi - pull * z_phase / speed
+    result[:, 1, 1] = -r * (1 - pull * t / speed)
+    result[before[:, RIDING] + before[:, SETTLING] > 0] = 0.0
+    return result
+
+
+def growth_bound(d: float, gbar: float, r: float, cycle: Cycle) -> float:
+    """Bound the error of a cycle's `growth`: rounding, and what its residual leaves open of its impacts.
+
+    Each number of each impact is moved by a little on its own, and the changes of the multiplier are added up, so
+    that none can cancel another's. Zero where the ball sticks, for then the multiplier is.
+    """
+    n = len(cycle.phase)
+    if cycle.sticks or not n:
+        return 0.0
+    model, rows = np.array([d, gbar, r]), np.zeros((n, RIDING + 1))
+    rows[:, WALL], rows[:, PHASE] = cycle.wall, cycle.phase
+    rows[:, FLIGHT], rows[:, VELOCITY] = cycle.flight, cycle.velocity
+
+    def grown(rows: Array) -> float:
+        matrix, scale = product(jacobians(model, np.roll(rows, 1, axis=0), rows))
+        return abs(multipliers(float(np.trace(matrix)) * exp(min(scale, STEEPEST)), r ** (2 * n))[0])
+
+    base, slopes = grown(rows), 0.0
+    for row in range(n):
+        for column in (PHASE, FLIGHT, VELOCITY):
+            moved = rows.copy()
+            moved[row, column] += MOVED
+            slopes += abs(grown(moved) - base) / MOVED
+    # An impact is off by what the residual becomes in all laps to come, and by rounding.
+    off = cycle.residual / max(abs(1 - cycle.growth), MOVED) + 16 * EPS
+    return 2 * slopes * off + 32 * n * EPS * max(base, 1.0)
+
+
+def product(matrices: Array) -> tuple[Array, float]:
+    """Product of a chain of matrices, the last one leftmost: a matrix of norm 1, and the norm's logarithm."""
+    chain, scale = matrices, 0.0
+    while len(chain) > 1:
+        odd = chain[-1:] if len(chain) % 2 else chain[:0]
+        chain = np.concatenate((chain[1::2] @ chain[: len(chain) - len(odd) : 2], odd))
+        size = np.abs(chain).max(axis=(1, 2))
+        if not size.all():
+            return np.zeros((2, 2)), -inf
+        chain = chain / size[:, None, None]
+        scale += float(np.log(size).sum())
+    size = float(np.abs(chain[0]).max())
+    return (chain[0] / size, scale + log(size)) if size > 0 else (chain[0], -inf)
+
+
+def exponent(model: Array, rows: Array) -> float:
+    """Largest Lyapunov exponent per forcing period, since the ball last stuck; a product of Jacobians."""
+    stuck = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
+    free = rows[stuck[-1] + 1 :] if len(stuck) else rows[rows[:, WALL] != 0]
+    span = float(np.sum(free[1:, FLIGHT]))
+    return _chain_growth(model, free) / (span / 2) if span > 0 else nan
+
+
+def recurrences(rows: Array) -> list[int]:
+    """Numbers of impacts, ascending, after which the last impact came close to where it had been."""
+    last, past = rows[-1], rows[-2 : -MAX_IMPACTS - 2 : -1]
+    apart = _apart(past[:, PHASE] - last[PHASE], past[:, VELOCITY] - last[VELOCITY])
+    found: list[int] = (np.flatnonzero((apart < NEAR) & (past[:, WALL] == last[WALL])) + 1).tolist()
+    return found[:CANDIDATES]
+
+
+def refine(model: Array, rows: Array, length: int) -> Cycle | None:
+    """Periodic motion of `length` impacts near the last rows, by Newton's method on the return map.
+
+    Returns None if the iteration leaves the word it began with, sticks, or stops short of `RESIDUAL_TOL`.
+    """
+    recent = rows[-length:]
+    first = recent[np.argmax(np.abs(recent[:, VELOCITY]))].copy()  # far from grazing, where the map is smooth
+    best: tuple[float, Array, Array] | None = None
+    word: Array | None = None
+    for _ in range(NEWTON_STEPS):
+        lap, summary = follow_one(model, as_start(first), length)
+        word = lap[:, WALL] if word is None else word
+        held = lap[:, SETTLING].any() or lap[:, RIDING].any()
+        if summary[0] < length or held or not np.array_equal(lap[:, WALL], word) or word[0] != word[-1]:
+            break
+        gap = np.array([_wrap(lap[-1, PHASE] - lap[0, PHASE]), lap[-1, VELOCITY] - lap[0, VELOCITY]])
+        matrix, scale = product(jacobians(model, lap[:-1], lap[1:]))
+        matrix = matrix * exp(min(scale, STEEPEST))
+        residual = float(np.abs(gap).max())
+        if best is None or residual < best[0]:
+            best = residual, lap, matrix
+        elif best[0] <= RESIDUAL_TOL:
+            break  # rounding is all that is left
+        system = matrix - np.eye(2)
+        if residual == 0.0 or abs(np.linalg.det(system)) < RESIDUAL_TOL:
+            break
+        step = np.linalg.solve(system, -gap)
+        first[PHASE] = (first[PHASE] + step[0]) % TURN
+        first[VELOCITY] += step[1]
+        if first[WALL] * first[VELOCITY] <= 0:
+            break
+    if best is None or best[0] > RESIDUAL_TOL:
+        return None
+    residual, lap, matrix = best
+    shorter = _divisor(lap)
+    if shorter < length:
+        return refine(model, lap[: shorter + 1], shorter)
+    return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), float(model[2]) ** (2 * length)))
+
+
+def sticking(model: Array, rows: Array) -> Cycle | None:
+    """Cycle between the last two rides on one membrane: released from it, the ball always moves alike.
+
+    In a chaotic motion that sticks now and then so much happens between two rides that rounding alone decides
+    when the next one comes; such a cycle is not one that can be computed, and None is returned.
+    """
+    rides = np.flatnonzero((rows[:, RIDING] > 0) & np.isfinite(rows[:, RIDING]))
+    for wall in (1, -1):
+        own = rides[rows[rides, WALL] == wall]
+        if len(own) > 1:
+            lap = rows[own[-2] + 1 : own[-1] + 1]
+            growth = _chain_growth(model, lap)
+            if growth <= log(STICK_TOL / EPS) and len(word_of(lap)) <= MAX_IMPACTS:
+                return _cycle(lap, EPS * exp(growth), (0j, 0j))
+    return None
+
+
+def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:
+    """Eigenvalues of a 2x2 matrix, the larger first, without the cancellation of the textbook formula."""
+    inside = trace * trace / 4 - determinant
+    if inside < 0:
+        return complex(trace / 2, sqrt(-inside)), complex(trace / 2, -sqrt(-inside))
+    large = trace / 2 + (sqrt(inside) if trace >= 0 else -sqrt(inside))
+    return complex(large), complex(determinant / large if large != 0 else 0.0)
+
+
+def word_of(rows: Array) -> list[str]:
+    """Letters of the impacts; ever slower hops that end in a ride are one letter with a tilde."""
+    letters: list[str] = []
+    falling = 0  # impacts on this membrane at the end, each slower than the one before
+    for i, row in enumerate(rows):
+        letter = "B" if row[WALL] > 0 else "T"
+        again = i > 0 and rows[i - 1, WALL] == row[WALL] and letters[-1] == letter
+        falling = falling + 1 if again and abs(row[VELOCITY]) < abs(rows[i - 1, VELOCITY]) else 1
+        letters.append(letter)
+        if row[RIDING] + row[SETTLING] > 0:
+            letters[-falling:] = [letter + "~"]
+    return letters
+
+
+def _chain_growth(model: Array, rows: Array) -> float:
+    """Logarithm of what a small difference at the first of these impacts is multiplied by until the last."""
+    plain = rows.copy()
+    plain[:, [SETTLING, RIDING]] = 0.0
+    return product(jacobians(model, plain[:-1], plain[1:]))[1] if len(rows) > 1 else 0.0
+
+
+def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -> Cycle:
+    """Cycle that starts where its word does; of equal words, with the fastest impact."""
+    n = len(rows)
+    letters = word_of(rows)
+    word = min("".join(letters[i:] + letters[:i]) for i in range(len(letters)))
+    turns = [i for i in range(n) if "".join(word_of(np.roll(rows, -i, axis=0))) == word]
+    rows = np.roll(rows, -max(turns, key=lambda i: abs(float(rows[i, VELOCITY]))), axis=0)
+    span = float(np.sum(rows[:, FLIGHT] + rows[:, SETTLING] + rows[:, RIDING]))
+    phase, flight, velocity, settling, riding = (rows[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY, SETTLING, RIDING))
+    wall = rows[:, WALL].astype(np.int8)
+    for array in (wall, phase, flight, velocity, settling, riding):
+        array.setflags(write=False)
+    period = round(span / 2)
+    return Cycle(word, period, wall, phase, flight, velocity, settling, riding, residual, eigenvalues)
+
+
+def _divisor(lap: Array) -> int:
+    """Smallest number of impacts after which the lap repeats itself."""
+    n = len(lap) - 1
+    for length in range(1, n):
+        if n % length == 0:
+            a, b = lap[:-length], lap[length:]
+            apart = _apart(a[:, PHASE] - b[:, PHASE], a[:, VELOCITY] - b[:, VELOCITY])
+            if np.array_equal(a[:, WALL], b[:, WALL]) and apart.max() < SAME:
+                return length
+    return n
+
+
+def _apart(phase: Array, velocity: Array) -> Array:
+    apart: Array = np.maximum(np.abs(_wrap(phase)), np.abs(velocity))
+    return apart
+
+
+def _wrap(phase: Array) -> Array:
+    """Phase difference in [-pi, pi)."""
+    wrapped: Array = (phase + pi) % TURN - pi
+    return wrapped
+
+
+def _lag(x: Array) -> Array:
+    """Return x - sin x, by its series where the difference would lose digits."""
+    q = x * x
+    series = x * q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72 * (1 - q / 110 * (1 - q / 156)))))
+    lag: Array = np.where(np.abs(x) < 0.5, series, x - np.sin(x))
+    return lag

@@ -1,0 +1,180 @@
+"""Impacts of many starts at once: the compiled event search behind arrays, on as many cores as asked for.
+
+Turns starts (on a membrane or between them) into rows of impacts. It knows no periodic motion, and imports
+the compiled part only when the first impact is asked for.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+from math import isfinite, pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vireport.errors import NumericalError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from types import ModuleType
+
+BOTTOM, TOP = 1, -1
+TURN = 2 * pi
+# Columns of a row: one row per impact, the first of a trajectory being its start.
+WALL, PHASE, FLIGHT, VELOCITY, SETTLING, RIDING = range(6)
+COLUMNS = 6
+# How the compiled search ended: impacts used up, at rest on the bottom, or no membrane ever reached again.
+RUNNING, REST, FREE = range(3)
+# Chunks per core: enough to even out slow and fast parameters.
+CHUNKS = 8
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Impact:
+    """Start at an impact.
+
+    Parameters
+    ----------
+    wall : int
+        BOTTOM (+1, at Z = d/2) or TOP (-1, at Z = -d/2).
+    velocity : float
+        Relative velocity Z' just before the impact [y_c]: not below zero at the bottom, not above at the top.
+    phase : float
+        Forcing phase at the impact [rad].
+    """
+
+    wall: int
+    velocity: float
+    phase: float
+
+
+@dataclass(frozen=True, slots=True)
+class InFlight:
+    """Start strictly between the membranes.
+
+    Parameters
+    ----------
+    position : float
+        Relative position Z [x_c], with |Z| < d/2.
+    velocity : float
+        Relative velocity Z' [y_c].
+    phase : float
+        Forcing phase [rad].
+    """
+
+    position: float
+    velocity: float
+    phase: float
+
+
+Start = Impact | InFlight
+
+
+def wrapped(phase: float) -> float:
+    """Phase reduced to [0, 2 pi)."""
+    reduced = phase % TURN
+    return reduced if reduced < TURN else 0.0
+
+
+def check_model(d: ArrayLike, gbar: ArrayLike, r: ArrayLike) -> Array:
+    """Parameters as an array (n, 3), after broadcasting; ValueError if they describe no device."""
+    model = np.stack(np.broadcast_arrays(*np.atleast_1d(d, gbar, r)), axis=-1).astype(float)
+    if not np.isfinite(model).all():
+        raise ValueError("d, gbar and r must be finite")
+    if (model[:, 0] <= 0).any() or (model[:, 1] < 0).any() or (model[:, 2] < 0).any() or (model[:, 2] > 1).any():
+        raise ValueError("need d > 0, gbar >= 0 and 0 <= r <= 1")
+    return np.ascontiguousarray(model)
+
+
+def check_start(start: Start, d: float) -> tuple[float, float, float, float]:
+    """Start as the row (wall, position, velocity, phase) of the compiled search; ValueError if impossible."""
+    if not (isfinite(start.velocity) and isfinite(start.phase)):
+        raise ValueError(f"start is not finite: {start}")
+    if isinstance(start, InFlight):
+        if not abs(start.position) < 0.5 * d:
+            raise ValueError(f"position {start.position} is not strictly between the membranes, |Z| < {0.5 * d}")
+        return 0.0, start.position, start.velocity, wrapped(start.phase)
+    if start.wall not in (BOTTOM, TOP):
+        raise ValueError(f"wall must be {BOTTOM} (bottom) or {TOP} (top), not {start.wall}")
+    if start.wall * start.velocity < 0:
+        raise ValueError(f"velocity {start.velocity} before the impact points away from the wall it hits")
+    return float(start.wall), 0.0, start.velocity, wrapped(start.phase)
+
+
+def follow(model: Array, starts: Array, impacts: int, keep: int | None = None, workers: int = 1) -> tuple[Array, Array]:
+    """Follow each start for a number of impacts, or to its end.
+
+    Parameters
+    ----------
+    model : array (n, 3)
+        d, gbar and r of each, from `check_model`.
+    starts : array (n, 4)
+        Rows of `check_start`.
+    impacts : int
+        After which a trajectory is cut.
+    keep : int, optional
+        Rows kept of each trajectory, the last ones; all by default.
+    workers : int
+        Threads. The result does not depend on it.
+
+    Returns
+    -------
+    rows : array (n, keep, 6)
+        In order of time, the last impact last; where fewer happened, the rows before the start are NaN.
+    summary : array (n, 3)
+        Number of impacts, of sine-cosine pairs evaluated, and RUNNING, REST or FREE.
+    """
+    keep = impacts + 1 if keep is None else min(keep, impacts + 1)
+    rows = np.full((len(model), keep, COLUMNS), np.nan)
+    summary = np.zeros((len(model), 3))
+    kernel = _kernel()
+
+    def run(part: slice) -> None:
+        kernel.sweep(model[part], starts[part], impacts, rows[part], summary[part])
+
+    count = len(model)
+    if workers > 1 and count > 1:
+        edges = np.linspace(0, count, min(count, CHUNKS * workers) + 1).astype(int)
+        kernel.sweep(model[:0], starts[:0], impacts, rows[:0], summary[:0])  # compile once, not in each thread
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(run, [slice(a, b) for a, b in pairwise(edges)]))
+    else:
+        run(slice(0, count))
+    return _ordered(rows, summary[:, 0]), summary
+
+
+def follow_one(model: Array, start: Sequence[float], impacts: int, keep: int | None = None) -> tuple[Array, Array]:
+    """Like `follow` for a single start, without rows that did not happen."""
+    rows, summary = follow(model[None], np.array([start], dtype=float), impacts, keep)
+    happened = int(summary[0, 0]) + 1
+    return rows[0, max(0, rows.shape[1] - happened) :], summary[0]
+
+
+def as_start(row: Array) -> tuple[float, float, float, float]:
+    """Row of an impact as the start of a continuation."""
+    return float(row[WALL]), 0.0, float(row[VELOCITY]), float(row[PHASE])
+
+
+def _ordered(rows: Array, count: Array) -> Array:
+    """Unroll the rings: impact i of a trajectory was written to row i mod keep."""
+    keep = rows.shape[1]
+    last = count.astype(int)[:, None]
+    place = (last + 1 + np.arange(keep)) % keep
+    if np.array_equal(place[:, 0], np.zeros(len(rows))):
+        return rows
+    ordered: Array = np.take_along_axis(rows, place[:, :, None], axis=1)
+    return ordered
+
+
+def _kernel() -> ModuleType | Any:
+    """Compiled part, imported on first use: a run that simulates nothing does not pay for the compiler."""
+    try:
+        from vireport.simulation import kernel
+    except ImportError as error:
+        raise NumericalError("the simulation needs the package numba: pip install 'vireport[simulation]'") from error
+    return kernel

@@ -1,0 +1,244 @@
+"""Simulation of the rigid-impact model: one trajectory, exact from event to event, with a typed end.
+
+Turns d, gbar, r and a start into impacts. It shares the closed-form flight and the impact law with the
+analytic solution and nothing else, so that where both agree the agreement is evidence.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from math import inf, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.physics import flight
+from vireport.simulation import cycles
+from vireport.simulation.cycles import Cycle
+from vireport.simulation.events import (
+    BOTTOM,
+    FLIGHT,
+    FREE,
+    PHASE,
+    REST,
+    RIDING,
+    SETTLING,
+    TOP,
+    VELOCITY,
+    WALL,
+    Impact,
+    InFlight,
+    Start,
+    check_model,
+    check_start,
+    follow_one,
+)
+
+__all__ = [
+    "BOTTOM",
+    "TOP",
+    "Impact",
+    "InFlight",
+    "Outcome",
+    "Start",
+    "Stick",
+    "Trajectory",
+    "path",
+    "simulate",
+]
+
+Array = NDArray[np.float64]
+
+# A trajectory has arrived at a cycle when its last impact is this close to it.
+ARRIVED = 1e-6
+# Closer than this it is on it, as far as rounding can tell.
+ON_IT = 1e-11
+
+
+class Outcome(Enum):
+    """How a trajectory ends."""
+
+    PERIODIC = "periodic"
+    APERIODIC = "chaotic, or not periodic within the budget"
+    STICKING = "chatter with sticking, periodic"
+    REST = "at rest on the bottom membrane"
+    FREE = "in flight between the membranes for ever, reaching neither"
+
+
+@dataclass(frozen=True, slots=True)
+class Stick:
+    """Infinitely many impacts that die out, and the ride on the membrane that follows.
+
+    Parameters
+    ----------
+    after : int
+        Index of the last impact computed one by one; -1 if it is the start.
+    wall : int
+        BOTTOM or TOP.
+    settling : float
+        Time from that impact until the hops have died out [t_c].
+    riding : float
+        Time from then to the release [t_c]; inf at rest.
+    """
+
+    after: int
+    wall: int
+    settling: float
+    riding: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """Impacts that follow a start, and how they end.
+
+    Parameters
+    ----------
+    d, gbar, r : float
+        Distance of the membranes, gravity and restitution [-].
+    start : Impact or InFlight
+        Where it began; not among the impacts.
+    wall, phase, flight, velocity : array (n,)
+        Of each impact: BOTTOM or TOP, forcing phase in [0, 2 pi) [rad], time since the impact (or the release
+        from a membrane) before [t_c], velocity just before [y_c].
+    sticks : tuple of Stick
+        Chatter completed and rides, in order.
+    outcome : Outcome
+        How it ends.
+    cycle : Cycle or None
+        The periodic motion it has arrived at, verified on the return map.
+    evaluations : int
+        Sine-cosine pairs that were computed.
+    """
+
+    d: float
+    gbar: float
+    r: float
+    start: Start
+    wall: NDArray[np.int8]
+    phase: Array
+    flight: Array
+    velocity: Array
+    sticks: tuple[Stick, ...]
+    outcome: Outcome
+    cycle: Cycle | None
+    evaluations: int
+
+    @property
+    def times(self) -> Array:
+        """Time of each impact since the start [t_c]; the phase, not this, is what carries the accuracy."""
+        gaps = self.flight.copy()
+        for stick in self.sticks:
+            if stick.after + 1 < len(gaps):
+                gaps[stick.after + 1] += stick.settling + stick.riding
+        times: Array = np.cumsum(gaps)
+        return times
+
+
+def simulate(d: float, gbar: float, r: float, start: Start, impacts: int) -> Trajectory:
+    """Follow the ball for a number of impacts, or until it rests or never meets a membrane again.
+
+    Between impacts Z'' = gbar + cos(pi t + phi) (2.8), at an impact Z'+ = -r Z'- (2.10), and the next impact
+    is the first at either membrane: maps P1 to P4 (2.13). A touch is an impact of velocity zero. Chatter is
+    completed in closed form once what that neglects is below 1e-15 t_c; the ball then rides until the
+    membrane would have to pull, the bottom one while gbar + cos > 0 and the top one while it is negative.
+
+    Parameters
+    ----------
+    d, gbar, r : float
+        Distance of the membranes, gravity and restitution [-]; d > 0, gbar >= 0, 0 <= r <= 1.
+    start : Impact or InFlight
+        State to begin with.
+    impacts : int
+        How many to compute, at least 1.
+
+    Returns
+    -------
+    Trajectory
+        With all its impacts.
+    """
+    if impacts < 1:
+        raise ValueError(f"impacts must be at least 1, not {impacts}")
+    model = check_model(d, gbar, r)[0]
+    rows, summary = follow_one(model, check_start(start, d), impacts)
+    outcome, cycle = classify(model, rows, int(summary[2]))
+    after = rows[1:]
+    wall = after[:, WALL].astype(np.int8)
+    phase, elapsed, velocity = (after[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY))
+    for array in (wall, phase, elapsed, velocity):
+        array.setflags(write=False)
+    return Trajectory(d, gbar, r, start, wall, phase, elapsed, velocity, _sticks(rows), outcome, cycle, int(summary[1]))
+
+
+def classify(model: Array, rows: Array, status: int) -> tuple[Outcome, Cycle | None]:
+    """How the trajectory in these rows ends; periodic only with a verified cycle that it has reached."""
+    if status == REST:
+        return Outcome.REST, None
+    if status == FREE:
+        return Outcome.FREE, None
+    cycle = cycles.sticking(model, rows)
+    if cycle is not None:
+        return Outcome.STICKING, cycle
+    cycle = approached(model, rows)
+    if cycle is not None and cycle.distance(rows[-1]) <= ARRIVED:
+        return Outcome.PERIODIC, cycle
+    return Outcome.APERIODIC, None
+
+
+def approached(model: Array, rows: Array) -> Cycle | None:
+    """Cycle near the last rows that attracts, or one that does not but on which they lie."""
+    resting = None
+    for length in cycles.recurrences(rows):
+        cycle = cycles.refine(model, rows, length)
+        distance = cycle.distance(rows[-1]) if cycle is not None else inf
+        if cycle is not None and cycle.growth < 1 and distance < cycles.REACH:
+            return cycle
+        if distance <= ON_IT:
+            resting = resting or cycle
+    return resting
+
+
+def path(trajectory: Trajectory, samples: int = 40) -> tuple[Array, Array, Array]:
+    """Time, position and velocity along a trajectory, from (2.11) and (2.12), to draw it.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        What to draw.
+    samples : int
+        Points in each flight, its two ends included. The velocity jumps where a time occurs twice.
+
+    Returns
+    -------
+    time, position, velocity : array
+        In t_c, x_c and y_c.
+    """
+    start = trajectory.start
+    on_wall = isinstance(start, Impact)
+    z = start.wall * trajectory.d / 2 if isinstance(start, Impact) else start.position
+    speed = flight.reflect(start.velocity, trajectory.r) if on_wall else start.velocity
+    phase, clock = start.phase, 0.0
+    held = {stick.after: stick for stick in trajectory.sticks}
+    pieces: list[tuple[Array, Array, Array]] = []
+    for i in range(len(trajectory.wall)):
+        if i - 1 in held:
+            stick = held[i - 1]
+            clock += stick.settling + stick.riding
+            phase, speed = phase + pi * (stick.settling + stick.riding), 0.0
+        t = np.linspace(0.0, trajectory.flight[i], samples)
+        s, c, now = np.sin(phase), np.cos(phase), phase + pi * t
+        position = z + flight.displacement(t, speed, s, c, np.cos(now), trajectory.gbar)
+        pieces.append((clock + t, position, flight.velocity(t, speed, s, np.sin(now), trajectory.gbar)))
+        clock += trajectory.flight[i]
+        z, phase = trajectory.wall[i] * trajectory.d / 2, trajectory.phase[i]
+        speed = flight.reflect(trajectory.velocity[i], trajectory.r)
+    if not pieces:
+        return np.zeros(0), np.zeros(0), np.zeros(0)
+    times, positions, velocities = (np.concatenate(column) for column in zip(*pieces, strict=True))
+    return times, positions, velocities
+
+
+def _sticks(rows: Array) -> tuple[Stick, ...]:
+    """Rides in the rows; row 0 is the start."""
+    held = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
+    return tuple(Stick(int(i) - 1, int(rows[i, WALL]), float(rows[i, SETTLING]), float(rows[i, RIDING])) for i in held)

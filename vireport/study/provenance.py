@@ -1,0 +1,106 @@
+"""Where results come from: enough to make them again, and nothing that differs between two runs of one input.
+
+There is no clock, no folder and no name of the machine in it.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from importlib import import_module
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+from vireport import __version__
+from vireport.errors import UsageError
+
+if TYPE_CHECKING:
+    from vireport.scenario.loading import Loaded
+
+NUMBERS = ("numpy", "pydantic_core", "yaml")
+"""Libraries that the numbers pass through."""
+
+SIMULATION = ("numba",)
+"""That which compiles the simulation, where one is run."""
+
+PAGES, DRAWINGS = ("jinja2", "typst"), ("matplotlib",)
+"""Further ones that a report and its figures are made with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """What made the results, of what.
+
+    Attributes
+    ----------
+    version : str
+        Of vireport.
+    scenario_name : str
+        Name of the file, without its folder.
+    scenario_sha256 : str
+        Of the file, and of what was set over it (see `Loaded.sha256`).
+    python : str
+        Version.
+    libraries : tuple of (str, str)
+        Names and versions.
+    command : str
+        That gives these results again.
+    timestamp : str or None
+        ISO 8601, where SOURCE_DATE_EPOCH is set.
+    """
+
+    version: str
+    scenario_name: str
+    scenario_sha256: str
+    python: str
+    libraries: tuple[tuple[str, str], ...]
+    command: str
+    timestamp: str | None = None
+
+    @property
+    def epoch(self) -> int:
+        """The timestamp in seconds since 1970; 0 where there is none."""
+        return int(datetime.fromisoformat(self.timestamp).timestamp()) if self.timestamp else 0
+
+
+def provenance_of(loaded: Loaded, command: str) -> Provenance:
+    """Record where the results of a scenario come from.
+
+    Parameters
+    ----------
+    loaded : Loaded
+    command : str
+        As given, without folders.
+    """
+    return Provenance(
+        version=__version__,
+        scenario_name=PurePath(loaded.document.name).name,
+        scenario_sha256=loaded.sha256,
+        python=".".join(map(str, sys.version_info[:3])),
+        libraries=_versions(NUMBERS if loaded.scenario.simulation is None else NUMBERS + SIMULATION),
+        command=command,
+        timestamp=_timestamp(),
+    )
+
+
+def with_pages(provenance: Provenance, drawn: bool) -> Provenance:
+    """Add the libraries that a report is made with, with figures or without."""
+    used = PAGES + DRAWINGS if drawn else PAGES
+    return replace(provenance, libraries=tuple(sorted({*provenance.libraries, *_versions(used)})))
+
+
+def _versions(names: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """Versions as the modules state them: in the metadata of the packages, finding them takes far longer."""
+    return tuple((name, str(import_module(name).__version__)) for name in names)
+
+
+def _timestamp() -> str | None:
+    text = os.environ.get("SOURCE_DATE_EPOCH")
+    if not text:
+        return None
+    try:
+        return datetime.fromtimestamp(int(text), UTC).isoformat()
+    except (ValueError, OverflowError, OSError) as error:
+        raise UsageError(f"SOURCE_DATE_EPOCH: {text!r} is not a number of seconds since 1970") from error

@@ -1,0 +1,304 @@
+"""Results for machines: results.json and branches.csv, by the names that scripts rely on.
+
+Numbers are written so that they read back exactly. There is no NaN and no Infinity: what was not computed is null,
+and `left_out` says why.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from dataclasses import asdict
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vireport.analysis.branches import Branch, CriticalPoint
+from vireport.analysis.critical import Point
+from vireport.analysis.design import DesignPoint, StableInterval
+from vireport.analysis.motions import Motions
+from vireport.analysis.table import Row
+from vireport.analysis.uncertainty import NO_BOUND, shown
+from vireport.physics.energy import Voltages
+from vireport.scenario.loading import to_dict
+from vireport.study.study import Study
+
+if TYPE_CHECKING:
+    from vireport.gate.criteria import Criterion
+    from vireport.simulation.attractors import Attractor
+    from vireport.study.provenance import Provenance
+    from vireport.trust.crosscheck import CrossCheck
+
+SCHEMA_VERSION = 1
+
+DIFFERENCE = 2e-15
+"""Error of a difference between two computed velocities (of the order of 1) or phases: their rounding."""
+
+
+def results(study: Study, provenance: Provenance) -> dict[str, Any]:
+    """Return the results of a study as plain data, ready for JSON.
+
+    Parameters
+    ----------
+    study : Study
+    provenance : Provenance
+        Where the results came from.
+    """
+    branches = study.solution.branches if study.solution else ()
+    voltages = study.voltages or (None,) * len(branches)
+    bounds = study.bounds.branches
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "scenario": to_dict(study.scenario),
+        "branches": [_branch(*row) for row in zip(branches, voltages, bounds, strict=True)],
+        "critical_points": [_critical(point) for point in (study.solution.critical_points if study.solution else ())],
+        "design_point": _design(study.design, study.design_voltages, study.bounds.design),
+        "stable_range": [_range(part) for part in study.stable_ranges],
+        "table_1": [_table_row(row, bounds[row.branch - 1]) for row in study.table],
+        "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
+        **_measured(study),
+        "requirements": _requirements(study.criteria) if study.scenario.requirements is not None else None,
+        "alerts": [asdict(alert) for alert in study.alerts],
+        "left_out": [{"step": step.name, "what": step.what, "why": step.why} for step in study.plan.left_out],
+        "provenance": {**asdict(provenance), "libraries": dict(provenance.libraries)},
+    }
+
+
+def results_json(study: Study, provenance: Provenance) -> bytes:
+    """Serialise `results`, one top-level key a line."""
+    data = results(study, provenance)
+    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+def branches_csv(study: Study) -> bytes:
+    """Every motion of every branch as a row of a table, by the names of results.json."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    branches = study.solution.branches if study.solution else ()
+    voltages = study.voltages or (None,) * len(branches)
+    header: list[str] | None = None
+    for branch, volts in zip(branches, voltages, strict=True):
+        columns = {**_motions(branch.motions), **_voltages(volts), "critical_point": list(branch.event)}
+        if header is None:
+            header = ["branch", "family", *columns]
+            writer.writerow(header)
+        writer.writerows(
+            [branch.number, branch.family, *(_cell(value) for value in row)]
+            for row in zip(*columns.values(), strict=True)
+        )
+    return text.getvalue().encode()
+
+
+def _cell(value: Any) -> Any:
+    return repr(value) if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else value
+
+
+def _motions(motions: Motions) -> dict[str, list[Any]]:
+    return {
+        "sweep_value": motions.sweep_value.tolist(),
+        "d": motions.d.tolist(),
+        "gbar": motions.gbar.tolist(),
+        "q": motions.q.tolist(),
+        "phi_bottom_rad": motions.phi_bottom.tolist(),
+        "phi_top_rad": motions.phi_top.tolist(),
+        "velocity_bottom": motions.velocity_bottom.tolist(),
+        "velocity_top": motions.velocity_top.tolist(),
+        "trace": motions.trace.tolist(),
+        "determinant": motions.determinant.tolist(),
+        "discriminant": motions.discriminant.tolist(),
+        "stability": motions.words,
+        "admissible": motions.admissible.tolist(),
+        "wall_gap": motions.wall_gap.tolist(),
+    }
+
+
+def _voltages(voltages: Voltages | None) -> dict[str, list[float]]:
+    if voltages is None:
+        return {}
+    return {
+        "u_bottom_v": voltages.bottom_v.tolist(),
+        "u_top_v": voltages.top_v.tolist(),
+        "u_ave_v": voltages.average_v.tolist(),
+        "deflection_m": voltages.deflection_m.tolist(),
+    }
+
+
+COLUMNS = {
+    "phi_bottom": "phi_bottom_rad",
+    "phi_top": "phi_top_rad",
+    "bottom_v": "u_bottom_v",
+    "top_v": "u_top_v",
+    "average_v": "u_ave_v",
+}
+"""Names in results.json of what is called otherwise in Python."""
+
+
+def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
+    """Error bounds by the names of the columns, and why some are null."""
+    columns = shown(np.stack(list(bounds.values())))
+    found: dict[str, Any] = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
+    return {**found, "null_means": NO_BOUND} if any(None in column for column in found.values()) else found
+
+
+def _branch(branch: Branch, voltages: Voltages | None, bounds: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "number": branch.number,
+        "family": branch.family,
+        "mirror_of": branch.mirror_of,
+        "ends": list(branch.ends),
+        **_motions(branch.motions),
+        **_voltages(voltages),
+        "critical_point": [label or None for label in branch.event],
+        "error_bounds": _bounds(bounds),
+    }
+
+
+def _point(point: Point) -> dict[str, Any]:
+    return {
+        "q": 0.5 + point.u,
+        "phi_bottom_rad": point.phi,
+        "velocity_bottom": point.velocity_bottom,
+        "velocity_top": point.velocity_top,
+        "error_bounds": _point_bounds(point),
+    }
+
+
+def _point_bounds(point: Point) -> dict[str, Any]:
+    q = max(point.bounds["u"], float(np.spacing(0.5 + point.u)))
+    phi = {"phi_bottom_rad": point.bounds["phi"], "phi_top_rad": point.bounds["phi_top"]}
+    exact = {name: point.bounds[name] for name in ("d", "gbar", "velocity_bottom", "velocity_top")}
+    return {"sweep_value": point.error_bound, "q": q, **phi, **exact}
+
+
+def _critical(critical: CriticalPoint) -> dict[str, Any]:
+    point = critical.point
+    return {
+        "label": critical.label,
+        "kind": critical.kind,
+        "family": critical.family,
+        "sweep_value": point.sweep_value,
+        "error_bound": point.error_bound,
+        "d": point.d,
+        "gbar": point.gbar,
+        **_point(point),
+        "phi_top_rad": critical.phi_top,
+        "mirror": None if critical.mirror is None else _point(critical.mirror),
+        "branch": critical.branch,
+        "detail": critical.detail,
+    }
+
+
+def _table_row(row: Row, bounds: dict[str, Any]) -> dict[str, Any]:
+    """A row of Table 1, its ends with the bounds they have on their branch."""
+    found = asdict(row)
+    ends = {"start": found.pop("first_row"), "end": found.pop("last_row")}
+    names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
+    errors = shown(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
+    return {**found, "error_bounds": dict(zip(names, errors[0], strict=True))}
+
+
+DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
+"""What a row of Table 1 gives of its ends, and the column it is from."""
+
+
+def _design(
+    design: DesignPoint | None, voltages: Voltages | None, bounds: dict[str, Any] | None
+) -> dict[str, Any] | None:
+    if design is None or bounds is None:
+        return None
+    return {
+        "parameter": design.parameter,
+        "value": design.value,
+        "family": list(design.families),
+        **_motions(design.motions),
+        **_voltages(voltages),
+        "error_bounds": _bounds(bounds),
+        "margins": [asdict(margin) for margin in design.margins],
+        "stable_range": [_range(part) for part in design.stable],
+    }
+
+
+def _measured(study: Study) -> dict[str, Any]:
+    """What was measured or proved where that was asked for; null where not."""
+    found: dict[str, Any] = {"accuracy": None, "compliant": None, "certificates": None}
+    if study.work is not None:
+        from vireport.study.measured import accuracy_data, compliance_data
+
+        found["accuracy"] = accuracy_data(study.work)
+        found["compliant"] = None if study.compliance is None else compliance_data(study.compliance)
+    if study.certificates is not None:
+        from vireport.report.certificates import certificates_data
+
+        found["certificates"] = certificates_data(study.certificates)
+    return found
+
+
+def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
+    passed = all(criterion.passed for criterion in criteria)
+    return {"passed": passed, "criteria": [asdict(criterion) for criterion in criteria]}
+
+
+def _simulation(check: CrossCheck) -> dict[str, Any]:
+    share = check.share
+    return {
+        "passed": check.passed,
+        "orbits_checked": check.orbits,
+        "velocity_difference": check.velocity_difference,
+        "phase_difference_rad": check.phase_difference,
+        "error_bounds": {"velocity_difference": DIFFERENCE, "phase_difference_rad": DIFFERENCE},
+        "tolerance": check.tolerance,
+        "misses": [asdict(miss) for miss in check.misses],
+        "basin": None
+        if share is None
+        else {
+            "trials": check.trials,
+            "reached": check.reached,
+            "share": share[0],
+            "low_95": share[1],
+            "high_95": share[2],
+        },
+        "samples": [
+            {
+                "sweep_value": float(value),
+                "d": float(d),
+                "ends": [_end(one, float(d), float(gbar), check.restitution) for one in found],
+            }
+            for value, d, gbar, found in zip(check.values, check.d, check.gbar, check.found, strict=True)
+        ],
+    }
+
+
+def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any]:
+    """What a start leads to; what a motion that is not periodic does not have is null."""
+    from vireport.simulation.cycles import growth_bound
+
+    cycle = attractor.cycle
+    exponent = attractor.lyapunov
+    bound = None if cycle is None else growth_bound(d, gbar, r, cycle)
+    finite = isfinite(exponent)
+    # Of a motion that is not periodic the exponent is an average over a finite time: an estimate without a bound.
+    rate = bound / cycle.growth / cycle.period if cycle is not None and bound is not None and finite else None
+    return {
+        "outcome": attractor.outcome.name.lower(),
+        "word": attractor.word or None,
+        "period": attractor.period or None,
+        "residual": None if cycle is None else cycle.residual,
+        "multiplier": None if cycle is None else cycle.growth,
+        "lyapunov": exponent if finite else None,
+        "error_bounds": {"multiplier": bound, "lyapunov": rate},
+    }
+
+
+def _range(part: StableInterval) -> dict[str, Any]:
+    return {
+        "parameter": part.parameter,
+        "from": part.start,
+        "to": part.end,
+        "from_reason": part.start_reason,
+        "to_reason": part.end_reason,
+        "from_error_bound": part.start_error,
+        "to_error_bound": part.end_error,
+    }

@@ -1,0 +1,214 @@
+"""What is known of each cell of a map, chunk by chunk, as tables without a NaN: what does not exist is null."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+
+from vireport.analysis.pointwise import find_motions
+from vireport.analysis.stability import STABILITY, classify
+from vireport.physics.energy import voltages
+from vireport.sweep.cells import MapPlan, cells_of
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+DECIMALS = 9
+"""Of the impact velocity, up to which two motions are as fast: mirror images differ by rounding alone."""
+
+SEED = 20190301
+"""Of the starting states of the simulation, which are the same at every cell and in every run."""
+
+STABILITY_TYPE = pa.dictionary(pa.int8(), pa.string())
+
+AXIS_UNITS = {
+    "inclination_deg": "deg",
+    "length_m": "m",
+    "amplitude_n": "N",
+    "frequency_hz": "Hz",
+    "restitution": "1",
+    "ball_mass_kg": "kg",
+}
+
+CELL = (
+    ("d", pa.float64(), "1"),
+    ("gbar", pa.float64(), "1"),
+    ("motions", pa.int16(), "1"),
+    ("stable", pa.int16(), "1"),
+)
+"""Known of every cell: the groups, how many admissible 1:1 motions there are, and how many of them are stable."""
+
+MOTION = (
+    ("stability", STABILITY_TYPE, ""),
+    ("q", pa.float64(), "1"),
+    ("phi_bottom_rad", pa.float64(), "rad"),
+    ("velocity_bottom", pa.float64(), "y_c"),
+    ("velocity_top", pa.float64(), "y_c"),
+    ("trace", pa.float64(), "1"),
+    ("multiplier_margin", pa.float64(), "1"),
+    ("period_doubling_margin", pa.float64(), "1"),
+    ("fold_margin", pa.float64(), "1"),
+    ("wall_gap", pa.float64(), "x_c"),
+)
+"""Of the motion of a cell, null where there is none: a stable one before others, then the fastest at the bottom.
+
+With multipliers l1 and l2 the margins are (1 + l1)(1 + l2) = 1 + r^4 + tr, zero at a period doubling,
+(1 - l1)(1 - l2) = 1 + r^4 - tr, zero at a fold or pitchfork, and the smaller of both, positive where the motion is
+stable.
+"""
+
+
+def schema_of(plan: MapPlan) -> pa.Schema:
+    """Columns of a map, with their units."""
+    columns = [(name, pa.float64(), AXIS_UNITS[name]) for name in plan.names]
+    columns += [*CELL, *MOTION]
+    if plan.ball_mass_kg is not None:
+        columns += [("u_ave_v", pa.float64(), "V"), ("deflection_m", pa.float64(), "m")]
+    if plan.simulate is not None:
+        columns += [("word", pa.string(), ""), ("basin_share", pa.float64(), "1")]
+    return pa.schema([pa.field(name, kind, metadata={"unit": unit} if unit else None) for name, kind, unit in columns])
+
+
+def evaluate_chunk(plan: MapPlan, chunk: int) -> pa.Table:
+    """Compute all cells of a chunk.
+
+    Parameters
+    ----------
+    plan : MapPlan
+    chunk : int
+        0 to plan.chunks - 1.
+
+    Returns
+    -------
+    pyarrow.Table
+        One row for each cell, in their order; the columns are those of `schema_of`.
+    """
+    values = dict(zip(plan.names, cells_of(plan, chunk), strict=True))
+    count = plan.rows(chunk)
+    swept = {name: value for name, value in values.items() if name not in ("restitution", "ball_mass_kg")}
+    device = replace(plan.device, **swept)  # type: ignore[arg-type]
+    d, gbar = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in device.groups("length_m", device.length_m))
+    r = values.get("restitution", np.full(count, plan.device.restitution))
+    columns: dict[str, Any] = {**values, "d": d, "gbar": gbar}
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
+        columns |= _motions(d, gbar, r, plan.device.period_ratio)
+        if plan.ball_mass_kg is not None:
+            columns |= _voltages(plan, values, device.velocity_unit("length_m", None), columns)
+    if plan.simulate is not None:
+        columns |= _simulated(plan, d, gbar, r)
+    schema = schema_of(plan)
+    return pa.Table.from_arrays([_array(columns[field.name], field.type) for field in schema], schema=schema)
+
+
+def _array(values: Any, kind: pa.DataType) -> pa.Array:
+    """A column; what is not finite is null.
+
+    Made of its buffers, because `pyarrow.array` of an array imports pandas where that is installed, which takes as
+    long as 100,000 cells.
+    """
+    if not isinstance(values, np.ndarray):
+        return values if isinstance(values, pa.Array) else pa.array(values, type=kind)
+    valid = np.isfinite(values)
+    bits = None if valid.all() else pa.py_buffer(np.packbits(valid, bitorder="little"))
+    data = np.ascontiguousarray(np.where(valid, values, 0), dtype=kind.to_pandas_dtype())
+    return pa.Array.from_buffers(kind, len(data), [bits, pa.py_buffer(data)])
+
+
+def _motions(d: Floats, gbar: Floats, r: Any, n: int) -> dict[str, Any]:
+    """Columns `motions`, `stable` and `MOTION`; NaN where there is no motion."""
+    found = find_motions(d, gbar, r, n)
+    real = np.flatnonzero(found.admissible)
+    cell, trace = found.cell[real], found.trace[real]
+    code = classify(trace, r[cell])
+    stable = code != STABILITY.index("unstable node")
+    orbit = found.orbit
+    order = np.lexsort((orbit.u[real], -np.round(orbit.velocity_bottom[real], DECIMALS), ~stable, cell))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = cell[order][1:] != cell[order][:-1]
+    best = order[first]
+    at, row = cell[best], real[best]
+
+    def column(values: Floats) -> Floats:
+        whole = np.full(len(d), np.nan)
+        whole[at] = values
+        return whole
+
+    tr, one = trace[best], 1 + r[at] ** 4
+    codes = np.full(len(d), -1, dtype=np.int8)
+    codes[at] = code[best]
+    return {
+        "motions": np.bincount(cell, minlength=len(d)).astype(np.int16),
+        "stable": np.bincount(cell[stable], minlength=len(d)).astype(np.int16),
+        "stability": _words(codes),
+        "q": column(0.5 + orbit.u[row]),
+        "phi_bottom_rad": column(np.mod(orbit.phi[row], 2 * np.pi)),
+        "velocity_bottom": column(orbit.velocity_bottom[row]),
+        "velocity_top": column(orbit.velocity_top[row]),
+        "trace": column(tr),
+        "multiplier_margin": column(one - np.abs(tr)),
+        "period_doubling_margin": column(one + tr),
+        "fold_margin": column(one - tr),
+        "wall_gap": column(found.wall_gap[row]),
+    }
+
+
+def _words(codes: NDArray[np.int8]) -> pa.Array:
+    """Types of stability by their codes, null where that is negative."""
+    valid = pa.py_buffer(np.packbits(codes >= 0, bitorder="little"))
+    index = pa.Array.from_buffers(pa.int8(), len(codes), [valid, pa.py_buffer(np.maximum(codes, 0))])
+    ends = np.cumsum([0, *map(len, STABILITY)]).astype(np.int32)
+    names = pa.StringArray.from_buffers(len(STABILITY), pa.py_buffer(ends), pa.py_buffer("".join(STABILITY).encode()))
+    return pa.DictionaryArray.from_arrays(index, names)
+
+
+def _voltages(plan: MapPlan, values: dict[str, Floats], unit: Any, columns: dict[str, Any]) -> dict[str, Floats]:
+    """U_ave of the motion of each cell [V], Eq. (5.1), and the larger deflection of its two impacts [m], Eq. (5.5)."""
+    bottom, top = columns["velocity_bottom"], columns["velocity_top"]
+    at = np.flatnonzero(np.isfinite(bottom))
+    unit = np.broadcast_to(unit, len(bottom))[at]
+    mass: Any = values["ball_mass_kg"][at] if "ball_mass_kg" in values else plan.ball_mass_kg
+    found = {name: np.full(len(bottom), np.nan) for name in ("u_ave_v", "deflection_m")}
+    if plan.membrane is not None:
+        each = voltages(unit * bottom[at], unit * top[at], mass, plan.membrane)
+        found["u_ave_v"][at], found["deflection_m"][at] = each.average_v, each.deflection_m
+    return found
+
+
+def _simulated(plan: MapPlan, d: Floats, gbar: Floats, r: Floats) -> dict[str, Any]:
+    """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
+    from vireport.simulation.attractors import attractors
+    from vireport.trust.crosscheck import is_one_to_one
+
+    if plan.simulate is None:
+        return {}
+    highest = max([plan.device.restitution, *(_ends(plan, "restitution"))])
+    starts = _starts(plan.simulate.starts, highest)
+    found = attractors(d, gbar, r, starts, plan.simulate.impacts, workers=1)
+    words, shares = [], np.empty(len(d))
+    for k, reached in enumerate(found):
+        counts = Counter(one.word or one.outcome.value for one in reached)
+        words.append(min(counts, key=lambda word: (-counts[word], word)))
+        shares[k] = sum(is_one_to_one(one, plan.device.period_ratio) for one in reached) / len(reached)
+    return {"word": words, "basin_share": shares}
+
+
+def _ends(plan: MapPlan, name: str) -> list[float]:
+    """Values between which a parameter varies; none where it is held."""
+    axes = [axis for axis, own in zip(plan.axes, plan.names, strict=True) if own == name]
+    return [float(x) for axis in axes for x in (axis.values or (axis.from_, axis.to)) if x is not None]
+
+
+@lru_cache(maxsize=1)
+def _starts(count: int, restitution: float) -> tuple[Any, ...]:
+    """Impacts on the bottom at random phases and velocities, up to half as much again as the forcing alone gives."""
+    from vireport.simulation.events import BOTTOM, Impact
+
+    rng = np.random.default_rng(SEED)
+    fastest = 3 / (np.pi * max(1 - restitution, 0.1))
+    return tuple(Impact(BOTTOM, float(rng.uniform(0, fastest)), float(rng.uniform(0, 2 * np.pi))) for _ in range(count))

@@ -1,0 +1,61 @@
+"""What a map computes, derived from its file before anything is computed."""
+
+from __future__ import annotations
+
+import math
+
+from vireport.errors import NumericalError
+from vireport.physics.energy import Membrane
+from vireport.scenario import blocks
+from vireport.scenario.map_blocks import Map
+from vireport.scenario.map_scenario import LoadedMap
+from vireport.study.study import SMALLEST_LOSS, device_of
+from vireport.sweep.cells import MapPlan
+
+CHUNK_CELLS = 32_768
+"""Cells of a chunk: some tenths of a second of work, beside which starting and storing it is little."""
+
+CHUNK_IMPACTS = 4_000_000
+"""Impacts of a chunk that is simulated: a few seconds of work."""
+
+
+def map_plan(loaded: LoadedMap) -> MapPlan:
+    """Derive the plan of a map from its file.
+
+    Raises
+    ------
+    NumericalError
+        If the restitution is outside the theory.
+    """
+    scenario, block = loaded.scenario, loaded.block
+    if 1 - scenario.device.restitution < SMALLEST_LOSS:
+        raise NumericalError(
+            f"device.restitution: {scenario.device.restitution!r} means impacts with hardly any loss, for which the "
+            f"criteria of stability do not apply (allowed in a map: at most 1 - {SMALLEST_LOSS:g})"
+        )
+    mass = scenario.device.ball_mass_kg
+    given = scenario.device.membrane or blocks.Membrane()
+    membrane = Membrane(**{name: getattr(given, name) for name in Membrane.__slots__})
+    if block.sampling == "grid":
+        cells = math.prod(len(axis.values) if axis.values else (axis.count or 0) for axis in block.axes)
+    elif block.sampling == "list":
+        cells = len(block.axes[0].values or ())
+    else:
+        cells = block.samples or 0
+    return MapPlan(
+        device=device_of(scenario),
+        ball_mass_kg=mass,
+        membrane=membrane if mass is not None else None,
+        axes=block.axes,
+        sampling=block.sampling,
+        seed=block.seed,
+        cells=cells,
+        chunk_cells=block.chunk_cells or _chunk_cells(block),
+        simulate=block.simulate,
+    )
+
+
+def _chunk_cells(block: Map) -> int:
+    if block.simulate is None:
+        return CHUNK_CELLS
+    return max(CHUNK_IMPACTS // (block.simulate.starts * block.simulate.impacts), 1)

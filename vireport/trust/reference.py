@@ -1,0 +1,334 @@
+"""The model in 40-digit arithmetic, from the printed equations alone: the yardstick and the judge of the package.
+
+It shares no line with the solution or the simulation: motions are closed by the maps (3.3)-(3.6) and not by the
+equations (3.9)-(3.12) that the solution makes of them, traces are by (A.4) and voltages by (5.1)-(5.5) as printed.
+Numbers of the package enter as the exact values of their doubles. A state is (velocity before the bottom impact,
+phase there, u = q - 1/2). Needs mpmath.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from vireport.errors import NumericalError
+
+try:
+    from mpmath import mp as mp  # type: ignore[import-untyped]
+    from mpmath import mpf as mpf
+except ImportError as error:
+    raise NumericalError("40-digit arithmetic needs the package mpmath: pip install 'vireport[accuracy]'") from error
+
+if TYPE_CHECKING:
+    from vireport.physics.device import Device, Parameter
+    from vireport.physics.energy import Membrane
+
+DIGITS = 60
+"""Working precision: 40 digits are left where twenty cancel, as they do for a gbar of 1e-16."""
+
+SETTLED = 40
+"""Decades below its scale to which Newton's last step has fallen."""
+
+MOST_STEPS = 40
+"""Newton steps, of which six are usual from a guess in doubles; near a double root each gains but a factor of two."""
+
+VOLTAGE_DIGITS = 420
+"""Of a voltage: at 1e-300 m/s the deflection is 1e-168 m, and the formulae subtract its square from 1."""
+
+State = tuple[Any, Any, Any]
+"""Velocity before the bottom impact [y_c], phase there [rad], q - 1/2; of mpf."""
+
+Equations = Callable[[list[Any]], list[Any]]
+"""Residuals of some unknowns."""
+
+Condition = Callable[..., list[Any]]
+"""Residuals of a motion that is to be a special one: of its state, d and gbar, and of unknowns beyond them."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceOrbit:
+    """A motion with one impact on each membrane, to 40 digits.
+
+    Attributes
+    ----------
+    value : mpf
+        The swept parameter, in its unit.
+    velocity, velocity_top : mpf
+        Just before the impacts at the bottom and at the top [y_c].
+    phase : mpf
+        At the bottom impact [rad], near the guess.
+    q : mpf
+        Share of the period from bottom to top.
+    velocity_unit : mpf
+        y_c [m/s].
+    """
+
+    value: Any
+    velocity: Any
+    velocity_top: Any
+    phase: Any
+    q: Any
+    velocity_unit: Any
+
+
+def precise() -> Any:
+    """Context in which the functions below are to be called that take numbers of mpmath; contexts may be nested."""
+    return mp.workdps(DIGITS)
+
+
+def reference_orbit(device: Device, parameter: Parameter, value: float, guess: Sequence[float]) -> ReferenceOrbit:
+    """The motion at a value of a parameter.
+
+    Parameters
+    ----------
+    device : Device
+    parameter : str
+        Which of its parameters has the value.
+    value : float
+    guess : sequence of three floats
+        Velocity before the bottom impact [y_c], phase there [rad] and q, to a few digits.
+
+    Raises
+    ------
+    NumericalError
+        If Newton's steps do not settle.
+    """
+    with precise():
+        velocity, phase, q = (mpf(number) for number in guess)
+        d, gbar = groups(device, parameter, value)
+        start = [velocity, phase, q - mpf(1) / 2]
+        try:
+            state = motion(start, d, gbar, mpf(device.restitution), device.period_ratio)
+        except ArithmeticError as error:
+            raise NumericalError(str(error)) from error
+        return _orbit(device, parameter, state, mpf(value))
+
+
+def reference_critical(device: Device, parameter: Parameter, kind: str, guess: Sequence[float]) -> ReferenceOrbit:
+    """A critical point, with the value of the parameter that it stands at.
+
+    Parameters
+    ----------
+    device : Device
+    parameter : str
+        The one that is swept.
+    kind : str
+        ``period_doubling``, ``fold`` or ``pitchfork``.
+    guess : sequence of four floats
+        Velocity, phase and q, as in `reference_orbit`, and the value of the parameter.
+
+    Raises
+    ------
+    NumericalError
+        If Newton's steps do not settle.
+
+    Notes
+    -----
+    A pitchfork is a double point of the curve of motions; on the symmetric motions (q = 1/2, equal speeds) alone it
+    is a simple one, and is solved for there.
+    """
+    with precise():
+        velocity, phase, q, value = (mpf(number) for number in guess)
+        r, n = mpf(device.restitution), device.period_ratio
+        target = (-1 if kind == "period_doubling" else 1) * (1 + r**4)
+        start = [velocity, phase, q - mpf(1) / 2, value]
+
+        def condition(state: State, d: Any, gbar: Any) -> list[Any]:
+            return [trace(state, gbar, r, n) - target]
+
+        try:
+            *state, value = special_motion(device, parameter, condition, start, kind == "pitchfork")
+        except ArithmeticError as error:
+            raise NumericalError(str(error)) from error
+        return _orbit(device, parameter, (state[0], state[1], state[2]), value)
+
+
+def reference_voltage(orbit: ReferenceOrbit, mass: float, membrane: Membrane) -> Any:
+    """U_ave of a motion [V], Eq. (5.1).
+
+    Parameters
+    ----------
+    orbit : ReferenceOrbit
+    mass : float
+        Of the ball [kg].
+    membrane : Membrane
+    """
+    with precise():
+        speeds = (orbit.velocity_unit * velocity for velocity in (orbit.velocity, orbit.velocity_top))
+        return sum(voltage(speed, mass, membrane)[1] for speed in speeds) / 2
+
+
+def digits(number: Any, count: int) -> str:
+    """A number as text with so many digits."""
+    with precise():
+        return str(mp.nstr(number, count))
+
+
+def _orbit(device: Device, parameter: Parameter, state: State, value: Any) -> ReferenceOrbit:
+    velocity, phase, u = state
+    gbar = groups(device, parameter, value)[1]
+    top = velocity_top(state, gbar, mpf(device.restitution), device.period_ratio)
+    return ReferenceOrbit(value, velocity, top, phase, mpf(1) / 2 + u, _velocity_unit(device, parameter, value))
+
+
+def _at(device: Device, parameter: Parameter, value: Any) -> dict[str, Any]:
+    """The parameters of a device, of which one has a value."""
+    names = "length_m", "amplitude_n", "frequency_hz", "inclination_deg"
+    return {name: mpf(value if name == parameter else getattr(device, name)) for name in names}
+
+
+def groups(device: Device, parameter: Parameter, value: Any) -> tuple[Any, Any]:
+    """Return d and gbar of a device whose `parameter` has `value`, Eqs. (2.5) and (2.6)."""
+    x, mass = _at(device, parameter, value), mpf(device.capsule_mass_kg)
+    force, omega = x["amplitude_n"], 2 * mp.pi * x["frequency_hz"]
+    weight = mass * mpf(device.gravity_m_s2) * mp.sin(x["inclination_deg"] * mp.pi / 180)
+    return x["length_m"] * mass * omega**2 / (force * mp.pi**2), weight / force
+
+
+def _velocity_unit(device: Device, parameter: Parameter, value: Any) -> Any:
+    """y_c [m/s], Eq. (2.5)."""
+    x = _at(device, parameter, value)
+    return x["amplitude_n"] * mp.pi / (mpf(device.capsule_mass_kg) * 2 * mp.pi * x["frequency_hz"])
+
+
+def flight(t: Any, start: Any, speed: Any, phase: Any, gbar: Any, ops: Any = mp) -> tuple[Any, Any]:
+    """Z and Z' a time t after leaving `start` with `speed`, Eqs. (2.11) and (2.12) with (3.13)."""
+    pi = ops.pi
+    f1, f1_start = ops.sin(pi * t + phase) / pi, ops.sin(phase) / pi
+    f2, f2_start = -ops.cos(pi * t + phase) / pi**2, -ops.cos(phase) / pi**2
+    position = start + speed * t + gbar / 2 * t**2 + f2 - f2_start - f1_start * t
+    return position, speed + gbar * t + f1 - f1_start
+
+
+def periodicity(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[Any]:
+    """Residuals of the maps (3.3)-(3.6) closed by (3.1): where and how fast the flight up and the flight down end."""
+    velocity, phase, u = state
+    up = 2 * n * (mpf(1) / 2 + u)
+    top, speed = flight(up, d / 2, -r * velocity, phase, gbar)
+    bottom, back = flight(2 * n - up, -d / 2, -r * speed, phase + mp.pi * up, gbar)
+    return [top + d / 2, bottom - d / 2, back - velocity]
+
+
+def velocity_top(state: State, gbar: Any, r: Any, n: int) -> Any:
+    """Velocity before the top impact, Eq. (3.8)."""
+    return gbar * 2 * n / (1 + r) - state[0]
+
+
+def trace(state: State, gbar: Any, r: Any, n: int, ops: Any = mp) -> Any:
+    """Tr(DP) by Eq. (A.4); with numpy for `ops`, of arrays."""
+    velocity, phase, u = state
+    period = 2 * n
+    up = period * (0.5 + u)
+    down = period - up
+    f0, f1, f2 = ops.cos(phase), ops.cos(phase + ops.pi * up), ops.cos(phase + ops.pi * period)
+    s3 = velocity - gbar * period / (r + 1)
+    s1 = up * f0 - r * velocity + gbar * up
+    s2 = down * f1 + r * s3 + gbar * down
+    return (
+        (r + r * up * (gbar + f1) / s3) * (r - r * down * (gbar + f2) / velocity)
+        + r * up * (gbar + f1 - (gbar + f2) * s2 / velocity) / s3
+        - r * down * (gbar + f0 + (gbar + f1) * s1 / s3) / velocity
+        - s2 * s1 / (velocity * s3)
+    )
+
+
+def symmetric_velocity(phase: Any, r: Any) -> Any:
+    """Velocity at either impact of a symmetric motion: (3.9) at q = 1/2 and gbar = 0, for odd n."""
+    return 2 * mp.sin(phase) / (mp.pi * (1 - r))
+
+
+def newton(function: Equations, guess: list[Any], scale: list[Any] | None = None) -> list[Any]:
+    """Solve function(x) = 0 from a guess; with more unknowns than equations, for the nearest solution.
+
+    Distances are measured in `scale`, the size of each unknown by default.
+
+    Raises
+    ------
+    ArithmeticError
+        If the steps do not settle.
+    """
+    x = [mpf(value) for value in guess]
+    scale = [mpf(value) for value in scale] if scale else [abs(value) or mpf(1) for value in x]
+    h = mpf(10) ** (-DIGITS // 2)
+    for _ in range(MOST_STEPS):
+        value = mp.matrix(function(x))
+        columns = []
+        for i, size in enumerate(scale):
+            shifted = list(x)
+            shifted[i] += h * size
+            columns.append((mp.matrix(function(shifted)) - value) / h)
+        jacobian = mp.matrix([[column[k] for column in columns] for k in range(len(value))])
+        try:
+            if len(x) == len(value):
+                step = mp.lu_solve(jacobian, value)
+            else:
+                step = jacobian.T * mp.lu_solve(jacobian * jacobian.T, value)
+        except ZeroDivisionError as error:
+            raise ArithmeticError("the 40-digit reference is degenerate") from error
+        x = [a - size * step[i] for i, (a, size) in enumerate(zip(x, scale, strict=True))]
+        if mp.norm(step) < mpf(10) ** -SETTLED:
+            return x
+    raise ArithmeticError("the 40-digit reference did not settle from its guess")
+
+
+def special_motion(
+    device: Device, parameter: Parameter, condition: Condition, guess: list[Any], symmetric: bool
+) -> list[Any]:
+    """The motion of a sweep at which a condition holds: state, swept value, and the unknowns beyond them.
+
+    A symmetric one is looked for among the symmetric motions alone, whose velocity and q are known.
+    """
+    r, n = mpf(device.restitution), device.period_ratio
+
+    def equations(x: list[Any]) -> list[Any]:
+        state = (symmetric_velocity(x[1], r), x[1], mpf(0)) if symmetric else (x[0], x[1], x[2])
+        d, gbar = groups(device, parameter, x[3])
+        closed = periodicity(state, d, gbar, r, n)
+        if symmetric:  # two of the equations then say no more than what the velocity and q are
+            closed = [x[0] - state[0], x[2], closed[0]]
+        return [*closed, *condition(state, d, gbar, *x[4:])]
+
+    return newton(equations, guess)
+
+
+def motion(guess: list[Any], d: Any, gbar: Any, r: Any, n: int) -> State:
+    """The motion near a guess of (velocity, phase, u) for given d and gbar."""
+    velocity, phase, u = newton(lambda x: periodicity((x[0], x[1], x[2]), d, gbar, r, n), guess)
+    return velocity, phase, u
+
+
+def at(phase: Any, u: Any, guess: list[Any], r: Any, n: int) -> tuple[Any, Any, Any]:
+    """Velocity, gbar and d of the one motion with this phase and q, from a guess of the three."""
+    velocity, gbar, d = newton(lambda x: periodicity((x[0], phase, u), x[2], x[1], r, n), guess, [1, 1, 1])
+    return velocity, gbar, d
+
+
+def flights(state: State, d: Any, gbar: Any, r: Any, n: int) -> Iterator[tuple[Any, Any, Any, Any]]:
+    """Start, speed, phase and duration of the flight up and of the flight down."""
+    velocity, phase, u = state
+    up = 2 * n * (mpf(1) / 2 + u)
+    yield d / 2, -r * velocity, phase, up
+    yield -d / 2, -r * velocity_top(state, gbar, r, n), phase + mp.pi * up, 2 * n - up
+
+
+def symmetric_motions(d: Any, r: Any, n: int) -> Iterator[State]:
+    """Symmetric motions of a horizontal capsule: d = n (1+r) Zd/2 - 2 cos(phi)/pi^2 with `symmetric_velocity`."""
+    sine, cosine = n * (1 + r) / (mp.pi * (1 - r)), -2 / mp.pi**2
+    ratio = d / mp.hypot(sine, cosine)
+    if abs(ratio) <= 1:
+        for sign in (1, -1):
+            phase = mp.atan2(sine, cosine) + sign * mp.acos(ratio)
+            yield symmetric_velocity(phase, r), phase, mpf(0)
+
+
+def voltage(speed: Any, mass: float, membrane: Membrane) -> tuple[Any, Any]:
+    """Deflection (5.5) [m] and U_imp - Uin (5.2)-(5.4) [V] of an impact at `speed` [m/s], of either sign."""
+    with mp.workdps(VOLTAGE_DIGITS):
+        h, k, uin = mpf(membrane.exponent), mpf(membrane.stiffness), mpf(membrane.bias_voltage_v)
+        rc, rb = mpf(membrane.active_radius_m), mpf(membrane.ball_radius_m)
+        delta = ((h + 1) / (2 * k) * mpf(mass) * mpf(speed) ** 2) ** (1 / (h + 1))
+        root = mp.sqrt(rc**2 + delta**2 - 2 * delta * rb)
+        cosine = (-2 * rb * (delta - rb) + 2 * rc * root) / (2 * (rc**2 + (delta - rb) ** 2))
+        area = 2 * mp.pi * rb**2 * (1 - cosine) + (mp.pi * rc**2 - mp.pi * rb**2 * (1 - cosine**2)) / cosine
+        return delta, (area / (mp.pi * rc**2)) ** 2 * uin - uin
