@@ -19,7 +19,7 @@ from vireport import analyse, load
 from vireport.figures.accuracy import NAME, figure_accuracy
 from vireport.figures.axes import style
 from vireport.figures.pixels import png_of
-from vireport.report.accuracy_text import factor, plain, power, task_name
+from vireport.trust.accuracy_text import factor, plain, power, task_name
 from vireport.trust.workprecision import ACCURACIES, measure
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"

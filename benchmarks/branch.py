@@ -52,8 +52,8 @@ def main() -> None:
 
             def evaluate(which=which, w=w, study=study, curve=curve) -> None:
                 motions = motions_of(curve.sweep, curve.level, curve.at(which, w))
-                unit = study.device.velocity_unit(curve.sweep.parameter, motions.sweep_value)
-                voltages(unit * motions.velocity_bottom, unit * motions.velocity_top, 0.0041, study.membrane)
+                unit = study.solution.device.velocity_unit(curve.sweep.parameter, motions.sweep_value)
+                voltages(unit * motions.velocity_bottom, unit * motions.velocity_top, 0.0041, study.solution.membrane)
 
             seconds = median_time(evaluate)
             print(f"{name:<18} {size:>9,} orbits   {1e3 * seconds:8.1f} ms   {1e9 * seconds / size:6.0f} ns an orbit")
@@ -63,7 +63,7 @@ def main() -> None:
 def newton_time(study) -> float:
     """Seconds an orbit by Newton's method on the three printed equations, started from the neighbour."""
     branch = study.solution.branches[0].motions
-    r = study.device.restitution
+    r = study.solution.device.restitution
     rows = np.linspace(0, len(branch) - 1, 60).astype(int)
 
     def residual(x: np.ndarray, d: float, gbar: float) -> np.ndarray:

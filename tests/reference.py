@@ -11,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from mpmath import mp, mpf
 
-from vireport.physics.device import PARAMETERS, Device, Sweep
+from vireport.physics.device import Device
+from vireport.analysis.sweep import Sweep
+from vireport.scenario.parameters import Parameter
 
 DIGITS = 40
 PHYSICAL = {"length_m": 0, "amplitude_n": 1, "frequency_hz": 2, "inclination_deg": 3}
@@ -19,7 +21,7 @@ PHYSICAL = {"length_m": 0, "amplitude_n": 1, "frequency_hz": 2, "inclination_deg
 
 def groups(device: Device, parameter: str, value: mpf) -> tuple[mpf, mpf]:
     """d and gbar in exact terms of the device's doubles, Eqs. (2.5) and (2.6)."""
-    x = {name: mpf(0 if (v := getattr(device, name)) is None else v) for name in PARAMETERS}
+    x = {name: mpf(0 if (v := getattr(device, name)) is None else v) for name in Parameter}
     x[parameter] = value
     omega = 2 * mp.pi * x["frequency_hz"]
     length_unit = x["amplitude_n"] * mp.pi**2 / (mpf(device.capsule_mass_kg) * omega**2)
@@ -113,7 +115,7 @@ def random_sweeps(count: int, seed: int) -> list[Sweep]:
     rng = np.random.default_rng(seed)
     found = []
     for i in range(count):
-        parameter = PARAMETERS[i % 4]
+        parameter = Parameter[i % 4]
         inclination = 0.0 if i % 11 == 0 else float(rng.uniform(0.5, 90.0))
         mass, frequency = float(10 ** rng.uniform(-2, 0.5)), float(10 ** rng.uniform(-0.3, 1.5))
         gbar = float(10 ** rng.uniform(-2, 0.1))

@@ -12,7 +12,8 @@ from mpmath import mp, mpf
 
 from vireport.errors import NumericalError
 from vireport.figures.accuracy import figure_accuracy, words
-from vireport.physics.device import Device, Sweep
+from vireport.physics.device import Device
+from vireport.analysis.sweep import Sweep
 from vireport.physics.energy import Membrane
 from vireport.report import accuracy_text
 from vireport.report.accuracy import accuracy

@@ -67,27 +67,27 @@ def test_next_to_a_fold_digits_are_said_to_be_missing(example, study_of) -> None
 def test_restitution_effect_is_the_derivative(study_of) -> None:
     """Against the same design solved anew at another restitution."""
     study = study_of("inclined")
-    effect = restitution_effect(study.device, study.design.motions)
+    effect = restitution_effect(study.solution.device, study.solution.design.motions)
     assert effect.lost_at is None
-    row = np.flatnonzero(study.design.motions.stable)[0]
-    before = study.design.motions.velocity_bottom[row]
+    row = np.flatnonzero(study.solution.design.motions.stable)[0]
+    before = study.solution.design.motions.velocity_bottom[row]
     found = []
     for r in (0.475, 0.525):
         text = study.loaded.document.text
-        other = analyse(loads(text, overrides=[f"device.restitution={r}"])).design.motions
+        other = analyse(loads(text, overrides=[f"device.restitution={r}"])).solution.design.motions
         found.append(abs(other.velocity_bottom[np.flatnonzero(other.stable)[0]] / before - 1) / 0.05)
     assert effect.elasticity == pytest.approx(max(found), rel=1e-9)
 
 
 def test_mass_elasticity_of_gentle_impacts_is_that_of_the_deflection(study_of) -> None:
     """Shallow: the voltage grows as the square of the deflection, the deflection as m^(1/(h+1))."""
-    membrane = study_of("inclined").membrane
+    membrane = study_of("inclined").solution.membrane
     found = mass_elasticity(np.array([1e-6]), np.array([1e-6]), 0.0041, membrane)
     assert found == pytest.approx(2 / (membrane.exponent + 1), rel=1e-3)
 
 
 def test_contacts_of_slow_impacts_are_the_longest(study_of) -> None:
-    membrane = study_of("inclined").membrane
+    membrane = study_of("inclined").solution.membrane
     one, both = (contact_share(np.array(v), 0.0041, membrane, 0.5, np.full(len(v), 2.0)) for v in ([1.0], [4.0, 1.0]))
     assert one == both
     assert contact_share(np.array([1.0]), 0.0041, membrane, 0.0, np.array([2.0])) is None

@@ -17,7 +17,7 @@ from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import orbits
 from vireport.analysis.stability import trace_and_determinant
 from vireport.errors import NumericalError
-from vireport.physics.device import PARAMETERS
+from vireport.scenario.parameters import Parameter
 from vireport.study.provenance import provenance_of
 from vireport.study.results import results_json
 
@@ -78,7 +78,7 @@ def scenarios(draw) -> dict:
                 "ball_radius_m": active * draw(st.floats(0.001, 0.999)),
             }
     if draw(st.integers(0, 3)):
-        parameter = draw(st.sampled_from(PARAMETERS))
+        parameter = draw(st.sampled_from(Parameter))
         width = 1 + draw(decades(-6, 2))
         ends = [float(np.clip(x, 1e-15, 1e15)) for x in (values[parameter] / width, values[parameter] * width)]
         if parameter == "inclination_deg":
@@ -98,11 +98,11 @@ def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
     except NumericalError:
         return
     json.loads(results_json(study, provenance_of(loaded, "")))  # has no NaN and no infinity, or it raises
-    n, bounds = loaded.scenario.period_ratio, study.bounds
+    n, bounds = loaded.scenario.period_ratio, study.solution.bounds
     for branch, bound in zip(study.solution.branches if study.solution else (), bounds.branches, strict=True):
         check(branch.motions, bound, n)
-    if study.design is not None:
-        check(study.design.motions, bounds.design, n)
+    if study.solution.design is not None:
+        check(study.solution.design.motions, bounds.design, n)
     for found in (*study.voltages, study.design_voltages):
         if found is not None:
             for name in ("bottom_v", "top_v", "average_v", "deflection_m"):

@@ -13,7 +13,8 @@ from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import Orbits, coefficients, orbits
 from vireport.analysis.solution import solve
 from vireport.analysis.stability import eigenvalues, trace_and_determinant
-from vireport.physics.device import PARAMETERS, Sweep
+from vireport.analysis.sweep import Sweep
+from vireport.scenario.parameters import Parameter
 from vireport.physics.energy import Membrane, voltages
 from vireport.physics.rounding import Rounded, RoundedOps
 from vireport.simulation.cycles import growth_bound
@@ -196,7 +197,7 @@ def test_a_division_by_what_may_be_zero_has_no_bound() -> None:
 
 
 def test_all_parameters_were_swept() -> None:
-    assert {sweep.parameter for sweep in random_sweeps(44, seed=11)} == set(PARAMETERS)
+    assert {sweep.parameter for sweep in random_sweeps(44, seed=11)} == set(Parameter)
 
 
 def test_bounds_of_simulated_multipliers_hold(study_of) -> None:

@@ -19,7 +19,7 @@ from vireport.analysis.orbits import orbits
 from vireport.analysis.solution import solve
 from vireport.analysis.stability import trace_and_determinant
 from vireport.errors import NumericalError
-from vireport.physics.device import PARAMETERS
+from vireport.scenario.parameters import Parameter
 
 pytest.importorskip("flint")
 
@@ -92,11 +92,11 @@ def test_every_critical_point_is_proved(case, name: str) -> None:
 def test_enclosures_hold_the_values_of_40_digits(case, name: str) -> None:
     study, certificates = case(name)
     for certificate, critical in zip(certificates, study.solution.critical_points, strict=True):
-        if critical.kind == "node_focus" and study.device.restitution < 1e-6:
+        if critical.kind == "node_focus" and study.solution.device.restitution < 1e-6:
             continue  # the reference does not tell the ends of so short a range of foci apart
         value = _exact_value(study.solution, critical)
         assert contains(certificate.sweep_value, value), certificate
-        d, gbar = groups(study.device, study.sweep.parameter, value)
+        d, gbar = groups(study.solution.device, study.solution.sweep.parameter, value)
         # The reference's own rounding, and what Newton's method has left.
         room = mpf(10) ** -30
         assert mpf(certificate.d[0]) - room <= d <= mpf(certificate.d[1]) + room
@@ -143,7 +143,7 @@ def test_a_wrong_point_is_not_proved_at_its_place(case, name: str, moved: str) -
         if moved == "u" and critical.family == "symmetric":
             continue  # there q = 1/2 is known, and no unknown
         wrong = replace(critical.point, **{moved: getattr(critical.point, moved) + 1e-6})
-        certificate = certify_point(study.sweep, replace(critical, point=wrong, mirror=None))
+        certificate = certify_point(study.solution.sweep, replace(critical, point=wrong, mirror=None))
         assert not certificate.proved
         assert certificate.reason
         assert certificate.sweep_value is None
@@ -156,7 +156,7 @@ def test_a_false_condition_is_not_proved(case, name: str) -> None:
         for kind in {"period_doubling", "fold", "node_focus", "grazing"} - {critical.kind}:
             if critical.kind == "pitchfork" and kind == "fold":
                 continue  # one condition
-            certificate = certify_point(study.sweep, replace(critical, kind=kind, mirror=None))
+            certificate = certify_point(study.solution.sweep, replace(critical, kind=kind, mirror=None))
             assert not certificate.proved, (critical, kind)
 
 
@@ -165,21 +165,21 @@ def test_a_false_error_bound_is_found_out(case) -> None:
     critical = study.solution.critical_points[0]
     point = critical.point
     beside = replace(point, sweep_value=point.sweep_value * (1 + 1e-12))
-    certificate = certify_point(study.sweep, replace(critical, point=beside))
+    certificate = certify_point(study.solution.sweep, replace(critical, point=beside))
     assert certificate.proved
     assert not certificate.bound_holds
-    certificate = certify_point(study.sweep, replace(critical, point=replace(point, d=point.d * (1 + 1e-12))))
+    certificate = certify_point(study.solution.sweep, replace(critical, point=replace(point, d=point.d * (1 + 1e-12))))
     assert certificate.beyond == ("d",)
     assert "B1 (d)" in certify_text((certificate,), "length_m")
     tight = replace(point, error_bound=1e-20)
-    assert not certify_point(study.sweep, replace(critical, point=tight)).bound_holds
+    assert not certify_point(study.solution.sweep, replace(critical, point=tight)).bound_holds
 
 
 def test_a_mirror_image_that_is_none_is_found_out(case) -> None:
     study, _ = case("horizontal")
     critical = next(p for p in study.solution.critical_points if p.mirror is not None)
     wrong = replace(critical.mirror, u=-0.99 * critical.point.u)
-    assert certify_point(study.sweep, replace(critical, mirror=wrong)).mirror_proved is False
+    assert certify_point(study.solution.sweep, replace(critical, mirror=wrong)).mirror_proved is False
 
 
 def test_the_side_is_that_of_the_branch(case) -> None:
@@ -209,7 +209,7 @@ def test_the_side_is_that_of_the_branch(case) -> None:
 
 def test_neglected_gravity_is_said(example) -> None:
     study = analyse(load(example("inclined")))
-    sweep = replace(study.sweep, start=0.2, device=replace(study.device, inclination_deg=1e-14))
+    sweep = replace(study.solution.sweep, start=0.2, device=replace(study.solution.device, inclination_deg=1e-14))
     points = solve(sweep).critical_points
     assert points
     for certificate in (certify_point(sweep, point) for point in points):
@@ -235,7 +235,7 @@ def test_motions_through_a_membrane_are_proved_to_be_none(example) -> None:
     study = analyse(loads(example("inclined").read_text(), overrides=["sweep.from=0.05", "sweep.to=0.75"]))
     decided = {True: 0, False: 0}
     with balls.precision(128):
-        ops, r = balls.BallOps(), balls.ball(study.device.restitution)
+        ops, r = balls.BallOps(), balls.ball(study.solution.device.restitution)
         for branch in study.solution.branches:
             m = branch.motions
             for row in range(1, len(m) - 1, 5):
@@ -264,7 +264,7 @@ def test_gradients_are_those_of_40_digits(case) -> None:
             assert contains((low, high), value)
 
 
-@pytest.mark.parametrize("parameter", PARAMETERS)
+@pytest.mark.parametrize("parameter", Parameter)
 def test_groups_and_sweep_value_are_inverse(case, parameter: str) -> None:
     for sweep in random_sweeps(12, seed=3):
         device = replace(sweep.device, inclination_deg=33.0)
@@ -282,13 +282,13 @@ def test_groups_and_sweep_value_are_inverse(case, parameter: str) -> None:
 
 def test_ninety_degrees_is_not_exceeded(case) -> None:
     study, _ = case("inclination")
-    device = study.device
+    device = study.solution.device
     with balls.precision(192):
         _, gbar = balls.groups(device, "inclination_deg", 90.0)
         with pytest.raises(balls.UnprovedError):
-            balls.sweep_value(study.sweep, arb(1), 2 * gbar)
+            balls.sweep_value(study.solution.sweep, arb(1), 2 * gbar)
         _, gbar = balls.groups(device, "inclination_deg", 89.9999999)
-        assert balls.sweep_value(study.sweep, arb(1), gbar).contains(balls.ball(89.9999999))
+        assert balls.sweep_value(study.solution.sweep, arb(1), gbar).contains(balls.ball(89.9999999))
 
 
 def test_bounds_are_outward() -> None:
@@ -356,8 +356,8 @@ def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_reference_newton_agrees_on_the_motion(case) -> None:
     # Velocity, phase and q of the period doubling, from the printed maps alone.
     study, certificates = case("inclined")
-    one, point = Case(study.sweep), study.solution.critical_points[0].point
-    level = 1 + mpf(study.device.restitution) ** 4
+    one, point = Case(study.solution.sweep), study.solution.critical_points[0].point
+    level = 1 + mpf(study.solution.device.restitution) ** 4
     guess = [point.velocity_bottom, point.phi, 1 + 2 * point.u, point.sweep_value]
     velocity, phase, up, _ = newton(lambda x: [*one.residuals(x), one.trace(x) + level], guess, steps=10)
     assert contains(certificates[0].velocity_bottom, velocity)
@@ -371,7 +371,7 @@ def test_a_motion_of_the_wrong_direction_is_not_proved(case) -> None:
     for critical in study.solution.critical_points:
         if critical.kind != "grazing":
             reversed_point = replace(critical.point, phi=critical.point.phi + np.pi)
-            certificate = certify_point(study.sweep, replace(critical, point=reversed_point, mirror=None))
+            certificate = certify_point(study.solution.sweep, replace(critical, point=reversed_point, mirror=None))
             assert not certificate.proved
             assert "signs" in certificate.reason
 

@@ -117,7 +117,7 @@ def test_margins_and_voltages_are_those_of_the_studies() -> None:
         b1 = next(x.point.d for x in points if x.label == "B1")
         assert value == pytest.approx(100 * (b1 / float(study(name).design.motions.d[0]) - 1), rel=1e-9)
     volts = found(three(), "U_ave of the stable")
-    assert volts.values == tuple(study(name).design_voltages.average_v[0] for name in THREE)
+    assert volts.values == tuple(study(name).solution.design.voltages.average_v[0] for name in THREE)
     highest, lowest = found(three(), "highest U_ave"), found(three(), "lowest U_ave")
     assert all(a > b for a, b in zip(highest.values, lowest.values, strict=True))
 

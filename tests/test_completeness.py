@@ -9,7 +9,8 @@ import pytest
 
 from vireport.analysis.design import design_point
 from vireport.analysis.solution import solve
-from vireport.physics.device import Device, Sweep
+from vireport.physics.device import Device
+from vireport.analysis.sweep import Sweep
 
 
 def scan(d: float, gbar: float, r: float, samples: int = 400_001) -> list[tuple[float, float, float]]:

@@ -31,14 +31,14 @@ def study(study_of):
 
 @pytest.fixture(scope="module")
 def rigid(study):
-    m = study.design.motions
+    m = study.solution.design.motions
     return np.array([m.velocity_bottom[0], m.phi_bottom[0]])
 
 
 @pytest.fixture(scope="module")
 def models(study):
     return {
-        factor: compliant_model(study.device, "length_m", study.device.length_m, MASS, study.membrane, factor)
+        factor: compliant_model(study.solution.device, "length_m", study.solution.device.length_m, MASS, study.solution.membrane, factor)
         for factor in (1.0, 1e4, 1e6, K_STEEP)
     }
 
@@ -55,7 +55,7 @@ def made(study) -> Compliance:
 
 def test_return_map_is_the_whole_equation_in_si_units(study, found) -> None:
     """Independent of scaling, flight and splitting: m, K, F, g and seconds, in one go."""
-    device, membrane, orbit = study.device, study.membrane, found[1.0]
+    device, membrane, orbit = study.solution.device, study.solution.membrane, found[1.0]
     length_unit = device.amplitude_n / (4 * device.capsule_mass_kg * device.frequency_hz**2)
     speed = orbit.bottom.velocity * device.amplitude_n / (2 * device.capsule_mass_kg * device.frequency_hz)
     g = 9.8 * np.sin(np.radians(45.0))
@@ -111,8 +111,8 @@ def test_orbit_repeats_and_tends_to_the_rigid_one(found, rigid, models) -> None:
 
 
 def test_multipliers_tend_to_those_of_the_rigid_motion(study, found, models, rigid) -> None:
-    m = study.design.motions
-    assert found[K_STEEP].determinant == pytest.approx(study.device.restitution**4, rel=2e-4)
+    m = study.solution.design.motions
+    assert found[K_STEEP].determinant == pytest.approx(study.solution.device.restitution**4, rel=2e-4)
     assert found[K_STEEP].trace == pytest.approx(float(m.trace[0]), abs=1e-3)
     shifts = [abs(found[factor].trace - float(m.trace[0])) for factor in (1e4, 1e6, K_STEEP)]
     assert shifts[1] / shifts[2] == pytest.approx(100 ** (1 / 3.6), rel=0.03)
@@ -167,12 +167,12 @@ def test_own_membrane_moves_the_period_doubling_more_than_the_motion(made) -> No
 
 def test_period_doubling_is_where_a_multiplier_is_minus_one(study, made) -> None:
     value = made.own.critical_value
-    model = compliant_model(study.device, "length_m", value, MASS, study.membrane)
+    model = compliant_model(study.solution.device, "length_m", value, MASS, study.solution.membrane)
     point = made.critical.point
     orbit = find_orbit(model, np.array([point.velocity_bottom, point.phi]))
     assert min(orbit.multipliers, key=lambda x: abs(x + 1)) == pytest.approx(-1, abs=1e-7)
     for side, stable in ((-1e-4, False), (1e-4, True)):
-        model = compliant_model(study.device, "length_m", value + side, MASS, study.membrane)
+        model = compliant_model(study.solution.device, "length_m", value + side, MASS, study.solution.membrane)
         assert find_orbit(model, np.array([orbit.bottom.velocity, orbit.bottom.phase])).stable is stable
 
 
@@ -221,7 +221,7 @@ def test_overflow_of_a_fixed_step_is_told(models, found) -> None:
 
 
 def test_strongly_compliant_membranes_are_a_result(study) -> None:
-    soft = replace(study, membrane=replace(study.membrane, stiffness=1e-6))
+    soft = replace(study, membrane=replace(study.solution.membrane, stiffness=1e-6))
     made = compliance(soft, ladder=(1,), repeats=1)
     assert made.own.orbit is None
     assert "lost at about K times" in made.own.reason

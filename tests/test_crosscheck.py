@@ -45,7 +45,7 @@ def test_orbits_at_are_those_of_the_design_points(checked) -> None:
     study = checked["horizontal"]
     values = np.array([0.3, 0.45, 0.6])
     for value, motions in zip(values, orbits_at(study.solution, values), strict=True):
-        alone = design_point(replace(study.device, length_m=float(value)), "length_m", study.solution).motions
+        alone = design_point(replace(study.solution.device, length_m=float(value)), "length_m", study.solution).motions
         np.testing.assert_allclose(np.sort(motions.velocity_bottom), np.sort(alone.velocity_bottom), rtol=1e-11)
 
 
@@ -61,8 +61,8 @@ def test_a_wrong_solution_is_found_out(checked) -> None:
     """The cross-check must be able to fail: orbits of another restitution are not those of the simulation."""
     study = checked["inclined"]
     asked = study.scenario.simulation
-    wrong = replace(study.device, restitution=0.52)
-    check = crosscheck(wrong, replace(study.sweep, device=wrong), study.solution, None, asked)
+    wrong = replace(study.solution.device, restitution=0.52)
+    check = crosscheck(wrong, replace(study.solution.sweep, device=wrong), study.solution, None, asked)
     assert check.misses
     assert not check.passed
     verdict = verdict_of(replace(study, crosscheck=check))

@@ -93,7 +93,7 @@ def test_sweep_ends_are_hit_exactly(study) -> None:
 
 
 def test_groups_belong_to_the_swept_value(study) -> None:
-    sweep = study.sweep
+    sweep = study.solution.sweep
     for branch in study.solution.branches:
         m = branch.motions
         d, gbar = sweep.device.groups(sweep.parameter, m.sweep_value)

@@ -12,10 +12,10 @@ from conftest import EXAMPLES
 
 from vireport import load
 from vireport.analysis.design import DesignPoint
-from vireport.cli.extremes_text import summary, table_data, table_text
+from vireport.extremes.text import summary, table_data, table_text
 from vireport.errors import NumericalError
-from vireport.trust.extreme_checks import PAPER, NotThereError, base_of, examine
-from vireport.trust.extremes import ABSENT, Case, Finding, Outcome, catalogue, judge, run_catalogue
+from vireport.extremes.checks import PAPER, NotThereError, base_of, examine
+from vireport.extremes.catalogue import ABSENT, Case, Finding, Outcome, catalogue, judge, run_catalogue
 
 CHEAP = ("restitution", "inclination", "length", "share of the period", "membrane", "grazing")
 
@@ -100,9 +100,9 @@ def test_a_case_without_its_package_is_left_out_with_the_reason() -> None:
 def broken(**changes) -> Finding:
     """The judgement of the paper's study with something in it altered."""
     study = PAPER.over()
-    assert study.design is not None
-    altered = {name: change(getattr(study.design, name)) for name, change in changes.items()}
-    return examine(replace(study, design=replace(study.design, **altered)))
+    assert study.solution.design is not None
+    altered = {name: change(getattr(study.solution.design, name)) for name, change in changes.items()}
+    return examine(replace(study, design=replace(study.solution.design, **altered)))
 
 
 def test_a_velocity_off_in_the_tenth_digit_is_noticed() -> None:
@@ -138,7 +138,7 @@ def test_a_number_that_is_not_finite_is_noticed() -> None:
 def test_a_critical_point_beyond_its_stated_bound_is_noticed() -> None:
     study = PAPER.over()
     assert study.solution is not None
-    assert isinstance(study.design, DesignPoint)
+    assert isinstance(study.solution.design, DesignPoint)
     first, *others = study.solution.critical_points
     value = first.point.sweep_value
     moved = replace(first, point=replace(first.point, sweep_value=value * (1 + 1e-13)))
@@ -174,7 +174,7 @@ def test_the_machine_form_is_json_and_whole(outcomes) -> None:
 
 def test_a_run_tells_each_case_as_it_begins(monkeypatch) -> None:
     cases = (Case("one", "group", "", lambda: Finding("")), Case("two", "group", "", lambda: Finding("")))
-    monkeypatch.setattr("vireport.trust.extremes.catalogue", lambda loaded: cases)
+    monkeypatch.setattr("vireport.extremes.catalogue.catalogue", lambda loaded: cases)
     told: list[str] = []
     assert [outcome.verdict for outcome in run_catalogue(None, told.append)] == ["passed", "passed"]
     assert told == ["group: one", "group: two"]

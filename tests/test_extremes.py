@@ -14,7 +14,9 @@ from vireport.analysis.orbits import orbits
 from vireport.analysis.solution import Solution, solve
 from vireport.analysis.stability import trace_and_determinant
 from vireport.errors import NumericalError
-from vireport.physics.device import PARAMETERS, Device, Sweep
+from vireport.physics.device import Device
+from vireport.analysis.sweep import Sweep
+from vireport.scenario.parameters import Parameter
 
 restitutions = st.one_of(st.sampled_from([0.0, 1e-12, 1e-3, 0.5, 0.999, 1 - 1e-6]), st.floats(0, 0.999))
 inclinations = st.one_of(st.sampled_from([0.0, 1e-9, 0.01, 45.0, 89.999999, 90.0]), st.floats(0, 90))
@@ -27,8 +29,8 @@ def sweeps(draw) -> Sweep:
     gbar, d = 10 ** draw(st.floats(-4, 2)), 10 ** draw(st.floats(-5, 3))
     mass, frequency = 10 ** draw(st.floats(-6, 6)), 10 ** draw(st.floats(-6, 6))
     force = mass * 9.8 * float(np.sin(np.radians(max(beta, 5.0)))) / gbar
-    values = dict(zip(PARAMETERS, (d * force / (4 * mass * frequency**2), force, frequency, beta), strict=True))
-    parameter = draw(st.sampled_from(PARAMETERS))
+    values = dict(zip(Parameter, (d * force / (4 * mass * frequency**2), force, frequency, beta), strict=True))
+    parameter = draw(st.sampled_from(Parameter))
     width = 1 + 10 ** draw(st.floats(-3, 1.5))
     ends = [values[parameter] / width, values[parameter] * width]
     if parameter == "inclination_deg":
@@ -112,7 +114,7 @@ def test_a_sweep_where_nothing_moves_periodically_is_empty_and_says_so(example) 
     study = analyse(loads(example("inclined").read_text(), overrides=["sweep.from=50", "sweep.to=60"]))
     assert study.solution is not None
     assert study.solution.branches == ()
-    assert study.stable_ranges == ()
+    assert study.solution.stable_ranges == ()
     assert "VR001" in {alert.code for alert in study.alerts}
 
 

@@ -256,7 +256,7 @@ def test_the_design_point_is_marked() -> None:
     for panel in figure_of("inclined", "figure-2").axes:
         marks = [line for line in panel.lines if line.get_marker() == "P"]
         at = np.concatenate([line.get_xdata() for line in marks])
-        np.testing.assert_allclose(at, study.design.motions.d[0], rtol=1e-12)
+        np.testing.assert_allclose(at, study.solution.design.motions.d[0], rtol=1e-12)
         filled = [line for line in marks if line.get_markerfacecolor() != "white"]
         assert len(filled) == 2
     assert [text.get_text() for text in figure_of("inclined", "figure-2").axes[0].texts].count("design") == 1
@@ -284,12 +284,12 @@ def test_simulated_motions_are_drawn_over() -> None:
 @pytest.mark.parametrize("name", ["inclined", "inclined-forcing", "frequency", "forcing-wide", "large"])
 def test_the_swept_parameter_stands_along_the_top(name: str) -> None:
     study = study_of(name)
-    axis = along(study.sweep)
+    axis = along(study.solution.sweep)
     assert len(axis.top) >= 3
     for x, text in axis.top:
         value = float(text.replace(" × 10⁸", "e8"))
-        assert study.sweep.start <= value <= study.sweep.end
-        assert x == pytest.approx(float(study.sweep.coordinate_of(value)))
+        assert study.solution.sweep.start <= value <= study.solution.sweep.end
+        assert x == pytest.approx(float(study.solution.sweep.coordinate_of(value)))
     places = sorted(x for x, _ in axis.top)
     assert min(np.diff(places)) > (axis.high - axis.low) / 15
     texts = [text.get_text() for text in figure_of(name, "figure-2").texts]
@@ -299,10 +299,10 @@ def test_the_swept_parameter_stands_along_the_top(name: str) -> None:
 
 def test_at_constant_d_the_inclination_is_the_axis() -> None:
     study = study_of("inclination")
-    axis = along(study.sweep)
+    axis = along(study.solution.sweep)
     assert (axis.low, axis.high) == (0, 90)
     for x, text in axis.top:
-        assert float(text) == pytest.approx(float(study.sweep.coordinate_of(x)), abs=1e-12)
+        assert float(text) == pytest.approx(float(study.solution.sweep.coordinate_of(x)), abs=1e-12)
     texts = [text.get_text() for text in figure_of("inclination", "figure-4").texts]
     assert {"inclination β [°]", "gravity ḡ = M g sin β / F [–]"} <= set(texts)
 

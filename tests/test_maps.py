@@ -164,7 +164,7 @@ def test_every_cell_is_what_a_scenario_says() -> None:
     for row in random.Random(1).sample(table, 40):
         text = HELD.replace("restitution", f"length_m: {row['length_m']!r}, restitution")
         study = analyse(loads(f"{text}inclination_deg: {row['inclination_deg']!r}\n"), ("json",))
-        motions, volts = study.design.motions, study.design_voltages
+        motions, volts = study.solution.design.motions, study.design_voltages
         assert row["motions"] == motions.admissible.sum()
         assert row["stable"] == motions.stable.sum()
         if not row["motions"]:

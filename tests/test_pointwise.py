@@ -16,7 +16,8 @@ from vireport.analysis.solution import solve
 from vireport.analysis.stability import STABILITY, classify
 from vireport.analysis.strands import bisect
 from vireport.analysis.tracing import curve_of, sample, select
-from vireport.physics.device import Device, Sweep
+from vireport.physics.device import Device
+from vireport.analysis.sweep import Sweep
 
 DEVICE = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 

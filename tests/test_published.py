@@ -13,7 +13,8 @@ import pytest
 
 from vireport.analysis.design import design_point
 from vireport.analysis.solution import solve
-from vireport.physics.device import Device, Sweep
+from vireport.physics.device import Device
+from vireport.analysis.sweep import Sweep
 
 MASS, R, GRAVITY, FREQUENCY = 0.1245, 0.5, 9.8, 2.0
 

@@ -225,8 +225,8 @@ def test_table_1_is_the_results(name: str, model, study_of) -> None:
         "to 2",
         "Type",
     )
-    assert len(rows) == len(study.table)
-    for printed, row in zip(rows, study.table, strict=True):
+    assert len(rows) == len(study.solution.table)
+    for printed, row in zip(rows, study.solution.table, strict=True):
         assert (printed[0].lower(), printed[5]) == (row.family, row.stability)
         values = (row.d_start, row.d_end, row.sweep_start, row.sweep_end)
         assert [number(text) for text in printed[1:5]] == pytest.approx(values, rel=6e-8)
@@ -265,7 +265,7 @@ def test_critical_points_are_the_results(name: str, model, study_of) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_the_design_point_is_the_results(name: str, model, study_of) -> None:
     study = study_of(name)
-    x = study.design.motions
+    x = study.solution.design.motions
     rows = column(
         model(name),
         "design-point",
@@ -285,8 +285,8 @@ def test_the_design_point_is_the_results(name: str, model, study_of) -> None:
         model(name), "design-point", "Stable ranges around the design point, one parameter varied at a time",
         "From", "To", "room", "room 2",
     )  # fmt: skip
-    for (start, end, below, above), part in zip(ranges, study.design.stable, strict=True):
-        at = getattr(study.device, part.parameter)
+    for (start, end, below, above), part in zip(ranges, study.solution.design.stable, strict=True):
+        at = getattr(study.solution.device, part.parameter)
         assert [number(start), number(end)] == pytest.approx([part.start, part.end], rel=6e-8)
         if at:
             room = [100 * (part.start - at) / at, 100 * (part.end - at) / at]
@@ -296,7 +296,7 @@ def test_the_design_point_is_the_results(name: str, model, study_of) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_voltages_are_the_results(name: str, model, study_of) -> None:
     study = study_of(name)
-    stable = study.design.motions.stable
+    stable = study.solution.design.motions.stable
     volts = study.design_voltages
     rows = column(
         model(name),
@@ -314,7 +314,7 @@ def test_voltages_are_the_results(name: str, model, study_of) -> None:
         volts.deflection_m[stable][0] * 1e3,
     )
     assert first == pytest.approx(expected, rel=6e-4)
-    if study.sweep is not None:
+    if study.solution.sweep is not None:
         assert {row[0] for row in rows[1:]} >= {"End of the sweep", "B1, end of the stable range"}
     (blocks,) = [s.blocks for s in model(name).sections if s.key == "energy"]
     assert "*m* = 4.1 g is given by the scenario" in blocks[0].text

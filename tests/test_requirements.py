@@ -23,7 +23,7 @@ from vireport.cli.app import main
 from vireport.gate.criteria import held, unmet
 from vireport.gate.requirements import assess, with_peaks
 from vireport.gate.verdict import verdict_of
-from vireport.physics.device import Sweep
+from vireport.analysis.sweep import Sweep
 from vireport.report.ci_formats import github, junit, markdown
 from vireport.scenario.document import read
 from vireport.study.plan import ALL_FORMATS, FORMATS
@@ -49,7 +49,7 @@ def only(name: str, required: dict[str, object], **overrides: object):
 
 def volts(study) -> dict[str, float]:
     """The voltages of the stable motions at the design point, each the worst of them."""
-    stable, x = study.design.motions.stable, study.design_voltages
+    stable, x = study.solution.design.motions.stable, study.design_voltages
     return {
         "u_ave_at_least_v": float(x.average_v[stable].min()),
         "u_bottom_top_difference_at_most_v": float(np.abs(x.bottom_v - x.top_v)[stable].max()),
@@ -74,7 +74,7 @@ def test_voltages_on_both_sides_of_their_limit(name: str, key: str, study_of) ->
 @pytest.mark.parametrize("key", ["margin_period_doubling_percent", "margin_any_percent"])
 @pytest.mark.parametrize(("name", "parameter"), [("inclined", "length_m"), ("design-point", "frequency_hz")])
 def test_margin_to_the_period_doubling_that_is_nearest(name: str, parameter: str, key: str, study_of) -> None:
-    nearest = next(margin for margin in study_of(name).design.margins if margin.ends_stability)
+    nearest = next(margin for margin in study_of(name).solution.design.margins if margin.ends_stability)
     assert (nearest.kind, nearest.parameter) == ("period_doubling", parameter)
     value = 100 * abs(nearest.relative)
     for limit, passed in ((value - 1e-9, True), (value + 1e-9, False)):
@@ -93,7 +93,7 @@ def test_a_margin_wider_than_the_sweep_is_looked_for_beyond_it(study_of) -> None
     assert only("inclined", {"margin_period_doubling_percent": 9.2}, **narrow).passed
     beyond = only("inclined", {"margin_period_doubling_percent": 9.3}, **narrow)
     assert not beyond.passed
-    assert beyond.value == pytest.approx(100 * (1 - study_of("inclined").stable_ranges[0].start / 0.6934), rel=1e-12)
+    assert beyond.value == pytest.approx(100 * (1 - study_of("inclined").solution.stable_ranges[0].start / 0.6934), rel=1e-12)
 
 
 def test_no_grazing_point_ends_stability() -> None:
@@ -107,13 +107,13 @@ def test_margin_is_that_of_the_motion_that_ends_first() -> None:
     # Nearly horizontal, the stable motion at 0.42 m doubles its period at B2; the stable range goes on to B1, with
     # another motion that is not there at 0.42 m: it begins in the fold C1, near 0.375 m.
     study = analyse(load(ROOT / "examples/horizontal.yaml", {"inclination_deg": 1, "device.length_m": 0.42}))
-    assert study.design.motions.stable.sum() == 1
+    assert study.solution.design.motions.stable.sum() == 1
     value = {point.label: point.point.sweep_value for point in study.solution.critical_points}
-    assert value["B1"] == study.stable_ranges[0].start < value["B2"] < value["C1"] < 0.42
-    found = endings(study.device, study.solution, 0.2).found
+    assert value["B1"] == study.solution.stable_ranges[0].start < value["B2"] < value["C1"] < 0.42
+    found = endings(study.solution.device, study.solution, 0.2).found
     assert [ending.label for ending in found] == ["B2", "B1"]
     for label, at in (("C1", 0.36), ("B2", 0.40)):
-        device = replace(study.device, length_m=at)
+        device = replace(study.solution.device, length_m=at)
         assert endings(device, study.solution, 0.2).found[0].label == label
 
 
@@ -121,28 +121,28 @@ def test_margin_is_that_of_the_motion_that_ends_first() -> None:
 def test_there_is_stable_motion_up_to_the_nearest_ending(length: float, force: float, angle: float) -> None:
     over = {"device.length_m": length, "excitation.amplitude_n": force, "inclination_deg": angle}
     study = analyse(load(ROOT / "examples/design-point.yaml", over))
-    found, ranges = endings(study.device, None, 0.05).found, endings(study.device, None, 0.05).ranges
+    found, ranges = endings(study.solution.device, None, 0.05).found, endings(study.solution.device, None, 0.05).ranges
     assert {name for name, _, _ in ranges} == {"length_m", "amplitude_n", "frequency_hz"} | {"inclination_deg"} - {
         "inclination_deg" if angle == 0 else ""
     }
     for share in (0.5, 0.9):
         for name, low, high in ranges:
             for sign in (-1, 1):
-                value = getattr(study.device, name) * (1 + sign * share * found[0].relative)
+                value = getattr(study.solution.device, name) * (1 + sign * share * found[0].relative)
                 assert low < value < high
-                device = replace(study.device, **{name: value})
+                device = replace(study.solution.device, **{name: value})
                 around = solve(Sweep(device, "length_m", 0.9 * device.length_m, 1.1 * device.length_m))
                 assert design_point(device, "length_m", around).motions.stable.any()
     # Beyond the ending that motion is gone; another one may be there.
-    value = found[0].value + 1e-3 * (found[0].value - getattr(study.device, found[0].parameter))
-    device = replace(study.device, **{found[0].parameter: value})
+    value = found[0].value + 1e-3 * (found[0].value - getattr(study.solution.device, found[0].parameter))
+    device = replace(study.solution.device, **{found[0].parameter: value})
     around = solve(Sweep(device, "length_m", 0.9 * device.length_m, 1.1 * device.length_m))
     q = design_point(device, "length_m", around).motions
-    assert not (np.abs(q.q[q.stable][:, None] - study.design.motions.q[study.design.motions.stable]) < 1e-3).any()
+    assert not (np.abs(q.q[q.stable][:, None] - study.solution.design.motions.q[study.solution.design.motions.stable]) < 1e-3).any()
 
 
 def test_stable_range_is_strict_at_a_critical_point_and_open_at_the_end_of_the_sweep(study_of) -> None:
-    start = study_of("inclined").stable_ranges[0].start
+    start = study_of("inclined").solution.stable_ranges[0].start
     for low, passed in ((start + 1e-12, True), (start, False), (start - 1e-12, False)):
         one = only("inclined", {"stable_from": 0.75, "stable_to": low})
         assert one.passed is passed
@@ -156,7 +156,7 @@ def test_stable_range_is_strict_at_a_critical_point_and_open_at_the_end_of_the_s
 
 @pytest.mark.parametrize("parameter", ["length_m", "inclination_deg"])
 def test_inclinations_up_to_the_period_doubling(parameter: str, study_of) -> None:
-    margins = study_of("design-point").design.margins
+    margins = study_of("design-point").solution.design.margins
     (end,) = (m.sweep_value for m in margins if m.parameter == "inclination_deg" and m.kind == "period_doubling")
     sweep = {"sweep__parameter": parameter, "sweep__from": 20 if parameter[0] == "i" else 0.59, "sweep__to": 0.75}
     sweep |= {"sweep__to": 60} if parameter[0] == "i" else {}
@@ -248,7 +248,7 @@ def test_results_and_verdict_say_what_is_not_met() -> None:
         *("inclination_from_deg", "margin_period_doubling_percent", "margin_any_percent", "deflection_at_most_m")
     ]
     json.dumps(found, allow_nan=False)
-    verdict = verdict_of(study)
+    verdict = study.verdict
     assert (verdict.status, verdict.word) == ("bad", "Requirements not met")
     assert verdict.headline.startswith("4 of 9 requirements are not met: Stable 1:1 motion over the inclinations (from")
     passing = analyse(load(CI / "passing.yaml"))

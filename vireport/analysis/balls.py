@@ -14,8 +14,10 @@ from fractions import Fraction
 from typing import Any
 
 from vireport.analysis.orbits import Level
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics.device import NO_GRAVITY, Device, Parameter, Sweep
+from vireport.physics.device import NO_GRAVITY, Device
+from vireport.scenario.parameters import Parameter
 
 try:
     from flint import arb, arb_mat, ctx
@@ -149,7 +151,7 @@ def groups(device: Device, parameter: Parameter, value: Any) -> tuple[Ball, Ball
     ----------
     device : Device
     parameter : str
-        One of `PARAMETERS`.
+        One of `Parameter`.
     value : float or ball
         What the parameter is.
 
@@ -158,8 +160,8 @@ def groups(device: Device, parameter: Parameter, value: Any) -> tuple[Ball, Ball
     gbar up to `NO_GRAVITY` is taken as zero, as the model does; `neglects_gravity` says where.
     """
     x = {name: value if isinstance(value, arb) else ball(value) for name, value in device.at(parameter, value).items()}
-    d = 4 * ball(device.capsule_mass_kg) * x["length_m"] * x["frequency_hz"] ** 2 / x["amplitude_n"]
-    gbar = _gravity(device, x["inclination_deg"]) / x["amplitude_n"]
+    d = 4 * ball(device.capsule_mass_kg) * x[Parameter.LENGTH] * x[Parameter.FREQUENCY] ** 2 / x[Parameter.AMPLITUDE]
+    gbar = _gravity(device, x[Parameter.INCLINATION]) / x[Parameter.AMPLITUDE]
     return d, gbar if gbar > NO_GRAVITY else arb(0)
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import Level, coefficients, level_terms, orbits_above
 from vireport.analysis.stability import discriminant, trace_and_determinant
-from vireport.physics.device import Sweep
+from vireport.analysis.sweep import Sweep
 from vireport.physics.energy import Membrane, contact_cosine, deflection, generated_voltage
 from vireport.physics.rounding import FUNCTION, UNIT, Rounded, RoundedOps
 
@@ -150,7 +150,7 @@ def _value_bound(sweep: Sweep, m: Motions, orbit: Any) -> Floats:
 
 
 def voltage_bounds(
-    velocities: tuple[Floats, Floats], errors: tuple[Floats, Floats], unit: Floats, mass: float, membrane: Membrane
+    velocities: tuple[Floats, Floats], errors: tuple[Floats, Floats], unit: Floats, membrane: Membrane
 ) -> dict[str, Floats]:
     """Bound the errors of voltages and deflections, by the names of `energy.Voltages`.
 
@@ -160,13 +160,11 @@ def voltage_bounds(
         Dimensionless impact velocities at the bottom and at the top, and their bounds.
     unit : ndarray
         Velocity unit y_c [m/s].
-    mass : float
-        Ball mass [kg].
     membrane : Membrane
     """
     with np.errstate(all="ignore"):
         found = [
-            _impact_bounds(unit * np.abs(v), e / np.abs(v), mass, membrane)
+            _impact_bounds(unit * np.abs(v), e / np.abs(v), membrane)
             for v, e in zip(velocities, errors, strict=True)
         ]
     (bottom, deep_bottom), (top, deep_top) = found
@@ -179,14 +177,14 @@ def voltage_bounds(
     return {name: np.where(np.isfinite(bound), bound, np.inf) for name, bound in bounds.items()}
 
 
-def _impact_bounds(speed: Floats, share: Floats, mass: float, membrane: Membrane) -> tuple[Floats, Floats]:
+def _impact_bounds(speed: Floats, share: Floats, membrane: Membrane) -> tuple[Floats, Floats]:
     """Bounds of the voltage and of the deflection of impacts whose speed has a relative error `share`."""
     power = membrane.exponent + 1
-    delta, volts = deflection(speed, mass, membrane), generated_voltage(speed, mass, membrane)
-    base = abs(np.log(power * mass / (2 * membrane.stiffness)))
+    delta, volts = deflection(speed, membrane), generated_voltage(speed, membrane)
+    base = abs(np.log(power * membrane.ball_mass_kg / (2 * membrane.stiffness)))
     relative = 2 / power * (share + 4 * UNIT + 2 * UNIT * np.abs(np.log(np.where(speed > 0, speed, 1.0))))
     relative = relative + (base + 4) * UNIT / power + 6 * UNIT
-    elasticity = np.abs(generated_voltage(speed * (1 + GENTLE), mass, membrane) / volts - 1) / GENTLE * power / 2
+    elasticity = np.abs(generated_voltage(speed * (1 + GENTLE), membrane) / volts - 1) / GENTLE * power / 2
     ball, active = membrane.ball_radius_m, membrane.active_radius_m
     depth = np.maximum(delta - ball, 0.0)
     reach = np.sqrt((active - ball) * (active + ball) + depth * depth)

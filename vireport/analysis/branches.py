@@ -10,14 +10,48 @@ from numpy.typing import NDArray
 
 from vireport.analysis.critical import CONDITIONS, Point, polish, with_top
 from vireport.analysis.grazing import polish_grazing
+from vireport.analysis.kinds import STABILITIES, BranchEnd, Change, CriticalKind, Family, Stability, StrandEvent
 from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.orbits import Orbits, orbits
 from vireport.analysis.pieces import HAIR, ROUGH, Piece
-from vireport.analysis.stability import STABILITY, trace_and_determinant
-from vireport.analysis.tracing import EVENTS, Curve
+from vireport.analysis.stability import NODE, UNSTABLE
+from vireport.analysis.tracing import Curve
 from vireport.errors import NumericalError
+from vireport.physics.energy import Voltages
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CriticalPoint:
+    """Where the type of motion changes.
+
+    Attributes
+    ----------
+    label : str
+        Letter and number, numbered along d (along the sweep where d is constant).
+    kind : CriticalKind
+    family : Family
+    point : Point
+        The motion, with the error bound of its sweep value.
+    phi_top : float
+        Phase at the top impact [rad].
+    mirror : Point or None
+        The mirror image of the motion, where the capsule is horizontal.
+    branch : int
+        Number of the branch it lies on (of the first of two mirror images).
+    change : Change
+        What happens there.
+    """
+
+    label: str
+    kind: CriticalKind
+    family: Family
+    point: Point
+    phi_top: float
+    mirror: Point | None
+    branch: int
+    change: Change
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +60,17 @@ class Segment:
 
     first: int
     last: int
-    stability: str
+    stability: Stability
     admissible: bool
 
     @property
     def stable(self) -> bool:
         """Whether this stretch attracts motions nearby and is a motion at all."""
-        return self.admissible and self.stability.startswith("stable")
+        return self.admissible and self.stability.attracts
+
+
+Mark = CriticalPoint | CriticalKind | None
+"""What a row of a branch is: a critical point, only its kind where no motion nearby is admissible, or nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,71 +81,48 @@ class Branch:
     ----------
     number : int
         From 1, in the order of the results.
-    family : str
-        ``symmetric`` or ``asymmetric``.
+    family : Family
     mirror_of : int or None
         Number of the branch whose mirror image this is.
     motions : Motions
         On a critical point itself, the type of stability is the less stable side's.
-    event : tuple of str
-        For each motion the label of the critical point it is, or "".
-    ends : tuple of str
+    marks : tuple of Mark
+        For each motion the critical point it is.
+    ends : tuple of BranchEnd
         Why the branch begins and ends.
+    voltages : Voltages or None
+        None where no energy is evaluated.
     """
 
     number: int
-    family: str
+    family: Family
     mirror_of: int | None
     motions: Motions
-    event: tuple[str, ...]
-    ends: tuple[str, str]
+    marks: tuple[Mark, ...]
+    ends: tuple[BranchEnd, BranchEnd]
+    voltages: Voltages | None = None
+
+    def critical_point(self, row: int) -> CriticalPoint | None:
+        """The critical point that a row is."""
+        mark = self.marks[row]
+        return mark if isinstance(mark, CriticalPoint) else None
+
+    @property
+    def labels(self) -> list[str]:
+        """For each motion the label of the critical point it is, its kind in brackets, or ""."""
+        return [mark.label if isinstance(mark, CriticalPoint) else f"({mark})" if mark else "" for mark in self.marks]
 
     def segments(self) -> list[Segment]:
         """Stretches between critical points, each of one stability and either admissible or not."""
-        marks = [i for i, label in enumerate(self.event) if label or i in (0, len(self.event) - 1)]
+        places = [i for i, mark in enumerate(self.marks) if mark or i in (0, len(self.marks) - 1)]
         found = []
-        for first, last in pairwise(marks):
+        for first, last in pairwise(places):
             inner = (first + last + 1) // 2
-            if last - first == 1 and self.event[last] and not self.event[first]:
+            if last - first == 1 and self.marks[last] and not self.marks[first]:
                 inner = first
-            found.append(
-                Segment(first, last, STABILITY[self.motions.stability[inner]], bool(self.motions.admissible[inner]))
-            )
+            stability = STABILITIES[self.motions.stability[inner]]
+            found.append(Segment(first, last, stability, bool(self.motions.admissible[inner])))
         return found
-
-
-@dataclass(frozen=True, slots=True)
-class CriticalPoint:
-    """Where the type of motion changes.
-
-    Attributes
-    ----------
-    label : str
-        Letter and number, numbered along d (along the sweep where d is constant).
-    kind : str
-        ``period_doubling``, ``fold``, ``pitchfork``, ``node_focus`` or ``grazing``.
-    family : str
-        ``symmetric`` or ``asymmetric``.
-    point : Point
-        The motion, with the error bound of its sweep value.
-    phi_top : float
-        Phase at the top impact [rad].
-    mirror : Point or None
-        The mirror image of the motion, where the capsule is horizontal.
-    branch : int
-        Number of the branch it lies on (of the first of two mirror images).
-    detail : str
-        What happens there, in words.
-    """
-
-    label: str
-    kind: str
-    family: str
-    point: Point
-    phi_top: float
-    mirror: Point | None
-    branch: int
-    detail: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,9 +130,9 @@ class Event:
     """A critical point on a branch before it has a name: at which row, of what kind, and the polished motion."""
 
     row: int
-    kind: str
+    kind: CriticalKind
     point: Point
-    detail: str
+    change: Change
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,13 +157,18 @@ def draft(curve: Curve, piece: Piece) -> Draft:
     return Draft(_branch(curve, piece, orbits(u, phi, curve.r, curve.n), events), tuple(events))
 
 
+def _happening(piece: Piece, row: int) -> StrandEvent | None:
+    """What happens at a row of a piece."""
+    return None if piece.event[row] < 0 else StrandEvent(piece.event[row])
+
+
 def _is_end(piece: Piece, row: int) -> bool:
-    return EVENTS[piece.event[row]] in ("start", "end")
+    return _happening(piece, row) in (StrandEvent.START, StrandEvent.END)
 
 
 def _at_rest(piece: Piece, row: int) -> bool:
     """Whether an impact velocity vanishes at a row."""
-    return bool(piece.event[row] >= 0 and EVENTS[piece.event[row]].endswith("rest"))
+    return _happening(piece, row) in (StrandEvent.BOTTOM_REST, StrandEvent.TOP_REST)
 
 
 def _event(curve: Curve, piece: Piece, row: int) -> Event:
@@ -156,16 +176,15 @@ def _event(curve: Curve, piece: Piece, row: int) -> Event:
         point = _polished(curve, piece, row)
     except (NumericalError, ArithmeticError):
         point = _unpolished(curve, piece, row)
-    name = EVENTS[piece.event[row]]
-    if _at_rest(piece, row):
-        kind, velocity = "grazing", "velocity_" + name.removesuffix("_rest")
-        # Zero by the condition, not what the polish or the bracket leaves of it.
-        point = replace(point, **{velocity: 0.0}, bounds={**point.bounds, velocity: 0.0})
-    else:
-        kind = name
-    if kind == "fold" and curve.strands[piece.strand].symmetric and not _turns(curve, piece, row):
-        kind = "pitchfork"
-    return Event(row, kind, point, _detail(kind, name))
+    event = StrandEvent(piece.event[row])
+    # Zero by the condition, not what the polish or the bracket leaves of it.
+    if event is StrandEvent.BOTTOM_REST:
+        point = replace(point, velocity_bottom=0.0, bounds={**point.bounds, "velocity_bottom": 0.0})
+    elif event is StrandEvent.TOP_REST:
+        point = replace(point, velocity_top=0.0, bounds={**point.bounds, "velocity_top": 0.0})
+    elif event is StrandEvent.MEETING and curve.strands[piece.strand].symmetric and not _turns(curve, piece, row):
+        return Event(row, CriticalKind.PITCHFORK, point, Change.HANDOVER)
+    return Event(row, event.kind, point, event.change)
 
 
 def _short_of_rest(piece: Piece) -> Floats:
@@ -179,12 +198,10 @@ def _short_of_rest(piece: Piece) -> Floats:
 
 def _polished(curve: Curve, piece: Piece, row: int) -> Point:
     """The event at a row of a piece, polished."""
-    event, symmetric = EVENTS[piece.event[row]], curve.strands[piece.strand].symmetric
+    event, symmetric = StrandEvent(piece.event[row]), curve.strands[piece.strand].symmetric
     orbit = curve.at(np.array([piece.strand]), piece.w[row : row + 1])
-    if event == "grazing":
+    if event is StrandEvent.GRAZING:
         return polish_grazing(curve.sweep, orbit, symmetric)
-    if event == "node_focus":
-        event = "focus_below" if trace_and_determinant(orbit, curve.r)[0][0] < 0 else "focus_above"
     return polish(curve.sweep, float(orbit.u[0]), float(orbit.phi[0]), CONDITIONS[event], symmetric=symmetric)
 
 
@@ -223,20 +240,6 @@ def _pitchfork_ends(curve: Curve, piece: Piece) -> list[int]:
     return [row for row, value in zip((0, -1), u, strict=True) if abs(value) < 1e-12]
 
 
-def _detail(kind: str, event: str) -> str:
-    if event == "bottom_rest":
-        return "the impact at the bottom loses its velocity"
-    if event == "top_rest":
-        return "the impact at the top loses its velocity"
-    return {
-        "grazing": "a turning point of the ball touches a membrane",
-        "period_doubling": "lambda = -1",
-        "fold": "lambda = 1, two motions meet",
-        "pitchfork": "lambda = 1, the symmetric motion passes its stability to two asymmetric ones",
-        "node_focus": "Delta = 0, the type changes between node and focus",
-    }[kind]
-
-
 def _branch(curve: Curve, piece: Piece, orbit: Orbits, events: list[Event]) -> Branch:
     """Arrays of a branch, exact where something is known exactly."""
     sweep = curve.sweep
@@ -244,25 +247,24 @@ def _branch(curve: Curve, piece: Piece, orbit: Orbits, events: list[Event]) -> B
     low_end, high_end = sorted((sweep.start, sweep.end), key=sweep.coordinate_of)
     for row in (0, -1):
         if piece.event[row] >= 0 and _is_end(piece, row):
-            motions.sweep_value[row] = end = low_end if EVENTS[piece.event[row]] == "start" else high_end
+            motions.sweep_value[row] = end = low_end if _happening(piece, row) is StrandEvent.START else high_end
             motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
-    node, unstable = STABILITY.index("stable node"), STABILITY.index("unstable node")
     for event in events:
         _pin(motions, event.row, event.point, curve)
-        if event.kind != "grazing":
-            motions.stability[event.row] = node if event.kind == "node_focus" else unstable
-        elif not _at_rest(piece, event.row):
+        if event.kind is not CriticalKind.GRAZING:
+            motions.stability[event.row] = NODE if event.kind is CriticalKind.NODE_FOCUS else UNSTABLE
+        elif not event.change.at_rest:
             motions.wall_gap[event.row], motions.admissible[event.row] = 0.0, False
     for row in _pitchfork_ends(curve, piece):
-        motions.stability[row] = unstable
+        motions.stability[row] = UNSTABLE
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
     return Branch(
         number=0,
-        family="symmetric" if curve.strands[piece.strand].symmetric else "asymmetric",
+        family=Family.SYMMETRIC if curve.strands[piece.strand].symmetric else Family.ASYMMETRIC,
         mirror_of=None,
         motions=motions,
-        event=(),
-        ends=(_end_word(curve, piece, 0), _end_word(curve, piece, -1)),
+        marks=(),
+        ends=(_why_ends(curve, piece, 0), _why_ends(curve, piece, -1)),
     )
 
 
@@ -283,7 +285,13 @@ def phase_at_top(point: Point, curve: Curve) -> float:
     return float(np.mod(np.arctan2(orbit.sin_top, orbit.cos_top), 2 * np.pi))
 
 
-def _end_word(curve: Curve, piece: Piece, row: int) -> str:
-    if piece.event[row] >= 0:
-        return "end of the sweep" if _is_end(piece, row) else _detail("grazing", EVENTS[piece.event[row]])
-    return "pitchfork" if row in _pitchfork_ends(curve, piece) else "closed curve"
+def _why_ends(curve: Curve, piece: Piece, row: int) -> BranchEnd:
+    match _happening(piece, row):
+        case None:
+            return BranchEnd.PITCHFORK if row in _pitchfork_ends(curve, piece) else BranchEnd.CLOSED
+        case StrandEvent.BOTTOM_REST:
+            return BranchEnd.BOTTOM_REST
+        case StrandEvent.TOP_REST:
+            return BranchEnd.TOP_REST
+        case _:
+            return BranchEnd.SWEEP

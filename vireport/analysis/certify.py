@@ -10,23 +10,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from vireport.analysis import balls
 from vireport.analysis.admissibility import turning_points
 from vireport.analysis.balls import Ball, BallOps, Root, UnprovedError
+from vireport.analysis.branches import CriticalPoint
 from vireport.analysis.certified_flights import Flight, stays_between
 from vireport.analysis.critical import CONDITIONS, Condition, Point
+from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.grazing import touch
+from vireport.analysis.kinds import CriticalKind, Family, StrandEvent
 from vireport.analysis.orbits import Orbits, level_residual, orbits
 from vireport.analysis.stability import trace_and_determinant
-from vireport.physics.device import Sweep
-
-if TYPE_CHECKING:
-    from vireport.analysis.branches import CriticalPoint
-    from vireport.study.study import Study
+from vireport.analysis.sweep import Sweep
 
 PRECISIONS = (192, 384, 768)
 """Bits of the arithmetic, tried in this order: next to a horizontal capsule cancellation may take seventy."""
@@ -40,7 +39,7 @@ WIDEST = 1e-24
 AT_REST = 1e-12
 """Impact velocity of a polished point below which the impact is one that loses its velocity."""
 
-FOCI = (CONDITIONS["focus_below"], CONDITIONS["focus_above"])
+FOCI = (CONDITIONS[StrandEvent.FOCUS_BELOW], CONDITIONS[StrandEvent.FOCUS_ABOVE])
 """Both ends of a range of foci."""
 
 SHORTEST_FOCUS = 1e-9
@@ -93,7 +92,7 @@ class Certificate:
     """
 
     label: str
-    kind: str
+    kind: CriticalKind
     proved: bool
     reason: str
     sweep_value: Enclosure | None = None
@@ -111,21 +110,21 @@ class Certificate:
     beyond: tuple[str, ...] = ()
 
 
-def certify(study: Study) -> tuple[Certificate, ...]:
-    """Prove the critical points of a study, in their order.
+def certify(diagram: BifurcationDiagram | None) -> tuple[Certificate, ...]:
+    """Prove the critical points of a sweep, in their order.
 
     Parameters
     ----------
-    study : Study
+    diagram : BifurcationDiagram or None
         Without a sweep there is nothing to prove.
 
     Notes
     -----
     A proof that fails is a certificate that says why, never an exception.
     """
-    if study.sweep is None or study.solution is None:
+    if diagram is None:
         return ()
-    return tuple(certify_point(study.sweep, critical) for critical in study.solution.critical_points)
+    return tuple(certify_point(diagram.sweep, critical) for critical in diagram.critical_points)
 
 
 def certify_point(sweep: Sweep, critical: CriticalPoint) -> Certificate:
@@ -149,7 +148,7 @@ def _certificate(sweep: Sweep, critical: CriticalPoint, point: Point) -> Certifi
         for candidate in candidates:
             try:
                 with balls.precision(bits):
-                    proof = _prove(sweep, point, critical.family == "symmetric", candidate)
+                    proof = _prove(sweep, point, critical.family is Family.SYMMETRIC, candidate)
                     return _stated(sweep, critical, point, proof, bits)
             except UnprovedError as failure:
                 reasons.append(str(failure))
@@ -169,32 +168,36 @@ class Candidate:
         As in `critical`.
     more : tuple of float
         Guesses of its further unknowns: the time of a touch.
-    rest : str
-        ``bottom`` or ``top`` for an impact without velocity, or "".
+    rest : StrandEvent or None
+        For an impact without velocity, which.
     touch : tuple of bool, or None
         Whether in the flight upward, and whether on the wall left. Without a further unknown it is at time zero.
     """
 
     condition: Condition
     more: tuple[float, ...] = ()
-    rest: str = ""
+    rest: StrandEvent | None = None
     touch: tuple[bool, bool] | None = None
 
 
-def _candidates(sweep: Sweep, kind: str, point: Point) -> Iterator[Candidate]:
+def _candidates(sweep: Sweep, kind: CriticalKind, point: Point) -> Iterator[Candidate]:
     r, n = float(sweep.device.restitution), sweep.device.period_ratio
     orbit = orbits(np.array([point.u]), np.array([point.phi]), r, n)
-    if kind == "node_focus":
+    if kind is CriticalKind.NODE_FOCUS:
         below = bool(trace_and_determinant(orbit, r)[0][0] < 0)
-        yield Candidate(CONDITIONS["focus_below" if below else "focus_above"])
-    elif kind != "grazing":
-        yield Candidate(CONDITIONS["fold" if kind == "pitchfork" else kind])
+        yield Candidate(CONDITIONS[StrandEvent.FOCUS_BELOW if below else StrandEvent.FOCUS_ABOVE])
+    elif kind is CriticalKind.PERIOD_DOUBLING:
+        yield Candidate(CONDITIONS[StrandEvent.DOUBLING])
+    elif kind is not CriticalKind.GRAZING:
+        yield Candidate(CONDITIONS[StrandEvent.MEETING])
     else:
         # With hardly any gravity both velocities are small; the smaller one is that of the impact at rest.
-        speeds = sorted([(abs(point.velocity_bottom), "bottom"), (abs(point.velocity_top), "top")])
-        resting = [wall for speed, wall in speeds if speed < AT_REST]
-        for wall in resting:
-            yield Candidate(CONDITIONS[f"{wall}_rest"], rest=wall)
+        speeds = sorted(
+            [(abs(point.velocity_bottom), StrandEvent.BOTTOM_REST), (abs(point.velocity_top), StrandEvent.TOP_REST)]
+        )
+        resting = [rest for speed, rest in speeds if speed < AT_REST]
+        for rest in resting:
+            yield Candidate(CONDITIONS[rest], rest=rest)
         if not resting:
             yield from _touches(orbit, r, n)
 
@@ -292,16 +295,18 @@ def _prove(sweep: Sweep, point: Point, symmetric: bool, candidate: Candidate) ->
     return Proof(orbit, value, root, slope, negative, admissible)
 
 
-def _simplified(orbit: Orbits, kind: str, held: Ball, rest: str, r: Ball, n: int) -> Orbits:
+def _simplified(orbit: Orbits, kind: str, held: Ball, rest: StrandEvent | None, r: Ball, n: int) -> Orbits:
     """Put in what the conditions say exactly; the velocity at the top then follows by (3.8)."""
     gbar, d = (held if kind == "gbar" else orbit.gbar), (held if kind == "d" else orbit.d)
     both = 2 * n * gbar / (1 + r)
-    bottom = {"bottom": 0 * r, "top": both}.get(rest, orbit.velocity_bottom)
-    top = 0 * r if rest == "top" else both - bottom
+    bottom = orbit.velocity_bottom
+    if rest is not None:
+        bottom = 0 * r if rest is StrandEvent.BOTTOM_REST else both
+    top = 0 * r if rest is StrandEvent.TOP_REST else both - bottom
     return replace(orbit, gbar=gbar, d=d, velocity_bottom=bottom, velocity_top=top)
 
 
-def _check_signs(orbit: Orbits, rest: str) -> None:
+def _check_signs(orbit: Orbits, rest: StrandEvent | None) -> None:
     # An impact without velocity is what the condition asks for; at q = 1/2 it takes the other one with it.
     bottom, top = orbit.velocity_bottom, orbit.velocity_top
     moving = bottom > 0 and top < 0
@@ -356,12 +361,13 @@ def _stated(sweep: Sweep, critical: CriticalPoint, point: Point, proof: Proof, b
     )
 
 
-def _side(kind: str, slope: int, negative: bool) -> str:
+def _side(kind: CriticalKind, slope: int, negative: bool) -> str:
     """What lies on which side, where the sign of the trace's slope is known.
 
     Stable is what has a trace between -(1 + r^4) and 1 + r^4, a focus between -2 r^2 and 2 r^2.
     """
-    if not slope or kind in ("fold", "grazing"):
+    if not slope or kind in (CriticalKind.FOLD, CriticalKind.GRAZING):
         return ""
-    inward = slope if kind == "period_doubling" or (kind == "node_focus" and negative) else -slope
-    return f"{'focus' if kind == 'node_focus' else 'stable'} {'above' if inward > 0 else 'below'}"
+    type_changes = kind is CriticalKind.NODE_FOCUS
+    inward = slope if kind is CriticalKind.PERIOD_DOUBLING or (type_changes and negative) else -slope
+    return f"{'focus' if type_changes else 'stable'} {'above' if inward > 0 else 'below'}"

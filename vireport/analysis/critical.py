@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from vireport.analysis.kinds import StrandEvent
 from vireport.analysis.orbits import Level, Orbits, level_residual, orbits
 from vireport.analysis.stability import trace_and_determinant
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
 from vireport.physics.decimals import DIGITS, DecimalOps
-from vireport.physics.device import Device, Sweep
+from vireport.physics.device import Device
 
 POLISHED = 1e-28
 """Relative size of the last correction at which a polish is finished; a double needs 1e-17."""
@@ -70,15 +72,15 @@ def trace_condition(target: Callable[[Any], Any]) -> Condition:
     return lambda orbit, more, r, ops: [trace_and_determinant(orbit, r)[0] - target(r)]
 
 
-CONDITIONS: dict[str, Condition] = {
-    "period_doubling": trace_condition(lambda r: -(1 + r**4)),
-    "focus_below": trace_condition(lambda r: -2 * r * r),
-    "focus_above": trace_condition(lambda r: 2 * r * r),
-    "fold": trace_condition(lambda r: 1 + r**4),
-    "bottom_rest": lambda orbit, more, r, ops: [orbit.velocity_bottom],
-    "top_rest": lambda orbit, more, r, ops: [orbit.velocity_top],
+CONDITIONS: dict[StrandEvent, Condition] = {
+    StrandEvent.DOUBLING: trace_condition(lambda r: -(1 + r**4)),
+    StrandEvent.FOCUS_BELOW: trace_condition(lambda r: -2 * r * r),
+    StrandEvent.FOCUS_ABOVE: trace_condition(lambda r: 2 * r * r),
+    StrandEvent.MEETING: trace_condition(lambda r: 1 + r**4),
+    StrandEvent.BOTTOM_REST: lambda orbit, more, r, ops: [orbit.velocity_bottom],
+    StrandEvent.TOP_REST: lambda orbit, more, r, ops: [orbit.velocity_top],
 }
-"""What singles out a critical point, by the names in `branches.EVENTS`."""
+"""What singles out a critical point; that of grazing is in `grazing`."""
 
 
 def value_condition(sweep: Sweep, value: float) -> Condition:

@@ -10,19 +10,23 @@ from numpy.typing import NDArray
 
 from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.critical import polish, value_condition
+from vireport.analysis.diagram import BifurcationDiagram, solve
+from vireport.analysis.kinds import CriticalKind, Family
 from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.orbits import orbits
 from vireport.analysis.pointwise import find_motions
-from vireport.analysis.solution import Solution, solve
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics.device import PARAMETERS, Device, Parameter, Sweep
+from vireport.physics.device import Device
+from vireport.physics.energy import Voltages
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 
 REACH = 4.0
 """Factor up and down over which margins are looked for where no sweep says how far."""
 
-OF_ONE_MOTION = ("period_doubling", "fold", "grazing")
+OF_ONE_MOTION = (CriticalKind.PERIOD_DOUBLING, CriticalKind.FOLD, CriticalKind.GRAZING)
 """Kinds at which a stable motion is lost even where another stable motion coexists with it. A pitchfork passes its
 stability on, and at a change between node and focus nothing ends."""
 
@@ -40,29 +44,39 @@ class Margin:
     Attributes
     ----------
     parameter : str
-    label, kind, family : str
-        Of the critical point; the label is only unique within one parameter.
-    sweep_value : float
-        Where it is, in the parameter's unit.
+    point : CriticalPoint
+        Its label is only unique within one parameter.
     distance : float
-        `sweep_value` less the design value.
+        Its swept value less the design value.
     relative : float or None
         The distance over the design value; None where that is zero, or next to it.
     ends_stability : bool
         Whether the stable range that holds the design point, or a stable motion of the design point, ends here.
     error_bound : float
-        Of `sweep_value`, and with the rounding of the difference of `distance`.
+        Of the swept value, and with the rounding of the difference of `distance`.
     """
 
     parameter: Parameter
-    label: str
-    kind: str
-    family: str
-    sweep_value: float
+    point: CriticalPoint
     distance: float
     relative: float | None
     ends_stability: bool
     error_bound: float
+
+    @property
+    def kind(self) -> CriticalKind:
+        """Of the critical point."""
+        return self.point.kind
+
+    @property
+    def label(self) -> str:
+        """Of the critical point."""
+        return self.point.label
+
+    @property
+    def sweep_value(self) -> float:
+        """Where the critical point is, in the parameter's unit."""
+        return self.point.point.sweep_value
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,19 +87,20 @@ class StableInterval:
     ----------
     parameter : str
     start, end : float
-    start_reason, end_reason : str
-        Label of a critical point, or ``end of the sweep``.
-    start_error, end_error : float
-        Error bounds of the ends; the ends of the sweep are exact.
+    start_point, end_point : CriticalPoint or None
+        None where it is the sweep that ends.
     """
 
     parameter: Parameter
     start: float
     end: float
-    start_reason: str
-    end_reason: str
-    start_error: float
-    end_error: float
+    start_point: CriticalPoint | None
+    end_point: CriticalPoint | None
+
+    @property
+    def ends(self) -> tuple[tuple[float, CriticalPoint | None], tuple[float, CriticalPoint | None]]:
+        """Both ends, each with the critical point there."""
+        return (self.start, self.start_point), (self.end, self.end_point)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +115,7 @@ class DesignPoint:
         Its value at the design point.
     motions : Motions
         Zero or more, stable ones first.
-    families : tuple of str
+    families : tuple of Family
         Of each motion.
     errors : tuple of ndarray
         Error bounds of q - 1/2 and of the phase of each motion.
@@ -108,58 +123,68 @@ class DesignPoint:
         Nearest first.
     stable : tuple of StableInterval
         For each parameter varied, the stable range that holds the design point, where there is one.
+    voltages : Voltages or None
+        Of the motions; None where no energy is evaluated.
     """
 
     parameter: Parameter
     value: float
     motions: Motions
-    families: tuple[str, ...]
+    families: tuple[Family, ...]
     errors: tuple[Floats, Floats]
     margins: tuple[Margin, ...]
     stable: tuple[StableInterval, ...]
+    voltages: Voltages | None = None
 
 
-def stable_ranges(solution: Solution) -> tuple[StableInterval, ...]:
+def stable_ranges(diagram: BifurcationDiagram) -> tuple[StableInterval, ...]:
     """Ranges of the swept parameter in which there is stable admissible 1:1 motion, ascending and disjoint."""
     found = []
-    for branch in solution.branches:
-        value = branch.motions.sweep_value
+    for branch in diagram.branches:
         for part in branch.segments():
             if part.stable:
-                ends = [(float(value[row]), branch.event[row] or "end of the sweep") for row in (part.first, part.last)]
-                found.append(sorted(ends))
-    merged: list[list[tuple[float, str]]] = []
-    for (start, why_start), (end, why_end) in sorted(found):
-        if merged and start <= merged[-1][1][0] * (1 + 1e-12):
-            if end > merged[-1][1][0]:
-                merged[-1][1] = (end, why_end)
+                found.append(sorted((_end(branch, row) for row in (part.first, part.last)), key=_place))
+    merged: list[list[End]] = []
+    for start, end in sorted(found, key=lambda ends: (_place(ends[0]), _place(ends[1]))):
+        if merged and start[0] <= merged[-1][1][0] * (1 + 1e-12):
+            if end[0] > merged[-1][1][0]:
+                merged[-1][1] = end
         else:
-            merged.append([(start, why_start), (end, why_end)])
-    parameter = solution.curve.sweep.parameter
-    error = {point.label: point.point.error_bound for point in solution.critical_points}
-    return tuple(
-        StableInterval(parameter, a[0], b[0], a[1], b[1], error.get(a[1], 0.0), error.get(b[1], 0.0)) for a, b in merged
-    )
+            merged.append([start, end])
+    return tuple(StableInterval(diagram.sweep.parameter, a[0], b[0], a[1], b[1]) for a, b in merged)
 
 
-def ending_labels(solution: Solution, value: float) -> set[str]:
-    """What ends the stable range that holds a value, or one of the stable motions in it; empty where there is none.
+End = tuple[float, CriticalPoint | None]
+"""A swept value at which something ends, and the critical point there."""
 
-    Labels of critical points, or ``end of the sweep``.
+
+def _end(branch: Branch, row: int) -> End:
+    return float(branch.motions.sweep_value[row]), branch.critical_point(row)
+
+
+def _place(end: End) -> tuple[float, str]:
+    value, point = end
+    return value, point.label if point is not None else "end of the sweep"
+
+
+def ending_points(diagram: BifurcationDiagram, value: float) -> tuple[CriticalPoint, ...] | None:
+    """What ends the stable range that holds a value, or one of the stable motions in it.
+
+    Returns
+    -------
+    tuple of CriticalPoint, or None
+        In the order of the diagram; None where there is no such range.
     """
-    holding = [part for part in stable_ranges(solution) if part.start <= value <= part.end]
+    holding = [part for part in stable_ranges(diagram) if part.start <= value <= part.end]
     if not holding:
-        return set()
-    labels = {reason for part in holding for reason in (part.start_reason, part.end_reason)}
-    kinds = {point.label: point.kind for point in solution.critical_points}
-    for branch in solution.branches:
+        return None
+    found = {point for part in holding for _, point in part.ends}
+    for branch in diagram.branches:
         for rows in stable_runs(branch):
-            (low, _), (high, _) = ends = sorted(
-                (float(branch.motions.sweep_value[row]), branch.event[row]) for row in rows
-            )
-            if low <= value <= high:
-                labels |= {label for _, label in ends if kinds.get(label) in OF_ONE_MOTION}
-    return labels
+            low, high = sorted((_end(branch, row) for row in rows), key=_place)
+            if low[0] <= value <= high[0]:
+                found |= {point for _, point in (low, high) if point is not None and point.kind in OF_ONE_MOTION}
+    return tuple(point for point in diagram.critical_points if point in found)
 
 
 def stable_runs(branch: Branch) -> list[tuple[int, int]]:
@@ -173,29 +198,26 @@ def stable_runs(branch: Branch) -> list[tuple[int, int]]:
     return runs
 
 
-def design_point(device: Device, parameter: Parameter | None, solution: Solution | None) -> DesignPoint:
+def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPoint:
     """Find every motion at a design point.
 
     Parameters
     ----------
     device : Device
         All four parameters given.
-    parameter : str or None
-        The one that is swept.
-    solution : Solution or None
-        Of that sweep, for the margins. Where nothing is swept, each parameter is varied on its own.
+    diagram : BifurcationDiagram or None
+        Of a sweep through it, for the margins. Where nothing is swept, each parameter is varied on its own.
     """
-    chosen = parameter or "length_m"
+    chosen = diagram.sweep.parameter if diagram is not None else Parameter.LENGTH
     value = cast(float, getattr(device, chosen))
     motions, families, errors = _motions_at(device, value)
-    solutions = [solution] if solution is not None else [solve(s) for s in _neighbourhood(device)]
+    diagrams = [diagram] if diagram is not None else [solve(sweep) for sweep in _neighbourhood(device)]
     margins, stable = [], []
-    for s in solutions:
-        at = cast(float, getattr(device, s.curve.sweep.parameter))
-        holding = [part for part in stable_ranges(s) if part.start <= at <= part.end]
-        ends = ending_labels(s, at)
-        margins += [_margin(device, s.curve.sweep.parameter, point, point.label in ends) for point in s.critical_points]
-        stable += holding
+    for around in diagrams:
+        at = cast(float, getattr(device, around.sweep.parameter))
+        ends = ending_points(around, at) or ()
+        margins += [_margin(device, around.sweep.parameter, point, point in ends) for point in around.critical_points]
+        stable += [part for part in stable_ranges(around) if part.start <= at <= part.end]
     margins.sort(key=lambda margin: abs(margin.relative if margin.relative is not None else np.inf))
     return DesignPoint(chosen, value, motions, families, errors, tuple(margins), tuple(stable))
 
@@ -204,26 +226,26 @@ def _margin(device: Device, parameter: Parameter, point: CriticalPoint, ends_sta
     value = cast(float, getattr(device, parameter))
     distance = point.point.sweep_value - value
     relative = distance / value if abs(distance) < LARGEST_SHARE * value else None
-    where, error = point.point.sweep_value, point.point.error_bound + float(np.spacing(abs(distance)))
-    return Margin(parameter, point.label, point.kind, point.family, where, distance, relative, ends_stability, error)
+    error = point.point.error_bound + float(np.spacing(abs(distance)))
+    return Margin(parameter, point, distance, relative, ends_stability, error)
 
 
 def _neighbourhood(device: Device) -> list[Sweep]:
     """A sweep around the design point for each parameter."""
     found = []
-    for parameter in PARAMETERS:
+    for parameter in Parameter:
         value = cast(float, getattr(device, parameter))
-        start, end = (0.0, 90.0) if parameter == "inclination_deg" else (value / REACH, value * REACH)
+        start, end = (0.0, 90.0) if parameter is Parameter.INCLINATION else (value / REACH, value * REACH)
         found.append(Sweep(device, parameter, start, end))
     return [sweep for sweep in found if not sweep.unresolved]
 
 
-def _motions_at(device: Device, value: float) -> tuple[Motions, tuple[str, ...], tuple[Floats, Floats]]:
+def _motions_at(device: Device, value: float) -> tuple[Motions, tuple[Family, ...], tuple[Floats, Floats]]:
     """All motions at a design point, their families, and the errors of u and of the phase."""
     length = cast(float, device.length_m)
-    sweep = Sweep(device, "length_m", length / 2, length * 2)
+    sweep = Sweep(device, Parameter.LENGTH, length / 2, length * 2)
     n, level = device.period_ratio, sweep.level
-    d, gbar = device.groups("length_m", length)
+    d, gbar = device.groups(Parameter.LENGTH, length)
     guesses = find_motions(np.array([d]), np.array([gbar]), device.restitution, n)
     found = []
     for u, phi, gap in zip(guesses.orbit.u, guesses.orbit.phi, guesses.wall_gap, strict=True):
@@ -242,7 +264,7 @@ def _motions_at(device: Device, value: float) -> tuple[Motions, tuple[str, ...],
     motions.d[:] = d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
     order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
-    families = tuple("symmetric" if found[i][0] else "asymmetric" for i in order)
+    families = tuple(Family.SYMMETRIC if found[i][0] else Family.ASYMMETRIC for i in order)
     return _reorder(motions, order), families, (error_u[order], error_phi[order])
 
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
 from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.design import ending_labels
-from vireport.analysis.solution import SAME_POINT, Solution, solve
+from vireport.analysis.design import ending_points
+from vireport.analysis.diagram import SAME_POINT, BifurcationDiagram, solve
+from vireport.analysis.kinds import CriticalKind
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics.device import PARAMETERS, Device, Parameter, Sweep
+from vireport.physics.device import Device
 from vireport.scenario.blocks import WIDEST_MARGIN
+from vireport.scenario.parameters import Parameter
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +22,7 @@ class Ending:
     Attributes
     ----------
     parameter : str
-    kind : str
+    kind : CriticalKind
     label : str
         Of the scenario's own sweep; "" where it lies on another.
     value : float
@@ -32,7 +34,7 @@ class Ending:
     """
 
     parameter: Parameter
-    kind: str
+    kind: CriticalKind
     label: str
     value: float
     relative: float
@@ -47,14 +49,14 @@ class Endings:
     ranges: tuple[tuple[Parameter, float, float], ...]
 
 
-def endings(device: Device, solution: Solution | None, reach: float) -> Endings:
+def endings(device: Device, diagram: BifurcationDiagram | None, reach: float) -> Endings:
     """Find where the stable motions of a design point end.
 
     Parameters
     ----------
     device : Device
         All four parameters given, with stable motion there.
-    solution : Solution or None
+    diagram : BifurcationDiagram or None
         Of a sweep: only its parameter is varied. Without one, each parameter is, but for an inclination of zero.
     reach : float
         Share of the design value, up and down, that must be looked at. Where the sweep does not go as far, a wider one
@@ -65,33 +67,32 @@ def endings(device: Device, solution: Solution | None, reach: float) -> Endings:
     NumericalError
         If the stable range that holds the design point is not found.
     """
-    parameters = PARAMETERS if solution is None else (solution.curve.sweep.parameter,)
+    parameters = tuple(Parameter) if diagram is None else (diagram.sweep.parameter,)
     found: list[Ending] = []
     ranges = []
     for parameter in parameters:
         at = float(getattr(device, parameter))
         if at == 0:
             continue
-        own = solution is not None and _reaches(solution.curve.sweep, at, reach)
-        around = cast(Solution, solution) if own else solve(Sweep(device, parameter, *_range(parameter, at)))
-        sweep = around.curve.sweep
+        own = diagram is not None and _reaches(diagram.sweep, at, reach)
+        around = diagram if own and diagram else solve(Sweep(device, parameter, *_range(parameter, at)))
+        sweep = around.sweep
         ranges.append((parameter, min(sweep.start, sweep.end), max(sweep.start, sweep.end)))
-        labels = ending_labels(around, at)
-        if not labels:
+        points = ending_points(around, at)
+        if points is None:
             raise NumericalError(f"no stable range of {parameter} was found around the design point {at:.9g}")
-        for point in around.critical_points:
-            if point.label in labels:
-                value, bound = point.point.sweep_value, point.point.error_bound
-                label = _label_of(point, solution)
-                found.append(Ending(parameter, point.kind, label, value, abs(value - at) / at, bound / at))
+        for point in points:
+            value, bound = point.point.sweep_value, point.point.error_bound
+            label = _label_of(point, diagram)
+            found.append(Ending(parameter, point.kind, label, value, abs(value - at) / at, bound / at))
     return Endings(tuple(sorted(found, key=lambda ending: ending.relative - ending.bound)), tuple(ranges))
 
 
-def _label_of(point: CriticalPoint, solution: Solution | None) -> str:
+def _label_of(point: CriticalPoint, diagram: BifurcationDiagram | None) -> str:
     """The label that a critical point has in the scenario's own sweep, "" where it is not in it."""
     value = point.point.sweep_value
-    for one in solution.critical_points if solution is not None else ():
-        if one.kind == point.kind and abs(one.point.sweep_value - value) <= SAME_POINT * abs(value):
+    for one in diagram.critical_points if diagram is not None else ():
+        if one.kind is point.kind and abs(one.point.sweep_value - value) <= SAME_POINT * abs(value):
             return one.label
     return ""
 
@@ -99,7 +100,7 @@ def _label_of(point: CriticalPoint, solution: Solution | None) -> str:
 def _range(parameter: Parameter, at: float, reach: float = WIDEST_MARGIN / 100) -> tuple[float, float]:
     """The range of a parameter around a value, as far as the parameter goes."""
     low, high = at * (1 - reach), at * (1 + reach)
-    return (low, min(high, 90.0)) if parameter == "inclination_deg" else (low, high)
+    return (low, min(high, 90.0)) if parameter is Parameter.INCLINATION else (low, high)
 
 
 def _reaches(sweep: Sweep, at: float, reach: float) -> bool:

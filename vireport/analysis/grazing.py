@@ -8,8 +8,8 @@ from typing import Any
 from vireport.analysis.admissibility import turning_points
 from vireport.analysis.critical import Condition, Point, polish
 from vireport.analysis.orbits import Orbits
+from vireport.analysis.sweep import Sweep
 from vireport.physics import flight
-from vireport.physics.device import Sweep
 
 SHORT = 1e-3
 """Time since the impact, below which a touch is a ball that comes back before it has left. It is found from its

@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis.admissibility import wall_gap
+from vireport.analysis.kinds import STABILITIES
 from vireport.analysis.orbits import Level, Orbits
-from vireport.analysis.stability import STABILITY, classify, discriminant, trace_and_determinant
-from vireport.physics.device import Device, Parameter, Sweep
+from vireport.analysis.stability import UNSTABLE, classify, discriminant, trace_and_determinant
+from vireport.analysis.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 
@@ -37,7 +40,7 @@ class Motions:
     trace, discriminant : ndarray
         Of DP, Eq. (4.3).
     stability : ndarray of int
-        Index into `stability.STABILITY`.
+        Codes of `kinds.Stability`.
     wall_gap : ndarray
         Distance of the nearest turning point to a membrane, see `admissibility.wall_gap`.
     admissible : ndarray of bool
@@ -79,12 +82,12 @@ class Motions:
     @property
     def words(self) -> list[str]:
         """Table 1's words."""
-        return [STABILITY[code] for code in self.stability]
+        return [STABILITIES[code].value for code in self.stability]
 
     @property
     def stable(self) -> NDArray[np.bool_]:
         """Admissible, and attracting the motions nearby."""
-        return np.asarray(self.admissible & (self.stability != STABILITY.index("unstable node")))
+        return np.asarray(self.admissible & (self.stability != UNSTABLE))
 
 
 def impact_velocities(device: Device, parameter: Parameter, motions: Motions) -> tuple[Floats, Floats]:

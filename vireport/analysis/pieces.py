@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.analysis.kinds import StrandEvent
 from vireport.analysis.strands import Strand, bisect
-from vireport.analysis.tracing import GRAZING, VALIDITY, Curve, Floats, Ints, Samples
+from vireport.analysis.tracing import VALIDITY, Curve, Floats, Ints, Samples
 
 ROUGH = 1e-7
 """Tolerance of a parameter at which an event is found before it is polished."""
@@ -40,7 +41,7 @@ class Piece:
     w : ndarray
         Parameters, ascending; events are among them.
     event : ndarray of int
-        Index into `EVENTS` for each parameter, -1 for an ordinary sample.
+        A `StrandEvent` for each parameter, -1 for an ordinary sample.
     """
 
     strand: int
@@ -120,7 +121,7 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[list[tuple[float, int]]]
     values = curve.event_values(curve.at(index, bad), with_gap=False)[:, VALIDITY]
     kind = values.argmin(axis=1)
     for _ in range(4):  # the nearest failing condition may be another than the one failing at the far sample
-        root = _roots(curve, index, good, bad, kind + VALIDITY.start)
+        root = _roots(curve, index, good, bad, kind + StrandEvent.BOTTOM_REST)
         values = curve.event_values(curve.at(index, root), with_gap=False)[:, VALIDITY]
         worse = values.argmin(axis=1)
         wrong = (values.min(axis=1) < -1e-12) & (worse != kind)
@@ -128,14 +129,14 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[list[tuple[float, int]]]
             break
         bad, kind = np.where(wrong, root, bad), np.where(wrong, worse, kind)
     return [
-        [(float(root[i]), int(kind[i]) + VALIDITY.start), (float(root[i + 1]), int(kind[i + 1]) + VALIDITY.start)]
+        [(float(root[i]), int(kind[i]) + StrandEvent.BOTTOM_REST), (float(root[i + 1]), int(kind[i + 1]) + StrandEvent.BOTTOM_REST)]
         for i in range(0, len(root), 2)
     ]
 
 
 def _roots(curve: Curve, which: Ints, low: Floats, high: Floats, kind: Ints, tolerance: float = 0.0) -> Floats:
     """Parameters between `low` and `high` at which the event of each row happens."""
-    rows, grazing = np.arange(len(which)), kind == GRAZING
+    rows, grazing = np.arange(len(which)), kind == StrandEvent.GRAZING
 
     def function(w: Floats) -> Floats:
         return np.asarray(curve.event_values(curve.at(which, w), grazing)[rows, kind])
@@ -165,7 +166,7 @@ def _with_dips(curve: Curve, found: list[Piece]) -> list[Piece]:
     They stand where a sample is nearest to the border of all around, and nearer than the step is high.
     """
     which, owner, w = _joined(found)
-    value = curve.event_values(curve.at(which, w), with_gap=False)[:, :GRAZING]
+    value = curve.event_values(curve.at(which, w), with_gap=False)[:, :StrandEvent.GRAZING]
     left, middle, right = np.abs(value[:-2]), np.abs(value[1:-1]), np.abs(value[2:])
     with np.errstate(invalid="ignore"):
         one_side = (value[:-2] * value[1:-1] > 0) & (value[1:-1] * value[2:] > 0)
@@ -201,7 +202,7 @@ def _with_inner_events(curve: Curve, found: list[Piece]) -> list[Piece]:
     found = _with_dips(curve, found)
     which, owner, w = _joined(found)
     orbit = curve.at(which, w)
-    values = curve.event_values(orbit)[:, : GRAZING + 1]
+    values = curve.event_values(orbit)[:, : StrandEvent.GRAZING + 1]
     # On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing: rounding there is no event.
     asymmetric = np.array([not strand.symmetric for strand in curve.strands])[which]
     touching = asymmetric & (np.abs(orbit.u) < 1e-9) & curve.horizontal

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import orbits
 from vireport.analysis.pointwise import find_motions
-from vireport.analysis.stability import STABILITY, classify
+from vireport.analysis.stability import UNSTABLE, classify
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane, voltages
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 
@@ -63,12 +64,12 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     if not rows.size or r == 0:
         return None
     tried = np.array([r * (1 - UNSURE), min(r * (1 + UNSURE), (1 + r) / 2)])
-    d, gbar = (np.full(2, float(x)) for x in device.groups("length_m", device.length_m))
+    d, gbar = (np.full(2, float(x)) for x in device.groups(Parameter.LENGTH, device.length_m))
     found = find_motions(d, gbar, tried, device.period_ratio)
     elasticity = 0.0
     for k, other in enumerate(tried):
         mine = found.cell == k
-        stable = classify(found.trace[mine], float(other)) != STABILITY.index("unstable node")
+        stable = classify(found.trace[mine], float(other)) != UNSTABLE
         there = found.orbit.velocity_bottom[mine][stable & (found.wall_gap[mine] > 0)]
         if there.size < rows.size:
             return RestitutionEffect(float(other), 0.0)
@@ -99,16 +100,17 @@ def input_error(device: Device, motions: Motions) -> Floats:
     return np.asarray(np.minimum(np.maximum(in_u, in_phi), 1.0))
 
 
-def mass_elasticity(speed_bottom: Floats, speed_top: Floats, mass: float, membrane: Membrane) -> float:
+def mass_elasticity(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> float:
     """Largest relative change of U_ave over that of the ball's mass, at impact velocities [m/s] of some motions."""
-    base, more = (voltages(speed_bottom, speed_top, m, membrane).average_v for m in (mass, mass * (1 + SMALL)))
+    heavier = replace(membrane, ball_mass_kg=membrane.ball_mass_kg * (1 + SMALL))
+    base, more = (voltages(speed_bottom, speed_top, struck).average_v for struck in (membrane, heavier))
     usable = base > 0
     if not usable.any():
         return 0.0
     return float(np.max((more[usable] / base[usable] - 1) / SMALL))
 
 
-def contact_share(speeds: Floats, mass: float, membrane: Membrane, r: float, frequency_hz: Floats) -> float | None:
+def contact_share(speeds: Floats, membrane: Membrane, r: float, frequency_hz: Floats) -> float | None:
     """Longest contact of impacts at some speeds [m/s] over the forcing period; None where r has no contact law.
 
     The slower the impact, the longer its contact.
@@ -116,4 +118,4 @@ def contact_share(speeds: Floats, mass: float, membrane: Membrane, r: float, fre
     moving = speeds > 0
     if r < SMALLEST_RESTITUTION or not moving.any():
         return None
-    return float(np.max(contacts(speeds[moving], mass, membrane, r).duration * frequency_hz[moving]))
+    return float(np.max(contacts(speeds[moving], membrane, r).duration * frequency_hz[moving]))

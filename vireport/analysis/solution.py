@@ -1,137 +1,156 @@
-"""The motions of a sweep: its branches, and the critical points that divide them, numbered."""
+"""All that the analytic theory says of a scenario: what the rest of the package receives."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.branches import Branch, CriticalPoint, Draft, Event, draft, phase_at_top
-from vireport.analysis.pieces import pieces
-from vireport.analysis.tracing import Curve, Samples, curve_of, sample
-from vireport.physics.device import Sweep
+from vireport.analysis.branches import Branch, CriticalPoint
+from vireport.analysis.design import DesignPoint, StableInterval, design_point, stable_ranges
+from vireport.analysis.diagram import BifurcationDiagram, solve
+from vireport.analysis.motions import Motions, impact_velocities
+from vireport.analysis.sweep import Sweep
+from vireport.analysis.table import Row, table
+from vireport.analysis.uncertainty import Bounds, bounds_of
+from vireport.errors import NumericalError
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane, Voltages, voltages
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 
-LETTERS = {"node_focus": "A", "period_doubling": "B", "fold": "C", "pitchfork": "C", "grazing": "G"}
-"""Letters of the critical points; the paper's A, B, C, and G for grazing, which it does not treat."""
-
-SAME_POINT = 1e-9
-"""Relative difference of the swept value below which two critical points of one kind are mirror images."""
+SMALLEST_LOSS = 1e-6
+"""1 - r below which the motions are not resolved: they draw together as 1 - r, and det DP = r^4 comes too near to 1."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Solution:
-    """All that a sweep's equations say: the curve, the samples taken of it, its branches and its critical points."""
+    """The 1:1 motions of a device along a sweep and at a design point.
 
-    curve: Curve
-    samples: Samples
-    branches: tuple[Branch, ...]
-    critical_points: tuple[CriticalPoint, ...]
+    Attributes
+    ----------
+    device : Device
+    membrane : Membrane or None
+        None where no energy is evaluated.
+    diagram : BifurcationDiagram or None
+        None where nothing is swept.
+    design : DesignPoint or None
+        None where no design point is given.
+    """
+
+    device: Device
+    membrane: Membrane | None
+    diagram: BifurcationDiagram | None
+    design: DesignPoint | None
+
+    @property
+    def sweep(self) -> Sweep | None:
+        """What is varied."""
+        return self.diagram.sweep if self.diagram is not None else None
+
+    @property
+    def parameter(self) -> Parameter:
+        """The parameter that is varied; the length where none is."""
+        return self.diagram.sweep.parameter if self.diagram is not None else Parameter.LENGTH
+
+    @property
+    def branches(self) -> tuple[Branch, ...]:
+        """Every branch of motions along the sweep."""
+        return self.diagram.branches if self.diagram is not None else ()
+
+    @property
+    def critical_points(self) -> tuple[CriticalPoint, ...]:
+        """Where the type of motion changes along the sweep."""
+        return self.diagram.critical_points if self.diagram is not None else ()
+
+    @cached_property
+    def stable_ranges(self) -> tuple[StableInterval, ...]:
+        """Where along the sweep there is stable admissible motion."""
+        return stable_ranges(self.diagram) if self.diagram is not None else ()
+
+    @cached_property
+    def table(self) -> tuple[Row, ...]:
+        """Table 1 for the sweep."""
+        return table(self.diagram) if self.diagram is not None else ()
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """Error bounds of all motions and voltages."""
+        return bounds_of(self.device, self.membrane, self.diagram, self.design)
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether gravity has no part along the capsule anywhere, and n is odd: motions then have mirror images."""
+        level = self.device.inclination_deg == 0 and self.parameter is not Parameter.INCLINATION
+        return level and self.device.period_ratio % 2 == 1
+
+    @property
+    def deepest_m(self) -> float:
+        """Deepest deflection of a membrane in any motion along the sweep or solution at the design point [m]."""
+        return max((float(np.max(depth, initial=0.0)) for depth, _ in self._evaluated()), default=0.0)
+
+    @property
+    def highest_v(self) -> float:
+        """Highest voltage of an impact in those [V]."""
+        return max((float(np.max(volts, initial=0.0)) for _, volts in self._evaluated()), default=0.0)
+
+    @property
+    def within_membrane(self) -> bool:
+        """Whether every deflection is one that the membrane's geometry has, Eqs. (5.3)-(5.5)."""
+        return self.membrane is None or self.deepest_m <= self.membrane.active_radius_m
+
+    def _evaluated(self) -> Iterator[tuple[Floats, Floats]]:
+        """Deflections and voltages of the admissible motions of the branches, and of the design point's solutions."""
+        for branch in self.branches:
+            if (x := branch.voltages) is not None:
+                inside = branch.motions.admissible
+                yield x.deflection_m[inside], np.maximum(x.bottom_v, x.top_v)[inside]
+        if self.design is not None and (x := self.design.voltages) is not None:
+            yield x.deflection_m, np.maximum(x.bottom_v, x.top_v)
 
 
-def solve(sweep: Sweep) -> Solution:
-    """Find every 1:1 motion of a sweep, with its stability, admissibility and critical points.
+def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, design: bool) -> Solution:
+    """Find every 1:1 motion of a device along a sweep, and at its design point.
 
     Parameters
     ----------
-    sweep : Sweep
-        With a restitution below 1.
+    device : Device
+    membrane : Membrane or None
+        For the voltages.
+    sweep : Sweep or None
+        Of that device.
+    design : bool
+        Whether to evaluate the design point, for which all four parameters must be given.
+
+    Raises
+    ------
+    NumericalError
+        If the scenario is outside the theory (restitution 1), or double precision does not resolve it.
     """
-    curve = curve_of(sweep)
-    samples = sample(curve)
-    branches, critical_points = _label(curve, [draft(curve, piece) for piece in pieces(curve, samples)])
-    return Solution(curve, samples, branches, critical_points)
-
-
-def _label(curve: Curve, drafts: list[Draft]) -> tuple[tuple[Branch, ...], tuple[CriticalPoint, ...]]:
-    """Number branches and critical points, and join mirror images."""
-    drafts.sort(key=lambda one: (one.branch.family == "asymmetric", float(one.branch.motions.q.min()) < 0.5 - 1e-9))
-    mirrored = _mirrors(curve, drafts)
-    found: list[CriticalPoint] = []
-    owner: dict[tuple[int, int], int] = {}
-    for i, one in enumerate(drafts):
-        for event in one.events:
-            if not _near_admissible(one.branch, event.row):
-                continue
-            twin = next((k for k, other in enumerate(found) if _is_twin(other, event, mirrored[i])), None)
-            if twin is None:
-                owner[i, event.row] = len(found)
-                found.append(_critical(curve, one.branch.family, event, i))
-            else:
-                owner[i, event.row] = twin
-                found[twin] = replace(found[twin], mirror=event.point)
-    labels, order = _labels(curve, found)
-    named = tuple(replace(found[k], label=labels[k]) for k in order)
-    branches = []
-    for i, one in enumerate(drafts):
-        marks = [""] * len(one.branch.motions)
-        for event in one.events:
-            marks[event.row] = labels[owner[i, event.row]] if (i, event.row) in owner else f"({event.kind})"
-        for row in (0, -1):
-            if one.branch.ends[row] == "pitchfork":
-                marks[row] = next((point.label for point in named if _meets(point, one.branch, row)), "")
-        mirror = mirrored[i]
-        branches.append(
-            replace(one.branch, number=i + 1, mirror_of=None if mirror is None else mirror + 1, event=tuple(marks))
+    if 1 - device.restitution < SMALLEST_LOSS:
+        raise NumericalError(
+            f"device.restitution: {device.restitution!r} means impacts with hardly any loss; for 1 periodic motions "
+            "come in continua and none is asymptotically stable, so that the criteria of Table 1 do not apply "
+            f"(allowed here: at most 1 - {SMALLEST_LOSS:g})"
         )
-    return tuple(branches), named
+    if unresolved := sweep.unresolved if sweep is not None else device.unresolved:
+        raise NumericalError(unresolved)
+    diagram = solve(sweep) if sweep is not None else None
+    point = design_point(device, diagram) if design else None
+    if membrane is None:
+        return Solution(device, None, diagram, point)
 
+    def of(parameter: Parameter, motions: Motions) -> Voltages:
+        return voltages(*impact_velocities(device, parameter, motions), membrane)
 
-def _critical(curve: Curve, family: str, event: Event, branch: int) -> CriticalPoint:
-    top = phase_at_top(event.point, curve)
-    return CriticalPoint("", event.kind, family, event.point, top, None, branch + 1, event.detail)
-
-
-def _labels(curve: Curve, found: list[CriticalPoint]) -> tuple[dict[int, str], list[int]]:
-    """Letters and numbers along d (along the sweep where d is constant), and the order they are numbered in."""
-    constant = curve.level.kind == "d"
-    order = sorted(range(len(found)), key=lambda k: (0.0 if constant else found[k].point.d, found[k].point.sweep_value))
-    counts: dict[str, int] = {}
-    labels = {}
-    for k in order:
-        letter = LETTERS[found[k].kind]
-        counts[letter] = counts.get(letter, 0) + 1
-        labels[k] = f"{letter}{counts[letter]}"
-    return labels, order
-
-
-def _is_twin(other: CriticalPoint, event: Event, mirrored: int | None) -> bool:
-    """Whether an event is the mirror image of a critical point that was found on the branch `mirrored`."""
-    if mirrored is None or other.branch != mirrored + 1 or other.kind != event.kind or other.mirror is not None:
-        return False
-    value = event.point.sweep_value
-    return abs(other.point.sweep_value - value) <= SAME_POINT * abs(value)
-
-
-def _meets(point: CriticalPoint, branch: Branch, row: int) -> bool:
-    """Whether a critical point is the pitchfork at which an asymmetric branch begins."""
-    return point.kind == "pitchfork" and abs(point.point.d - float(branch.motions.d[row])) <= SAME_POINT * point.point.d
-
-
-def _mirrors(curve: Curve, drafts: list[Draft]) -> list[int | None]:
-    """For each branch of a horizontal capsule, the earlier one whose mirror image it is."""
-    result: list[int | None] = [None] * len(drafts)
-    for i, one in enumerate(drafts):
-        if curve.horizontal and one.branch.family == "asymmetric":
-            earlier = (k for k in range(i) if result[k] is None and _reflected(one.branch, drafts[k].branch))
-            result[i] = next(earlier, None)
-    return result
-
-
-def _reflected(one: Branch, two: Branch) -> bool:
-    """Whether the ends of two branches are mirror images: q and 1 - q, with the impact velocities exchanged."""
-
-    def ends(branch: Branch, sign: float) -> Floats:
-        m = branch.motions
-        speed = m.velocity_bottom if sign > 0 else -m.velocity_top
-        rows = np.stack([m.d, sign * (m.q - 0.5), speed], axis=1)[[0, -1]]
-        return np.asarray(rows[np.argsort(rows[:, 1])])
-
-    return one.family == two.family and bool(np.allclose(ends(one, 1.0), ends(two, -1.0), rtol=0, atol=1e-6))
-
-
-def _near_admissible(branch: Branch, row: int) -> bool:
-    """Whether a motion or a neighbour is admissible; inside an inadmissible stretch nothing is a critical point."""
-    return bool(branch.motions.admissible[max(row - 1, 0) : row + 2].any())
+    if diagram is not None:
+        parameter = diagram.sweep.parameter
+        branches = (replace(branch, voltages=of(parameter, branch.motions)) for branch in diagram.branches)
+        diagram = replace(diagram, branches=tuple(branches))
+    if point is not None:
+        point = replace(point, voltages=of(point.parameter, point.motions))
+    return Solution(device, membrane, diagram, point)

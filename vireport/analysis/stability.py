@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.analysis.kinds import Stability
 from vireport.analysis.orbits import Orbits
 
-STABILITY = ("stable node", "stable focus", "unstable node")
-"""Table 1's words, by the codes that `classify` returns. An unstable focus cannot be: |lambda| = r^2 < 1 there."""
-
+NODE, FOCUS, UNSTABLE = Stability.STABLE_NODE.code, Stability.STABLE_FOCUS.code, Stability.UNSTABLE_NODE.code
 
 def flight_jacobian(
     duration: Any, velocity_before: Any, velocity_end: Any, acceleration_start: Any, acceleration_end: Any, r: Any
@@ -80,9 +79,9 @@ def eigenvalues(trace: Any, r: float) -> tuple[Any, Any]:
 
 
 def classify(trace: Any, r: float) -> NDArray[np.int8]:
-    """Table 1's type of each motion as an index into `STABILITY`, from |tr| against 2 r^2 and 1 + r^4.
+    """Table 1's type of each motion as the `code` of a `Stability`, from |tr| against 2 r^2 and 1 + r^4.
 
     A fold or pitchfork stands at tr = 1 + r^4, a period doubling at tr = -(1 + r^4), Delta = 0 at |tr| = 2 r^2.
     """
     size = np.abs(trace)
-    return np.where(size < 2 * r * r, 1, np.where(size < 1 + r**4, 0, 2)).astype(np.int8)
+    return np.where(size < 2 * r * r, FOCUS, np.where(size < 1 + r**4, NODE, UNSTABLE)).astype(np.int8)

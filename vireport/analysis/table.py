@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vireport.analysis.branches import Branch
-from vireport.analysis.solution import Solution
+from vireport.analysis.branches import Branch, CriticalPoint
+from vireport.analysis.diagram import BifurcationDiagram
+from vireport.analysis.kinds import Family, Stability
 
 CRITERIA = {
-    "stable node": "Delta > 0 and |lambda_i| < 1",
-    "stable focus": "Delta < 0 and |lambda_i| < 1",
-    "unstable node": "Delta > 0 and |lambda_i| > 1",
+    Stability.STABLE_NODE: "Delta > 0 and |lambda_i| < 1",
+    Stability.STABLE_FOCUS: "Delta < 0 and |lambda_i| < 1",
+    Stability.UNSTABLE_NODE: "Delta > 0 and |lambda_i| > 1",
 }
-"""Table 1's criteria, by its words."""
+"""Table 1's criteria."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,13 +22,12 @@ class Row:
 
     Attributes
     ----------
-    family : str
+    family : Family
     branch : int
         Number of the branch; mirror images share the row of the first.
-    start_label, end_label : str
-        Critical points at the ends of the interval, "" where it is the sweep or the branch that ends.
-    criteria, stability : str
-        Table 1's criteria and words.
+    start_point, end_point : CriticalPoint or None
+        At the ends of the interval; None where it is the sweep or the branch that ends.
+    stability : Stability
     d_start, d_end : float
         The interval in d, ascending (at constant d, ordered along the sweep).
     sweep_start, sweep_end : float
@@ -36,12 +36,11 @@ class Row:
         Rows of the branch at these ends.
     """
 
-    family: str
+    family: Family
     branch: int
-    start_label: str
-    end_label: str
-    criteria: str
-    stability: str
+    start_point: CriticalPoint | None
+    end_point: CriticalPoint | None
+    stability: Stability
     d_start: float
     d_end: float
     sweep_start: float
@@ -49,16 +48,21 @@ class Row:
     first_row: int
     last_row: int
 
+    @property
+    def criteria(self) -> str:
+        """Table 1's criteria for the type."""
+        return CRITERIA[self.stability]
 
-def table(solution: Solution) -> tuple[Row, ...]:
+
+def table(diagram: BifurcationDiagram) -> tuple[Row, ...]:
     """Rows of Table 1 for the admissible motions of a sweep, by family and branch, ascending in d.
 
     Source: Table 1; the paper's reference to Figure 1 in it means Figure 2.
     """
     rows = []
-    for branch in solution.branches:
+    for branch in diagram.branches:
         if branch.mirror_of is None:
-            rows += _rows(branch, constant_d=solution.curve.level.kind == "d")
+            rows += _rows(branch, constant_d=diagram.curve.level.kind == "d")
     return tuple(rows)
 
 
@@ -74,9 +78,8 @@ def _rows(branch: Branch, constant_d: bool) -> list[Row]:
             Row(
                 branch.family,
                 branch.number,
-                branch.event[first],
-                branch.event[last],
-                CRITERIA[part.stability],
+                branch.critical_point(first),
+                branch.critical_point(last),
                 part.stability,
                 float(motions.d[first]),
                 float(motions.d[last]),

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis.admissibility import wall_gap
+from vireport.analysis.kinds import StrandEvent
 from vireport.analysis.orbits import Level, Orbits
 from vireport.analysis.stability import discriminant, trace_and_determinant
 from vireport.analysis.strands import Strand, evaluate, find_strands, reach
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics.device import Sweep
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -39,10 +40,8 @@ MOST_SAMPLES = 200_000
 PASSES = 60
 """Bisections of one first step: enough to come from 1/96 of a strand down to rounding."""
 
-EVENTS = ("period_doubling", "node_focus", "node_focus", "fold", "grazing", "bottom_rest", "top_rest", "start", "end")
-"""What can happen along a strand, in the order of the columns of `event_values`."""
-
-GRAZING, VALIDITY = 4, slice(5, 9)
+VALIDITY = slice(StrandEvent.BOTTOM_REST, None)
+"""Columns of `event_values` that are positive on what may be a motion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +82,7 @@ class Curve:
         return evaluate(self.strands, which, w, self.level, self.r, self.n)
 
     def event_values(self, orbit: Orbits, with_gap: object = True) -> Floats:
-        """Functions whose zeros are the `EVENTS`; the last four are positive exactly on what may be a motion.
+        """Functions whose zeros are the events of `StrandEvent`; the last four are positive exactly on what may be a motion.
 
         The gap costs most; it is NaN outside the mask `with_gap` and where there can be no motion.
         """

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vireport.analysis.bounds import Floats, motion_bounds, voltage_bounds
 from vireport.analysis.branches import Branch
+from vireport.analysis.design import DesignPoint
+from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.motions import Motions
-from vireport.physics.device import Sweep
-
-if TYPE_CHECKING:
-    from vireport.study.study import Study
+from vireport.analysis.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.scenario.parameters import Parameter
 
 NO_BOUND = "diverges, or loses all its digits, where an impact has no velocity or two branches meet"
 """Why there is no bound."""
@@ -35,44 +36,47 @@ class Bounds:
     design: dict[str, Floats] | None
 
 
-def bounds_of(study: Study) -> Bounds:
-    """Bound the errors of every motion and voltage of a study."""
-    branches = study.solution.branches if study.solution else ()
-    sweep, design = study.sweep, study.design
-    along = () if sweep is None else tuple(_along(study, sweep, branch) for branch in branches)
+def bounds_of(
+    device: Device, membrane: Membrane | None, diagram: BifurcationDiagram | None, design: DesignPoint | None
+) -> Bounds:
+    """Bound the errors of every motion and voltage along a sweep and at a design point."""
+    branches = diagram.branches if diagram is not None else ()
+    along = tuple(_along(device, membrane, diagram.sweep, branch) for branch in branches) if diagram is not None else ()
     if design is None:
         return Bounds(along, None)
-    length = study.device.length_m
-    around = Sweep(study.device, "length_m", length / 2, length * 2)
-    at = _of(study, around, design.motions, design.errors)
+    length = device.length_m
+    around = Sweep(device, Parameter.LENGTH, length / 2, length * 2)
+    at = _of(device, membrane, around, design.motions, design.errors)
     at["sweep_value"] = np.zeros(len(design.motions))
     return Bounds(along, at)
 
 
-def _along(study: Study, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
+def _along(device: Device, membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
     """Bounds of a branch; at its critical points at least those of the points, which may only have been bracketed."""
-    found = _of(study, sweep, branch.motions, None)
-    points = {c.label: c.point for c in study.solution.critical_points} if study.solution else {}
-    for row, label in enumerate(branch.event):
-        if label in points:
-            bounds = {**points[label].bounds, "sweep_value": points[label].error_bound}
-            for name in ("sweep_value", "d", "gbar", "velocity_bottom", "velocity_top"):
-                found[name][row] = max(found[name][row], bounds[name])
-            found["q"][row] = max(found["q"][row], bounds["u"])
-            found["phi_bottom"][row] = max(found["phi_bottom"][row], bounds["phi"])
+    found = _of(device, membrane, sweep, branch.motions, None)
+    for row in range(len(branch.motions)):
+        critical = branch.critical_point(row)
+        if critical is None:
+            continue
+        bounds = {**critical.point.bounds, "sweep_value": critical.point.error_bound}
+        for name in ("sweep_value", "d", "gbar", "velocity_bottom", "velocity_top"):
+            found[name][row] = max(found[name][row], bounds[name])
+        found["q"][row] = max(found["q"][row], bounds["u"])
+        found["phi_bottom"][row] = max(found["phi_bottom"][row], bounds["phi"])
     return found
 
 
-def _of(study: Study, sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
+def _of(
+    device: Device, membrane: Membrane | None, sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None
+) -> dict[str, Floats]:
     found = motion_bounds(sweep, motions, given)
-    mass = study.scenario.device.ball_mass_kg
-    if study.membrane is None or mass is None:
+    if membrane is None:
         return found
-    value = motions.sweep_value if given is None else study.device.length_m
-    unit = np.asarray(study.device.velocity_unit(sweep.parameter, value)) * np.ones(len(motions))
+    value = motions.sweep_value if given is None else device.length_m
+    unit = np.asarray(device.velocity_unit(sweep.parameter, value)) * np.ones(len(motions))
     velocities = motions.velocity_bottom, motions.velocity_top
     errors = found["velocity_bottom"], found["velocity_top"]
-    return {**found, **voltage_bounds(velocities, errors, unit, mass, study.membrane)}
+    return {**found, **voltage_bounds(velocities, errors, unit, membrane)}
 
 
 def shown(bound: Floats) -> list[list[float | None]]:

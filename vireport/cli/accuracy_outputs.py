@@ -7,15 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.cli.outputs import write_files
-from vireport.report.accuracy_text import COLUMNS, broken, plain
+from vireport.files import write_files
 from vireport.scenario.blocks import Accuracy
 from vireport.scenario.loading import Loaded
 from vireport.study.measured import accuracy_data, compliance_data
 from vireport.study.study import Study, analyse
+from vireport.trust.accuracy_text import COLUMNS, broken, plain
 
 if TYPE_CHECKING:
-    from vireport.trust.timing import Progress
+    from vireport.progress import Progress
 
 
 def measured(loaded: Loaded, progress: Progress | None = None) -> Study:

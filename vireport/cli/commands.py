@@ -68,8 +68,8 @@ def extremes(
     quiet: Quiet = False,
 ) -> None:
     """Run the catalogue of extreme cases against 40-digit arithmetic; exit code 1 if one fails."""
-    from vireport.cli.extremes_text import table_data, table_text
-    from vireport.trust.extremes import run_catalogue
+    from vireport.extremes.catalogue import run_catalogue
+    from vireport.extremes.text import table_data, table_text
 
     if scenario is None and set_:
         raise UsageError("--set needs a scenario to set it over")

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.errors import UsageError
+from vireport.files import write_files
 from vireport.scenario.loading import Loaded
 from vireport.study.provenance import provenance_of
 from vireport.study.study import Study, analyse, with_certificates
@@ -18,7 +16,7 @@ if TYPE_CHECKING:
     from vireport.figures.curves import Simulated
     from vireport.figures.paper_figures import Picture
     from vireport.gate.criteria import Criterion
-    from vireport.trust.timing import Progress
+    from vireport.progress import Progress
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,18 +85,17 @@ def write_outputs(
     say("writing")
     write_files(folder, files)
     say("")
-    from vireport.gate.verdict import verdict_of
 
     wrote = f"\nwrote {', '.join(str(folder / name) for name in files)}" if files else ""
-    return Written(f"{verdict_of(study).headline}{wrote}", _printed(study), study.criteria)
+    return Written(f"{study.verdict.headline}{wrote}", _printed(study), study.criteria)
 
 
 def _printed(study: Study) -> str:
     text = ""
-    if study.certificates is not None and study.sweep is not None:
+    if study.certificates is not None and study.solution.sweep is not None:
         from vireport.report.certificates import certify_text
 
-        text += certify_text(study.certificates, study.sweep.parameter).rstrip() + "\n"
+        text += certify_text(study.certificates, study.solution.sweep.parameter).rstrip() + "\n"
     elif study.certificates is not None:
         text += "No critical point to prove: there is no sweep.\n"
     if study.plan.runs("github"):
@@ -152,39 +149,3 @@ def _overlay(study: Study) -> Simulated | None:
     from vireport.figures.overlay import simulated_points
 
     return simulated_points(study)
-
-
-def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files by their names into a folder, which is made if there are any.
-
-    Raises
-    ------
-    UsageError
-        If it cannot be written to.
-    """
-    try:
-        if files:
-            folder.mkdir(parents=True, exist_ok=True)
-        for name, data in files.items():
-            write_whole(folder / name, data)
-    except OSError as error:
-        raise UsageError(f"{error.filename or folder} cannot be written: {error.strerror}") from error
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write under a temporary name and rename: an interrupted run leaves the old file or the new one."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

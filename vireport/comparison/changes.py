@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from vireport.analysis.kinds import CriticalKind
 from vireport.comparison.comparison import NOT_COMPARED, flattened
 from vireport.comparison.differences import SAMPLED
+from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import MOST_DIGITS, percent, significant
-from vireport.text.wording import KINDS, SWEPT
 
 INPUT = 1e-12
 """Relative difference up to which a value of the scenario is the same: it is read from a text, and only rounding is
@@ -109,7 +110,7 @@ def _swept(results: Mapping[str, Any]) -> Any:
 
 def _unit(results: Mapping[str, Any]) -> str:
     swept = _swept(results)
-    return SWEPT[swept].unit if swept in SWEPT else ""
+    return Parameter(swept).unit if swept in tuple(Parameter) else ""
 
 
 def _scenario(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
@@ -197,8 +198,8 @@ def _allowed(one: Point, two: Point, axis: str, relative: float) -> float:
 
 def _name(point: Point, axis: str, results: Mapping[str, Any]) -> str:
     swept = _swept(results)
-    symbol = SWEPT[swept].symbol if axis == "sweep_value" and swept in SWEPT else "d"
-    kind = KINDS.get(point["kind"], point["kind"])
+    symbol = Parameter(swept).symbol if axis == "sweep_value" and swept in tuple(Parameter) else "d"
+    kind = _kind_words(point["kind"])
     return f"{point['label']}, {kind} of the {point['family']} motion, {symbol}"
 
 
@@ -247,8 +248,8 @@ def _margins(
         shown = two or one
         if shown is None:
             continue
-        kind = KINDS.get(shown["kind"], shown["kind"])
-        what = f"margin to {shown['label']}, {kind}, in {SWEPT[shown['parameter']].symbol}"
+        kind = _kind_words(shown["kind"])
+        what = f"margin to {shown['label']}, {kind}, in {Parameter(shown['parameter']).symbol}"
         x, y = _percent(one), _percent(two)
         if x is None and y is None:
             continue
@@ -329,3 +330,8 @@ def _requirements(old: Mapping[str, Any] | None, new: Mapping[str, Any] | None) 
 
 def _met(criterion: Mapping[str, Any]) -> str:
     return "met" if criterion["passed"] else "not met"
+
+
+def _kind_words(kind: str) -> str:
+    """Name of a kind for the reader; of a kind that a later version may have, its key."""
+    return CriticalKind(kind).words if kind in tuple(CriticalKind) else kind

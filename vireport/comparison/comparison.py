@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +21,7 @@ from vireport.study.results import SCHEMA_VERSION
 from vireport.study.study import Study, analyse
 
 if TYPE_CHECKING:
-    from vireport.trust.timing import Progress
+    from vireport.progress import Progress
 Item = str | Path | Loaded | Study
 Vary = Sequence[str] | Mapping[str, Sequence[object]]
 
@@ -118,7 +117,9 @@ class Comparison:
         ]
 
     def _repr_html_(self) -> str:
-        return str(import_module("vireport.report.notebooks").comparison_html(self))
+        from vireport.comparison.notebook import comparison_html
+
+        return comparison_html(self)
 
 
 def compare(
@@ -192,9 +193,9 @@ def left_out(comparison: Comparison, figure: str) -> list[tuple[str, str]]:
     """The scenarios that a figure, one of `FIGURES`, does not show, and why."""
     found = []
     for name, study in zip(comparison.names, comparison.studies, strict=True):
-        if study.solution is None:
+        if study.solution.sweep is None:
             found.append((name, "it has no sweep"))
-        elif figure == "figure-7" and not study.voltages:
+        elif figure == "figure-7" and study.solution.membrane is None:
             found.append((name, "device.ball_mass_kg is not given"))
     return found
 

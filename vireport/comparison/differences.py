@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from vireport.gate.wording import capital
 from vireport.study.study import Study
 from vireport.text.formatting import MOST_DIGITS, percent
-from vireport.text.wording import capital
 
 SAME = 1e-9
 """Relative difference up to which two numbers are the same: polished ones agree to far more, and no device is made

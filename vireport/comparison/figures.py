@@ -31,8 +31,8 @@ from vireport.figures.rows import (
     without_mirrors,
 )
 from vireport.figures.sheet import Entry
+from vireport.gate.wording import capital
 from vireport.study.study import Study
-from vireport.text.wording import capital
 
 HEIGHTS = {"figure-2": 1.75, "figure-4": 2.1, "figure-7": 2.6}
 """Of the panels [in]."""
@@ -204,7 +204,7 @@ def _caption(name: str, shown: Sequence[_Shown]) -> str:
         first, last = (panel_letter(row, column, ROWS[name]) for row in (0, ROWS[name] - 1))
         letters = first if first == last else f"{first}–{last}"
         told.append(f"{letters} {one.name}: {column_caption(one.study, name, one.simulated)}")
-    if any(one.study.design is not None for one in shown):
+    if any(one.study.solution.design is not None for one in shown):
         told.append("Vertical lines: the design points.")
     return " ".join(filter(None, told))
 

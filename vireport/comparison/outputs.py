@@ -10,14 +10,14 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.cli.outputs import write_files
 from vireport.comparison.comparison import Comparison
+from vireport.files import write_files
 from vireport.study.plan import FORMATS
 from vireport.study.provenance import Provenance
 
 if TYPE_CHECKING:
     from vireport.figures.paper_figures import Picture
-    from vireport.trust.timing import Progress
+    from vireport.progress import Progress
 
 FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""

@@ -14,12 +14,12 @@ from vireport.comparison.comparison import FIGURES, Comparison, Setting, left_ou
 from vireport.comparison.differences import Difference, listed
 from vireport.comparison.quantities import HELD, NO_DESIGN, NO_MASS, NO_SWEEP, axes_of
 from vireport.figures.captions import OUTSIDE, outside_geometry
-from vireport.gate.verdict import Fact, Verdict, verdict_of
+from vireport.gate.verdict import Fact, Verdict
+from vireport.gate.wording import SWEEP_END, capital
 from vireport.report import context as context_pages
 from vireport.report.pages import Block, Column, Paragraph, ReportModel, Table, numbers, section, texts
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.text.formatting import ABSENT, MOST_DIGITS, exact, percent, significant, words
-from vireport.text.wording import SWEEP_END, SWEPT, capital
 
 if TYPE_CHECKING:
     from vireport.figures.paper_figures import Picture
@@ -86,7 +86,7 @@ def comparison_verdict(comparison: Comparison) -> Verdict:
     found, count = comparison.differences, len(comparison.quantities)
     facts = []
     for name, study in zip(comparison.names, comparison.studies, strict=True):
-        one = verdict_of(study)
+        one = study.verdict
         facts.append(Fact(name, one.word, one.headline, one.status))
     if not found:
         headline = f"All {count} quantities are the same in all scenarios."
@@ -148,11 +148,11 @@ def _places(comparison: Comparison) -> str:
     if not axes:
         return "No scenario has a sweep: the design points and their margins are compared."
     if axes[0] != "d":
-        text = f"All sweep the {SWEPT[axes[0]].name}, in which their critical points are compared"
+        text = f"All sweep the {axes[0].quantity}, in which their critical points are compared"
         return f"{text}; also in *d*, which is not the same multiple of it in all." if len(axes) > 1 else f"{text}."
-    swept = dict.fromkeys(SWEPT[study.sweep.parameter].name for study in comparison.studies if study.sweep)
+    swept = dict.fromkeys(study.solution.sweep.parameter.quantity for study in comparison.studies if study.solution.sweep)
     text = f"The sweeps are of different parameters ({listed(list(swept))}): places are compared in *d*, which all have"
-    shared = [f"the {SWEPT[axis].name}" for axis in axes[1:] if axis != "d"]
+    shared = [f"the {axis.quantity}" for axis in axes[1:] if axis != "d"]
     return f"{text}, and in {listed(shared)} where scenarios share that." if shared else f"{text}."
 
 

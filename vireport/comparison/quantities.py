@@ -13,17 +13,18 @@ import numpy as np
 
 from vireport.analysis.branches import CriticalPoint
 from vireport.analysis.design import Margin
+from vireport.analysis.kinds import CriticalKind, Family
 from vireport.comparison.differences import SAME, SAMPLED, Difference, Entry, Member, Printed, difference, rank
-from vireport.physics.device import PARAMETERS, Parameter
+from vireport.gate.wording import SWEEP_END
+from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study
 from vireport.text.formatting import percent, quantity, significant
-from vireport.text.wording import KINDS, SWEPT
 
 NO_SWEEP, NO_DESIGN, NO_MASS = "no sweep", "no design point", "device.ball_mass_kg is not given"
 NO_STABLE, HELD = "no stable 1:1 motion", "the sweep holds d"
 
 Axis = Parameter | Literal["d"]
-Key = tuple[str, str, str]
+Key = tuple[str, CriticalKind, Family]
 """Of a critical point: label, kind and family."""
 
 Ends = tuple[tuple[float, str], tuple[float, str]]
@@ -47,12 +48,12 @@ def axes_of(members: Sequence[Member]) -> list[Axis]:
 
     d comes beside a swept parameter that all share only where it is not the same multiple of it in all of them.
     """
-    sweeps = [member.study.sweep for member in members if member.study.sweep is not None]
+    sweeps = [member.study.solution.sweep for member in members if member.study.solution.sweep is not None]
     swept = [sweep.parameter for sweep in sweeps]
     if not swept:
         return []
     if len(set(swept)) > 1:
-        return ["d", *(name for name in PARAMETERS if swept.count(name) > 1)]
+        return ["d", *(name for name in Parameter if swept.count(name) > 1)]
     if swept[0] == "inclination_deg":
         return [swept[0]]
     at = float(sweeps[0].start)
@@ -61,15 +62,15 @@ def axes_of(members: Sequence[Member]) -> list[Axis]:
 
 
 def _symbol(axis: Axis) -> str:
-    return "d" if axis == "d" else SWEPT[axis].symbol
+    return "d" if axis == "d" else axis.symbol
 
 
 def _unit(axis: Axis) -> str:
-    return "1" if axis == "d" else SWEPT[axis].unit
+    return "1" if axis == "d" else axis.unit
 
 
 def _printer(axis: Axis) -> Printed:
-    return significant if axis == "d" else SWEPT[axis].value
+    return significant if axis == "d" else axis.show
 
 
 def _motions(members: Sequence[Member]) -> Iterator[Difference]:
@@ -80,12 +81,12 @@ def _motions(members: Sequence[Member]) -> Iterator[Difference]:
 
 
 def _stable_motions(study: Study) -> Entry:
-    if study.design is None:
+    if study.solution.design is None:
         return Entry(None, NO_DESIGN)
-    stable = study.design.motions.stable
+    stable = study.solution.design.motions.stable
     if not stable.any():
         return Entry(None, NO_STABLE, absent=True)
-    return Entry(float(stable.sum()), " and ".join(dict.fromkeys(np.array(study.design.motions.words)[stable])))
+    return Entry(float(stable.sum()), " and ".join(dict.fromkeys(np.array(study.solution.design.motions.words)[stable])))
 
 
 def _critical_points(members: Sequence[Member]) -> Iterator[Difference]:
@@ -96,7 +97,7 @@ def _critical_points(members: Sequence[Member]) -> Iterator[Difference]:
             entries = [_point_entry(member.study, key, axis, axis == axes[0]) for member in members]
             if axis == axes[0] or _known(entries) > 1:
                 yield from difference(
-                    f"{label}, {KINDS[kind]} of the {family} motion",
+                    f"{label}, {kind.words} of the {family} motion",
                     _symbol(axis),
                     "critical point",
                     _unit(axis),
@@ -112,7 +113,7 @@ def _known(entries: Sequence[Entry]) -> int:
 
 
 def _points(study: Study) -> tuple[CriticalPoint, ...]:
-    return study.solution.critical_points if study.solution else ()
+    return study.solution.critical_points
 
 
 def _key(point: CriticalPoint) -> Key:
@@ -120,23 +121,23 @@ def _key(point: CriticalPoint) -> Key:
 
 
 def _point_entry(study: Study, key: Key, axis: Axis, first: bool) -> Entry:
-    if study.sweep is None:
+    if study.solution.sweep is None:
         return Entry(None, NO_SWEEP)
-    if axis not in ("d", study.sweep.parameter):
+    if axis not in ("d", study.solution.sweep.parameter):
         return Entry(None, _sweeps(study))
     point = next((one.point for one in _points(study) if _key(one) == key), None)
     if point is None:
         return Entry(None, "none in the sweep", absent=first)
     if axis != "d":
         return Entry(point.sweep_value, bound=point.error_bound)
-    note = HELD if study.sweep.parameter == "inclination_deg" else ""
+    note = HELD if study.solution.sweep.parameter == "inclination_deg" else ""
     relative = point.error_bound / abs(point.sweep_value) if point.sweep_value else 0.0
     # d goes with the square of a frequency, and with the first power of a length or of the inverse of a force.
     return Entry(point.d, note, bound=2 * relative * point.d)
 
 
 def _sweeps(study: Study) -> str:
-    return f"sweeps the {SWEPT[study.sweep.parameter].name}" if study.sweep else NO_SWEEP
+    return f"sweeps the {study.solution.sweep.parameter.quantity}" if study.solution.sweep else NO_SWEEP
 
 
 def _stable_ranges(members: Sequence[Member]) -> Iterator[Difference]:
@@ -159,7 +160,7 @@ def _stable_ranges(members: Sequence[Member]) -> Iterator[Difference]:
 
 def _range_entry(study: Study, ranges: list[Ends] | None, k: int, end: int, axis: Axis, first: bool) -> Entry:
     if ranges is None:
-        return Entry(None, NO_SWEEP if study.sweep is None else HELD if axis == "d" else _sweeps(study))
+        return Entry(None, NO_SWEEP if study.solution.sweep is None else HELD if axis == "d" else _sweeps(study))
     if k < len(ranges):
         return Entry(*ranges[k][end])
     return Entry(None, "no further stable range" if ranges else NO_STABLE, absent=first)
@@ -167,24 +168,25 @@ def _range_entry(study: Study, ranges: list[Ends] | None, k: int, end: int, axis
 
 def _ranges(study: Study, axis: Axis) -> list[Ends] | None:
     """The stable ranges along an axis, ascending; None where the sweep is not along it."""
-    if study.sweep is None or axis not in ("d", study.sweep.parameter):
+    if study.solution.sweep is None or axis not in ("d", study.solution.sweep.parameter):
         return None
-    if axis == "d" and study.sweep.parameter == "inclination_deg":
+    if axis == "d" and study.solution.sweep.parameter == "inclination_deg":
         return None
 
     def along(value: float) -> float:
-        return float(study.device.groups(part.parameter, value)[0]) if axis == "d" else value
+        return float(study.solution.device.groups(part.parameter, value)[0]) if axis == "d" else value
 
     found: list[Ends] = []
-    for part in study.stable_ranges:
-        ends = (along(part.start), part.start_reason), (along(part.end), part.end_reason)
-        found.append((min(ends), max(ends)))
+    for part in study.solution.stable_ranges:
+        ends = ((along(value), point.label if point is not None else SWEEP_END) for value, point in part.ends)
+        low, high = sorted(ends)
+        found.append((low, high))
     return sorted(found)
 
 
 def _margins(members: Sequence[Member]) -> Iterator[Difference]:
     """How far the design points are from the critical points that end their stable ranges, as shares."""
-    axes = axes_of(members) or list(PARAMETERS)
+    axes = axes_of(members) or list(Parameter)
     for axis in axes:
         found = [_limits(member.study, axis) for member in members]
         for key in sorted({key for one in found for key in one}):
@@ -193,8 +195,8 @@ def _margins(members: Sequence[Member]) -> Iterator[Difference]:
                 Entry(one[key]) if key in one else Entry(None, _no_margin(member.study, one, axis))
                 for member, one in pairs
             ]
-            if axis == axes[0] or _known(entries) > 1 or all(member.study.sweep is None for member in members):
-                name = f"margin from the design point to {key[0]}, {KINDS[key[1]]}, in {_symbol(axis)}"
+            if axis == axes[0] or _known(entries) > 1 or all(member.study.solution.sweep is None for member in members):
+                name = f"margin from the design point to {key[0]}, {key[1].words}, in {_symbol(axis)}"
                 yield from difference(name, "", "margin", "%", members, entries, _percent)
 
 
@@ -204,31 +206,31 @@ def _percent(value: float, digits: int) -> str:
 
 def _limits(study: Study, axis: Axis) -> dict[Key, float]:
     """Distances to the critical points that end the stable range, in per cent of the design value."""
-    found = {}
-    for margin in study.design.margins if study.design is not None else ():
+    found: dict[Key, float] = {}
+    for margin in study.solution.design.margins if study.solution.design is not None else ():
         share = _share(study, margin, axis)
         if margin.ends_stability and share is not None:
-            found[margin.label, margin.kind, margin.family] = 100 * share
+            found[margin.label, margin.kind, margin.point.family] = 100 * share
     return found
 
 
 def _share(study: Study, margin: Margin, axis: Axis) -> float | None:
     if axis == margin.parameter:
         return margin.relative
-    if axis != "d" or study.sweep is None or margin.parameter == "inclination_deg":
+    if axis != "d" or study.solution.sweep is None or margin.parameter == "inclination_deg":
         return None
-    at = float(study.device.groups(margin.parameter, margin.sweep_value - margin.distance)[0])
-    return (float(study.device.groups(margin.parameter, margin.sweep_value)[0]) - at) / at
+    at = float(study.solution.device.groups(margin.parameter, margin.sweep_value - margin.distance)[0])
+    return (float(study.solution.device.groups(margin.parameter, margin.sweep_value)[0]) - at) / at
 
 
 def _no_margin(study: Study, limits: dict[Key, float], axis: Axis) -> str:
-    if study.design is None:
+    if study.solution.design is None:
         return NO_DESIGN
     if limits:
         return "does not end the stable range"
-    if study.sweep is not None and axis not in ("d", study.sweep.parameter):
+    if study.solution.sweep is not None and axis not in ("d", study.solution.sweep.parameter):
         return _sweeps(study)
-    if not study.design.motions.stable.any():
+    if not study.solution.design.motions.stable.any():
         return f"{NO_STABLE} at the design point"
     return "no critical point ends the stable range"
 
@@ -249,11 +251,11 @@ def _volts(value: float, digits: int) -> str:
 
 
 def _design_voltage(study: Study) -> Entry:
-    if study.design is None:
+    if study.solution.design is None:
         return Entry(None, NO_DESIGN)
-    if study.design_voltages is None:
+    if study.solution.design.voltages is None:
         return Entry(None, NO_MASS)
-    stable = study.design_voltages.average_v[study.design.motions.stable]
+    stable = study.solution.design.voltages.average_v[study.solution.design.motions.stable]
     if not len(stable):
         return Entry(None, f"{NO_STABLE} at the design point", absent=True)
     highest = float(stable.max())
@@ -262,15 +264,15 @@ def _design_voltage(study: Study) -> Entry:
 
 
 def _extreme_voltage(study: Study, choose: Callable[[Any], Any]) -> Entry:
-    if study.solution is None:
+    if study.solution.sweep is None:
         return Entry(None, NO_SWEEP)
-    if study.membrane is None:
+    if study.solution.membrane is None:
         return Entry(None, NO_MASS)
     parts = [
-        volts.average_v[part.first : part.last + 1]
-        for branch, volts in zip(study.solution.branches, study.voltages, strict=True)
+        branch.voltages.average_v[part.first : part.last + 1]
+        for branch in study.solution.branches
         for part in branch.segments()
-        if part.stable
+        if part.stable and branch.voltages is not None
     ]
     if not parts:
         return Entry(None, f"{NO_STABLE} in the sweep", absent=True)

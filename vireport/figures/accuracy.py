@@ -28,9 +28,8 @@ from vireport.figures.axes import (
 from vireport.figures.drawing import Look
 from vireport.figures.panel import Panel
 from vireport.figures.sheet import BOTTOM, LEFT, RIGHT, ROW, WIDTH, Entry, Page, Place, blank, wrapped
-from vireport.report.accuracy_text import power, seconds, task_name
 from vireport.text.formatting import significant
-from vireport.text.wording import SWEPT
+from vireport.trust.accuracy_text import power, seconds, task_name
 from vireport.trust.contenders import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
 from vireport.trust.workprecision import ACCURACIES, Run, WorkPrecision
 
@@ -176,7 +175,7 @@ def _error_of(work: WorkPrecision, key: str) -> str:
     if key == "phase":
         return "error of the phase φ [rad]"
     if key == "critical" and work.yardstick is not None and work.yardstick.point is not None:
-        return f"relative error of {SWEPT[work.yardstick.orbit.sweep.parameter].symbol} at {work.yardstick.point.label}"
+        return f"relative error of {work.yardstick.orbit.sweep.parameter.symbol} at {work.yardstick.point.label}"
     return {"velocity": "relative error of |Ż|", "voltage": "relative error of the voltage"}[key]
 
 

@@ -15,10 +15,9 @@ import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.analysis.sweep import Sweep
 from vireport.figures.ticks import fitting_ticks, uneven_ticks
-from vireport.physics.device import Sweep
 from vireport.text.formatting import PREFIXES, exact
-from vireport.text.wording import SWEPT
 
 Floats = NDArray[np.float64]
 Curve = tuple[Floats, Floats]
@@ -112,8 +111,8 @@ def along(sweep: Sweep, room: int = LETTERS_ALONG) -> Along:
 
     `room` is how many letters of the small size fit along it.
     """
-    swept = SWEPT[sweep.parameter]
-    name = f"{swept.name} {swept.symbol} [{swept.unit}]"
+    swept = sweep.parameter
+    name = f"{swept.quantity} {swept.symbol} [{swept.unit}]"
     start, end = sorted((float(sweep.start), float(sweep.end)))
     by_value = sweep.parameter == "inclination_deg"
     if by_value:

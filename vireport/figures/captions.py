@@ -6,11 +6,12 @@ import numpy as np
 
 from vireport.analysis.solution import Solution
 from vireport.analysis.stability import eigenvalues
+from vireport.analysis.sweep import Sweep
 from vireport.figures.curves import Floats, Simulated, Stretch, pairs, solved, stretches
-from vireport.physics.device import PARAMETERS, Parameter, Sweep
+from vireport.gate.wording import capital, range_text
+from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study
 from vireport.text.formatting import MOST_DIGITS, exact, quantity, scaled, significant
-from vireport.text.wording import KINDS, SWEPT, capital, range_text
 
 TITLES = {
     "figure-2": "Impact velocity, phase and flight time",
@@ -37,10 +38,11 @@ def conditions(study: Study, varied: Parameter | None = None) -> str:
 
 def held(study: Study, varied: Parameter | None = None) -> list[str]:
     """The parameters that are held along the sweep, each with its value and unit."""
-    device, swept = study.device, varied or (study.sweep.parameter if study.sweep else None)
+    solution = study.solution
+    device, swept = solution.device, varied or (solution.parameter if solution.sweep else None)
     found = [
-        f"{SWEPT[name].symbol} = {SWEPT[name].with_unit(exact(value))}"
-        for name in PARAMETERS
+        f"{name.symbol} = {name.with_unit(exact(value))}"
+        for name in Parameter
         if name != swept and (value := getattr(device, name)) is not None
     ]
     found += [f"M = {exact(device.capsule_mass_kg)} kg", f"r = {exact(device.restitution)}"]
@@ -56,7 +58,7 @@ def column_caption(study: Study, name: str, simulated: Simulated | None = None) 
 
 def outside_geometry(study: Study) -> bool:
     """Whether the voltages are evaluated at deflections that the membrane's geometry does not have."""
-    return any(alert.code == "VR010" for alert in study.alerts)
+    return not study.solution.within_membrane
 
 
 def beyond_limits(solution: Solution) -> str:
@@ -98,7 +100,7 @@ def alt_text(study: Study, name: str, simulated: Simulated | None = None) -> str
     """A description of a figure for those who do not see it."""
     solution, sweep = solved(study)
     axis = _range(sweep)
-    if sweep.parameter != "inclination_deg":
+    if sweep.parameter is not Parameter.INCLINATION:
         axis = f"d from {_apart(*(float(d) for d in sweep.coordinate_range))} ({axis})"
     kind = {"figure-2": "Three line charts", "figure-4": "Two line charts", "figure-7": "Line chart"}[name]
     parts = stretches(solution)
@@ -117,10 +119,10 @@ def alt_text(study: Study, name: str, simulated: Simulated | None = None) -> str
 
 
 def _about_2(study: Study) -> list[str]:
-    device = study.device
+    device = study.solution.device
     unit = "F/(2 M f)"
-    if study.sweep and study.sweep.parameter in ("length_m", "inclination_deg"):
-        unit += f" = {significant(float(device.velocity_unit(study.sweep.parameter, 0.0)), 4)} m/s"
+    if study.solution.sweep and study.solution.parameter in (Parameter.LENGTH, Parameter.INCLINATION):
+        unit += f" = {significant(float(device.velocity_unit(study.solution.parameter, 0.0)), 4)} m/s"
     about = [
         f"(a) Magnitude of the impact velocity |Ż| in units of {unit}, (b) phase φ of the force at the "
         "impact, (c) flight time over two Δt/2, which is the flight time in forcing periods.",
@@ -139,7 +141,7 @@ def _about_4(study: Study) -> list[str]:
     solution, _ = solved(study)
     focus, modulus = (
         any(part.focus for part in stretches(solution)),
-        significant(study.device.restitution**2, 4),
+        significant(study.solution.device.restitution**2, 4),
     )
     about = [
         "(a) Discriminant Δ = tr² − 4 det of the linearised return map, (b) its eigenvalues λ₁ ≥ λ₂"
@@ -154,14 +156,14 @@ def _about_4(study: Study) -> list[str]:
 
 
 def _about_7(study: Study) -> list[str]:
-    membrane, mass = study.membrane, study.scenario.device.ball_mass_kg
+    membrane = study.solution.membrane
     about = [
         "Red and thick: U_ave, the mean over both impacts; blue: U_imp − U_in at the bottom membrane (solid) "
         "and at the top one (dashed); dotted where the motion is unstable, more sparsely at the top.",
     ]
-    if membrane is not None and mass is not None:
+    if membrane is not None:
         bias = quantity(membrane.bias_voltage_v, "V")
-        about.append(f"Ball mass m = {scaled(mass, 3)} g, bias U_in = {bias}.")
+        about.append(f"Ball mass m = {scaled(membrane.ball_mass_kg, 3)} g, bias U_in = {bias}.")
     if _level(study):
         about.append(f"{EQUALLY_FAST}: the three curves coincide.")
     if outside_geometry(study):
@@ -184,25 +186,25 @@ def _overlay(name: str, simulated: Simulated | None) -> list[str]:
 
 
 def _setting(study: Study, sweep: Sweep) -> str:
-    swept = SWEPT[sweep.parameter]
-    return f"{conditions(study)}; {swept.symbol} from {_span(swept.value(sweep.start), swept.value(sweep.end))}."
+    swept = sweep.parameter
+    return f"{conditions(study)}; {swept.symbol} from {_span(swept.show(sweep.start), swept.show(sweep.end))}."
 
 
 def _range(sweep: Sweep) -> str:
-    swept = SWEPT[sweep.parameter]
+    swept = sweep.parameter
     ends = (swept.with_unit(exact(end)) for end in (sweep.start, sweep.end))
     return f"{swept.symbol} from {_span(*ends)}"
 
 
 def _stable(study: Study) -> str:
-    if not study.stable_ranges:
+    if not study.solution.stable_ranges:
         return "There is no stable admissible 1:1 motion in the sweep."
-    return f"Stable 1:1 motion for {' and for '.join(range_text(part) for part in study.stable_ranges)}."
+    return f"Stable 1:1 motion for {' and for '.join(range_text(part) for part in study.solution.stable_ranges)}."
 
 
 def _level(study: Study) -> bool:
     """Whether gravity has no part along the capsule."""
-    return study.device.inclination_deg == 0 and (study.sweep is None or study.sweep.parameter != "inclination_deg")
+    return study.solution.device.inclination_deg == 0 and study.solution.parameter is not Parameter.INCLINATION
 
 
 def _mirrored(study: Study) -> bool:
@@ -212,41 +214,41 @@ def _mirrored(study: Study) -> bool:
 
 def _points(solution: Solution, sweep: Sweep, in_full: bool = False) -> list[str]:
     """The critical points with the swept parameter, or in full with their kind and d."""
-    swept = SWEPT[sweep.parameter]
+    swept = sweep.parameter
     told = []
     for point in solution.critical_points:
         if not in_full:
-            told.append(f"{point.label} {swept.value(point.point.sweep_value)}")
+            told.append(f"{point.label} {swept.show(point.point.sweep_value)}")
             continue
-        at = f"{swept.symbol} = {swept.value(point.point.sweep_value)}"
-        if sweep.parameter != "inclination_deg":
+        at = f"{swept.symbol} = {swept.show(point.point.sweep_value)}"
+        if swept is not Parameter.INCLINATION:
             at = f"d = {significant(point.point.d)}, {at}"
-        told.append(f"{point.label} {KINDS[point.kind]} ({at})")
+        told.append(f"{point.label} {point.kind.words} ({at})")
     head = "Critical points" if in_full else f"Critical points, at {swept.symbol}"
     return [f"{head}: {'; '.join(told)}."] if told else []
 
 
 def _design(study: Study, name: str) -> list[str]:
-    design = study.design
-    if design is None or study.sweep is None or name == "figure-4":
+    design = study.solution.design
+    if design is None or study.solution.sweep is None or name == "figure-4":
         return []
-    swept, motions = SWEPT[design.parameter], design.motions
+    swept, motions = design.parameter, design.motions
     stable = np.flatnonzero(motions.stable)
     at = f"The vertical line is the design point {swept.symbol} = {swept.with_unit(exact(design.value))}"
     if not len(stable):
         return [f"{at}, where no motion is stable."]
     row = stable[0]
-    if name == "figure-7" and study.design_voltages is not None:
-        volts = quantity(float(study.design_voltages.average_v[row]), "V")
+    if name == "figure-7" and design.voltages is not None:
+        volts = quantity(float(design.voltages.average_v[row]), "V")
         return [f"{at}; its stable motion gives U_ave = {volts}."]
-    pair = pairs(motions, study.device.period_ratio)
+    pair = pairs(motions, study.solution.device.period_ratio)
     speed, phase, flight = (_and(float(bottom[row]), float(top[row])) for bottom, top in pair)
     return [f"{at}; its stable motion has |Ż| = {speed}, φ = {phase} rad and Δt/2 = {flight} at bottom and top."]
 
 
 def _values_2(study: Study, parts: list[Stretch]) -> str:
     found = []
-    chosen = [(part, pairs(part.branch.motions, study.device.period_ratio)) for part in parts]
+    chosen = [(part, pairs(part.branch.motions, study.solution.device.period_ratio)) for part in parts]
     for k, name in enumerate(("impact speed", "phase", "flight time over two")):
         for side, where in enumerate(("bottom", "top")):
             found.append(f"{name} at the {where} {_extent([p[k][side][part.rows] for part, p in chosen])}")
@@ -263,7 +265,8 @@ def _values_4(study: Study, parts: list[Stretch]) -> str:
 
 
 def _values_7(study: Study, parts: list[Stretch]) -> str:
-    return f"average voltage {_extent([study.voltages[part.index].average_v[part.rows] for part in parts], 'V')}"
+    values = [x.average_v[part.rows] for part in parts if (x := part.branch.voltages) is not None]
+    return f"average voltage {_extent(values, 'V')}"
 
 
 def _extent(values: list[Floats], unit: str = "") -> str:

@@ -12,9 +12,9 @@ from vireport.figures.curves import Floats
 from vireport.figures.drawing import GUIDE, Look
 from vireport.figures.panel import Panel
 from vireport.figures.sheet import ACROSS, BOTTOM, LEFT, ROW, Entry, Page, Ticks, blank, wrapped
-from vireport.report.compliant import factor_text, findings
 from vireport.text.formatting import significant
 from vireport.trust.compliance import Compliance, Convergence
+from vireport.trust.findings import factor_text, findings
 from vireport.trust.penalty import ADAPTIVE, FIXED, WRONG, Outcome, Run
 
 NAME, TITLE = "figure-stiffness", "Solvers on stiff membranes, and the way to rigid impacts"

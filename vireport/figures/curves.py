@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.branches import Branch
+from vireport.analysis.branches import Branch, CriticalPoint
+from vireport.analysis.kinds import Stability
 from vireport.analysis.motions import Motions
 from vireport.analysis.solution import Solution
 from vireport.analysis.stability import eigenvalues
-from vireport.physics.device import Sweep
+from vireport.analysis.sweep import Sweep
 from vireport.physics.energy import Voltages
 from vireport.study.study import Study
 
@@ -84,39 +85,32 @@ class Stretch:
     stable: bool
     focus: bool
 
-    @property
-    def index(self) -> int:
-        """Place of the branch among the branches."""
-        return self.branch.number - 1
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Event:
     """A critical point where it is drawn: on its branch, and on the mirror image of that.
 
     Attributes
     ----------
-    label, kind : str
+    point : CriticalPoint
     places : tuple of (Branch, int)
         Branches and rows.
     """
 
-    label: str
-    kind: str
+    point: CriticalPoint
     places: tuple[tuple[Branch, int], ...]
 
 
 def solved(study: Study) -> tuple[Solution, Sweep]:
     """The solution and the sweep of a study that has them."""
-    if study.solution is None or study.sweep is None:
+    if study.solution.sweep is None:
         raise ValueError("figures are drawn along a sweep, and this study has none")
-    return study.solution, study.sweep
+    return study.solution, study.solution.sweep
 
 
 def stretches(solution: Solution) -> list[Stretch]:
     """What of a solution is motion, unstable stretches first, so that stable ones are drawn over them."""
     found = [
-        Stretch(branch, slice(part.first, part.last + 1), part.stable, part.stability.endswith("focus"))
+        Stretch(branch, slice(part.first, part.last + 1), part.stable, part.stability is Stability.STABLE_FOCUS)
         for branch in solution.branches
         for part in branch.segments()
         if part.admissible
@@ -126,11 +120,12 @@ def stretches(solution: Solution) -> list[Stretch]:
 
 def events(solution: Solution) -> list[Event]:
     """The critical points with the rows at which they stand."""
-    rows: dict[str, list[tuple[Branch, int]]] = {}
+    places: dict[CriticalPoint, list[tuple[Branch, int]]] = {point: [] for point in solution.critical_points}
     for branch in solution.branches:
-        for row, label in enumerate(branch.event):
-            rows.setdefault(label, []).append((branch, row))
-    return [Event(c.label, c.kind, tuple(rows[c.label])) for c in solution.critical_points if c.label in rows]
+        for row in range(len(branch.motions)):
+            if (point := branch.critical_point(row)) is not None:
+                places[point].append((branch, row))
+    return [Event(point, tuple(found)) for point, found in places.items() if found]
 
 
 def pairs(motions: Motions, period_ratio: int) -> Pairs:

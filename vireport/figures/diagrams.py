@@ -54,7 +54,7 @@ def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) ->
         x, speed = (values if drawing.along.by_value else d)[diagram.index], np.abs(diagram.velocity)
 
         def curve(part: Stretch) -> list[Curve]:
-            both = pairs(part.branch.motions, study.device.period_ratio)[0]
+            both = pairs(part.branch.motions, study.solution.device.period_ratio)[0]
             return [(drawing.x(part), y[part.rows]) for y in both]
 
         seen = [y for part in drawing.parts if part.stable for _, y in curve(part)]
@@ -92,4 +92,4 @@ def _critical(drawing: Drawing, panel: Panel) -> None:
         branch, row = event.places[0]
         at = float(drawing.along.of(branch.motions)[row])
         panel.upright(np.array([at]), **GUIDE)
-        panel.tag(event.label, at)
+        panel.tag(event.point.label, at)

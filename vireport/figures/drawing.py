@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from vireport.analysis.branches import Branch
-from vireport.analysis.solution import LETTERS
 from vireport.figures.axes import (
     BLACK,
     BLUE,
@@ -30,7 +29,6 @@ from vireport.figures.curves import Curve, Event, Floats, Simulated, Stretch, ev
 from vireport.figures.panel import Panel
 from vireport.figures.sheet import Entry, Sheet, sheet
 from vireport.study.study import Study
-from vireport.text.wording import KINDS
 
 Look = dict[str, Any]
 
@@ -100,8 +98,8 @@ def crowded(look: Look, simulated: Simulated | None) -> Look:
 
 def point_legend(found: Iterable[Event]) -> list[Entry]:
     """The markers of the kinds of critical points that occur."""
-    kinds = dict.fromkeys(event.kind for event in found)
-    points: list[Entry] = [(f"{LETTERS[kind]} {KINDS[kind]}", POINT | MARKERS[kind]) for kind in kinds]
+    kinds = dict.fromkeys(event.point.kind for event in found)
+    points: list[Entry] = [(f"{kind.letter} {kind.words}", POINT | MARKERS[kind]) for kind in kinds]
     return sorted(points, key=lambda entry: entry[0])
 
 
@@ -138,7 +136,7 @@ class Drawing:
 
     def design(self, panel: Panel, values: Sequence[Floats], colors: Sequence[str]) -> None:
         """Mark the design point, and the values of its motions; open where they are unstable."""
-        design, device = self.study.design, self.study.device
+        design, device = self.study.solution.design, self.study.solution.device
         if design is None:
             return
         at = design.value if self.along.by_value else float(device.groups(design.parameter, design.value)[0])
@@ -164,7 +162,7 @@ class Drawing:
             found.append((event, np.repeat(x, each.shape[1]), each.ravel()))
         if found:
             panel.upright(np.unique(np.concatenate([x for _, x, _ in found])), **GUIDE)
-        for kind in dict.fromkeys(event.kind for event, _, _ in found):
-            x, y = (np.concatenate([entry[k] for entry in found if entry[0].kind == kind]) for k in (1, 2))
+        for kind in dict.fromkeys(event.point.kind for event, _, _ in found):
+            x, y = (np.concatenate([entry[k] for entry in found if entry[0].point.kind is kind]) for k in (1, 2))
             panel.marks(x, y, **POINT | MARKERS[kind])
-        panel.letters([(event.label, x, y) for event, x, y in found])
+        panel.letters([(event.point.label, x, y) for event, x, y in found])

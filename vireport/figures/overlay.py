@@ -29,7 +29,7 @@ def simulated_points(study: Study) -> Simulated | None:
     An impact on the bottom shares a row with the impact on the top that follows it.
     """
     check = study.crosscheck
-    if check is None or study.sweep is None:
+    if check is None or study.solution.sweep is None:
         return None
     rows: list[tuple[float, ...]] = []
     motion: list[int] = []
@@ -70,14 +70,14 @@ def _pairs(cycle: Cycle) -> list[tuple[float, ...]]:
 
 def _voltages(study: Study, columns: Floats, motion: NDArray[np.intp]) -> Voltages | None:
     """Voltages of the simulated impacts; the average is over all impacts of a motion, as in Eq. (5.1)."""
-    mass = study.scenario.device.ball_mass_kg
-    if study.membrane is None or mass is None or study.sweep is None:
+    solution = study.solution
+    if solution.membrane is None or solution.sweep is None:
         return None
-    unit = np.asarray(study.device.velocity_unit(study.sweep.parameter, columns[0]))
-    bottom = generated_voltage(unit * columns[2], mass, study.membrane)
-    top = generated_voltage(unit * columns[3], mass, study.membrane)
+    unit = np.asarray(solution.device.velocity_unit(solution.parameter, columns[0]))
+    bottom = generated_voltage(unit * columns[2], solution.membrane)
+    top = generated_voltage(unit * columns[3], solution.membrane)
     both = np.stack([bottom, top])
     impacts = np.bincount(motion, np.sum(~np.isnan(both), axis=0))
     average = (np.bincount(motion, np.nansum(both, axis=0)) / impacts)[motion]
     speeds = unit * np.nanmax(np.abs(columns[2:4]), axis=0, initial=0.0)
-    return Voltages(bottom, top, average, deflection(speeds, mass, study.membrane))
+    return Voltages(bottom, top, average, deflection(speeds, solution.membrane))

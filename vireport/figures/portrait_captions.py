@@ -21,7 +21,6 @@ from vireport.figures.traces import (
 )
 from vireport.study.study import Study
 from vireport.text.formatting import significant
-from vireport.text.wording import SWEPT
 
 if TYPE_CHECKING:
     from vireport.simulation.attractors import Diagram
@@ -79,13 +78,13 @@ def diagram_caption(study: Study, diagram: Diagram, values: Floats) -> str:
     )
     level = ["Where both impacts are equally fast, filled markers cover open ones."]
     return " ".join(
-        [about, *(level if study.horizontal else []), f"{conditions(study)}.", *_found(study, diagram, values)]
+        [about, *(level if study.solution.horizontal else []), f"{conditions(study)}.", *_found(study, diagram, values)]
     )
 
 
 def diagram_alt(study: Study, diagram: Diagram, values: Floats) -> str:
     """A description of the diagram for those who do not see it."""
-    swept = SWEPT[study.sweep.parameter].name if study.sweep else "swept parameter"
+    swept = study.solution.sweep.parameter.quantity if study.solution.sweep else "swept parameter"
     return " ".join(
         [f"Scatter chart of impact velocities over the {swept}, by simulation.", *_found(study, diagram, values)]
     )
@@ -132,7 +131,7 @@ def _found(study: Study, diagram: Diagram, values: Floats) -> Iterator[str]:
 
 def _where(study: Study, group: Group, values: Floats) -> str:
     low, high = float(values[group.values].min()), float(values[group.values].max())
-    swept = SWEPT[study.sweep.parameter] if study.sweep else None
+    swept = study.solution.sweep.parameter if study.solution.sweep else None
     if swept is None:
         return group.name
     span = swept.with_unit(significant(low, 4))

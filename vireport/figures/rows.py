@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from vireport.analysis.branches import Branch
 from vireport.analysis.stability import eigenvalues
 from vireport.figures.axes import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, limits, prefix, within
 from vireport.figures.captions import LAMBDA_LIMIT
@@ -104,7 +105,7 @@ def rows_2(drawing: Drawing, simulated: Simulated | None) -> list[Row]:
 
 
 def _row_2(drawing: Drawing, k: int, simulated: Simulated | None) -> Row:
-    n, design = drawing.study.device.period_ratio, drawing.study.design
+    n, design = drawing.study.solution.device.period_ratio, drawing.study.solution.design
     sides = {part: pairs(part.branch.motions, n)[k] for part in drawing.parts}
     overlay = simulated.pairs[k] if simulated else ()
 
@@ -139,7 +140,7 @@ def without_mirrors(drawing: Drawing) -> dict[int, str]:
 
 
 def _discriminants(drawing: Drawing, colors: dict[int, str]) -> Row:
-    r, design = drawing.study.device.restitution, drawing.study.design
+    r, design = drawing.study.solution.device.restitution, drawing.study.solution.design
     highest = (LAMBDA_LIMIT - r**4 / LAMBDA_LIMIT) ** 2
     curves = {part: [(drawing.x(part), part.branch.motions.discriminant[part.rows])] for part in drawing.parts}
     seen = [within(y, -np.inf, highest) for drawn in curves.values() for _, y in drawn]
@@ -156,7 +157,7 @@ def _discriminants(drawing: Drawing, colors: dict[int, str]) -> Row:
 
 
 def _eigenvalues(drawing: Drawing, colors: dict[int, str]) -> Row:
-    r, design = drawing.study.device.restitution, drawing.study.design
+    r, design = drawing.study.solution.device.restitution, drawing.study.solution.design
     curves = {part: list(eigenvalue_curves(part, drawing.x(part))) for part in drawing.parts}
     seen = [within(y, -LAMBDA_LIMIT, LAMBDA_LIMIT) for drawn in curves.values() for _, y in drawn]
 
@@ -182,35 +183,40 @@ def _branch(panel: Panel, part: Stretch, drawn: list[Curve], colors: dict[int, s
 def seen_7(drawing: Drawing, simulated: Simulated | None) -> list[Floats]:
     """The voltages that figure 7 shows [V]."""
     points = simulated.voltages if simulated else None
-    seen = [y[part.rows] for part in drawing.parts for y in _three(drawing.study.voltages[part.index])]
-    return seen + (_three(points) if points else [])
+    seen = [y[part.rows] for part in drawing.parts for y in _three(part.branch)]
+    return seen + (_each(points) if points else [])
 
 
 def rows_7(drawing: Drawing, simulated: Simulated | None, power: int | None = None) -> list[Row]:
     """The voltages; `power` of ten is that of their unit, by default what brings the largest below 1000."""
-    study, seen = drawing.study, seen_7(drawing, simulated)
+    design, seen = drawing.solution.design, seen_7(drawing, simulated)
     points = simulated.voltages if simulated else None
     power = prefix(seen) if power is None else power
     unit = 10.0**power
 
     def curve(part: Stretch, k: int) -> list[Curve]:
-        return [(drawing.x(part), _three(study.voltages[part.index])[k][part.rows] / unit)]
+        return [(drawing.x(part), _three(part.branch)[k][part.rows] / unit)]
 
     def draw(panel: Panel) -> None:
         for k, (look, unstable) in enumerate(VOLTAGES):
             drawing.curves(panel, partial(curve, k=k), False, look | unstable)
             drawing.curves(panel, partial(curve, k=k), True, look | {"zorder": STABLE["zorder"]})
         if points:
-            for y, look in zip(_three(points), (STAR, CIRCLE, CIRCLE), strict=True):
+            for y, look in zip(_each(points), (STAR, CIRCLE, CIRCLE), strict=True):
                 panel.marks(drawing.along.of(simulated), y / unit, **crowded(look, simulated))
-        if study.design_voltages is not None:
-            drawing.design(panel, [y / unit for y in _three(study.design_voltages)], (VERMILION, BLUE, BLUE))
-        drawing.letters(panel, lambda branch: [y / unit for y in _three(study.voltages[branch.number - 1])])
+        if design is not None and design.voltages is not None:
+            drawing.design(panel, [y / unit for y in _each(design.voltages)], (VERMILION, BLUE, BLUE))
+        drawing.letters(panel, lambda branch: [y / unit for y in _three(branch)])
 
     return [Row(f"generated voltage U [{PREFIXES[power]}V]", tuple(y / unit for y in seen), draw)]
 
 
-def _three(voltages: Voltages) -> list[Floats]:
+def _three(branch: Branch) -> list[Floats]:
+    """The voltages of a branch where energy is evaluated."""
+    return _each(branch.voltages) if branch.voltages is not None else []
+
+
+def _each(voltages: Voltages) -> list[Floats]:
     return [voltages.average_v, voltages.bottom_v, voltages.top_v]
 
 

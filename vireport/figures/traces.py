@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.text.formatting import significant
-from vireport.text.wording import SWEPT
 
 if TYPE_CHECKING:
     from vireport.simulation.attractors import Diagram
@@ -107,9 +106,9 @@ def motion_words(portrait: Portrait) -> str:
 
 def setting(portrait: Portrait) -> str:
     """The parameters of a portrait."""
-    swept = SWEPT[portrait.parameter]
+    swept = portrait.parameter
     groups = f"d = {significant(portrait.d, 4)}, ḡ = {significant(portrait.gbar, 4)}"
-    return f"{swept.symbol} = {swept.value(portrait.value)}, {groups}"
+    return f"{swept.symbol} = {swept.show(portrait.value)}, {groups}"
 
 
 def short(word: str) -> str:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
+from vireport.analysis.kinds import Family
 from vireport.analysis.motions import impact_velocities
 from vireport.analysis.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
+from vireport.analysis.solution import Solution
 from vireport.gate.explanations import EXPLANATIONS
-
-if TYPE_CHECKING:
-    from vireport.study.study import Study
-    from vireport.trust.compliance import Compliance
+from vireport.scenario.parameters import Parameter
+from vireport.trust.compliance import Compliance
+from vireport.trust.crosscheck import CrossCheck
 
 NEAR_CRITICAL = 0.02
 """Share of the design value within which a critical point is near: what masses and lengths are commonly made to. The
@@ -62,35 +63,35 @@ def _alert(code: str, cause: str) -> Alert:
     return Alert(code, about.severity, about.title, cause, about.remedy)
 
 
-def alerts(study: Study) -> tuple[Alert, ...]:
-    """Collect the alerts of a study, warnings first."""
+def alerts(solution: Solution, crosscheck: CrossCheck | None, compliance: Compliance | None) -> tuple[Alert, ...]:
+    """Collect the alerts that results raise, warnings first."""
     found = [
-        *_simulation_alerts(study),
-        *_chatter_alerts(study),
-        *_motion_alerts(study),
-        *_accuracy_alerts(study),
-        *_design_alerts(study),
-        *_conditioning_alerts(study),
-        *_energy_alerts(study),
-        *_contact_alerts(study),
+        *_simulation_alerts(crosscheck),
+        *_chatter_alerts(solution, crosscheck),
+        *_motion_alerts(solution),
+        *_accuracy_alerts(solution),
+        *_design_alerts(solution),
+        *_conditioning_alerts(solution),
+        *_energy_alerts(solution),
+        *_contact_alerts(solution, compliance),
     ]
     return tuple(sorted(found, key=lambda alert: (alert.severity != "warning", alert.code)))
 
 
-def _motion_alerts(study: Study) -> Iterator[Alert]:
-    if study.solution is None:
+def _motion_alerts(solution: Solution) -> Iterator[Alert]:
+    if solution.diagram is None:
         return
-    if not study.stable_ranges:
+    if not solution.stable_ranges:
         yield _alert(
             "VR001",
             "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
         )
     discarded = [
-        (part, branch) for branch in study.solution.branches for part in branch.segments() if not part.admissible
+        (part, branch) for branch in solution.branches for part in branch.segments() if not part.admissible
     ]
     if discarded:
         depth = -min(float(branch.motions.wall_gap[part.first : part.last + 1].min()) for part, branch in discarded)
-        stable = any(part.stability.startswith("stable") for part, _ in discarded)
+        stable = any(part.stability.attracts for part, _ in discarded)
         yield _alert(
             "VR002",
             f"{_count(len(discarded))} of the algebraic solution would pass through a membrane, by up to {depth:.3g} "
@@ -99,8 +100,7 @@ def _motion_alerts(study: Study) -> Iterator[Alert]:
         )
 
 
-def _simulation_alerts(study: Study) -> Iterator[Alert]:
-    check = study.crosscheck
+def _simulation_alerts(check: CrossCheck | None) -> Iterator[Alert]:
     if check is None:
         return
     if not check.passed:
@@ -119,17 +119,17 @@ def _simulation_alerts(study: Study) -> Iterator[Alert]:
         )
 
 
-def _chatter_alerts(study: Study) -> Iterator[Alert]:
-    check = study.crosscheck
+def _chatter_alerts(solution: Solution, check: CrossCheck | None) -> Iterator[Alert]:
     if check is not None:
         held = sum(count for word, count in check.words.items() if "~" in word or "at rest" in word)
         if held:
             yield _alert("VR022", f"{held} of {sum(check.words.values())} simulated starts end in chatter or at rest.")
             return
-    if study.sweep is not None:
-        ends = [study.device.groups(study.sweep.parameter, x)[1] for x in (study.sweep.start, study.sweep.end)]
+    device, sweep = solution.device, solution.sweep
+    if sweep is not None:
+        ends = [device.groups(sweep.parameter, x)[1] for x in (sweep.start, sweep.end)]
     else:
-        ends = [study.device.groups("length_m", study.device.length_m)[1]]
+        ends = [device.groups(Parameter.LENGTH, device.length_m)[1]]
     if max(ends) >= 1:
         yield _alert("VR022", f"gbar reaches {max(ends):.3g}: a ball at rest on the bottom membrane stays there.")
 
@@ -138,9 +138,8 @@ def _count(stretches: int) -> str:
     return "One stretch" if stretches == 1 else f"{stretches} stretches"
 
 
-def _accuracy_alerts(study: Study) -> Iterator[Alert]:
-    points = study.solution.critical_points if study.solution else ()
-    rough = [c for c in points if c.point.error_bound > ROUGH * abs(c.point.sweep_value)]
+def _accuracy_alerts(solution: Solution) -> Iterator[Alert]:
+    rough = [c for c in solution.critical_points if c.point.error_bound > ROUGH * abs(c.point.sweep_value)]
     if rough:
         yield _alert(
             "VR006",
@@ -149,8 +148,8 @@ def _accuracy_alerts(study: Study) -> Iterator[Alert]:
         )
 
 
-def _design_alerts(study: Study) -> Iterator[Alert]:
-    design = study.design
+def _design_alerts(solution: Solution) -> Iterator[Alert]:
+    design = solution.design
     if design is None:
         return
     count = int(design.motions.stable.sum())
@@ -160,7 +159,7 @@ def _design_alerts(study: Study) -> Iterator[Alert]:
             f"At {design.parameter} = {design.value:.6g} there are {len(design.motions)} solutions, none of them "
             "admissible and stable.",
         )
-    elif count > 1 and not (design.families.count("asymmetric") == 2 and count == 2 and study.horizontal):
+    elif count > 1 and not (design.families.count(Family.ASYMMETRIC) == 2 and count == 2 and solution.horizontal):
         yield _alert(
             "VR004",
             f"{count} stable 1:1 motions exist there; which one is reached depends on the start.",
@@ -177,46 +176,46 @@ def _design_alerts(study: Study) -> Iterator[Alert]:
         )
 
 
-def _conditioning_alerts(study: Study) -> Iterator[Alert]:
+def _conditioning_alerts(solution: Solution) -> Iterator[Alert]:
     """Where digits of the design point, or the motion itself, hang on little."""
-    if study.design is None:
+    if solution.design is None:
         return
-    m = study.design.motions
+    m = solution.design.motions
     close = m.stable & (m.wall_gap < m.d) & (m.wall_gap < NEAR_CRITICAL * m.d)
     if close.any():
         gap = float(np.min((m.wall_gap / m.d)[close]))
         yield _alert("VR007", f"The ball turns {100 * gap:.2g} % of the length from a membrane without touching it.")
-    worst = float(np.max(input_error(study.device, m)[m.admissible], initial=0.0))
+    worst = float(np.max(input_error(solution.device, m)[m.admissible], initial=0.0))
     if worst > ILL_CONDITIONED:
         yield _alert(
             "VR008", f"A single rounding of the length or the inclination moves q or the phase by {worst:.1g}."
         )
-    effect = restitution_effect(study.device, m)
+    effect = restitution_effect(solution.device, m)
     if effect is not None and effect.lost_at is not None:
         yield _alert("VR009", f"At a restitution of {effect.lost_at:.4g} a stable motion of the design point is lost.")
     elif effect is not None and effect.elasticity > SENSITIVE:
         yield _alert("VR009", f"1 % of restitution changes the impact velocity by {effect.elasticity:.2g} %.")
 
 
-def _contact_alerts(study: Study) -> Iterator[Alert]:
+def _contact_alerts(solution: Solution, compliance: Compliance | None) -> Iterator[Alert]:
     """What the ball's mass and the membrane's stiffness do to the rigid model and its voltage."""
-    mass, membrane = study.scenario.device.ball_mass_kg, study.membrane
-    speeds = _speeds(study)
-    if mass is None or membrane is None or not speeds:
+    membrane, r = solution.membrane, solution.device.restitution
+    speeds = _speeds(solution)
+    if membrane is None or not speeds:
         return
     bottom, top, frequency = (np.concatenate(column) for column in zip(*speeds, strict=True))
-    longest = contact_share(np.minimum(bottom, -top), mass, membrane, study.device.restitution, frequency) or 0.0
+    longest = contact_share(np.minimum(bottom, -top), membrane, r, frequency) or 0.0
     if longest > LONG_CONTACT:
         yield _alert(
             "VR011",
             f"A contact takes some {100 * longest:.2g} % of the forcing period with the membrane's own stiffness, "
             "by an estimate without gravity and forcing.",
         )
-    elasticity = mass_elasticity(bottom, top, mass, membrane)
+    elasticity = mass_elasticity(bottom, top, membrane)
     if elasticity > HEAVY:
         yield _alert("VR012", f"1 % of ball mass changes U_ave by up to {elasticity:.2g} %.")
-    if study.compliance is not None and study.compliance.grade == 2:
-        yield _alert("VR013", _beyond_rigid(study.compliance))
+    if compliance is not None and compliance.grade == 2:
+        yield _alert("VR013", _beyond_rigid(compliance))
 
 
 def _beyond_rigid(made: Compliance) -> str:
@@ -236,42 +235,34 @@ def _beyond_rigid(made: Compliance) -> str:
     return f"With the membrane's own stiffness {label if followed else 'the stable motion'} is lost."
 
 
-def _speeds(study: Study) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def _speeds(solution: Solution) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Impact velocities [m/s] and frequencies [Hz] of the stable motions, at the design point where there is one."""
-    if study.design is not None:
-        sets, parameter = [study.design.motions], study.design.parameter
-    elif study.solution is not None and study.sweep is not None:
-        sets, parameter = [branch.motions for branch in study.solution.branches], study.sweep.parameter
+    if solution.design is not None:
+        sets, parameter = [solution.design.motions], solution.design.parameter
     else:
-        return []
+        sets, parameter = [branch.motions for branch in solution.branches], solution.parameter
     found = []
     for m in sets:
         value = m.sweep_value[m.stable]
         if value.size:
-            bottom, top = (velocity[m.stable] for velocity in impact_velocities(study.device, parameter, m))
-            frequency = np.asarray(study.device.at(parameter, value)["frequency_hz"]) * np.ones(value.size)
+            bottom, top = (velocity[m.stable] for velocity in impact_velocities(solution.device, parameter, m))
+            frequency = np.asarray(solution.device.at(parameter, value)[Parameter.FREQUENCY]) * np.ones(value.size)
             found.append((bottom, top, frequency))
     return found
 
 
-def _energy_alerts(study: Study) -> Iterator[Alert]:
-    if study.membrane is None:
+def _energy_alerts(solution: Solution) -> Iterator[Alert]:
+    membrane = solution.membrane
+    if membrane is None:
         return
-    radius = study.membrane.active_radius_m
-    depth, volts = 0.0, 0.0
-    for branch, voltage in zip(study.solution.branches if study.solution else (), study.voltages, strict=False):
-        inside = branch.motions.admissible
-        depth = max(depth, float(np.max(voltage.deflection_m, where=inside, initial=0.0)))
-        volts = max(volts, float(np.max(np.maximum(voltage.bottom_v, voltage.top_v), where=inside, initial=0.0)))
-    if study.design is not None and study.design_voltages is not None and len(study.design.motions):
-        depth = max(depth, float(study.design_voltages.deflection_m.max()))
-        volts = max(volts, float(np.maximum(study.design_voltages.bottom_v, study.design_voltages.top_v).max()))
+    depth, volts = solution.deepest_m, solution.highest_v
+    radius = membrane.active_radius_m
     if depth > radius:
         yield _alert(
             "VR010",
             f"The impacts press the membrane up to {1e3 * depth:.3g} mm deep, {depth / radius:.2g} times its active "
             f"radius of {1e3 * radius:.3g} mm. "
-            f"The formulae still evaluate, to {volts:.3g} V above a bias of {study.membrane.bias_voltage_v:.4g} V, but "
+            f"The formulae still evaluate, to {volts:.3g} V above a bias of {membrane.bias_voltage_v:.4g} V, but "
             "the cone-and-cap shape of Eqs. (5.3)-(5.5) "
             "cannot hold there: read the voltages as a ranking, not as volts.",
         )

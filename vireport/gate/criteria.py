@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from vireport.errors import NumericalError
 
-if TYPE_CHECKING:
-    from vireport.study.study import Study
+LineOf = Callable[[str], int | None]
 
 DIGITS = 6
 """Significant digits of a value; more where it would look like a limit that it is not."""
@@ -94,7 +92,7 @@ class Criterion:
 
 
 def criterion(
-    study: Study,
+    line_of: LineOf,
     keys: Sequence[str],
     title: str,
     limit: tuple[str, float | None, str],
@@ -104,7 +102,8 @@ def criterion(
 
     Parameters
     ----------
-    study : Study
+    line_of : callable
+        Path of a key -> its line in the scenario's file, None where it is not from there.
     keys : sequence of str
         Of the scenario's block; several where they belong together.
     title : str
@@ -118,19 +117,11 @@ def criterion(
     except NumericalError as error:
         x = Judgement(None, "not known", None, False, str(error))
     text, number, unit = limit
-    lines = (_line(study, f"requirements.{key}") for key in keys)
+    lines = (line_of(f"requirements.{key}") for key in keys)
     line = next((line for line in lines if line is not None), None)
     return Criterion(
         keys[0], title, text, number, unit, x.value, x.text, x.margin, x.passed, x.why, x.error_bound, line
     )
-
-
-def _line(study: Study, path: str) -> int | None:
-    """Line of a key of the file, None where the key was set over it."""
-    over = [text.partition("=")[0].strip() for text in study.loaded.overrides]
-    if any(path == one or path.startswith(f"{one}.") for one in over):
-        return None
-    return study.loaded.document.lines.get(path)
 
 
 def held(value: float, limit: float, unit: str, least: bool, why: str, bound: float = 0.0) -> Judgement:

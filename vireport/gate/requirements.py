@@ -9,66 +9,71 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.design import OF_ONE_MOTION, StableInterval, design_point, stable_ranges, stable_runs
+from vireport.analysis.design import StableInterval, design_point, stable_ranges, stable_runs
+from vireport.analysis.diagram import BifurcationDiagram, solve
 from vireport.analysis.endings import Endings, endings
+from vireport.analysis.kinds import CriticalKind
 from vireport.analysis.motions import impact_velocities
-from vireport.analysis.solution import Solution, solve
+from vireport.analysis.solution import Solution
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.gate.criteria import DIGITS, Criterion, Judgement, criterion, held
-from vireport.physics.device import Parameter, Sweep
+from vireport.gate.criteria import DIGITS, Criterion, Judgement, LineOf, criterion, held
 from vireport.physics.energy import Membrane, Voltages, voltages
 from vireport.scenario.blocks import Requirements
+from vireport.scenario.loading import Loaded
+from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import MARGINS
-
-if TYPE_CHECKING:
-    from vireport.study.study import Study
+from vireport.trust.crosscheck import CrossCheck
 
 Floats = NDArray[np.float64]
 Names = tuple[str, ...]
 
-UNITS: dict[Parameter, str] = {"length_m": "m", "amplitude_n": "N", "frequency_hz": "Hz", "inclination_deg": "deg"}
+UNITS = {parameter: "deg" if parameter is Parameter.INCLINATION else parameter.unit for parameter in Parameter}
 
 ROUNDING = 1e-12
 """Relative error up to which the end of a stable range is taken to be known where no error bound is stated."""
 
-KINDS = {"period_doubling": "period doubling", "node_focus": "node to focus"}
-"""Kinds of critical points that are written otherwise."""
 
-
-def assess(study: Study) -> tuple[Criterion, ...]:
-    """Hold a study against what its scenario requires; () where that is nothing."""
-    asked = study.scenario.requirements
+def assess(loaded: Loaded, solution: Solution, crosscheck: CrossCheck | None) -> tuple[Criterion, ...]:
+    """Hold results against what their scenario requires; () where that is nothing."""
+    asked, line_of = loaded.scenario.requirements, loaded.line_of
     if asked is None:
         return ()
-    found = [*_ranges(study, asked), *_margins(study, asked), *_voltages(study, asked), *_crosscheck(study, asked)]
-    if study.crosscheck is None or study.crosscheck.passed:
+    found = [
+        *_ranges(solution, asked, line_of),
+        *_margins(solution, asked, line_of),
+        *_voltages(solution, asked, line_of),
+        *_crosscheck(crosscheck, asked, line_of),
+    ]
+    if crosscheck is None or crosscheck.passed:
         return tuple(found)
     doubt = "the simulation does not agree with the solution"
     return tuple(one if not one.passed else replace(one, passed=False, why=doubt) for one in found)
 
 
-def _ranges(study: Study, asked: Requirements) -> Iterator[Criterion]:
-    if asked.stable_from is not None and asked.stable_to is not None and study.solution is not None:
-        solution, ends = study.solution, (asked.stable_from, asked.stable_to)
-        unit = UNITS[solution.curve.sweep.parameter]
+def _ranges(solution: Solution, asked: Requirements, line_of: LineOf) -> Iterator[Criterion]:
+    diagram = solution.diagram
+    if asked.stable_from is not None and asked.stable_to is not None and diagram is not None:
+        ends = (asked.stable_from, asked.stable_to)
+        unit = UNITS[diagram.sweep.parameter]
         keys = ("stable_from", "stable_to")
         yield criterion(
-            study, keys, "Stable 1:1 motion over the range", _range_limit(ends, unit), lambda: _covered(solution, ends)
+            line_of, keys, "Stable 1:1 motion over the range", _range_limit(ends, unit), lambda: _covered(diagram, ends)
         )
     if asked.inclination_from_deg is not None and asked.inclination_to_deg is not None:
         angles = (asked.inclination_from_deg, asked.inclination_to_deg)
         keys = ("inclination_from_deg", "inclination_to_deg")
         yield criterion(
-            study,
+            line_of,
             keys,
             "Stable 1:1 motion over the inclinations",
             _range_limit(angles, "deg"),
-            lambda: _covered(_over_angles(study, angles), angles),
+            lambda: _covered(_over_angles(solution, angles), angles),
         )
 
 
@@ -77,24 +82,25 @@ def _range_limit(ends: tuple[float, float], unit: str) -> tuple[str, float, str]
     return f"from {low:.12g} to {high:.12g} {unit}", high - low, unit
 
 
-def _over_angles(study: Study, angles: tuple[float, float]) -> Solution:
+def _over_angles(solution: Solution, angles: tuple[float, float]) -> BifurcationDiagram:
     """The motions of the design over a range of inclination: those of the scenario's sweep, if it is one of it."""
-    if study.sweep is not None and study.solution is not None and study.sweep.parameter == "inclination_deg":
-        given = study.sweep.start, study.sweep.end
+    diagram = solution.diagram
+    if diagram is not None and diagram.sweep.parameter is Parameter.INCLINATION:
+        given = diagram.sweep.start, diagram.sweep.end
         if min(given) <= min(angles) and max(angles) <= max(given):
-            return study.solution
-    return solve(Sweep(study.device, "inclination_deg", 0.0, 90.0))
+            return diagram
+    return solve(Sweep(solution.device, Parameter.INCLINATION, 0.0, 90.0))
 
 
-def _covered(solution: Solution, ends: tuple[float, float]) -> Judgement:
+def _covered(diagram: BifurcationDiagram, ends: tuple[float, float]) -> Judgement:
     """Whether one stable range holds a range of the parameter, and ends outside of it for certain."""
-    (low, high), parameter = sorted(ends), solution.curve.sweep.parameter
-    unit, parts = UNITS[parameter], stable_ranges(solution)
+    (low, high), parameter = sorted(ends), diagram.sweep.parameter
+    unit, parts = UNITS[parameter], stable_ranges(diagram)
     shared = [part for part in parts if min(part.end, high) > max(part.start, low)]
     if not shared:
         return Judgement(0.0, "nowhere", None, False, "there is no stable 1:1 motion in the range")
     best = max(shared, key=lambda part: min(part.end, high) - max(part.start, low))
-    sides = list(_beyond(solution, best, low, high))
+    sides = list(_beyond(diagram, best, low, high))
     margins = [margin for margin, _, _ in sides if margin is not None]
     broken = [f"stable motion ends at {where:.9g} {unit} ({kind})" for _, where, kind in sides if kind]
     text = ", ".join(f"{part.start:.{DIGITS}g} to {part.end:.{DIGITS}g} {unit}" for part in shared)
@@ -104,50 +110,47 @@ def _covered(solution: Solution, ends: tuple[float, float]) -> Judgement:
 
 
 def _beyond(
-    solution: Solution, part: StableInterval, low: float, high: float
+    diagram: BifurcationDiagram, part: StableInterval, low: float, high: float
 ) -> Iterator[tuple[float | None, float, str]]:
     """For either end of a stable range: how far it is outside of `low` to `high`, where it is, what is in the way.
 
     At the end of what was swept nothing ends that is known of: there is no distance, and nothing in the way.
     """
-    points, unit = {point.label: point for point in solution.critical_points}, UNITS[solution.curve.sweep.parameter]
-    swept = solution.curve.sweep.start, solution.curve.sweep.end
-    for value, label, beyond in (
-        (part.start, part.start_reason, low - part.start),
-        (part.end, part.end_reason, part.end - high),
-    ):
-        if label in points:
-            bound, kind = points[label].point.error_bound, KINDS.get(points[label].kind, points[label].kind)
-            yield beyond, value, "" if beyond > bound else f"{kind}, known to within {bound:.1g} {unit}"
+    unit = UNITS[diagram.sweep.parameter]
+    swept = diagram.sweep.start, diagram.sweep.end
+    for (value, point), beyond in zip(part.ends, (low - part.start, part.end - high), strict=True):
+        if point is not None:
+            bound = point.point.error_bound
+            yield beyond, value, "" if beyond > bound else f"{point.kind.words}, known to within {bound:.1g} {unit}"
         elif value in swept and beyond >= 0:
             yield None, value, ""
         else:
             yield beyond, value, "" if beyond > ROUNDING * abs(value) else "end of what is known"
 
 
-def _margins(study: Study, asked: Requirements) -> Iterator[Criterion]:
+def _margins(solution: Solution, asked: Requirements, line_of: LineOf) -> Iterator[Criterion]:
     reach = max(getattr(asked, key) or 0.0 for key in MARGINS) / 100
 
     @cache
     def near() -> Endings:
-        _stable(study)
-        return endings(study.device, study.solution, reach)
+        _stable(solution)
+        return endings(solution.device, solution.diagram, reach)
 
     for key, (title, kinds) in _MARGIN_KINDS.items():
         limit = getattr(asked, key)
         if limit is not None:
             judge = partial(_margin, near, kinds, limit)
-            yield criterion(study, (key,), title, (f"at least {limit:.12g} %", limit, "%"), judge)
+            yield criterion(line_of, (key,), title, (f"at least {limit:.12g} %", limit, "%"), judge)
 
 
 _MARGIN_KINDS = {
-    "margin_period_doubling_percent": ("Margin to period doubling", ("period_doubling",)),
-    "margin_grazing_percent": ("Margin to grazing", ("grazing",)),
-    "margin_any_percent": ("Margin to the end of stable motion", (*OF_ONE_MOTION, "pitchfork", "node_focus")),
+    "margin_period_doubling_percent": ("Margin to period doubling", (CriticalKind.PERIOD_DOUBLING,)),
+    "margin_grazing_percent": ("Margin to grazing", (CriticalKind.GRAZING,)),
+    "margin_any_percent": ("Margin to the end of stable motion", tuple(CriticalKind)),
 }
 
 
-def _margin(near: Callable[[], Endings], kinds: tuple[str, ...], limit: float) -> Judgement:
+def _margin(near: Callable[[], Endings], kinds: tuple[CriticalKind, ...], limit: float) -> Judgement:
     """Distance of the nearest ending of some kinds; none is met, for what was looked at goes beyond the limit."""
     around = near()
     nearest = next((ending for ending in around.found if ending.kind in kinds), None)
@@ -155,22 +158,22 @@ def _margin(near: Callable[[], Endings], kinds: tuple[str, ...], limit: float) -
         ranges = "; ".join(f"{name} from {low:.6g} to {high:.6g}" for name, low, high in around.ranges)
         return Judgement(None, "none in the range looked at", None, True, f"looked at: {ranges}")
     label = f" {nearest.label}" if nearest.label else ""
-    why = f"{KINDS.get(nearest.kind, nearest.kind)}{label} at {nearest.parameter} = {nearest.value:.9g}"
+    why = f"{nearest.kind.words}{label} at {nearest.parameter} = {nearest.value:.9g}"
     return held(100 * nearest.relative, limit, "%", True, why, 100 * nearest.bound)
 
 
-def _stable(study: Study) -> NDArray[np.bool_]:
+def _stable(solution: Solution) -> NDArray[np.bool_]:
     """Which motions at the design point are stable; some are."""
-    if study.design is None or not study.design.motions.stable.any():
+    if solution.design is None or not solution.design.motions.stable.any():
         raise NumericalError("there is no stable 1:1 motion at the design point")
-    return study.design.motions.stable
+    return solution.design.motions.stable
 
 
-def _voltages(study: Study, asked: Requirements) -> Iterator[Criterion]:
-    volts = study.design_voltages
+def _voltages(solution: Solution, asked: Requirements, line_of: LineOf) -> Iterator[Criterion]:
+    volts = solution.design.voltages if solution.design is not None else None
 
     def at_design(pick: Callable[[Voltages], Floats], limit: float, unit: str, least: bool, of: Names) -> Judgement:
-        stable, bounds = _stable(study), cast(dict[str, Floats], study.bounds.design)
+        stable, bounds = _stable(solution), cast(dict[str, Floats], solution.bounds.design)
         values = pick(cast(Voltages, volts))[stable]
         which = f"the {'least' if least else 'largest'} of {len(values)} stable motions" if len(values) > 1 else ""
         bound = sum(float(bounds[name][stable].max()) for name in of)
@@ -179,35 +182,36 @@ def _voltages(study: Study, asked: Requirements) -> Iterator[Criterion]:
     limit = asked.u_ave_at_least_v
     if limit is not None:
         judge = partial(at_design, lambda x: x.average_v, limit, "V", True, ("average_v",))
-        yield criterion(study, ("u_ave_at_least_v",), "U_ave", (f"at least {limit:.12g} V", limit, "V"), judge)
+        yield criterion(line_of, ("u_ave_at_least_v",), "U_ave", (f"at least {limit:.12g} V", limit, "V"), judge)
     limit = asked.u_ave_difference_at_most_v
     if limit is not None:
-        judge = partial(_spread, study, asked, limit)
+        judge = partial(_spread, solution, asked, limit)
         key, title = "u_ave_difference_at_most_v", "Difference of U_ave over the stable range"
-        yield criterion(study, (key,), title, (f"at most {limit:.12g} V", limit, "V"), judge)
+        yield criterion(line_of, (key,), title, (f"at most {limit:.12g} V", limit, "V"), judge)
     limit = asked.u_bottom_top_difference_at_most_v
     if limit is not None:
         judge = partial(at_design, lambda x: np.abs(x.bottom_v - x.top_v), limit, "V", False, ("bottom_v", "top_v"))
         key, title = "u_bottom_top_difference_at_most_v", "Difference of voltage between the ends"
-        yield criterion(study, (key,), title, (f"at most {limit:.12g} V", limit, "V"), judge)
+        yield criterion(line_of, (key,), title, (f"at most {limit:.12g} V", limit, "V"), judge)
     limit = asked.deflection_at_most_m
     if limit is not None:
         judge = partial(at_design, lambda x: x.deflection_m, limit, "m", False, ("deflection_m",))
         key = "deflection_at_most_m"
-        yield criterion(study, (key,), "Deflection", (f"at most {limit:.12g} m", limit, "m"), judge)
+        yield criterion(line_of, (key,), "Deflection", (f"at most {limit:.12g} m", limit, "m"), judge)
 
 
-def _spread(study: Study, asked: Requirements, limit: float) -> Judgement:
+def _spread(solution: Solution, asked: Requirements, limit: float) -> Judgement:
     """Largest less least U_ave of the stable motions over the range that is required, or over all stable ranges."""
-    solution = cast(Solution, study.solution)
+    diagram = cast(BifurcationDiagram, solution.diagram)
     low, high, found = -np.inf, np.inf, [np.empty(0)]
     if asked.stable_from is not None and asked.stable_to is not None:
         low, high = sorted((asked.stable_from, asked.stable_to))
-        if not _covered(solution, (low, high)).passed:
+        if not _covered(diagram, (low, high)).passed:
             raise NumericalError("there is no stable 1:1 motion over all of the range that is required")
-        found += [_u_ave_at(study, value) for value in (low, high)]
+        found += [_u_ave_at(solution, value) for value in (low, high)]
     bound = 0.0
-    for branch, volts, bounds in zip(solution.branches, study.voltages, study.bounds.branches, strict=True):
+    for branch, bounds in zip(diagram.branches, solution.bounds.branches, strict=True):
+        volts = cast(Voltages, branch.voltages)
         for first, last in stable_runs(branch):
             rows = slice(first, last + 1)
             value, u_ave = with_peaks(branch.motions.sweep_value[rows], volts.average_v[rows])
@@ -224,14 +228,13 @@ def _spread(study: Study, asked: Requirements, limit: float) -> Judgement:
     return held(most - least, limit, "V", False, f"U_ave from {least:.6g} to {most:.6g} V", 2 * bound)
 
 
-def _u_ave_at(study: Study, value: float) -> Floats:
+def _u_ave_at(solution: Solution, value: float) -> Floats:
     """U_ave of the stable motions at a value of the swept parameter."""
-    sweep = cast(Sweep, study.sweep)
-    given: dict[str, Any] = {sweep.parameter: value}
-    device = replace(study.device, **given)
-    motions = design_point(device, sweep.parameter, study.solution).motions
-    mass, membrane = cast(float, study.scenario.device.ball_mass_kg), cast(Membrane, study.membrane)
-    found = voltages(*impact_velocities(device, sweep.parameter, motions), mass, membrane)
+    given: dict[str, Any] = {solution.parameter: value}
+    device = replace(solution.device, **given)
+    motions = design_point(device, solution.diagram).motions
+    velocities = impact_velocities(device, solution.parameter, motions)
+    found = voltages(*velocities, cast(Membrane, solution.membrane))
     return found.average_v[motions.stable]
 
 
@@ -253,8 +256,7 @@ def with_peaks(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     )
 
 
-def _crosscheck(study: Study, asked: Requirements) -> Iterator[Criterion]:
-    check = study.crosscheck
+def _crosscheck(check: CrossCheck | None, asked: Requirements, line_of: LineOf) -> Iterator[Criterion]:
     if not asked.crosscheck_passed or check is None:
         return
 
@@ -267,4 +269,4 @@ def _crosscheck(study: Study, asked: Requirements) -> Iterator[Criterion]:
         return Judgement(difference, text, check.tolerance - difference, check.passed, again)
 
     limit = f"every stable orbit found again to {check.tolerance:.12g}"
-    yield criterion(study, ("crosscheck_passed",), "Simulation agrees", (limit, check.tolerance, ""), judge)
+    yield criterion(line_of, ("crosscheck_passed",), "Simulation agrees", (limit, check.tolerance, ""), judge)

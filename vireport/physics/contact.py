@@ -96,15 +96,13 @@ class Contact:
     damping: Floats
 
 
-def contacts(speed: Floats, mass: float, membrane: Membrane, restitution: float) -> Contact:
+def contacts(speed: Floats, membrane: Membrane, restitution: float) -> Contact:
     """Evaluate the contacts at impact velocities; one at rest is taken as `SLOWEST`.
 
     Parameters
     ----------
     speed : ndarray
         Relative velocity at the impact, of either sign [m/s].
-    mass : float
-        Ball mass [kg].
     membrane : Membrane
     restitution : float
         r, between `SMALLEST_RESTITUTION` and 1.
@@ -117,7 +115,7 @@ def contacts(speed: Floats, mass: float, membrane: Membrane, restitution: float)
     law = law_of(membrane.exponent, restitution)
     v, power = np.maximum(np.abs(speed), SLOWEST), membrane.exponent + 1
     # In logarithms: (m/K)^(1/(h+1)) over- or underflows for no membrane, but K times a ladder's factors may.
-    inertia = (np.log(mass) - np.log(membrane.stiffness)) / power
+    inertia = (np.log(membrane.ball_mass_kg) - np.log(membrane.stiffness)) / power
     duration = law.duration * np.exp(inertia - (power - 2) / power * np.log(v))
     elastic = np.exp(inertia + (np.log(power / 2) + 2 * np.log(v)) / power)
     return Contact(duration, law.depth_ratio * elastic, elastic, law.damping / v)

@@ -29,6 +29,8 @@ class Membrane:
         rb, smaller than Rc [m].
     bias_voltage_v : float
         Uin, the voltage applied [V].
+    ball_mass_kg : float
+        m [kg].
     """
 
     stiffness: float
@@ -36,21 +38,20 @@ class Membrane:
     active_radius_m: float
     ball_radius_m: float
     bias_voltage_v: float
+    ball_mass_kg: float
 
 
-def deflection(speed: Floats, mass: float, membrane: Membrane) -> Floats:
+def deflection(speed: Floats, membrane: Membrane) -> Floats:
     """Largest deflection of the membrane [m], where its work K delta^(h+1)/(h+1) equals the ball's energy, Eq. (5.5).
 
     Parameters
     ----------
     speed : ndarray
         Relative speed at the impact [m/s].
-    mass : float
-        Ball mass [kg].
     membrane : Membrane
     """
     power = membrane.exponent + 1
-    scale = (power * mass / (2 * membrane.stiffness)) ** (1 / power)
+    scale = (power * membrane.ball_mass_kg / (2 * membrane.stiffness)) ** (1 / power)
     return np.asarray(scale * np.abs(speed) ** (2 / power))
 
 
@@ -75,7 +76,7 @@ def contact_cosine(delta: Floats, membrane: Membrane) -> tuple[Floats, Floats]:
     return cosine, np.where(cosine > 0.5, sine * sine / (1 + cosine), 1 - cosine)
 
 
-def generated_voltage(speed: Floats, mass: float, membrane: Membrane) -> Floats:
+def generated_voltage(speed: Floats, membrane: Membrane) -> Floats:
     """Voltage gained at an impact, U_imp - Uin [V], Eqs. (5.2)-(5.5).
 
     Parameters are those of `deflection`.
@@ -86,7 +87,7 @@ def generated_voltage(speed: Floats, mass: float, membrane: Membrane) -> Floats:
     no digits are lost for gentle impacts. The formulae go on beyond a deflection of Rc, where the membrane's
     geometry does not.
     """
-    cosine, versine = contact_cosine(deflection(speed, mass, membrane), membrane)
+    cosine, versine = contact_cosine(deflection(speed, membrane), membrane)
     ratio = (membrane.ball_radius_m / membrane.active_radius_m) ** 2
     stretch = versine * (1 - ratio * versine) / cosine
     return np.asarray(membrane.bias_voltage_v * stretch * (2 + stretch))
@@ -112,18 +113,16 @@ class Voltages:
     deflection_m: Floats
 
 
-def voltages(speed_bottom: Floats, speed_top: Floats, mass: float, membrane: Membrane) -> Voltages:
+def voltages(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> Voltages:
     """Evaluate Eqs. (5.1)-(5.5) for motions with one impact on each membrane.
 
     Parameters
     ----------
     speed_bottom, speed_top : ndarray
         Relative velocities at the impacts, of either sign [m/s].
-    mass : float
-        Ball mass [kg].
     membrane : Membrane
     """
-    bottom = generated_voltage(speed_bottom, mass, membrane)
-    top = generated_voltage(speed_top, mass, membrane)
+    bottom = generated_voltage(speed_bottom, membrane)
+    top = generated_voltage(speed_top, membrane)
     faster = np.maximum(np.abs(speed_bottom), np.abs(speed_top))
-    return Voltages(bottom, top, (bottom + top) / 2, deflection(faster, mass, membrane))
+    return Voltages(bottom, top, (bottom + top) / 2, deflection(faster, membrane))

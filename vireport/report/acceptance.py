@@ -6,10 +6,11 @@ from collections.abc import Iterator
 
 from vireport.figures.captions import outside_geometry
 from vireport.gate.criteria import Criterion
+from vireport.gate.wording import capital
 from vireport.report.pages import Block, Paragraph, Table, texts
+from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study
 from vireport.text.formatting import ABSENT, words
-from vireport.text.wording import SWEPT, capital
 
 OUTCOMES = {True: "✓ met", False: "✗ NOT MET"}
 """In words, and in another shape: never by colour alone."""
@@ -38,8 +39,8 @@ def acceptance(study: Study) -> Iterator[Block]:
 
 def _named(text: str) -> str:
     """A remark with symbols and units in place of the keys of parameters."""
-    for key, swept in SWEPT.items():
-        text = text.replace(key, f"*{swept.symbol}* [{swept.unit}]")
+    for swept in Parameter:
+        text = text.replace(swept, f"*{swept.symbol}* [{swept.unit}]")
     return text
 
 

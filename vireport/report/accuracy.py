@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vireport.report.accuracy_text import (
+from vireport.gate.wording import capital
+from vireport.report.pages import Block, Paragraph, Subheading, Table, numbers, texts
+from vireport.trust.accuracy_text import (
     about_times,
     factor_head,
     factor_rows,
@@ -18,8 +20,6 @@ from vireport.report.accuracy_text import (
     verdicts,
     without_guess,
 )
-from vireport.report.pages import Block, Paragraph, Subheading, Table, numbers, texts
-from vireport.text.wording import capital
 from vireport.trust.workprecision import ACCURACIES, WorkPrecision
 
 MOST_FAILURES = 24

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from vireport.gate.verdict import verdict_of
 from vireport.report import context as context_pages
 from vireport.report import results as results_pages
 from vireport.report.assets import TEMPLATES
@@ -51,11 +50,11 @@ def _compliant(study: Study) -> Iterable[Block]:
 
 
 def _certificates(study: Study) -> Iterable[Block]:
-    if study.certificates is None or study.sweep is None:
+    if study.certificates is None or study.solution.sweep is None:
         return ()
     from vireport.report.certificates import certification
 
-    return certification(study.certificates, study.sweep.parameter)
+    return certification(study.certificates, study.solution.sweep.parameter)
 
 
 def _acceptance(study: Study) -> Iterable[Block]:
@@ -76,11 +75,11 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
         In the order in which they are shown; none is left out.
     provenance : Provenance
     """
-    compared = comparison(study)
+    compared = comparison(study.solution)
     made = with_pages(provenance, drawn=bool(pictures))
     return ReportModel(
         title=study.scenario.title or UNTITLED,
-        verdict=verdict_of(study),
+        verdict=study.verdict,
         sections=(
             *section("acceptance", "Acceptance", _acceptance(study)),
             *section("alerts", "Alerts", context_pages.alerts(study)),

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
 from decimal import ROUND_CEILING, Context, Decimal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from vireport.physics.device import Parameter
 from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import ABSENT, words
-from vireport.text.wording import KINDS, SWEPT
 
 if TYPE_CHECKING:
     from vireport.analysis.certify import Certificate, Enclosure
@@ -56,7 +54,7 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
     """
     if not certificates:
         return
-    swept, proved = SWEPT[parameter], [one for one in certificates if one.proved]
+    swept, proved = parameter, [one for one in certificates if one.proved]
     yield Paragraph(
         "The critical points are computed once more in ball arithmetic, where every number carries a proven bound of "
         "its error, roundings included. Krawczyk's test proves that the equations of a point have exactly one "
@@ -77,7 +75,7 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
             tuple(
                 (
                     one.label,
-                    KINDS[one.kind],
+                    one.kind.words,
                     words(plus_minus(one.sweep_value)),
                     one.side or ABSENT,
                     BETWEEN[one.admissible],
@@ -102,7 +100,7 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
         yield Table(
             "Critical points without a proof",
             texts("Point", "Kind", "Why"),
-            tuple((one.label, KINDS[one.kind], one.reason) for one in certificates if not one.proved),
+            tuple((one.label, one.kind.words, one.reason) for one in certificates if not one.proved),
         )
 
 
@@ -134,12 +132,12 @@ def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> s
     """
     if not certificates:
         return "no critical points to prove"
-    swept = SWEPT[parameter]
-    kind = max(len(KINDS[one.kind]) for one in certificates)
+    swept = parameter
+    kind = max(len(one.kind.words) for one in certificates)
     label = max(len(one.label) for one in certificates)
     lines = []
     for one in certificates:
-        name = f"{one.label:<{label}}  {KINDS[one.kind]:<{kind}}"
+        name = f"{one.label:<{label}}  {one.kind.words:<{kind}}"
         if not one.proved:
             lines.append(f"{name}  not proved: {one.reason}")
             continue
@@ -149,14 +147,3 @@ def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> s
             notes.append(f"ball between the membranes: {BETWEEN[one.admissible]}")
         lines.append(f"{name}  {value}  {', '.join(notes)}")
     return "\n".join([*lines, summary(certificates)])
-
-
-def certificates_data(certificates: Sequence[Certificate]) -> list[dict[str, Any]]:
-    """The certificates as plain data for JSON: bounds are pairs of decimal numbers as text, null where none is proved.
-
-    Parameters are those of `certification`.
-    """
-    return [
-        {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(one).items()}
-        for one in certificates
-    ]

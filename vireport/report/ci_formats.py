@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from vireport.gate.verdict import verdict_of
 from vireport.text.formatting import words
 
 if TYPE_CHECKING:
@@ -38,7 +37,7 @@ def junit(study: Study) -> bytes:
     if not study.criteria:
         ElementTree.SubElement(suite, "testcase", {"classname": "vireport", "name": "solved"})
     for one in study.criteria:
-        case = {"classname": "vireport.gate.requirements", "name": _xml(f"{one.title}: {one.limit}")}
+        case = {"classname": "vireport.requirements", "name": _xml(f"{one.title}: {one.limit}")}
         case["file"] = _xml(study.loaded.document.name)
         if one.line is not None:
             case["line"] = str(one.line)
@@ -46,7 +45,7 @@ def junit(study: Study) -> bytes:
         if not one.passed:
             message = {"message": _xml(f"{one.title}: {one.value_text}, required {one.limit}"), "type": one.key}
             ElementTree.SubElement(element, "failure", message).text = _xml(one.why)
-    ElementTree.SubElement(suite, "system-out").text = _xml(verdict_of(study).headline)
+    ElementTree.SubElement(suite, "system-out").text = _xml(study.verdict.headline)
     ElementTree.indent(suites)
     return bytes(ElementTree.tostring(suites, "utf-8", xml_declaration=True)) + b"\n"
 
@@ -106,7 +105,7 @@ def markdown(study: Study, provenance: Provenance) -> str:
 
 
 def _markdown(study: Study, provenance: Provenance) -> Iterator[str]:
-    verdict = verdict_of(study)
+    verdict = study.verdict
     title = study.scenario.title or Path(study.loaded.document.name).name
     yield f"## {_text(verdict.word)}: {_text(title)}\n"
     yield f"{_text(verdict.headline)}\n"

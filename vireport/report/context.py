@@ -6,13 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import is_dataclass
 from typing import TYPE_CHECKING, Any
 
-from vireport.physics.device import Device, Parameter
+from vireport.gate.wording import capital
+from vireport.physics.device import Device
 from vireport.report.pages import Block, Column, Figure, Listing, Notice, Paragraph, Table, numbers, texts
 from vireport.scenario.keys import entries
+from vireport.scenario.parameters import Parameter
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study
 from vireport.text.formatting import exact, significant, words
-from vireport.text.wording import SWEPT, capital
 from vireport.trust.paper import ComparedRow, Comparison
 from vireport.trust.paper_cases import PAPER
 
@@ -72,7 +73,7 @@ def _values(study: Study, block: Any, path: str = "") -> Iterator[tuple[str, ...
         elif value is not None and here not in NOT_A_QUANTITY:
             unit = entry.key.unit
             if unit == "as the parameter" or here in ("sweep.from", "sweep.to"):
-                unit = SWEPT[study.sweep.parameter if study.sweep is not None else "length_m"].unit
+                unit = study.solution.parameter.unit
             number = _written(value)
             title, symbol = entry.key.title, SYMBOLS.get(here, "")
             yield (title, symbol, number, UNITS.get(unit, unit), _origin(study, here), here)
@@ -92,19 +93,19 @@ def _origin(study: Study, path: str) -> str:
     origin = "given" if path in study.loaded.given else "default"
     if any(text.partition("=")[0].strip() == path for text in study.loaded.overrides):
         origin = "set over the scenario"
-    swept = study.sweep is not None and path.rpartition(".")[2] == study.sweep.parameter
+    swept = study.solution.sweep is not None and path.rpartition(".")[2] == study.solution.sweep.parameter
     return f"{origin}; design point" if swept else origin
 
 
 def _derived_table(study: Study) -> Table:
-    device, sweep = study.device, study.sweep
-    parameter: Parameter = sweep.parameter if sweep is not None else "length_m"
+    device, sweep = study.solution.device, study.solution.sweep
+    parameter = study.solution.parameter
     design, note = getattr(device, parameter), ""
     points = {} if design is None else {"at the design point": float(design)}
     if sweep is not None:
         points |= {"from": sweep.start, "to": sweep.end}
-        swept = SWEPT[parameter]
-        ends = f"{swept.value(sweep.start)} and {swept.value(sweep.end)}"
+        swept = parameter
+        ends = f"{swept.show(sweep.start)} and {swept.show(sweep.end)}"
         note = f"From and to are the ends of the sweep, *{swept.symbol}* = {ends}."
     columns = [derived(device, parameter, value) for value in points.values()]
     rows = [
@@ -119,7 +120,7 @@ def derived(device: Device, parameter: Parameter, value: float) -> tuple[tuple[s
     """Name, symbol, value and unit of what follows from a device where one parameter has a value."""
     x = device.at(parameter, value)
     d, gbar = device.groups(parameter, value)
-    frequency, force = x["frequency_hz"], x["amplitude_n"]
+    frequency, force = x[Parameter.FREQUENCY], x[Parameter.AMPLITUDE]
     return (
         ("Unit of length", "*x*_c", force / (4 * device.capsule_mass_kg * frequency**2), "m"),
         ("Unit of velocity", "*y*_c", float(device.velocity_unit(parameter, value)), "m/s"),

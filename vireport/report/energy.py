@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vireport.physics.energy import Membrane, Voltages, voltages
 from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study
 from vireport.text.formatting import scaled, significant
-from vireport.text.wording import SWEEP_END, SWEPT, Swept
 
 MASS_FACTORS = (0.5, 1.0, 2.0)
 """Of the ball mass, for what the voltage makes of it."""
@@ -43,28 +43,27 @@ class Place:
     speed_bottom: float
     speed_top: float
 
-    def voltages(self, mass: float, membrane: Membrane) -> Voltages:
-        """What its impacts generate with a ball of some mass [kg]."""
-        return voltages(np.array(self.speed_bottom), np.array(self.speed_top), mass, membrane)
+    def voltages(self, membrane: Membrane) -> Voltages:
+        """What its impacts generate."""
+        return voltages(np.array(self.speed_bottom), np.array(self.speed_top), membrane)
 
 
 def energy(study: Study) -> Iterator[Block]:
     """Voltages of the stable motions, and how they depend on the ball mass."""
-    membrane, mass = study.membrane, study.scenario.device.ball_mass_kg
-    if membrane is None or mass is None:
+    membrane = study.solution.membrane
+    if membrane is None:
         return
     origin = "set over the scenario" if _overridden(study) else "given by the scenario"
     yield Paragraph(
-        f"The ball mass *m* = {scaled(mass, 3, 8)} g is {origin} (device.ball_mass_kg); the paper does not "
+        f"The ball mass *m* = {scaled(membrane.ball_mass_kg, 3, 8)} g is {origin} (device.ball_mass_kg); the paper does not "
         "state it. All voltages are *U*_imp − *U*_in, the gain over the bias."
     )
     found = places(study)
     if not found:
         yield Paragraph("There is no stable motion to evaluate them for.")
         return
-    swept = SWEPT[study.sweep.parameter if study.sweep is not None else "length_m"]
-    yield _voltage_table(found, swept, mass, membrane)
-    yield _mass_table(found[0], mass, study.device.capsule_mass_kg, membrane)
+    yield _voltage_table(found, study.solution.parameter, membrane)
+    yield _mass_table(found[0], study.solution.device.capsule_mass_kg, membrane)
     power = 1 / (membrane.exponent + 1)
     yield Paragraph(
         f"By (5.5), *δ* grows with the power 1/(*h* + 1) = {significant(power, 4)} of *m*: a ball of twice "
@@ -80,27 +79,26 @@ def _overridden(study: Study) -> bool:
 def places(study: Study) -> list[Place]:
     """The stable motions at the design point, then those at the ends of the stable ranges."""
     found = []
-    if study.design is not None:
-        x = study.design.motions
+    if study.solution.design is not None:
+        x = study.solution.design.motions
         for row in np.nonzero(x.stable)[0]:
             state = float(x.d[row]), float(x.velocity_bottom[row]), float(x.velocity_top[row])
-            found.append(_place(study, "Design point", study.design.value, *state))
-    for part in study.stable_ranges:
-        for value, reason in ((part.start, part.start_reason), (part.end, part.end_reason)):
-            name = "End of the sweep" if reason == SWEEP_END else f"{reason}, end of the stable range"
+            found.append(_place(study, "Design point", study.solution.design.value, *state))
+    for part in study.solution.stable_ranges:
+        for value, point in part.ends:
+            name = "End of the sweep" if point is None else f"{point.label}, end of the stable range"
             found += [_place(study, name, value, *state) for state in _at(study, value)]
     return found
 
 
 def _place(study: Study, name: str, value: float, d: float, bottom: float, top: float) -> Place:
-    parameter = study.sweep.parameter if study.sweep is not None else "length_m"
-    unit = float(study.device.velocity_unit(parameter, value))
+    unit = float(study.solution.device.velocity_unit(study.solution.parameter, value))
     return Place(name, value, d, unit * bottom, -unit * top)
 
 
 def _at(study: Study, value: float) -> Iterator[tuple[float, float, float]]:
     """Motions with which a stable stretch of a branch begins or ends; of mirror images the first."""
-    for branch in study.solution.branches if study.solution else ():
+    for branch in study.solution.branches:
         x = branch.motions
         for part in branch.segments():
             for row in (part.first, part.last):
@@ -113,8 +111,8 @@ def _unit(largest: float) -> tuple[str, int]:
     return ("kV", -3) if largest >= MANY_VOLTS else ("V", 0)
 
 
-def _voltage_table(found: Sequence[Place], swept: Swept, mass: float, membrane: Membrane) -> Table:
-    gains = [place.voltages(mass, membrane) for place in found]
+def _voltage_table(found: Sequence[Place], swept: Parameter, membrane: Membrane) -> Table:
+    gains = [place.voltages(membrane) for place in found]
     unit, power = _unit(max(float(max(gain.bottom_v, gain.top_v)) for gain in gains))
     rows = [
         (
@@ -135,14 +133,14 @@ def _voltage_table(found: Sequence[Place], swept: Swept, mass: float, membrane: 
     return Table("Voltages of the stable motions", (*texts("Stable motion"), *place, *gain), tuple(rows), note)
 
 
-def _mass_table(place: Place, mass: float, capsule_mass: float, membrane: Membrane) -> Table:
+def _mass_table(place: Place, capsule_mass: float, membrane: Membrane) -> Table:
     masses = [
-        ("*m*, this scenario" if factor == 1 else f"{significant(factor)} *m*", factor * mass)
+        ("*m*, this scenario" if factor == 1 else f"{significant(factor)} *m*", factor * membrane.ball_mass_kg)
         for factor in MASS_FACTORS
     ]
     ratio = significant(PUBLISHED_MASS_RATIO)
     masses.append((f"{ratio} *M*, as in published code for this device", PUBLISHED_MASS_RATIO * capsule_mass))
-    gains = [place.voltages(each, membrane) for _, each in masses]
+    gains = [place.voltages(replace(membrane, ball_mass_kg=each)) for _, each in masses]
     unit, power = _unit(max(float(gain.average_v) for gain in gains))
     rows = [
         (

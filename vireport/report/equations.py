@@ -106,10 +106,11 @@ def equations(study: Study, folder: Path) -> Iterator[Block]:
         Where equations.json is.
     """
     found = _read(folder / "equations.json")
-    energy = study.membrane is not None
+    energy = study.solution.membrane is not None
     for title, text, names in (*GROUPS, ENERGY) if energy else GROUPS:
         yield Subheading(title)
-        level = study.solution.curve.level.kind if title == "Closed form" and study.solution is not None else ""
+        diagram = study.solution.diagram
+        level = diagram.curve.level.kind if title == "Closed form" and diagram is not None else ""
         yield Paragraph(f"{text} {LEVELS[level]}" if level else text)
         for name in names:
             yield Equation(name=name, note=NOTES.get(name, ""), **found[name])

@@ -10,11 +10,12 @@ from vireport.analysis.branches import CriticalPoint
 from vireport.analysis.critical import Point
 from vireport.analysis.design import DesignPoint, StableInterval
 from vireport.analysis.table import Row
+from vireport.gate.wording import capital
 from vireport.physics.decimals import DIGITS
 from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study
 from vireport.text.formatting import ABSENT, bounded, error_bound, percent, significant, words
-from vireport.text.wording import KINDS, SWEEP_END, SWEPT, capital, kind_of
 
 NOTHING = 1e-30
 """Below this, a number is what 45-digit arithmetic leaves of an exact zero."""
@@ -25,10 +26,10 @@ MOST_MARGINS = 10
 
 def table_1(study: Study) -> Iterator[Block]:
     """Where each family of motions is of which type."""
-    if study.solution is None or study.sweep is None:
+    if study.solution.diagram is None:
         return
-    swept = SWEPT[study.sweep.parameter]
-    symbol = swept.symbol if study.solution.curve.level.kind == "d" else "d"
+    swept = study.solution.parameter
+    symbol = swept.symbol if study.solution.diagram.curve.level.kind == "d" else "d"
     yield Paragraph(
         "Every 1:1 motion in the sweep whose ball stays between the membranes, by the criteria of the "
         "paper's Table 1. *Δ* and *λ*_i are those of (4.3)."
@@ -43,10 +44,10 @@ def table_1(study: Study) -> Iterator[Block]:
     yield Table(
         "Table 1 for this scenario",
         columns,
-        tuple(_table_row(row, symbol) for row in study.table),
+        tuple(_table_row(row, symbol) for row in study.solution.table),
         "Both ends of a row belong together: where *d* rises, the swept parameter may fall. Mirror images share a row.",
     )
-    yield from _ranges("Ranges of stable 1:1 motion", study, study.stable_ranges, None)
+    yield from _ranges("Ranges of stable 1:1 motion", study, study.solution.stable_ranges, None)
 
 
 def _table_row(row: Row, symbol: str) -> tuple[str, ...]:
@@ -63,7 +64,7 @@ def _table_row(row: Row, symbol: str) -> tuple[str, ...]:
 
 def _interval(row: Row, symbol: str) -> str:
     """An interval in letters, as the paper writes it."""
-    start, end = row.start_label, row.end_label
+    start, end = (point.label if point is not None else "" for point in (row.start_point, row.end_point))
     if start and end:
         return f"{start} < *{symbol}* < {end}"
     if start or end:
@@ -92,33 +93,33 @@ def _ranges(caption: str, study: Study, parts: Sequence[StableInterval], design:
 
 
 def _range_row(study: Study, part: StableInterval, designed: bool) -> Iterator[str]:
-    swept = SWEPT[part.parameter]
-    yield f"{capital(swept.name)} *{swept.symbol}*"
+    swept = part.parameter
+    yield f"{capital(swept.quantity)} *{swept.symbol}*"
     yield swept.unit
-    at = float(getattr(study.device, part.parameter)) if designed else None
+    at = float(getattr(study.solution.device, part.parameter)) if designed else None
     if at is not None:
         yield significant(at, 8)
-    for value, reason in ((part.start, part.start_reason), (part.end, part.end_reason)):
+    for value, point in part.ends:
         yield significant(value, 8)
-        yield _reason(study, part, reason)
+        yield _reason(study, part, point)
         if at is not None:
             yield percent((value - at) / at, signed=True) if at else ABSENT
 
 
-def _reason(study: Study, part: StableInterval, reason: str) -> str:
-    if reason != SWEEP_END:
-        return f"{reason}, {kind_of(study, part.parameter, reason)}"
-    if study.sweep is not None:
+def _reason(study: Study, part: StableInterval, point: CriticalPoint | None) -> str:
+    if point is not None:
+        return f"{point.label}, {point.kind.words}"
+    if study.solution.sweep is not None:
         return "the sweep"
-    return "its limit" if part.parameter == "inclination_deg" else "what was searched"
+    return "its limit" if part.parameter is Parameter.INCLINATION else "what was searched"
 
 
 def critical_points(study: Study) -> Iterator[Block]:
     """Where the motions change, to the digits that the error bound justifies."""
-    if study.solution is None or study.sweep is None:
+    if study.solution.sweep is None:
         return
     points = study.solution.critical_points
-    swept = SWEPT[study.sweep.parameter]
+    swept = study.solution.parameter
     if not points:
         yield Paragraph("The sweep has none: along each branch, the motions stay of one type.")
         return
@@ -147,7 +148,7 @@ def _where(critical: CriticalPoint) -> tuple[str, ...]:
     point = critical.point
     return (
         critical.label,
-        KINDS[critical.kind],
+        critical.kind.words,
         critical.family,
         bounded(point.sweep_value, point.error_bound),
         error_bound(point.error_bound),
@@ -161,7 +162,7 @@ def _clean(value: float) -> float:
 
 
 def _state_rows(critical: CriticalPoint) -> Iterator[tuple[str, ...]]:
-    yield (critical.label, *_state(critical.point, critical.phi_top), words(critical.detail))
+    yield (critical.label, *_state(critical.point, critical.phi_top), words(critical.change))
     if critical.mirror is not None:
         # The mirror image hits the top when the motion hits the bottom, half a forcing period on.
         top = float(np.mod(critical.point.phi + np.pi, 2 * np.pi))
@@ -175,11 +176,11 @@ def _state(point: Point, phi_top: float) -> tuple[str, ...]:
 
 def design_point(study: Study) -> Iterator[Block]:
     """Every motion at the design point, and what is around it."""
-    design = study.design
+    design = study.solution.design
     if design is None:
         return
-    at = ((x, float(getattr(study.device, key))) for key, x in SWEPT.items())
-    yield Paragraph(f"At {', '.join(f'*{x.symbol}* = {x.value(value, 8)}' for x, value in at)}:")
+    at = ((x, float(getattr(study.solution.device, x))) for x in Parameter)
+    yield Paragraph(f"At {', '.join(f'*{x.symbol}* = {x.show(value, 8)}' for x, value in at)}:")
     if len(design.motions):
         yield Table(
             "1:1 motions at the design point",
@@ -188,7 +189,7 @@ def design_point(study: Study) -> Iterator[Block]:
                 *numbers("*q*", "*φ*_B", "*φ*_T", "*Ż*_B", "*Ż*_T", "Tr", "*Δ*"),
             ),
             tuple(_motion_rows(design)),
-            f"Phases in rad, velocities in *y*_c. Det = *r*⁴ = {significant(study.device.restitution**4, 6)} for all.",
+            f"Phases in rad, velocities in *y*_c. Det = *r*⁴ = {significant(study.solution.device.restitution**4, 6)} for all.",
         )
     else:
         yield Paragraph("The equations of a 1:1 motion have no solution here.")
@@ -211,13 +212,13 @@ def _margins(design: DesignPoint) -> Iterator[Block]:
         return
     rows = []
     for margin in design.margins[:MOST_MARGINS]:
-        swept = SWEPT[margin.parameter]
+        swept = margin.parameter
         rows.append(
             (
                 f"*{swept.symbol}* [{swept.unit}]",
                 margin.label,
-                KINDS[margin.kind],
-                margin.family,
+                margin.kind.words,
+                margin.point.family,
                 significant(margin.sweep_value, 8),
                 significant(margin.distance, 6),
                 percent(margin.relative, signed=True),

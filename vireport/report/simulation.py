@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from vireport.report.pages import Block, Paragraph, Table, numbers, texts
 from vireport.study.study import Study
 from vireport.text.formatting import significant
-from vireport.text.wording import SWEPT
 from vireport.trust.crosscheck import CrossCheck
 
 MOST_ROWS = 12
@@ -19,17 +18,17 @@ def simulation(study: Study) -> Iterator[Block]:
     check = study.crosscheck
     if check is None:
         return
-    swept = SWEPT[check.parameter]
+    swept = check.parameter
     starts = len(check.found[0])
     yield Paragraph(
         f"The rigid-impact model is simulated from impact to impact at {len(check.values)} "
-        f"value{'s' * (len(check.values) != 1)} of the {swept.name}, from {starts} "
+        f"value{'s' * (len(check.values) != 1)} of the {swept.quantity}, from {starts} "
         f"starting state{'s' * (starts != 1)} at each and from beside each stable orbit. The simulation knows the "
         "flight and the impact law, and nothing of the equations of the periodic motions."
     )
     yield Table("Simulation against solution", texts("Question", "Answer"), tuple(_answers(check)))
     if check.misses:
-        rows = tuple((swept.value(miss.sweep_value, 9), miss.found) for miss in check.misses[:MOST_ROWS])
+        rows = tuple((swept.show(miss.sweep_value, 9), miss.found) for miss in check.misses[:MOST_ROWS])
         more = len(check.misses) - len(rows)
         yield Table(
             "Orbits that the simulation left",

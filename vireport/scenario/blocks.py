@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from vireport.scenario.keys import Key, validator
+from vireport.scenario.parameters import Parameter
 
 # The dimensionless groups are products of up to six of the quantities, e.g. d = s M omega^2/(pi^2 F), and the
 # theory squares and cubes them. With every quantity in this range those products stay clear of 1e-308 and
@@ -25,13 +26,8 @@ _SWEPT = "Required unless it is swept; with a sweep over it, it is the design po
 
 SweepParameter = Literal["length_m", "amplitude_n", "frequency_hz", "inclination_deg"]
 
-# Where each parameter that can be swept stands in the scenario.
-SWEEPABLE: dict[str, str] = {
-    "length_m": "device.length_m",
-    "amplitude_n": "excitation.amplitude_n",
-    "frequency_hz": "excitation.frequency_hz",
-    "inclination_deg": "inclination_deg",
-}
+SWEEPABLE: dict[str, str] = {parameter.value: parameter.path for parameter in Parameter}
+"""Where each parameter that can be swept stands in the scenario."""
 
 
 def _positive(title: str, unit: str, meaning: str, example: float) -> Key:

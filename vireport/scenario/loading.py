@@ -69,6 +69,13 @@ class Loaded:
     given: frozenset[str]
     overrides: tuple[str, ...] = ()
 
+    def line_of(self, path: str) -> int | None:
+        """Line of a key of the file, None where the key was set over it."""
+        over = [text.partition("=")[0].strip() for text in self.overrides]
+        if any(path == one or path.startswith(f"{one}.") for one in over):
+            return None
+        return self.document.lines.get(path)
+
     @property
     def sha256(self) -> str:
         """SHA-256 of the file, and of a zero byte and the override for each override.

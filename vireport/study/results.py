@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections.abc import Iterator
 from dataclasses import asdict
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -17,18 +18,19 @@ import numpy as np
 
 from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.critical import Point
-from vireport.analysis.design import DesignPoint, StableInterval
+from vireport.analysis.design import DesignPoint, Margin, StableInterval
 from vireport.analysis.motions import Motions
 from vireport.analysis.table import Row
 from vireport.analysis.uncertainty import NO_BOUND, shown
 from vireport.physics.energy import Voltages
 from vireport.scenario.loading import to_dict
+from vireport.study.measured import accuracy_data, compliance_data, plain
+from vireport.study.provenance import Provenance, provenance_of
 from vireport.study.study import Study
 
 if TYPE_CHECKING:
     from vireport.gate.criteria import Criterion
     from vireport.simulation.attractors import Attractor
-    from vireport.study.provenance import Provenance
     from vireport.trust.crosscheck import CrossCheck
 
 SCHEMA_VERSION = 1
@@ -46,17 +48,16 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
     provenance : Provenance
         Where the results came from.
     """
-    branches = study.solution.branches if study.solution else ()
-    voltages = study.voltages or (None,) * len(branches)
-    bounds = study.bounds.branches
+    solution = study.solution
+    bounds = solution.bounds.branches
     return {
         "schema_version": SCHEMA_VERSION,
         "scenario": to_dict(study.scenario),
-        "branches": [_branch(*row) for row in zip(branches, voltages, bounds, strict=True)],
-        "critical_points": [_critical(point) for point in (study.solution.critical_points if study.solution else ())],
-        "design_point": _design(study.design, study.design_voltages, study.bounds.design),
-        "stable_range": [_range(part) for part in study.stable_ranges],
-        "table_1": [_table_row(row, bounds[row.branch - 1]) for row in study.table],
+        "branches": [_branch(*row) for row in zip(solution.branches, bounds, strict=True)],
+        "critical_points": [_critical(point) for point in solution.critical_points],
+        "design_point": _design(solution.design, solution.bounds.design),
+        "stable_range": [_range(part) for part in solution.stable_ranges],
+        "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
         **_measured(study),
         "requirements": _requirements(study.criteria) if study.scenario.requirements is not None else None,
@@ -77,11 +78,9 @@ def branches_csv(study: Study) -> bytes:
     """Every motion of every branch as a row of a table, by the names of results.json."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    branches = study.solution.branches if study.solution else ()
-    voltages = study.voltages or (None,) * len(branches)
     header: list[str] | None = None
-    for branch, volts in zip(branches, voltages, strict=True):
-        columns = {**_motions(branch.motions), **_voltages(volts), "critical_point": list(branch.event)}
+    for branch in study.solution.branches:
+        columns = {**_motions(branch.motions), **_voltages(branch.voltages), "critical_point": branch.labels}
         if header is None:
             header = ["branch", "family", *columns]
             writer.writerow(header)
@@ -143,15 +142,15 @@ def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
     return {**found, "null_means": NO_BOUND} if any(None in column for column in found.values()) else found
 
 
-def _branch(branch: Branch, voltages: Voltages | None, bounds: dict[str, Any]) -> dict[str, Any]:
+def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
     return {
         "number": branch.number,
         "family": branch.family,
         "mirror_of": branch.mirror_of,
         "ends": list(branch.ends),
         **_motions(branch.motions),
-        **_voltages(voltages),
-        "critical_point": [label or None for label in branch.event],
+        **_voltages(branch.voltages),
+        "critical_point": [label or None for label in branch.labels],
         "error_bounds": _bounds(bounds),
     }
 
@@ -187,14 +186,25 @@ def _critical(critical: CriticalPoint) -> dict[str, Any]:
         "phi_top_rad": critical.phi_top,
         "mirror": None if critical.mirror is None else _point(critical.mirror),
         "branch": critical.branch,
-        "detail": critical.detail,
+        "detail": critical.change,
     }
 
 
 def _table_row(row: Row, bounds: dict[str, Any]) -> dict[str, Any]:
     """A row of Table 1, its ends with the bounds they have on their branch."""
-    found = asdict(row)
-    ends = {"start": found.pop("first_row"), "end": found.pop("last_row")}
+    found = {
+        "family": row.family,
+        "branch": row.branch,
+        "start_label": row.start_point.label if row.start_point else "",
+        "end_label": row.end_point.label if row.end_point else "",
+        "criteria": row.criteria,
+        "stability": row.stability,
+        "d_start": row.d_start,
+        "d_end": row.d_end,
+        "sweep_start": row.sweep_start,
+        "sweep_end": row.sweep_end,
+    }
+    ends = {"start": row.first_row, "end": row.last_row}
     names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
     errors = shown(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
     return {**found, "error_bounds": dict(zip(names, errors[0], strict=True))}
@@ -204,9 +214,7 @@ DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
 """What a row of Table 1 gives of its ends, and the column it is from."""
 
 
-def _design(
-    design: DesignPoint | None, voltages: Voltages | None, bounds: dict[str, Any] | None
-) -> dict[str, Any] | None:
+def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[str, Any] | None:
     if design is None or bounds is None:
         return None
     return {
@@ -214,10 +222,24 @@ def _design(
         "value": design.value,
         "family": list(design.families),
         **_motions(design.motions),
-        **_voltages(voltages),
+        **_voltages(design.voltages),
         "error_bounds": _bounds(bounds),
-        "margins": [asdict(margin) for margin in design.margins],
+        "margins": [_margin(margin) for margin in design.margins],
         "stable_range": [_range(part) for part in design.stable],
+    }
+
+
+def _margin(margin: Margin) -> dict[str, Any]:
+    return {
+        "parameter": margin.parameter,
+        "label": margin.label,
+        "kind": margin.kind,
+        "family": margin.point.family,
+        "sweep_value": margin.sweep_value,
+        "distance": margin.distance,
+        "relative": margin.relative,
+        "ends_stability": margin.ends_stability,
+        "error_bound": margin.error_bound,
     }
 
 
@@ -225,14 +247,10 @@ def _measured(study: Study) -> dict[str, Any]:
     """What was measured or proved where that was asked for; null where not."""
     found: dict[str, Any] = {"accuracy": None, "compliant": None, "certificates": None}
     if study.work is not None:
-        from vireport.study.measured import accuracy_data, compliance_data
-
         found["accuracy"] = accuracy_data(study.work)
         found["compliant"] = None if study.compliance is None else compliance_data(study.compliance)
     if study.certificates is not None:
-        from vireport.report.certificates import certificates_data
-
-        found["certificates"] = certificates_data(study.certificates)
+        found["certificates"] = plain(study.certificates)
     return found
 
 
@@ -297,8 +315,35 @@ def _range(part: StableInterval) -> dict[str, Any]:
         "parameter": part.parameter,
         "from": part.start,
         "to": part.end,
-        "from_reason": part.start_reason,
-        "to_reason": part.end_reason,
-        "from_error_bound": part.start_error,
-        "to_error_bound": part.end_error,
+        "from_reason": _reason(part.start_point),
+        "to_reason": _reason(part.end_point),
+        "from_error_bound": part.start_point.point.error_bound if part.start_point else 0.0,
+        "to_error_bound": part.end_point.point.error_bound if part.end_point else 0.0,
     }
+
+
+def _reason(point: CriticalPoint | None) -> str:
+    """What ends a stable range."""
+    return point.label if point is not None else "end of the sweep"
+
+
+ENDS = "ends"
+"""The one list of a branch that is not of its motions."""
+
+
+def study_dict(study: Study) -> dict[str, Any]:
+    """The results of a study as plain data: results.json without its provenance."""
+    data = results(study, provenance_of(study.loaded, ""))
+    del data["provenance"]
+    return data
+
+
+def study_rows(study: Study) -> list[dict[str, Any]]:
+    """Every motion of every branch as a dict, by the names of branches.csv."""
+    return [row for branch in study_dict(study)["branches"] for row in _branch_rows(branch)]
+
+
+def _branch_rows(branch: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    columns = {name: values for name, values in branch.items() if isinstance(values, list) and name != ENDS}
+    for row in zip(*columns.values(), strict=True):
+        yield {"branch": branch["number"], "family": branch["family"], **dict(zip(columns, row, strict=True))}

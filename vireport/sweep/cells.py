@@ -30,9 +30,8 @@ class MapPlan:
     ----------
     device : Device
         What is held; a parameter that varies has any value.
-    ball_mass_kg : float or None
-        Where there is none, no voltage is evaluated.
     membrane : Membrane or None
+        Where there is none, no voltage is evaluated; a ball mass that varies has any value.
     axes : tuple of Axis
     sampling : str
         See `map_blocks.Map`.
@@ -44,7 +43,6 @@ class MapPlan:
     """
 
     device: Device
-    ball_mass_kg: float | None
     membrane: Membrane | None
     axes: tuple[Axis, ...]
     sampling: str

@@ -15,18 +15,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from vireport.analysis.stability import STABILITY
+from vireport.analysis.kinds import STABILITIES
 from vireport.figures import sheet
 from vireport.figures.axes import BLACK, DPI, PURPLE, SMALL, VERMILION, WARNING, prefix, style
 from vireport.figures.captions import OUTSIDE
 from vireport.figures.panel import Panel
 from vireport.figures.sheet import ROW, WIDTH, Entry, Page, Place, wrapped
 from vireport.figures.ticks import fitting_ticks
-from vireport.physics.device import PARAMETERS
+from vireport.scenario.parameters import Parameter
 from vireport.sweep.cells import MapPlan, axis_values
 from vireport.sweep.loci import Locus, loci_of
 from vireport.text.formatting import PREFIXES
-from vireport.text.wording import SWEPT
 
 Floats = NDArray[np.float64]
 
@@ -84,7 +83,7 @@ class Raster:
     x, y : ndarray
         Values of the two axes.
     columns : dict of str to ndarray, shape (len(y), len(x))
-        NaN where there is nothing; for ``stability`` the index into `stability.STABILITY`.
+        NaN where there is nothing; for ``stability`` the index into `kinds.STABILITIES`.
     """
 
     x: Floats
@@ -101,7 +100,7 @@ def picture_names(plan: MapPlan) -> tuple[str, ...]:
     """Names of the heat maps of a map."""
     if not is_drawn(plan):
         return ()
-    return ("map-stability", "map-margin", *(("map-voltage",) if plan.ball_mass_kg is not None else ()))
+    return ("map-stability", "map-margin", *(("map-voltage",) if plan.membrane is not None else ()))
 
 
 def map_pictures(plan: MapPlan, result: Path) -> tuple[MapPicture, ...]:
@@ -126,9 +125,9 @@ def _raster(plan: MapPlan, result: Path) -> Raster:
     shape = plan.shape
     stride = [-(-count // FINEST) for count in shape]
     kept = [np.arange(0, count, step) for count, step in zip(shape, stride, strict=True)]
-    names = ["multiplier_margin", *(["u_ave_v", "deflection_m"] if plan.ball_mass_kg is not None else [])]
+    names = ["multiplier_margin", *(["u_ave_v", "deflection_m"] if plan.membrane is not None else [])]
     columns = {name: np.full((len(kept[1]), len(kept[0])), np.nan) for name in ("stability", *names)}
-    codes = {word: float(k) for k, word in enumerate(STABILITY)}
+    codes = {word: float(k) for k, word in enumerate(STABILITIES)}
     first = 0
     with pq.ParquetFile(result) as file:
         for batch in file.iter_batches(columns=list(columns)):
@@ -150,8 +149,8 @@ def _stability(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
         (name, {"color": color, "linewidth": 7.0, "solid_capstyle": "butt"}) for name, color in _relabelled().items()
     ]
     page = _page(plan, raster, "stability of the 1:1 motion", entries, loci)
-    colors = ListedColormap([TYPES[word] for word in STABILITY])
-    _fill(page.panel, raster, raster.columns["stability"], colors, Normalize(-0.5, len(STABILITY) - 0.5))
+    colors = ListedColormap([TYPES[word] for word in STABILITIES])
+    _fill(page.panel, raster, raster.columns["stability"], colors, Normalize(-0.5, len(STABILITIES) - 0.5))
     _curves(page.panel, loci)
     return page.page.figure
 
@@ -239,9 +238,9 @@ def _page(
 
 
 def _label(name: str) -> str:
-    if name in PARAMETERS:
-        swept = SWEPT[name]
-        return f"{swept.name} {swept.symbol} [{swept.unit}]"
+    if name in tuple(Parameter):
+        swept = Parameter(name)
+        return f"{swept.quantity} {swept.symbol} [{swept.unit}]"
     return OTHER_NAMES[name]
 
 

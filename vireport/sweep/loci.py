@@ -10,17 +10,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.solution import solve
+from vireport.analysis.diagram import solve
+from vireport.analysis.kinds import CriticalKind
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics.device import Device, Parameter, Sweep
+from vireport.physics.device import Device
 from vireport.scenario.blocks import SWEEPABLE
 from vireport.scenario.map_blocks import Axis
+from vireport.scenario.parameters import Parameter
 from vireport.sweep.cells import MapPlan
 
 Floats = NDArray[np.float64]
@@ -40,7 +42,12 @@ FARTHEST = 0.06
 """Distance in the sweep, in u and in half the phase's sine and cosine, up to which two points are one motion. Sweeps
 next to one another are a 160th of the map apart."""
 
-KINDS = {"period_doubling": "period_doubling", "fold": "fold", "pitchfork": "fold", "grazing": "grazing"}
+KINDS = {
+    CriticalKind.PERIOD_DOUBLING: CriticalKind.PERIOD_DOUBLING,
+    CriticalKind.FOLD: CriticalKind.FOLD,
+    CriticalKind.PITCHFORK: CriticalKind.FOLD,
+    CriticalKind.GRAZING: CriticalKind.GRAZING,
+}
 """Kinds of critical points that are drawn, and as what; a pitchfork is where two folds of tilted capsules begin."""
 
 
@@ -75,7 +82,7 @@ def loci_of(plan: MapPlan) -> tuple[Locus, ...]:
         return ()
     across = 1 - along
     low, high = ends(plan.axes[along])
-    parameter = cast(Parameter, names[along])
+    parameter = Parameter(names[along])
 
     def column(value: float) -> Column:
         sweep = Sweep(_with(plan.device, names[across], value), parameter, low, high)

@@ -11,9 +11,11 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
+from vireport.analysis.kinds import STABILITIES
 from vireport.analysis.pointwise import find_motions
-from vireport.analysis.stability import STABILITY, classify
+from vireport.analysis.stability import UNSTABLE, classify
 from vireport.physics.energy import voltages
+from vireport.scenario.parameters import Parameter
 from vireport.sweep.cells import MapPlan, cells_of
 
 Floats = NDArray[np.float64]
@@ -29,7 +31,7 @@ STABILITY_TYPE = pa.dictionary(pa.int8(), pa.string())
 
 AXIS_UNITS = {
     "inclination_deg": "deg",
-    "length_m": "m",
+    Parameter.LENGTH: "m",
     "amplitude_n": "N",
     "frequency_hz": "Hz",
     "restitution": "1",
@@ -68,7 +70,7 @@ def schema_of(plan: MapPlan) -> pa.Schema:
     """Columns of a map, with their units."""
     columns = [(name, pa.float64(), AXIS_UNITS[name]) for name in plan.names]
     columns += [*CELL, *MOTION]
-    if plan.ball_mass_kg is not None:
+    if plan.membrane is not None:
         columns += [("u_ave_v", pa.float64(), "V"), ("deflection_m", pa.float64(), "m")]
     if plan.simulate is not None:
         columns += [("word", pa.string(), ""), ("basin_share", pa.float64(), "1")]
@@ -93,13 +95,13 @@ def evaluate_chunk(plan: MapPlan, chunk: int) -> pa.Table:
     count = plan.rows(chunk)
     swept = {name: value for name, value in values.items() if name not in ("restitution", "ball_mass_kg")}
     device = replace(plan.device, **swept)  # type: ignore[arg-type]
-    d, gbar = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in device.groups("length_m", device.length_m))
+    d, gbar = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in device.groups(Parameter.LENGTH, device.length_m))
     r = values.get("restitution", np.full(count, plan.device.restitution))
     columns: dict[str, Any] = {**values, "d": d, "gbar": gbar}
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
         columns |= _motions(d, gbar, r, plan.device.period_ratio)
-        if plan.ball_mass_kg is not None:
-            columns |= _voltages(plan, values, device.velocity_unit("length_m", None), columns)
+        if plan.membrane is not None:
+            columns |= _voltages(plan, values, device.velocity_unit(Parameter.LENGTH, None), columns)
     if plan.simulate is not None:
         columns |= _simulated(plan, d, gbar, r)
     schema = schema_of(plan)
@@ -126,7 +128,7 @@ def _motions(d: Floats, gbar: Floats, r: Any, n: int) -> dict[str, Any]:
     real = np.flatnonzero(found.admissible)
     cell, trace = found.cell[real], found.trace[real]
     code = classify(trace, r[cell])
-    stable = code != STABILITY.index("unstable node")
+    stable = code != UNSTABLE
     orbit = found.orbit
     order = np.lexsort((orbit.u[real], -np.round(orbit.velocity_bottom[real], DECIMALS), ~stable, cell))
     first = np.ones(len(order), dtype=bool)
@@ -162,8 +164,8 @@ def _words(codes: NDArray[np.int8]) -> pa.Array:
     """Types of stability by their codes, null where that is negative."""
     valid = pa.py_buffer(np.packbits(codes >= 0, bitorder="little"))
     index = pa.Array.from_buffers(pa.int8(), len(codes), [valid, pa.py_buffer(np.maximum(codes, 0))])
-    ends = np.cumsum([0, *map(len, STABILITY)]).astype(np.int32)
-    names = pa.StringArray.from_buffers(len(STABILITY), pa.py_buffer(ends), pa.py_buffer("".join(STABILITY).encode()))
+    ends = np.cumsum([0, *map(len, STABILITIES)]).astype(np.int32)
+    names = pa.StringArray.from_buffers(len(STABILITIES), pa.py_buffer(ends), pa.py_buffer("".join(STABILITIES).encode()))
     return pa.DictionaryArray.from_arrays(index, names)
 
 
@@ -172,10 +174,12 @@ def _voltages(plan: MapPlan, values: dict[str, Floats], unit: Any, columns: dict
     bottom, top = columns["velocity_bottom"], columns["velocity_top"]
     at = np.flatnonzero(np.isfinite(bottom))
     unit = np.broadcast_to(unit, len(bottom))[at]
-    mass: Any = values["ball_mass_kg"][at] if "ball_mass_kg" in values else plan.ball_mass_kg
     found = {name: np.full(len(bottom), np.nan) for name in ("u_ave_v", "deflection_m")}
     if plan.membrane is not None:
-        each = voltages(unit * bottom[at], unit * top[at], mass, plan.membrane)
+        membrane = plan.membrane
+        if "ball_mass_kg" in values:
+            membrane = replace(membrane, ball_mass_kg=values["ball_mass_kg"][at])  # type: ignore[arg-type]
+        each = voltages(unit * bottom[at], unit * top[at], membrane)
         found["u_ave_v"][at], found["deflection_m"][at] = each.average_v, each.deflection_m
     return found
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
+from vireport.analysis.solution import SMALLEST_LOSS
 from vireport.errors import NumericalError
-from vireport.physics.energy import Membrane
-from vireport.scenario import blocks
 from vireport.scenario.map_blocks import Map
 from vireport.scenario.map_scenario import LoadedMap
-from vireport.study.study import SMALLEST_LOSS, device_of
+from vireport.study.study import device_of, membrane_of
 from vireport.sweep.cells import MapPlan
 
 CHUNK_CELLS = 32_768
@@ -33,9 +32,6 @@ def map_plan(loaded: LoadedMap) -> MapPlan:
             f"device.restitution: {scenario.device.restitution!r} means impacts with hardly any loss, for which the "
             f"criteria of stability do not apply (allowed in a map: at most 1 - {SMALLEST_LOSS:g})"
         )
-    mass = scenario.device.ball_mass_kg
-    given = scenario.device.membrane or blocks.Membrane()
-    membrane = Membrane(**{name: getattr(given, name) for name in Membrane.__slots__})
     if block.sampling == "grid":
         cells = math.prod(len(axis.values) if axis.values else (axis.count or 0) for axis in block.axes)
     elif block.sampling == "list":
@@ -44,8 +40,7 @@ def map_plan(loaded: LoadedMap) -> MapPlan:
         cells = block.samples or 0
     return MapPlan(
         device=device_of(scenario),
-        ball_mass_kg=mass,
-        membrane=membrane if mass is not None else None,
+        membrane=membrane_of(scenario),
         axes=block.axes,
         sampling=block.sampling,
         seed=block.seed,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.analysis.stability import STABILITY
+from vireport.analysis.kinds import STABILITIES
 from vireport.errors import NumericalError
 from vireport.scenario.map_scenario import load_map
 from vireport.sweep.cells import MapPlan
@@ -111,7 +111,7 @@ def cores() -> int:
 
 def _draw(result: Path, folder: Path, plan: MapPlan) -> list[Path]:
     """Draw the heat maps that are not there yet."""
-    from vireport.cli.outputs import write_whole
+    from vireport.files import write_whole
     from vireport.sweep.figures import map_pictures, picture_names
     from vireport.sweep.store import written
 
@@ -124,7 +124,7 @@ def _draw(result: Path, folder: Path, plan: MapPlan) -> list[Path]:
 
 
 def _summary(plan: MapPlan, counts: dict[str | None, int], files: list[Path]) -> str:
-    stable = sum(counts.get(word, 0) for word in STABILITY if word != "unstable node")
+    stable = sum(counts.get(word, 0) for word in STABILITIES if word.attracts)
     parts = (stable, counts.get("unstable node", 0), counts.get(None, 0))
     shares = [f"{100 * part / plan.cells:.3g} %" for part in parts]
     axes = " x ".join(plan.names)

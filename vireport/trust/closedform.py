@@ -14,8 +14,8 @@ from math import atan2, cos, pi, sin, sqrt
 
 from vireport.analysis.orbits import Orbits, coefficients, level_residual, orbits
 from vireport.analysis.stability import flight_jacobian, trace_and_determinant
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics.device import Sweep
 from vireport.trust.integrators import Budget
 from vireport.trust.methods import Found, Groups
 from vireport.trust.quasinewton import quasi_newton

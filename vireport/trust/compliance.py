@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from vireport.analysis.branches import CriticalPoint
 from vireport.physics.contact import Contact
-from vireport.physics.device import Parameter
 from vireport.physics.energy import Membrane, deflection, generated_voltage
+from vireport.scenario.parameters import Parameter
 from vireport.trust.compliant_orbits import CompliantOrbit
 from vireport.trust.penalty import Run
 
@@ -169,7 +169,7 @@ class Compliance:
     reason: str = ""
     rigid: Rigid | None = None
     critical: CriticalPoint | None = None
-    varied: Parameter = "length_m"
+    varied: Parameter = Parameter.LENGTH
     design_value: float = 0.0
     order: float = 0.0
     restitution: float = 0.0
@@ -232,7 +232,7 @@ def phase_shift(phase: float, reference: float) -> float:
     return float((phase - reference + np.pi) % (2 * np.pi) - np.pi)
 
 
-def volts_of(made: Compliance, mass: float, membrane: Membrane) -> Volts | None:
+def volts_of(made: Compliance, membrane: Membrane) -> Volts | None:
     """U_ave with the scenario's own stiffness, Eq. (5.1)."""
     own = made.own
     if own is None or own.orbit is None:
@@ -241,13 +241,13 @@ def volts_of(made: Compliance, mass: float, membrane: Membrane) -> Volts | None:
     touches = own.orbit.bottom, own.orbit.top
     depth = length * np.array([touch.deflection for touch in touches])
     # The velocity that would press the membrane as deep by (5.5): depth grows as its power 2/(h+1).
-    as_fast = (depth / deflection(np.array(1.0), mass, membrane)) ** ((membrane.exponent + 1) / 2)
+    as_fast = (depth / deflection(np.array(1.0), membrane)) ** ((membrane.exponent + 1) / 2)
     speeds = (
         unit * np.array([rigid.velocity_bottom, rigid.velocity_top]),
         unit * np.array([touch.velocity for touch in touches]),
         as_fast,
     )
-    return Volts(*(float(generated_voltage(speed, mass, membrane).mean()) for speed in speeds))
+    return Volts(*(float(generated_voltage(speed, membrane).mean()) for speed in speeds))
 
 
 def criteria_of(made: Compliance) -> tuple[Criterion, ...]:

@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 
 from vireport.errors import NumericalError
 from vireport.physics.contact import contacts
-from vireport.physics.device import Device, Parameter
+from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.physics.flight import displacement, velocity
+from vireport.scenario.parameters import Parameter
 
 try:
     from scipy.integrate import DOP853, solve_ivp  # type: ignore[import-untyped]
@@ -109,7 +110,7 @@ class Touch:
 
 
 def compliant_model(
-    device: Device, parameter: Parameter, value: float, mass: float, membrane: Membrane, factor: float = 1.0
+    device: Device, parameter: Parameter, value: float, membrane: Membrane, factor: float = 1.0
 ) -> Compliant:
     """The dimensionless model of a device with compliant membranes.
 
@@ -118,18 +119,16 @@ def compliant_model(
     device : Device
     parameter, value : str, float
         One parameter, and the value it has.
-    mass : float
-        Ball mass m [kg].
     membrane : Membrane
     factor : float
         By which its stiffness K is multiplied.
     """
     at = device.at(parameter, float(value))
     d, gbar = device.groups(parameter, float(value))
-    speed, time = float(device.velocity_unit(parameter, float(value))), 1 / (2 * at["frequency_hz"])
+    speed, time = float(device.velocity_unit(parameter, float(value))), 1 / (2 * at[Parameter.FREQUENCY])
     length, h = speed * time, membrane.exponent
-    per_ball = length**h * device.capsule_mass_kg / (mass * at["amplitude_n"])
-    scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball)
+    per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])
+    scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball, ball_mass_kg=1.0)
     return Compliant(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed, time)
 
 
@@ -157,7 +156,7 @@ def contact_phase(model: Compliant, wall: int, speed: float, phase: float, deepe
     NumericalError
         If the ball does not leave within `LONGEST_CONTACT` durations.
     """
-    alone = contacts(np.array(speed), 1.0, model.membrane, model.restitution)
+    alone = contacts(np.array(speed), model.membrane, model.restitution)
     time, depth = float(alone.duration), float(alone.deflection)
     h, gbar = model.membrane.exponent, model.gbar
     spring = float(np.exp(np.log(model.membrane.stiffness) + (h - 1) * np.log(depth))) * time * time

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.errors import NumericalError
-from vireport.physics.device import Device, Parameter
+from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
+from vireport.scenario.parameters import Parameter
 from vireport.trust.compliant import Compliant, Touch, compliant_model, lap
 from vireport.trust.quasinewton import quasi_newton
 
@@ -132,7 +133,6 @@ def _solved(function: Callable[[Floats], Floats], guess: Floats) -> Floats:
 def find_critical(
     device: Device,
     parameter: Parameter,
-    mass: float,
     membrane: Membrane,
     factor: float,
     guess: Floats,
@@ -144,7 +144,7 @@ def find_critical(
 
     Parameters
     ----------
-    device, parameter, mass, membrane, factor
+    device, parameter, membrane, factor
         As in `compliant_model`; `parameter` is the one that varies.
     guess : ndarray of shape (3,)
         Velocity, phase at the bottom and value of the parameter.
@@ -163,7 +163,7 @@ def find_critical(
     """
 
     def conditions(x: Floats) -> Floats:
-        model = compliant_model(device, parameter, float(x[2]), mass, membrane, factor)
+        model = compliant_model(device, parameter, float(x[2]), membrane, factor)
         shifted = linearised(model, x[:2]) - multiplier * np.eye(2)
         return np.append(mismatch(model, x[:2]), np.linalg.det(shifted))
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from vireport.analysis.design import design_point
-from vireport.analysis.solution import solve
+from vireport.analysis.diagram import solve
+from vireport.analysis.solution import Solution
 from vireport.errors import NumericalError
-from vireport.physics.device import Device, Parameter
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
 from vireport.trust.closedform import (
     Wanted,
     closed_critical,
@@ -22,9 +24,6 @@ from vireport.trust.closedform import (
 )
 from vireport.trust.integrators import Budget, Case, Tuned, explicit, integrated, runge_kutta, simulated
 from vireport.trust.methods import Found, settle, shoot, shoot_critical
-
-if TYPE_CHECKING:
-    from vireport.study.study import Study
 
 CLOSED, WHOLE = "closed form", "whole sweep, no guess"
 PRINTED, EXPLICIT = "Newton on (3.15)–(3.17)", "return map (2.11)–(2.12)"
@@ -88,13 +87,13 @@ class Contender:
 
 
 def contenders(
-    study: Study, orbit: Wanted, critical: Wanted | None, label: str
+    solution: Solution, orbit: Wanted, critical: Wanted | None, label: str
 ) -> tuple[tuple[Contender, ...], tuple[tuple[str, str], ...]]:
     """The methods that can be tried here, and those that cannot with the reason.
 
     Parameters
     ----------
-    study : Study
+    solution : Solution
     orbit : Wanted
         The motion, with the guess that all begin from.
     critical : Wanted or None
@@ -102,7 +101,7 @@ def contenders(
         Of the critical point.
     """
     found, absent = [_formula(CLOSED, closed_orbit, closed_critical, orbit, critical)], []
-    found.append(_whole(study, orbit, critical, label))
+    found.append(_whole(solution, orbit, critical, label))
     found.append(_formula(PRINTED, printed_orbit, printed_critical, orbit, critical))
     found.append(_shooting(EXPLICIT, "stop", STOPS, explicit, "formula", orbit, critical))
     if find_spec("numba") is None:
@@ -171,14 +170,13 @@ def _settling(wanted: Wanted) -> Contender:
     return Contender(SETTLING, "change", TRANSIENTS, orbit, None, BUDGETS["formula"], order=1.0)
 
 
-def _whole(study: Study, wanted: Wanted, point: Wanted | None, label: str) -> Contender:
+def _whole(solution: Solution, wanted: Wanted, point: Wanted | None, label: str) -> Contender:
     """Everything the package finds in the sweep, or at the design point, without a guess."""
     device = device_at(wanted.sweep.device, wanted.sweep.parameter, wanted.guess.value)
-    sweep = study.sweep
+    sweep = solution.sweep
 
     def orbit(_: float, spent: Budget) -> Found:
-        parameter, solution = (sweep.parameter, solve(sweep)) if sweep is not None else (None, None)
-        m = design_point(device, parameter, solution).motions
+        m = design_point(device, solve(sweep) if sweep is not None else None).motions
         k = int(np.argmax(np.where(m.stable, np.cos(m.phi_bottom - wanted.guess.phase), -2.0)))
         return Found(float(m.phi_bottom[k]), float(m.velocity_bottom[k]), float(m.velocity_top[k]), float(m.q[k]))
 

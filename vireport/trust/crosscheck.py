@@ -13,19 +13,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.pointwise import find_motions
 from vireport.analysis.solution import Solution
 from vireport.analysis.tracing import select
-from vireport.physics.device import Device, Parameter, Sweep
+from vireport.physics.device import Device
 from vireport.scenario.blocks import Simulation
+from vireport.scenario.parameters import Parameter
 from vireport.simulation.attractors import Attractor, Diagram, attractors, diagram, find_attractor
 from vireport.simulation.events import BOTTOM, Impact
 from vireport.simulation.portraits import Portrait as Portrait
 from vireport.simulation.portraits import portrait
 
 if TYPE_CHECKING:
-    from vireport.trust.timing import Progress
+    from vireport.progress import Progress
 
 Floats = NDArray[np.float64]
 
@@ -122,22 +124,14 @@ def wilson(hits: int, trials: int) -> tuple[float, float, float]:
 
 
 def crosscheck(
-    device: Device,
-    sweep: Sweep | None,
-    solution: Solution | None,
-    design: Motions | None,
-    asked: Simulation,
-    progress: Progress | None = None,
+    solution: Solution, asked: Simulation, progress: Progress | None = None
 ) -> CrossCheck:
     """Simulate along a sweep, or at a design point, and compare with the analytic motions.
 
     Parameters
     ----------
-    device : Device
-    sweep, solution : Sweep, Solution or None
-        Of the analytic side; None where nothing is swept.
-    design : Motions or None
-        The motions of the design point, which are checked where nothing is swept.
+    solution : Solution
+        Of the analytic side. Where nothing is swept, the motions of the design point are checked.
     asked : Simulation
         The scenario's block.
     progress : callable, optional
@@ -149,10 +143,15 @@ def crosscheck(
         If the compiler that the simulation needs is not installed.
     """
     say = progress or (lambda what: None)
-    along = sweep or Sweep(device, "length_m", device.length_m, device.length_m)
-    values = np.linspace(along.start, along.end, asked.samples) if sweep else np.array([float(device.length_m)])
-    d, gbar = (np.asarray(x) * np.ones(len(values)) for x in device.groups(along.parameter, values))
-    orbits = orbits_at(solution, values) if solution is not None else [design] if design is not None else [None]
+    device, parameter = solution.device, solution.parameter
+    orbits: list[Motions | None]
+    if solution.diagram is not None:
+        values = np.linspace(solution.diagram.sweep.start, solution.diagram.sweep.end, asked.samples)
+        orbits = orbits_at(solution.diagram, values)
+    else:
+        values = np.array([float(device.length_m)])
+        orbits = [solution.design.motions if solution.design is not None else None]
+    d, gbar = (np.asarray(x) * np.ones(len(values)) for x in device.groups(parameter, values))
     starts = starting_states(orbits, device.restitution, asked.starts)
     say(f"simulating {len(values) * len(starts)} starts")
     found = attractors(d, gbar, device.restitution, starts, asked.impacts)
@@ -160,11 +159,11 @@ def crosscheck(
     checked = [_check(one, d[i], gbar[i], device) for i, one in enumerate(orbits) if one is not None]
     pairs = [pair for group, _ in checked for pair in group]
     trials, reached = _basin(orbits, found, device.period_ratio)
-    made = [portrait(device, along.parameter, value, starts) for value in asked.portraits]
-    moved = [portrait(device, along.parameter, value, starts) for value in asked.displacement]
+    made = [portrait(device, parameter, value, starts) for value in asked.portraits]
+    moved = [portrait(device, parameter, value, starts) for value in asked.displacement]
     drawn = diagram(d, gbar, device.restitution, starts, asked.impacts) if asked.diagram else None
     return CrossCheck(
-        parameter=along.parameter,
+        parameter=parameter,
         values=values,
         d=d,
         gbar=gbar,
@@ -183,9 +182,9 @@ def crosscheck(
     )
 
 
-def orbits_at(solution: Solution, values: Floats) -> list[Motions | None]:
+def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | None]:
     """The analytic motions at values of the swept parameter, all at once."""
-    sweep, level = solution.curve.sweep, solution.curve.level
+    sweep, level = diagram.sweep, diagram.curve.level
     d, gbar = (np.asarray(x) * np.ones(len(values)) for x in sweep.device.groups(sweep.parameter, values))
     everywhere = find_motions(d, gbar, sweep.device.restitution, sweep.device.period_ratio)
     found: list[Motions | None] = [None] * len(values)

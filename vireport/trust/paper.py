@@ -15,8 +15,9 @@ import numpy as np
 
 from vireport.analysis.branches import CriticalPoint
 from vireport.analysis.critical import polish, value_condition
-from vireport.physics.device import Sweep
-from vireport.study.study import Study
+from vireport.analysis.solution import Solution
+from vireport.analysis.sweep import Sweep
+from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import ABSENT, significant
 from vireport.trust.paper_cases import CAPSULE_MASS, CASES, FREQUENCY, GRAVITY, RESTITUTION, Case, Misprint
 
@@ -28,7 +29,7 @@ LETTER_ONLY = "the paper gives the letter only"
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """The paper beside a study.
+    """The paper beside a solution.
 
     Attributes
     ----------
@@ -62,22 +63,22 @@ class ComparedRow:
     agrees: bool | None
 
 
-def comparison(study: Study) -> Comparison | None:
-    """Set the paper's numbers beside a study's; None where the scenario is not one of the paper's.
+def comparison(solution: Solution) -> Comparison | None:
+    """Set the paper's numbers beside ours; None where the scenario is not one of the paper's.
 
     Parameters
     ----------
-    study : Study
+    solution : Solution
     """
     for case in CASES:
-        if _is_case(study, case):
-            rows = (*_critical_rows(study, case), *_motion_rows(study, case))
-            return Comparison(case.name, rows, tuple(_type_rows(study, case)), case.misprints) if rows else None
+        if _is_case(solution, case):
+            rows = (*_critical_rows(solution, case), *_motion_rows(solution, case))
+            return Comparison(case.name, rows, tuple(_type_rows(solution, case)), case.misprints) if rows else None
     return None
 
 
-def _is_case(study: Study, case: Case) -> bool:
-    device, sweep = study.device, study.sweep
+def _is_case(solution: Solution, case: Case) -> bool:
+    device, sweep = solution.device, solution.sweep
     held, value = case.held
     same = (
         device.capsule_mass_kg == CAPSULE_MASS
@@ -90,7 +91,7 @@ def _is_case(study: Study, case: Case) -> bool:
     )
     if not same or sweep is not None:
         return same and sweep is not None and sweep.parameter == case.parameter
-    return _rounds_to(float(device.groups("length_m", device.length_m)[0]), case.motion.d)
+    return _rounds_to(float(device.groups(Parameter.LENGTH, device.length_m)[0]), case.motion.d)
 
 
 def _decimals(printed: str) -> int:
@@ -118,8 +119,8 @@ def _row(quantity: str, printed: str, ours: float, remark: str = "") -> Compared
     return ComparedRow(quantity, printed, significant(ours, 8), remarks, agrees)
 
 
-def _critical_rows(study: Study, case: Case) -> Iterator[ComparedRow]:
-    points = study.solution.critical_points if study.solution else ()
+def _critical_rows(solution: Solution, case: Case) -> Iterator[ComparedRow]:
+    points = solution.critical_points
     for phase in case.phases:
         found = [
             (abs(ours - float(phase.printed)), ours, mirrored, point)
@@ -151,10 +152,10 @@ def _phases(point: CriticalPoint, impact: str) -> Iterator[tuple[float, bool]]:
         yield (other + pi) % (2 * pi), True
 
 
-def _motion_rows(study: Study, case: Case) -> Iterator[ComparedRow]:
+def _motion_rows(solution: Solution, case: Case) -> Iterator[ComparedRow]:
     """The motion of Fig. 3: ours at the printed d, compared within what the rounding of d leaves open."""
     printed, half, d = case.motion, _half(case.motion.d), float(case.motion.d)
-    sweep, guess = _sweep(study), _guess(study, d)
+    sweep, guess = _sweep(solution), _guess(solution, d)
     value = float(sweep.value(d, None))
     if guess is None or not min(sweep.start, sweep.end) <= value <= max(sweep.start, sweep.end):
         return
@@ -171,7 +172,7 @@ def _motion_rows(study: Study, case: Case) -> Iterator[ComparedRow]:
     yield _motion_row(f"{head}*Ż*_B", printed.velocity, [point.velocity_bottom for point in points])
     yield _motion_row(f"{head}*φ*", printed.phi, [point.phi for point in points])
     yield _motion_row(f"{head}*q*", printed.q, [0.5 + point.u for point in points])
-    if case.parameter == "length_m":
+    if case.parameter is Parameter.LENGTH:
         yield _row(f"{head}*s* [m]", printed.length_m, value, "take *d*, which has more digits")
 
 
@@ -184,19 +185,19 @@ def _motion_row(quantity: str, printed: str, ours: list[float]) -> ComparedRow:
     return row
 
 
-def _sweep(study: Study) -> Sweep:
-    """The study's sweep, or one around its design point."""
-    if study.sweep is not None:
-        return study.sweep
-    length = cast(float, study.device.length_m)
-    return Sweep(study.device, "length_m", length / 2, length * 2)
+def _sweep(solution: Solution) -> Sweep:
+    """The solution's sweep, or one around its design point."""
+    if solution.sweep is not None:
+        return solution.sweep
+    length = cast(float, solution.device.length_m)
+    return Sweep(solution.device, Parameter.LENGTH, length / 2, length * 2)
 
 
-def _guess(study: Study, d: float) -> tuple[float, float] | None:
-    """About u and phase of a study's stable motion at a d, between the rows of a branch around it."""
-    motions = [branch.motions for branch in study.solution.branches] if study.solution else []
-    if study.solution is None and study.design is not None:
-        motions = [study.design.motions]
+def _guess(solution: Solution, d: float) -> tuple[float, float] | None:
+    """About u and phase of a solution's stable motion at a d, between the rows of a branch around it."""
+    motions = [branch.motions for branch in solution.branches]
+    if solution.diagram is None and solution.design is not None:
+        motions = [solution.design.motions]
     found = []
     for x in motions:
         stable = np.nonzero(x.stable)[0]
@@ -219,11 +220,11 @@ def _weights(nodes: np.ndarray, at: float) -> np.ndarray:
     return np.asarray(shares.prod(axis=1))
 
 
-def _type_rows(study: Study, case: Case) -> Iterator[ComparedRow]:
-    points = study.solution.critical_points if study.solution else ()
+def _type_rows(solution: Solution, case: Case) -> Iterator[ComparedRow]:
+    points = solution.critical_points
     for types in case.types:
         branch = next((point.branch for point in points if point.kind == types.kind), None)
-        ours = tuple(row.stability for row in study.table if row.branch == branch)
+        ours = tuple(row.stability for row in solution.table if row.branch == branch)
         if ours:
             agrees = ours == types.words
             remark = "" if agrees else "the sweep, or grazing, cuts the row"

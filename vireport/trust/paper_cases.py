@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vireport.physics.device import Parameter
+from vireport.scenario.parameters import Parameter
 
 PAPER = (
     "Serdukova, Kuske, Yurchenko: Stability and bifurcation analysis of the period-T motion of a vibroimpact "
@@ -133,7 +133,7 @@ CASES = (
     Case(
         name="horizontal capsule, F = 3 N, length swept",
         inclination_deg=0.0,
-        parameter="length_m",
+        parameter=Parameter.LENGTH,
         held=("amplitude_n", 3.0),
         phases=(Phase("pitchfork", "C1", "3.66", "top"), Phase("period_doubling", "B1", "3.02", "top")),
         letters=("A1", "A2", "A3"),
@@ -155,7 +155,7 @@ CASES = (
     Case(
         name="capsule at 45°, F = 3 N, length swept",
         inclination_deg=45.0,
-        parameter="length_m",
+        parameter=Parameter.LENGTH,
         held=("amplitude_n", 3.0),
         phases=(Phase("period_doubling", "B1", "0.49", "bottom"),),
         letters=(),
@@ -166,7 +166,7 @@ CASES = (
     Case(
         name="capsule at 45°, s = 0.75 m, force swept",
         inclination_deg=45.0,
-        parameter="amplitude_n",
+        parameter=Parameter.AMPLITUDE,
         held=("length_m", 0.75),
         phases=(Phase("period_doubling", "B1", "0.22", "bottom"),),
         letters=(),

@@ -10,19 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vireport.errors import NumericalError
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.scenario.parameters import Parameter
 
 try:
     from mpmath import mp as mp  # type: ignore[import-untyped]
     from mpmath import mpf as mpf
 except ImportError as error:
     raise NumericalError("40-digit arithmetic needs the package mpmath: pip install 'vireport[accuracy]'") from error
-
-if TYPE_CHECKING:
-    from vireport.physics.device import Device, Parameter
-    from vireport.physics.energy import Membrane
 
 DIGITS = 60
 """Working precision: 40 digits are left where twenty cancel, as they do for a gbar of 1e-16."""
@@ -144,19 +143,17 @@ def reference_critical(device: Device, parameter: Parameter, kind: str, guess: S
         return _orbit(device, parameter, (state[0], state[1], state[2]), value)
 
 
-def reference_voltage(orbit: ReferenceOrbit, mass: float, membrane: Membrane) -> Any:
+def reference_voltage(orbit: ReferenceOrbit, membrane: Membrane) -> Any:
     """U_ave of a motion [V], Eq. (5.1).
 
     Parameters
     ----------
     orbit : ReferenceOrbit
-    mass : float
-        Of the ball [kg].
     membrane : Membrane
     """
     with precise():
         speeds = (orbit.velocity_unit * velocity for velocity in (orbit.velocity, orbit.velocity_top))
-        return sum(voltage(speed, mass, membrane)[1] for speed in speeds) / 2
+        return sum(voltage(speed, membrane)[1] for speed in speeds) / 2
 
 
 def digits(number: Any, count: int) -> str:
@@ -181,15 +178,15 @@ def _at(device: Device, parameter: Parameter, value: Any) -> dict[str, Any]:
 def groups(device: Device, parameter: Parameter, value: Any) -> tuple[Any, Any]:
     """Return d and gbar of a device whose `parameter` has `value`, Eqs. (2.5) and (2.6)."""
     x, mass = _at(device, parameter, value), mpf(device.capsule_mass_kg)
-    force, omega = x["amplitude_n"], 2 * mp.pi * x["frequency_hz"]
-    weight = mass * mpf(device.gravity_m_s2) * mp.sin(x["inclination_deg"] * mp.pi / 180)
-    return x["length_m"] * mass * omega**2 / (force * mp.pi**2), weight / force
+    force, omega = x[Parameter.AMPLITUDE], 2 * mp.pi * x[Parameter.FREQUENCY]
+    weight = mass * mpf(device.gravity_m_s2) * mp.sin(x[Parameter.INCLINATION] * mp.pi / 180)
+    return x[Parameter.LENGTH] * mass * omega**2 / (force * mp.pi**2), weight / force
 
 
 def _velocity_unit(device: Device, parameter: Parameter, value: Any) -> Any:
     """y_c [m/s], Eq. (2.5)."""
     x = _at(device, parameter, value)
-    return x["amplitude_n"] * mp.pi / (mpf(device.capsule_mass_kg) * 2 * mp.pi * x["frequency_hz"])
+    return x[Parameter.AMPLITUDE] * mp.pi / (mpf(device.capsule_mass_kg) * 2 * mp.pi * x[Parameter.FREQUENCY])
 
 
 def flight(t: Any, start: Any, speed: Any, phase: Any, gbar: Any, ops: Any = mp) -> tuple[Any, Any]:
@@ -322,12 +319,12 @@ def symmetric_motions(d: Any, r: Any, n: int) -> Iterator[State]:
             yield symmetric_velocity(phase, r), phase, mpf(0)
 
 
-def voltage(speed: Any, mass: float, membrane: Membrane) -> tuple[Any, Any]:
+def voltage(speed: Any, membrane: Membrane) -> tuple[Any, Any]:
     """Deflection (5.5) [m] and U_imp - Uin (5.2)-(5.4) [V] of an impact at `speed` [m/s], of either sign."""
     with mp.workdps(VOLTAGE_DIGITS):
         h, k, uin = mpf(membrane.exponent), mpf(membrane.stiffness), mpf(membrane.bias_voltage_v)
         rc, rb = mpf(membrane.active_radius_m), mpf(membrane.ball_radius_m)
-        delta = ((h + 1) / (2 * k) * mpf(mass) * mpf(speed) ** 2) ** (1 / (h + 1))
+        delta = ((h + 1) / (2 * k) * mpf(membrane.ball_mass_kg) * mpf(speed) ** 2) ** (1 / (h + 1))
         root = mp.sqrt(rc**2 + delta**2 - 2 * delta * rb)
         cosine = (-2 * rb * (delta - rb) + 2 * rc * root) / (2 * (rc**2 + (delta - rb) ** 2))
         area = 2 * mp.pi * rb**2 * (1 - cosine) + (mp.pi * rc**2 - mp.pi * rb**2 * (1 - cosine**2)) / cosine

@@ -16,19 +16,22 @@ from numpy.typing import NDArray
 
 from vireport.analysis.branches import CriticalPoint
 from vireport.analysis.design import design_point
-from vireport.analysis.solution import Solution, solve
+from vireport.analysis.diagram import BifurcationDiagram, solve
+from vireport.analysis.kinds import CriticalKind
+from vireport.analysis.solution import Solution
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
 from vireport.physics.contact import contacts, law_of
-from vireport.physics.device import Device, Parameter, Sweep
+from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
+from vireport.scenario.parameters import Parameter
 from vireport.trust.compliance import Compliance, Rigid, Rung, convergence_of, criteria_of, volts_of
 from vireport.trust.compliant import compliant_model
 from vireport.trust.compliant_orbits import find_critical, find_orbit
 from vireport.trust.penalty import Run, problem, runs
 
 if TYPE_CHECKING:
-    from vireport.study.study import Study
-    from vireport.trust.timing import Progress
+    from vireport.progress import Progress
 
 Floats = NDArray[np.float64]
 
@@ -38,18 +41,18 @@ LADDER = (1.0, 1e2, 1e4, 1e6, 1e8)
 SHORTEST = 1 / 8
 """Share of the way in epsilon below which no smaller step is tried where a motion is lost."""
 
-MULTIPLIER = {"period_doubling": -1.0, "fold": 1.0}
+MULTIPLIER = {CriticalKind.PERIOD_DOUBLING: -1.0, CriticalKind.FOLD: 1.0}
 """Of the critical points that are followed, the preferred kind first."""
 
 
 def compliance(
-    study: Study, ladder: Sequence[float] = LADDER, repeats: int = 3, progress: Progress | None = None
+    solution: Solution, ladder: Sequence[float] = LADDER, repeats: int = 3, progress: Progress | None = None
 ) -> Compliance:
     """Compare the rigid model with compliant membranes, and try solvers on them.
 
     Parameters
     ----------
-    study : Study
+    solution : Solution
     ladder : sequence of float
         Positive factors of K; 1 is added where it is missing.
     repeats : int
@@ -58,10 +61,10 @@ def compliance(
         Told each long step as it begins.
     """
     tell = progress or (lambda _: None)
-    mass, membrane = study.scenario.device.ball_mass_kg, study.membrane
-    if mass is None or membrane is None:
+    membrane = solution.membrane
+    if membrane is None:
         return Compliance("the contact needs the ball's mass: device.ball_mass_kg is not given")
-    chosen = chosen_motion(study)
+    chosen = chosen_motion(solution)
     if chosen is None:
         return Compliance("there is no stable 1:1 motion whose impacts could be compared")
     rigid, device = chosen
@@ -69,12 +72,12 @@ def compliance(
         law_of(membrane.exponent, device.restitution)
     except NumericalError as error:
         return Compliance(str(error), rigid)
-    varied, critical = followed(study, device)
+    varied, critical = followed(solution, device)
     factors = sorted({1.0, *(float(factor) for factor in ladder)})
     tell("compliant membranes: periodic motions")
-    orbits = _descend(factors, membrane.exponent, _orbit_at(device, mass, membrane, rigid))
+    orbits = _descend(factors, membrane.exponent, _orbit_at(device, membrane, rigid))
     tell("compliant membranes: critical points")
-    values = _descend(factors, membrane.exponent, _critical_at(device, varied, mass, membrane, critical))
+    values = _descend(factors, membrane.exponent, _critical_at(device, varied, membrane, critical))
     rungs = tuple(
         Rung(factor, orbit, None if value is None else float(value[-1]), why or why_not)
         for factor, (orbit, why), (value, why_not) in zip(factors, orbits, values, strict=True)
@@ -83,9 +86,9 @@ def compliance(
     for rung in rungs:
         if rung.orbit is not None:
             tell(f"compliant membranes: solvers at K times {rung.factor:g}")
-            model = compliant_model(device, rigid.parameter, rigid.value, mass, membrane, rung.factor)
+            model = compliant_model(device, rigid.parameter, rigid.value, membrane, rung.factor)
             found += runs(problem(model, rung.orbit), rung.factor, repeats)
-    model = compliant_model(device, varied, float(getattr(device, varied)), mass, membrane)
+    model = compliant_model(device, varied, float(getattr(device, varied)), membrane)
     made = Compliance(
         rigid=rigid,
         critical=critical,
@@ -94,25 +97,25 @@ def compliance(
         order=1 / (membrane.exponent + 1),
         restitution=device.restitution,
         periods=device.period_ratio,
-        alone=contacts(np.array([rigid.velocity_bottom, rigid.velocity_top]), 1.0, model.membrane, model.restitution),
+        alone=contacts(np.array([rigid.velocity_bottom, rigid.velocity_top]), model.membrane, model.restitution),
         units=(model.length_unit, model.velocity_unit, model.time_unit),
         rungs=rungs,
         runs=tuple(found),
     )
-    made = replace(made, convergence=convergence_of(made), volts=volts_of(made, mass, membrane))
+    made = replace(made, convergence=convergence_of(made), volts=volts_of(made, membrane))
     return replace(made, criteria=criteria_of(made))
 
 
-def chosen_motion(study: Study) -> tuple[Rigid, Device] | None:
+def chosen_motion(solution: Solution) -> tuple[Rigid, Device] | None:
     """The motion that is followed, and the device that has it: at the design point, or amid the first stable range."""
-    design, device = study.design, study.device
+    design, device = solution.design, solution.device
     chosen = "the stable motion at the design point"
     if design is None or not design.motions.stable.any():
-        if study.sweep is None or not study.stable_ranges:
+        if not solution.stable_ranges:
             return None
-        part = study.stable_ranges[0]
+        part = solution.stable_ranges[0]
         device = replace(device, **device.at(part.parameter, (part.start + part.end) / 2))
-        design = design_point(device, part.parameter, study.solution)
+        design = design_point(device, solution.diagram)
         chosen = "the stable motion in the middle of the first stable range"
     rows = np.flatnonzero(design.motions.stable)
     if not len(rows):
@@ -122,24 +125,24 @@ def chosen_motion(study: Study) -> tuple[Rigid, Device] | None:
     return Rigid(design.parameter, design.value, chosen, *numbers), device
 
 
-def followed(study: Study, device: Device) -> tuple[Parameter, CriticalPoint | None]:
+def followed(solution: Solution, device: Device) -> tuple[Parameter, CriticalPoint | None]:
     """The critical point that is followed, with the parameter that varies: the nearest period doubling, or fold."""
-    if study.sweep is not None:
-        return study.sweep.parameter, _nearest(study.solution, device, study.sweep.parameter)
+    if solution.diagram is not None:
+        return solution.parameter, _nearest(solution.diagram, device, solution.parameter)
     for kind in MULTIPLIER:
-        for margin in study.design.margins if study.design else ():
+        for margin in solution.design.margins if solution.design else ():
             if margin.kind == kind:
                 own = float(getattr(device, margin.parameter))
                 ends = own - margin.distance / 2, own + 2 * margin.distance
                 sweep = Sweep(device, margin.parameter, max(min(ends), own / 2), max(ends))
                 return margin.parameter, _nearest(solve(sweep), device, margin.parameter)
-    return "length_m", None
+    return Parameter.LENGTH, None
 
 
-def _nearest(solution: Solution | None, device: Device, parameter: Parameter) -> CriticalPoint | None:
+def _nearest(diagram: BifurcationDiagram, device: Device, parameter: Parameter) -> CriticalPoint | None:
     own = float(getattr(device, parameter))
     for kind in MULTIPLIER:
-        points = [point for point in (solution.critical_points if solution else ()) if point.kind == kind]
+        points = [point for point in diagram.critical_points if point.kind is kind]
         if points:
             return min(points, key=lambda point: abs(point.point.sweep_value - own))
     return None
@@ -149,11 +152,11 @@ Solver = Callable[[float, Floats | None], tuple[Any, Floats]]
 """(factor, guess) -> what is found, and its unknowns; without a factor the rigid values (None, unknowns)."""
 
 
-def _orbit_at(device: Device, mass: float, membrane: Membrane, rigid: Rigid) -> Solver:
+def _orbit_at(device: Device, membrane: Membrane, rigid: Rigid) -> Solver:
     def at(factor: float, guess: Floats | None) -> tuple[Any, Floats]:
         if guess is None:
             return None, np.array([rigid.velocity_bottom, rigid.phase_bottom])
-        model = compliant_model(device, rigid.parameter, rigid.value, mass, membrane, factor)
+        model = compliant_model(device, rigid.parameter, rigid.value, membrane, factor)
         orbit = find_orbit(model, guess)
         turns = np.round((guess[1] - orbit.bottom.phase) / (2 * np.pi))
         return orbit, np.array([orbit.bottom.velocity, orbit.bottom.phase + 2 * np.pi * turns])
@@ -162,7 +165,7 @@ def _orbit_at(device: Device, mass: float, membrane: Membrane, rigid: Rigid) -> 
 
 
 def _critical_at(
-    device: Device, varied: Parameter, mass: float, membrane: Membrane, critical: CriticalPoint | None
+    device: Device, varied: Parameter, membrane: Membrane, critical: CriticalPoint | None
 ) -> Solver:
     def at(factor: float, guess: Floats | None) -> tuple[Any, Floats]:
         if critical is None:
@@ -170,7 +173,7 @@ def _critical_at(
         if guess is None:
             point = critical.point
             return None, np.array([point.velocity_bottom, point.phi, point.sweep_value])
-        x = find_critical(device, varied, mass, membrane, factor, guess, MULTIPLIER[critical.kind])
+        x = find_critical(device, varied, membrane, factor, guess, MULTIPLIER[critical.kind])
         return x, x
 
     return at

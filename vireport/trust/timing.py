@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from vireport.progress import Progress
+
 SAMPLE, MOST_CALLS = 2e-3, 100
 """A call shorter than this [s] is timed as one of several in a row, and of how many at the most."""
 
@@ -26,10 +28,6 @@ SHORT, MORE = 3e-3, 5
 
 COMPUTING = ("numpy", "scipy", "numba", "mpmath")
 """Packages that the times depend on."""
-
-
-Progress = Callable[[str], None]
-"""Told each step as it begins."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vireport.errors import NumericalError
+from vireport.progress import Progress
 from vireport.trust.contenders import WHOLE, Contender, contenders
 from vireport.trust.integrators import Budget
-from vireport.trust.timing import Machine, Progress, Spread, machine, timed_in_turns
+from vireport.trust.timing import Machine, Spread, machine, timed_in_turns
 from vireport.trust.yardstick import Quantity, Yardstick, yardstick
 
 if TYPE_CHECKING:
-    from vireport.study.study import Study
+    from vireport.analysis.solution import Solution
 
 ACCURACIES = (1e-6, 1e-9, 1e-12)
 """At which the methods are ranked."""
@@ -193,12 +194,12 @@ class WorkPrecision:
         return tuple(found)
 
 
-def measure(study: Study, repeats: int = 5, progress: Progress | None = None) -> WorkPrecision:
+def measure(solution: Solution, repeats: int = 5, progress: Progress | None = None) -> WorkPrecision:
     """Measure error and run time of every method on a scenario.
 
     Parameters
     ----------
-    study : Study
+    solution : Solution
     repeats : int
         Samples of each time, at least 1.
     progress : callable, optional
@@ -209,12 +210,12 @@ def measure(study: Study, repeats: int = 5, progress: Progress | None = None) ->
     NumericalError
         If mpmath is missing, or the reference cannot be computed.
     """
-    stick = yardstick(study)
+    stick = yardstick(solution)
     if stick is None:
         reason = "there is no stable admissible 1:1 motion to measure on"
         return WorkPrecision(reason, None, (), (), (), machine(), repeats)
     label = stick.point.label if stick.point is not None else ""
-    tried, absent = contenders(study, stick.orbit, stick.critical, label)
+    tried, absent = contenders(solution, stick.orbit, stick.critical, label)
     return compare(stick, tried, absent, repeats, progress)
 
 

@@ -12,15 +12,16 @@ import numpy as np
 
 from vireport.analysis.branches import CriticalPoint
 from vireport.analysis.design import DesignPoint, design_point
+from vireport.analysis.kinds import CriticalKind, Family
 from vireport.analysis.motions import Motions
-from vireport.physics.device import Sweep
+from vireport.analysis.solution import Solution
+from vireport.analysis.sweep import Sweep
 from vireport.physics.energy import voltages
 from vireport.trust.closedform import Guess, Wanted
 from vireport.trust.contenders import device_at
 from vireport.trust.methods import Found
 
 if TYPE_CHECKING:
-    from vireport.study.study import Study
     from vireport.trust.reference import ReferenceOrbit
 
 PHASE_OFF, Q_OFF = 6e-3, 3e-3
@@ -33,7 +34,7 @@ NEAREST = 0.2
 """Share of the distance to the next motion at the same parameters by which the guess is off at the most: beyond,
 methods would rightly go there."""
 
-KINDS = ("period_doubling",), ("pitchfork", "fold")
+KINDS = (CriticalKind.PERIOD_DOUBLING,), (CriticalKind.PITCHFORK, CriticalKind.FOLD)
 """Kinds of critical points that are taken, the first that there is."""
 
 SHOWN = 20
@@ -79,7 +80,7 @@ class Yardstick:
         40-digit numbers by the key of the quantity.
     off : float
         Share of `PHASE_OFF` and the others by which the guess is off.
-    study : Study
+    solution : Solution
     """
 
     value: float
@@ -89,7 +90,7 @@ class Yardstick:
     quantities: tuple[Quantity, ...]
     truth: dict[str, Any]
     off: float
-    study: Study
+    solution: Solution
 
     def errors(self, found: Found | float) -> dict[str, float]:
         """Errors of what a method found, by the key of the quantity."""
@@ -102,17 +103,17 @@ class Yardstick:
             # Turns are taken off the difference, which has few digits to lose.
             "phase": abs(turned - 2 * np.pi * round(turned / (2 * np.pi))),
         }
-        membrane, mass = self.study.membrane, self.study.scenario.device.ball_mass_kg
-        if "voltage" in truth and membrane is not None and mass is not None:
+        membrane = self.solution.membrane
+        if "voltage" in truth and membrane is not None:
             sweep = self.orbit.sweep
             unit = sweep.device.velocity_unit(sweep.parameter, self.value)
             bottom, top = np.array(unit * found.velocity), np.array(unit * found.velocity_top)
-            result["voltage"] = _relative(float(voltages(bottom, top, mass, membrane).average_v), truth["voltage"])
+            result["voltage"] = _relative(float(voltages(bottom, top, membrane).average_v), truth["voltage"])
         return result
 
 
-def yardstick(study: Study) -> Yardstick | None:
-    """Choose the motion and the critical point of a study, and compute both to 40 digits.
+def yardstick(solution: Solution) -> Yardstick | None:
+    """Choose the motion and the critical point of a solution, and compute both to 40 digits.
 
     The motion is the stable admissible one at the design point, or else in the middle of the first stable range of the
     sweep; None where there is neither. The critical point is the first period doubling of the sweep, or else the
@@ -123,29 +124,28 @@ def yardstick(study: Study) -> Yardstick | None:
     NumericalError
         If mpmath is missing, or a reference does not settle.
     """
-    chosen = _chosen(study)
+    chosen = _chosen(solution)
     if chosen is None:
         return None
     from vireport.trust.reference import digits, reference_critical, reference_orbit, reference_voltage
 
     design, row = chosen
-    sweep, motions = _sweep_through(study, design), design.motions
+    sweep, motions = _sweep_through(solution, design), design.motions
     exact = reference_orbit(
         sweep.device,
         sweep.parameter,
         design.value,
         (float(motions.velocity_bottom[row]), float(motions.phi_bottom[row]), float(motions.q[row])),
     )
-    symmetric = design.families[row] == "symmetric"
+    symmetric = design.families[row] is Family.SYMMETRIC
     off = min(1.0, NEAREST * _alone(motions, row) / PHASE_OFF)
     orbit = Wanted(sweep, "orbit", symmetric, replace(_aside(exact, symmetric, off), value=design.value))
     truth: dict[str, Any] = {"velocity": exact.velocity, "phase": exact.phase}
-    mass = study.scenario.device.ball_mass_kg
-    if mass is not None and study.membrane is not None:
-        truth["voltage"] = reference_voltage(exact, mass, study.membrane)
-    point, critical = _critical_point(study), None
-    if point is not None and study.sweep is not None:
-        p, line = point.point, point.family == "symmetric"
+    if solution.membrane is not None:
+        truth["voltage"] = reference_voltage(exact, solution.membrane)
+    point, critical = _critical_point(solution), None
+    if point is not None:
+        p, line = point.point, point.family is Family.SYMMETRIC
         there = reference_critical(
             sweep.device, sweep.parameter, point.kind, (p.velocity_bottom, p.phi, 0.5 + p.u, p.sweep_value)
         )
@@ -154,32 +154,31 @@ def yardstick(study: Study) -> Yardstick | None:
         Quantity(key, "critical" if key == "critical" else "orbit", digits(number, SHOWN), key != "phase")
         for key, number in truth.items()
     )
-    return Yardstick(design.value, orbit, critical, point, quantities, truth, off, study)
+    return Yardstick(design.value, orbit, critical, point, quantities, truth, off, solution)
 
 
-def _chosen(study: Study) -> tuple[DesignPoint, int] | None:
+def _chosen(solution: Solution) -> tuple[DesignPoint, int] | None:
     """A design point, and the row of its stable motion."""
-    design = study.design
-    if (design is None or not design.motions.stable.any()) and study.sweep is not None and study.stable_ranges:
-        part = study.stable_ranges[0]
-        device = device_at(study.device, part.parameter, (part.start + part.end) / 2)
-        design = design_point(device, part.parameter, study.solution)
+    design = solution.design
+    if (design is None or not design.motions.stable.any()) and solution.stable_ranges:
+        part = solution.stable_ranges[0]
+        device = device_at(solution.device, part.parameter, (part.start + part.end) / 2)
+        design = design_point(device, solution.diagram)
     if design is None or not design.motions.stable.any():
         return None
     return design, int(np.argmax(design.motions.stable))
 
 
-def _sweep_through(study: Study, design: DesignPoint) -> Sweep:
-    """The study's sweep, or one over the length through a design point, with a device that has all parameters."""
-    device = device_at(study.device, design.parameter, design.value)
-    if study.sweep is not None:
-        return replace(study.sweep, device=device)
+def _sweep_through(solution: Solution, design: DesignPoint) -> Sweep:
+    """The solution's sweep, or one over the length through a design point, with a device that has all parameters."""
+    device = device_at(solution.device, design.parameter, design.value)
+    if solution.sweep is not None:
+        return replace(solution.sweep, device=device)
     return Sweep(device, design.parameter, design.value / 2, design.value * 2)
 
 
-def _critical_point(study: Study) -> CriticalPoint | None:
-    points = study.solution.critical_points if study.solution is not None else ()
-    return next((point for kinds in KINDS for point in points if point.kind in kinds), None)
+def _critical_point(solution: Solution) -> CriticalPoint | None:
+    return next((point for kinds in KINDS for point in solution.critical_points if point.kind in kinds), None)
 
 
 def _alone(motions: Motions, row: int) -> float:

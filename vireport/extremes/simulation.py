@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from vireport.extremes.checks import UNIT, Base, Case, Finding, NotThereError, count, require_finite
+from vireport.scenario.parameters import Parameter
 from vireport.simulation.events import (
     BOTTOM,
     FLIGHT,
@@ -28,7 +30,6 @@ from vireport.simulation.events import (
     follow,
     follow_one,
 )
-from vireport.trust.extreme_checks import UNIT, Base, Case, Finding, NotThereError, count, require_finite
 
 NEEDS = ("numba", "mpmath")
 
@@ -59,7 +60,7 @@ MOST_HOPS = 2000
 
 def simulation_cases(base: Base) -> Iterator[Case]:
     """Every case of the simulation."""
-    d, gbar = (float(x) for x in base.device.groups("length_m", base.device.length_m))
+    d, gbar = (float(x) for x in base.device.groups(Parameter.LENGTH, base.device.length_m))
     r = float(base.device.restitution)
 
     def case(name: str, expected: str, run: partial[Finding]) -> Case:

@@ -15,16 +15,16 @@ from math import isfinite
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from vireport.analysis.solution import SMALLEST_LOSS
 from vireport.errors import NumericalError, VireportError
+from vireport.extremes.cases import motion_cases
+from vireport.extremes.checks import Case, Finding, NotThereError, base_of
+from vireport.extremes.critical import critical_cases
+from vireport.extremes.simulation import simulation_cases
 from vireport.scenario.loading import Loaded
-from vireport.study.study import SMALLEST_LOSS
-from vireport.trust.extreme_cases import motion_cases
-from vireport.trust.extreme_checks import Case, Finding, NotThereError, base_of
-from vireport.trust.extreme_critical import critical_cases
-from vireport.trust.extreme_simulation import simulation_cases
 
 if TYPE_CHECKING:
-    from vireport.trust.timing import Progress
+    from vireport.progress import Progress
 
 __all__ = ["Case", "Finding", "Outcome", "catalogue", "judge", "run_catalogue"]
 

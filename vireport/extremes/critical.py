@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from vireport.analysis.branches import CriticalPoint
+from vireport.analysis.kinds import CriticalKind, Family
 from vireport.analysis.motions import motions_of
-from vireport.analysis.tracing import select
-from vireport.trust.extreme_checks import (
+from vireport.analysis.tracing import sample, select
+from vireport.extremes.checks import (
     BOUND,
     UNIT,
     Base,
@@ -24,6 +25,7 @@ from vireport.trust.extreme_checks import (
     examine,
     point_error,
 )
+from vireport.scenario.parameters import Parameter
 
 SLIGHT = 0.01
 """gbar at which the pitchfork has opened into a fold that lies apart from it."""
@@ -84,7 +86,6 @@ def critical_cases(base: Base) -> Iterator[Case]:
 
 def _found(base: Base, kind: str) -> list[CriticalPoint]:
     solution = base.over().solution
-    assert solution is not None
     points = [point for point in solution.critical_points if point.kind == kind]
     if not points:
         raise NotThereError(f"this device has no {kind.replace('_', ' ')} there")
@@ -95,7 +96,7 @@ def _points(base: Base, kind: str) -> Finding:
     worst, right = 0.0, True
     points = _found(base, kind)
     for point in points:
-        error, stated = point_error(point, base.device, "length_m")
+        error, stated = point_error(point, base.device, Parameter.LENGTH)
         worst, right = max(worst, error), right and error <= max(stated, UNIT)
     text = ", ".join(f"{point.label} at d = {point.point.d:.10g}" for point in points)
     return Finding(text, worst, 2 * UNIT, right)
@@ -120,7 +121,7 @@ def _beside_fold(base: Base, inside: float) -> Finding:
     said, worst = [], 0.0
     for point in _found(base, "fold"):
         there, states = _twins(base, point, inside)
-        found = there.study().design
+        found = there.study().solution.design
         assert found is not None
         m = found.motions
         for velocity, phase, u in states:
@@ -141,7 +142,7 @@ def _twins(base: Base, point: CriticalPoint, inside: float) -> tuple[Base, list[
 
     n, p = base.device.period_ratio, point.point
     with exact.precise():
-        r, gbar = exact.mpf(base.device.restitution), exact.groups(base.device, "length_m", 1)[1]
+        r, gbar = exact.mpf(base.device.restitution), exact.groups(base.device, Parameter.LENGTH, 1)[1]
         fold = [exact.mpf(x) for x in (p.velocity_bottom, p.u, p.d)]
         step, phase = exact.mpf(10) ** -4, exact.mpf(p.phi)
 
@@ -153,9 +154,9 @@ def _twins(base: Base, point: CriticalPoint, inside: float) -> tuple[Base, list[
 
         def device(bend: Any) -> tuple[Base, Any]:
             there = base.with_device(length_m=p.sweep_value * (1 + inside * (1 if bend > 0 else -1)))
-            return there, exact.groups(there.device, "length_m", there.device.length_m)[0]
+            return there, exact.groups(there.device, Parameter.LENGTH, there.device.length_m)[0]
 
-        if point.family == "symmetric":
+        if point.family is Family.SYMMETRIC:
             there, d = device(-1)  # (1+r) Zd/2 - 2 cos(phi)/pi^2 is largest there
             return there, list(exact.symmetric_motions(d, r, n))
         bend = (at_phase(phase + step)[2] + at_phase(phase - step)[2]) / 2 - fold[2]
@@ -173,9 +174,9 @@ def _all_changes(base: Base) -> Finding:
     from vireport.trust import reference as exact
 
     study = base.over()
-    assert study.solution is not None
-    assert study.sweep is not None
-    curve, samples, r = study.solution.curve, study.solution.samples, float(base.device.restitution)
+    assert study.solution.diagram is not None
+    curve, r = study.solution.diagram.curve, float(base.device.restitution)
+    samples = sample(curve)
     counted = 0
     for k in range(len(curve.strands)):
         w = samples.w[samples.which == k]
@@ -185,14 +186,14 @@ def _all_changes(base: Base) -> Finding:
         within &= (orbit.d >= curve.bounds[0]) & (orbit.d <= curve.bounds[1])
         orbit = select(orbit, within)
         place = np.flatnonzero(within)
-        within = motions_of(study.sweep, curve.level, orbit).admissible
+        within = motions_of(curve.sweep, curve.level, orbit).admissible
         orbit, place = select(orbit, within), place[within]
         trace = exact.trace((orbit.velocity_bottom, orbit.phi, orbit.u), orbit.gbar, r, curve.n, np)
         focus = np.abs(trace) < 2 * r * r
         counted += int(np.sum((focus[1:] != focus[:-1]) & (np.diff(place) == 1)))
-    points = [p for p in study.solution.critical_points if p.kind == "node_focus"]
+    points = [p for p in study.solution.critical_points if p.kind is CriticalKind.NODE_FOCUS]
     found = sum(1 if p.mirror is None else 2 for p in points)
-    error = max([point_error(p, base.device, "length_m")[0] for p in points], default=0.0)
+    error = max([point_error(p, base.device, Parameter.LENGTH)[0] for p in points], default=0.0)
     text = f"{count(found, 'change')} found, {counted} counted"
     return Finding(text, error, 2 * UNIT, found == counted)
 
@@ -215,7 +216,7 @@ def _meeting(base: Base) -> Finding:
         pair = _nearest(there)
         if pair is not None and _distance(*pair) < NEAR * 1e-3:
             distances.append(_distance(*pair))
-            worst = max(worst, *(point_error(point, there.device, "length_m")[0] for point in pair))
+            worst = max(worst, *(point_error(point, there.device, Parameter.LENGTH)[0] for point in pair))
     there = base.with_groups(gbar=gbar, d=grazing.point.d)
     standing = examine(there.over(), degenerate=True)
     text = f"at gbar = {gbar:.12g}; {ASIDE:g} beside it they are {min(distances, default=np.inf):.1e} apart"
@@ -233,16 +234,16 @@ def _distance(one: CriticalPoint, two: CriticalPoint) -> float:
 def _nearest(base: Base) -> Any:
     """The period doubling and the graze whose motions are nearest to each other; None where there is none."""
     solution = base.over().solution
-    points = solution.critical_points if solution else ()
-    doubling = [point for point in points if point.kind == "period_doubling"]
-    grazing = [point for point in points if point.kind == "grazing" and "velocity" not in point.detail]
+    points = solution.critical_points
+    doubling = [point for point in points if point.kind is CriticalKind.PERIOD_DOUBLING]
+    grazing = [point for point in points if point.kind is CriticalKind.GRAZING and not point.change.at_rest]
     return min(((a, b) for a in doubling for b in grazing), key=lambda pair: _distance(*pair), default=None)
 
 
 def _codimension_two(base: Base, near: CriticalPoint) -> float:
     """The gbar at which a motion both grazes and has lambda = -1."""
+    from vireport.extremes.search import turning_points
     from vireport.trust import reference as exact
-    from vireport.trust.extreme_search import turning_points
 
     n, p = base.device.period_ratio, near.point
     with exact.precise():
@@ -266,12 +267,12 @@ def _cusp(base: Base) -> Finding:
     flat = base.with_device(inclination_deg=0.0)
     pitchfork = _found(flat, "pitchfork")[0]
     d0 = pitchfork.point.d
-    distances, worst = [], point_error(pitchfork, flat.device, "length_m")[0]
+    distances, worst = [], point_error(pitchfork, flat.device, Parameter.LENGTH)[0]
     gbars = (1e-6, 1e-9, 1e-12)
     for gbar in gbars:
         slight = base.with_groups(gbar=gbar)
         fold = min(_found(slight, "fold"), key=lambda point: abs(point.point.d - d0))
-        worst = max(worst, point_error(fold, slight.device, "length_m")[0])
+        worst = max(worst, point_error(fold, slight.device, Parameter.LENGTH)[0])
         distances.append(d0 - fold.point.d)
     orders = [float(np.log10(a / b)) / 3 for a, b in pairwise(distances)]
     right = all(abs(order - 2 / 3) < 0.01 for order in orders)
@@ -281,20 +282,20 @@ def _cusp(base: Base) -> Finding:
 
 def _gap(base: Base, gap: float) -> Finding:
     """A device whose ball passes a membrane at this distance."""
+    from vireport.extremes.search import wall_gap
     from vireport.trust import reference as exact
-    from vireport.trust.extreme_search import wall_gap
 
-    points = [p for p in _found(base, "grazing") if "velocity" not in p.detail]
+    points = [p for p in _found(base, "grazing") if not p.change.at_rest]
     if not points or base.device.restitution == 0:
         raise NotThereError("the ball of this device touches no membrane but the one that it is leaving")
     n, said, worst, right = base.device.period_ratio, [], 0.0, True
     for point in points[:3]:
         with exact.precise():
-            length = float(exact_value(point, base.device, "length_m", gap))
+            length = float(exact_value(point, base.device, Parameter.LENGTH, gap))
             there = base.with_device(length_m=length)
             r = exact.mpf(there.device.restitution)
-            d, gbar = exact.groups(there.device, "length_m", length)
-            motions = there.study().design
+            d, gbar = exact.groups(there.device, Parameter.LENGTH, length)
+            motions = there.study().solution.design
             assert motions is not None
             near = np.argmin(
                 np.abs(motions.motions.velocity_bottom - point.point.velocity_bottom)

@@ -7,7 +7,6 @@ from itertools import groupby
 from textwrap import fill
 
 from vireport.text.formatting import ABSENT, TIMES, percent, quantity, significant
-from vireport.text.wording import KINDS, SWEPT
 from vireport.trust.contenders import CLOSED, NAMES, RK4, SETTLING, SOLVERS, WHOLE
 from vireport.trust.timing import Spread
 from vireport.trust.workprecision import ACCURACIES, Fastest, Order, Run, WorkPrecision
@@ -59,7 +58,7 @@ def task_name(work: WorkPrecision, task: str) -> str:
     if task == "orbit":
         return "the motion"
     point = work.yardstick.point if work.yardstick is not None else None
-    return f"{point.label} ({KINDS[point.kind]})" if point is not None else "the critical point"
+    return f"{point.label} ({point.kind.words})" if point is not None else "the critical point"
 
 
 def setup(work: WorkPrecision) -> str:
@@ -67,9 +66,9 @@ def setup(work: WorkPrecision) -> str:
     stick = work.yardstick
     if stick is None:
         return f"Nothing is compared: {work.nothing}."
-    swept = SWEPT[stick.orbit.sweep.parameter]
+    swept = stick.orbit.sweep.parameter
     d, gbar = stick.orbit.groups(stick.value)
-    what = f"the stable 1:1 motion at {swept.symbol} = {swept.value(stick.value, 9)}"
+    what = f"the stable 1:1 motion at {swept.symbol} = {swept.show(stick.value, 9)}"
     groups = f"(d = {significant(d, 7)}, ḡ = {significant(gbar, 7)})"
     off = f"off by {significant(stick.off * PHASE_OFF, 2)} rad in the phase"
     guess = (
@@ -108,7 +107,7 @@ def quantity_name(work: WorkPrecision, key: str) -> str:
     if key != "critical" or work.yardstick is None or work.yardstick.point is None:
         names = {"velocity": "impact velocity Ż [y_c]", "phase": "phase φ [rad]", "voltage": "U_ave [V]"}
         return names.get(key, key)
-    swept = SWEPT[work.yardstick.orbit.sweep.parameter]
+    swept = work.yardstick.orbit.sweep.parameter
     return f"{work.yardstick.point.label}, {swept.symbol} [{swept.unit}]"
 
 

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from vireport.analysis.branches import CriticalPoint
+from vireport.analysis.kinds import Change, CriticalKind, Family
 from vireport.analysis.motions import Motions
-from vireport.physics.device import Device, Parameter
-from vireport.scenario.loading import Loaded, Membrane, loads
-from vireport.study.study import Study, analyse, device_of
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.scenario.loading import Loaded, loads
+from vireport.scenario.parameters import Parameter
+from vireport.study.study import Study, analyse, device_of, membrane_of
 
 UNIT = 2.220446049250313e-16
 """Spacing of doubles at 1."""
@@ -97,14 +100,12 @@ class Base:
     ----------
     device : vireport.model.Device
         With all its parameters given.
-    ball_mass_kg : float
     membrane : Membrane
     span : tuple of float
         Sweep of the length, as factors of the device's.
     """
 
     device: Device
-    ball_mass_kg: float
     membrane: Membrane
     span: tuple[float, float]
 
@@ -114,11 +115,11 @@ class Base:
 
     def with_groups(self, d: float | None = None, gbar: float | None = None) -> Base:
         """The same with these groups: the force gives gbar, at 90 degrees where the capsule was horizontal."""
-        base, (own_d, own_gbar) = self, self.device.groups("length_m", self.device.length_m)
+        base, (own_d, own_gbar) = self, self.device.groups(Parameter.LENGTH, self.device.length_m)
         if gbar is not None:
             base = base if own_gbar > 0 else base.with_device(inclination_deg=90.0)
             x = base.device
-            weight = x.groups("length_m", x.length_m)[1] * x.amplitude_n
+            weight = x.groups(Parameter.LENGTH, x.length_m)[1] * x.amplitude_n
             base = base.with_device(amplitude_n=float(weight / gbar))
         return base.with_device(length_m=base.length(own_d if d is None else d))
 
@@ -138,11 +139,11 @@ class Base:
             f"excitation: {{amplitude_n: {x.amplitude_n!r}, frequency_hz: {x.frequency_hz!r}}}",
             "device:",
             f"  capsule_mass_kg: {x.capsule_mass_kg!r}",
-            f"  ball_mass_kg: {self.ball_mass_kg!r}",
+            f"  ball_mass_kg: {ball.ball_mass_kg!r}",
             f"  restitution: {x.restitution!r}",
             f"  length_m: {x.length_m!r}",
             "  membrane:",
-            *(f"    {field.name}: {getattr(ball, field.name)!r}" for field in fields(Membrane)),
+            *(f"    {field.name}: {getattr(ball, field.name)!r}" for field in fields(Membrane) if field.name != "ball_mass_kg"),
         ]
         if sweep is not None:
             lines.append(f"sweep: {{parameter: {sweep[0]}, from: {sweep[1]!r}, to: {sweep[2]!r}}}")
@@ -154,10 +155,14 @@ class Base:
 
     def over(self, d: tuple[float, float] = WIDE, formats: Sequence[str] = ("json",)) -> Study:
         """The study with the length swept over a range of d."""
-        return self.study(("length_m", self.length(d[0]), self.length(d[1])), formats)
+        return self.study((Parameter.LENGTH, self.length(d[0]), self.length(d[1])), formats)
 
 
-PAPER = Base(Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0), 0.0041, Membrane(), (0.59 / 0.6934, 0.75 / 0.6934))
+PAPER = Base(
+    Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0),
+    Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0, 0.0041),
+    (0.59 / 0.6934, 0.75 / 0.6934),
+)
 """The device of the paper's Fig. 3 (c)-(d), and the sweep of its Fig. 2 (d)-(f)."""
 
 
@@ -172,10 +177,13 @@ def base_of(loaded: Loaded | None) -> Base:
         if getattr(device, name) is None:
             middle: dict[str, Any] = {name: sum(ends) / 2}
             device = replace(device, **middle)
-        if name == "length_m":
+        if name == Parameter.LENGTH.value:
             span = ends[0] / device.length_m, ends[1] / device.length_m
-    mass = scenario.device.ball_mass_kg or PAPER.ball_mass_kg / PAPER.device.capsule_mass_kg * device.capsule_mass_kg
-    return Base(device, float(mass), scenario.device.membrane or Membrane(), span)
+    membrane = membrane_of(scenario)
+    if membrane is None:
+        mass = PAPER.membrane.ball_mass_kg / PAPER.device.capsule_mass_kg * device.capsule_mass_kg
+        membrane = replace(PAPER.membrane, ball_mass_kg=float(mass))
+    return Base(device, membrane, span)
 
 
 def require_finite(value: Any, name: str = "result") -> None:
@@ -209,33 +217,32 @@ def examine(study: Study, bound: float = BOUND, degenerate: bool = False) -> Fin
         for those at the same length are far away (a double root) or do not exist.
     """
     problems = []
-    parts: list[Any] = [study.design, study.stable_ranges, study.voltages, study.design_voltages, study.table]
-    if study.solution is not None:
-        parts += [branch.motions for branch in study.solution.branches]
-        parts += [study.solution.critical_points]
+    parts: list[Any] = [study.solution.design, study.solution.stable_ranges, study.solution.table]
+    parts += [part for branch in study.solution.branches for part in (branch.motions, branch.voltages)]
+    parts += [study.solution.critical_points]
     require_finite(tuple(part for part in parts if part is not None))
-    device = study.device
+    device = study.solution.device
     error = 0.0
     said = []
-    if study.design is not None:
-        motions = study.design.motions
-        error = max([0.0, *errors(motions, range(len(motions)), device, study.design.parameter, degenerate)])
+    if study.solution.design is not None:
+        motions = study.solution.design.motions
+        error = max([0.0, *errors(motions, range(len(motions)), device, study.solution.design.parameter, degenerate)])
         said.append(count(len(motions), "motion"))
         if not degenerate:
             problems += _incomplete(study)
         if not motions.stable.any() and "VR003" not in {alert.code for alert in study.alerts}:
             problems.append("no alert says that there is no stable motion")
-    if study.solution is not None and study.sweep is not None:
+    if study.solution.sweep is not None:
         rng = np.random.default_rng(SEED)
         for branch in study.solution.branches:
-            inner = np.array([i for i in range(1, len(branch.motions) - 1) if not branch.event[i]], dtype=int)
+            inner = np.array([i for i in range(1, len(branch.motions) - 1) if not branch.marks[i]], dtype=int)
             rows = rng.permutation(inner)[:ROWS]
-            error = max([error, *errors(branch.motions, rows, device, study.sweep.parameter, True)])
+            error = max([error, *errors(branch.motions, rows, device, study.solution.sweep.parameter, True)])
         said.append(count(len(study.solution.branches), "branch", "es"))
-        if not study.stable_ranges and "VR001" not in {alert.code for alert in study.alerts}:
+        if not study.solution.stable_ranges and "VR001" not in {alert.code for alert in study.alerts}:
             problems.append("no alert says that the sweep has no stable motion")
         for point in study.solution.critical_points:
-            own, stated = point_error(point, device, study.sweep.parameter)
+            own, stated = point_error(point, device, study.solution.sweep.parameter)
             error = max(error, own if stated < BOUND else 0.0)
             if own > max(stated, UNIT):
                 problems.append(f"{point.label} is off by {own:.1e}, stated {stated:.1e}")
@@ -256,8 +263,8 @@ def errors(
 
     With `near` the swept value is not held: the reference is the nearest motion of the sweep.
     """
+    from vireport.extremes.search import pressing, wall_gap
     from vireport.trust import reference as exact
-    from vireport.trust.extreme_search import pressing, wall_gap
 
     found = []
     r, n = exact.mpf(device.restitution), device.period_ratio
@@ -300,16 +307,16 @@ def _turned(phase: float, to: Any, exact: Any) -> Any:
 
 def _incomplete(study: Study) -> list[str]:
     """Motions of the design point that the reference finds without a guess and the study does not have."""
+    from vireport.extremes.search import all_motions, wall_gap
     from vireport.trust import reference as exact
-    from vireport.trust.extreme_search import all_motions, wall_gap
 
-    device = study.device
-    assert study.design is not None
-    motions, parameter = study.design.motions, study.design.parameter
+    device = study.solution.device
+    assert study.solution.design is not None
+    motions, parameter = study.solution.design.motions, study.solution.design.parameter
     r, n = exact.mpf(device.restitution), device.period_ratio
     missing = []
     with exact.precise():
-        d, gbar = exact.groups(device, parameter, study.design.value)
+        d, gbar = exact.groups(device, parameter, study.solution.design.value)
         for state in all_motions(d, gbar, r, n):
             velocity, phase, q = float(state[0]), float(state[1]), float(state[2]) + 0.5
             apart = np.abs(motions.velocity_bottom - velocity) + np.abs(motions.q - q)
@@ -328,10 +335,10 @@ def point_error(point: CriticalPoint, device: Device, parameter: Parameter) -> t
 
 def exact_value(point: CriticalPoint, device: Device, parameter: Parameter, gap: float = 0.0) -> Any:
     """The swept value of a critical point, solved from the printed conditions; of a near graze, with its gap."""
+    from vireport.extremes.search import pressing, short_touch, turning_points
     from vireport.trust import reference as exact
-    from vireport.trust.extreme_search import pressing, short_touch, turning_points
 
-    n, p, symmetric = device.period_ratio, point.point, point.family == "symmetric"
+    n, p, symmetric = device.period_ratio, point.point, point.family is Family.SYMMETRIC
     with exact.precise():
         r = exact.mpf(device.restitution)
         start = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi), exact.mpf(p.u))
@@ -341,13 +348,15 @@ def exact_value(point: CriticalPoint, device: Device, parameter: Parameter, gap:
             return exact.special_motion(device, parameter, condition, x, symmetric)
 
         x = [*start, exact.mpf(p.sweep_value)]
-        if point.kind != "grazing":
-            target = {"period_doubling": -(1 + r**4), "node_focus": 2 * r * r}.get(point.kind, 1 + r**4)
-            if point.kind == "node_focus" and exact.trace(start, gbar, r, n) < 0:
+        if point.kind is not CriticalKind.GRAZING:
+            target = 1 + r**4
+            if point.kind is CriticalKind.PERIOD_DOUBLING:
                 target = -target
+            elif point.kind is CriticalKind.NODE_FOCUS:
+                target = 2 * r * r if exact.trace(start, gbar, r, n) >= 0 else -2 * r * r
             return solved(lambda state, d, gbar: [exact.trace(state, gbar, r, n) - target], x)[3]
-        if "velocity" in point.detail:
-            at_top = "top" in point.detail
+        if point.change.at_rest:
+            at_top = point.change is Change.TOP_REST
             return solved(lambda state, d, g: [exact.velocity_top(state, g, r, n) if at_top else state[0]], x)[3]
         turn = min(turning_points(start, d, gbar, r, n), key=lambda one: abs(one[0]), default=None)
         if turn is None or abs(turn[0]) > MATCH or (r == 0 and turn[2] < SHORT):

@@ -7,7 +7,7 @@ from itertools import groupby
 from textwrap import wrap
 from typing import Any
 
-from vireport.trust.extremes import Outcome
+from vireport.extremes.catalogue import Outcome
 
 NAME, EXPECTED, FOUND, ERROR, TIME, VERDICT = 26, 28, 34, 8, 6, 8
 """Widths of the columns; with two spaces between them a line is 120 characters."""

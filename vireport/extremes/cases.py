@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from math import inf
 
@@ -10,9 +11,8 @@ import numpy as np
 
 from vireport.analysis.motions import motions_of
 from vireport.analysis.orbits import Level, coefficients, level_terms, orbits
-from vireport.physics.device import NO_GRAVITY, Device, Parameter
-from vireport.study.plan import FORMATS
-from vireport.trust.extreme_checks import (
+from vireport.analysis.tracing import sample
+from vireport.extremes.checks import (
     BOUND,
     ROWS,
     SEED,
@@ -26,6 +26,9 @@ from vireport.trust.extreme_checks import (
     examine,
     require_finite,
 )
+from vireport.physics.device import NO_GRAVITY, Device
+from vireport.scenario.parameters import Parameter
+from vireport.study.plan import FORMATS
 
 NEARLY_LOSSLESS = 1e-8
 """Bound at r = 1 - 1e-6, where rounding is magnified by 1/(1-r)."""
@@ -80,7 +83,7 @@ def _with_exact_gravity(base: Base, gbar: float) -> Base:
     for steps in range(-8, 9):
         force = float(start.device.amplitude_n + steps * np.spacing(start.device.amplitude_n))
         one = start.with_device(amplitude_n=force)
-        apart = abs(float(one.device.groups("length_m", 1.0)[1]) - gbar)
+        apart = abs(float(one.device.groups(Parameter.LENGTH, 1.0)[1]) - gbar)
         if apart < least:
             best, least = one, apart
     return best
@@ -107,7 +110,7 @@ def _gravity(base: Base) -> Iterator[Case]:
 
 def _nearly_horizontal(base: Base) -> Finding:
     """So slight a tilt that gravity is below `NO_GRAVITY`."""
-    upright = float(base.with_device(inclination_deg=90.0).device.groups("length_m", 1.0)[1])
+    upright = float(base.with_device(inclination_deg=90.0).device.groups(Parameter.LENGTH, 1.0)[1])
     tilted = base.with_device(inclination_deg=float(np.degrees(5e-16 / upright)))
     return examine(tilted.over(), 10 * NO_GRAVITY)
 
@@ -150,11 +153,9 @@ def _rescaled(base: Base, what: str, k: float) -> Finding:
             x.inclination_deg,
             x.period_ratio,
         )
-        other = Base(heavier, base.ball_mass_kg * k, base.membrane, base.span)
+        other = Base(heavier, replace(base.membrane, ball_mass_kg=base.membrane.ball_mass_kg * k), base.span)
     one, two = base.over(), other.over()
     judged = examine(two)
-    assert one.solution is not None
-    assert two.solution is not None
     first, second = one.solution.critical_points, two.solution.critical_points
     if [point.label for point in first] != [point.label for point in second]:
         return Finding("other critical points than in the units of the scenario", right=False)
@@ -183,7 +184,7 @@ def _on_surface(base: Base, u: float, gbar: float | None) -> Finding:
     from vireport.trust import reference as exact
 
     r, n = float(base.device.restitution), base.device.period_ratio
-    own = float(base.device.groups("length_m", base.device.length_m)[1])
+    own = float(base.device.groups(Parameter.LENGTH, base.device.length_m)[1])
     own = own if gbar is None else gbar
     if u == 0.0 or abs(u) > 0.49:
         phase = np.linspace(0.1, 3.0, 30)  # gbar is then what belongs to it: for q = 1/2 it is zero
@@ -217,19 +218,19 @@ def _on_surface(base: Base, u: float, gbar: float | None) -> Finding:
 
 def _sweeps(base: Base) -> Iterator[Case]:
     group, s = "sweep", float(base.device.length_m)
-    refused = partial(_swept, base, ("length_m", s, s))
+    refused = partial(_swept, base, (Parameter.LENGTH, s, s))
     yield Case("of no width", group, "refused as an invalid scenario", refused, refusal="sweep.to")
-    hair = partial(_swept, base, ("length_m", s, float(np.nextafter(s, inf))))
+    hair = partial(_swept, base, (Parameter.LENGTH, s, float(np.nextafter(s, inf))))
     yield Case("one spacing of doubles wide", group, "refused as an invalid scenario", hair, refusal="sweep.to")
-    narrow = partial(_swept, base, ("length_m", s, s * (1 + 2e-9)))
+    narrow = partial(_swept, base, (Parameter.LENGTH, s, s * (1 + 2e-9)))
     yield Case("relative width 2e-9", group, "the motions there, as in 40 digits", narrow)
     yield Case("reversed", group, "the same numbers to the last bit", partial(_reversed, base))
     yield Case("1,000,000 points", group, f"{ROWS * 8} of them as in 40 digits", partial(_million, base))
     everything: tuple[tuple[Parameter, float, float], ...] = (
-        ("length_m", 1e-15, 1e15),
-        ("amplitude_n", 1e-15, 1e15),
-        ("frequency_hz", 1e-15, 1e15),
-        ("inclination_deg", 0.0, 90.0),
+        (Parameter.LENGTH, 1e-15, 1e15),
+        (Parameter.AMPLITUDE, 1e-15, 1e15),
+        (Parameter.FREQUENCY, 1e-15, 1e15),
+        (Parameter.INCLINATION, 0.0, 90.0),
     )
     for sweep in everything:
         name = f"{sweep[0]} from {sweep[1]:g} to {sweep[2]:g}"
@@ -240,7 +241,7 @@ def _sweeps(base: Base) -> Iterator[Case]:
             name,
             group,
             expected,
-            partial(_swept, base, ("inclination_deg", low, high)),
+            partial(_swept, base, (Parameter.INCLINATION, low, high)),
             refusal="sweep|inclination",
             answers=True,
         )
@@ -257,9 +258,7 @@ def _swept(base: Base, sweep: tuple[Parameter, float, float]) -> Finding:
 def _reversed(base: Base) -> Finding:
     length = float(base.device.length_m)
     low, high = base.span[0] * length, base.span[1] * length
-    one, two = base.study(("length_m", low, high)), base.study(("length_m", high, low))
-    assert one.solution is not None
-    assert two.solution is not None
+    one, two = base.study((Parameter.LENGTH, low, high)), base.study((Parameter.LENGTH, high, low))
     rows = 0
     same = [c.point for c in one.solution.critical_points] == [c.point for c in two.solution.critical_points]
     for a, b in zip(one.solution.branches, two.solution.branches, strict=True):
@@ -272,25 +271,24 @@ def _reversed(base: Base) -> Finding:
 def _million(base: Base) -> Finding:
     """A million motions of the longest branch at once, some of them compared."""
     study = base.over()
-    assert study.solution is not None
-    assert study.sweep is not None
+    assert study.solution.diagram is not None
     if not study.solution.branches:
         raise NotThereError("the device has no branch of motions")
-    curve, samples = study.solution.curve, study.solution.samples
+    curve = study.solution.diagram.curve
+    samples = sample(curve)
     longest = max(range(len(curve.strands)), key=lambda k: int(np.sum((samples.which == k) & (samples.validity > 0))))
     w = samples.w[(samples.which == longest) & (samples.validity > 0)]
     orbit = curve.at(np.full(MANY, longest), np.linspace(w.min(), w.max(), MANY))
-    motions = motions_of(study.sweep, curve.level, orbit)
+    motions = motions_of(curve.sweep, curve.level, orbit)
     real = np.flatnonzero((motions.velocity_bottom > 0) & (motions.velocity_top < 0))
     rows = np.random.default_rng(SEED).choice(real, ROWS * 8, replace=False)
-    worst = max(errors(motions, rows, study.device, "length_m", True))
+    worst = max(errors(motions, rows, study.solution.device, Parameter.LENGTH, True))
     return Finding(f"{len(motions):,} motions, {int(motions.admissible[real].sum()):,} admissible", worst, BOUND)
 
 
 def _empty(base: Base) -> Finding:
     study = base.over((1e4, 1e5))
     found = examine(study)
-    assert study.solution is not None
     return Finding(found.text, found.error, found.bound, found.right and not study.solution.branches)
 
 
@@ -324,19 +322,18 @@ def _membrane(base: Base) -> Iterator[Case]:
 def _deflected(base: Base, delta: float) -> Finding:
     m = base.membrane
     return _struck(
-        base, (2 * m.stiffness / (base.ball_mass_kg * (m.exponent + 1))) ** 0.5 * delta ** ((m.exponent + 1) / 2)
+        base, (2 * m.stiffness / (m.ball_mass_kg * (m.exponent + 1))) ** 0.5 * delta ** ((m.exponent + 1) / 2)
     )
 
 
 def _struck(base: Base, speed: float) -> Finding:
-    from vireport.physics.energy import Membrane, voltages
+    from vireport.physics.energy import voltages
     from vireport.trust import reference as exact
 
-    m = base.membrane
-    membrane = Membrane(m.stiffness, m.exponent, m.active_radius_m, m.ball_radius_m, m.bias_voltage_v)
-    found = voltages(np.array([speed]), np.array([-speed]), base.ball_mass_kg, membrane)
+    membrane = base.membrane
+    found = voltages(np.array([speed]), np.array([-speed]), membrane)
     require_finite(found)
-    delta, volts = exact.voltage(speed, base.ball_mass_kg, membrane)
+    delta, volts = exact.voltage(speed, membrane)
     pairs = ((found.deflection_m[0], delta), (found.average_v[0], volts))
     worst = max(0.0 if b < 1e-300 and a < 1e-300 else float(abs(a - b) / abs(b)) for a, b in pairs)
     return Finding(f"{found.deflection_m[0]:.4g} m, {found.average_v[0]:.4g} V", worst, BOUND)
@@ -345,12 +342,7 @@ def _struck(base: Base, speed: float) -> Finding:
 def _too_deep(base: Base) -> Finding:
     """The deepest admissible impact of a run, and the alert where that is deeper than the membrane is wide."""
     study = base.over()
-    assert study.solution is not None
-    assert study.design_voltages is not None
-    depths = [
-        v.deflection_m[b.motions.admissible] for v, b in zip(study.voltages, study.solution.branches, strict=True)
-    ]
-    deepest = max((float(x.max()) for x in (*depths, study.design_voltages.deflection_m) if x.size), default=0.0)
+    deepest = study.solution.deepest_m
     alert = next((one for one in study.alerts if one.code == "VR010"), None)
     text = alert.cause.split(". ")[0] if alert else f"no alert at {deepest:.3g} m"
     return Finding(text, right=(alert is not None) == (deepest > base.membrane.active_radius_m))
