@@ -32,7 +32,7 @@ from vireport.trust.contenders import (
 from vireport.trust.integrators import Budget, Case, LeftMotion, explicit, integrated, runge_kutta, simulated
 from vireport.trust.methods import settle, shoot
 from vireport.trust.quasinewton import quasi_newton
-from vireport.trust.reference import reference_critical, reference_orbit, reference_voltage
+from vireport.reference import reference_critical, reference_orbit, reference_voltage
 from vireport.trust.timing import Machine, Spread
 from vireport.trust.workprecision import ACCURACIES, Run, WorkPrecision, compare
 from vireport.trust.yardstick import yardstick
@@ -305,7 +305,7 @@ def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch
     assert {name for name, _ in absent} == set(NAMES) - {one.name for one in tried}
     assert all("pip install 'vireport[" in reason for _, reason in absent)
     monkeypatch.setitem(sys.modules, "mpmath", None)
-    monkeypatch.delitem(sys.modules, "vireport.trust.reference")
+    monkeypatch.delitem(sys.modules, "vireport.reference")
     with pytest.raises(NumericalError, match=r"mpmath: pip install 'vireport\[accuracy\]'"):
         yardstick(stick.study)
 

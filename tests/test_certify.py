@@ -25,9 +25,9 @@ pytest.importorskip("flint")
 
 from flint import arb
 
-from vireport.analysis import balls
-from vireport.analysis.certified_flights import Flight, stays_between
-from vireport.analysis.certify import certify, certify_point
+from vireport.proofs import balls
+from vireport.proofs.flights import Flight, stays_between
+from vireport.proofs.certificates import certify, certify_point
 from vireport.report.certificates import certificates_data, certification, certify_text, plus_minus
 
 NARROW = Decimal("1e-20")
@@ -348,9 +348,9 @@ def test_what_is_told_of_it(case) -> None:
 
 def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "flint", None)
-    monkeypatch.delitem(sys.modules, "vireport.analysis.balls")
+    monkeypatch.delitem(sys.modules, "vireport.proofs.balls")
     with pytest.raises(NumericalError, match=r"vireport\[certify\]"):
-        importlib.import_module("vireport.analysis.balls")
+        importlib.import_module("vireport.proofs.balls")
 
 
 def test_reference_newton_agrees_on_the_motion(case) -> None:

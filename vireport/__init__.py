@@ -4,7 +4,7 @@ from vireport import load, analyse
 
 study = analyse(load("examples/inclined.yaml"))
 for point in study.solution.critical_points:
-print(point.label, point.kind, point.point.sweep_value)
+    print(point.label, point.kind, point.point.sweep_value)
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from __future__ import annotations
 from types import ModuleType
 from typing import Any
 
-__version__ = "0.1.0"
+from vireport.version import __version__
 
 __all__ = [
+    "__version__",
     "Comparison",
     "NumericalError",
     "ScenarioError",

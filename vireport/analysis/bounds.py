@@ -18,8 +18,16 @@ from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import Level, coefficients, level_terms, orbits_above
 from vireport.analysis.stability import discriminant, trace_and_determinant
 from vireport.analysis.sweep import Sweep
-from vireport.physics.energy import Membrane, contact_cosine, deflection, generated_voltage
-from vireport.physics.rounding import FUNCTION, UNIT, Rounded, RoundedOps
+from vireport.physics import (
+    FUNCTION,
+    UNIT,
+    Membrane,
+    Rounded,
+    RoundedOps,
+    contact_cosine,
+    deflection,
+    generated_voltage,
+)
 
 Floats = NDArray[np.float64]
 
@@ -164,8 +172,7 @@ def voltage_bounds(
     """
     with np.errstate(all="ignore"):
         found = [
-            _impact_bounds(unit * np.abs(v), e / np.abs(v), membrane)
-            for v, e in zip(velocities, errors, strict=True)
+            _impact_bounds(unit * np.abs(v), e / np.abs(v), membrane) for v, e in zip(velocities, errors, strict=True)
         ]
     (bottom, deep_bottom), (top, deep_top) = found
     bounds = {

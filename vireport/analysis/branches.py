@@ -17,7 +17,7 @@ from vireport.analysis.pieces import HAIR, ROUGH, Piece
 from vireport.analysis.stability import NODE, UNSTABLE
 from vireport.analysis.tracing import Curve
 from vireport.errors import NumericalError
-from vireport.physics.energy import Voltages
+from vireport.physics import Voltages
 
 Floats = NDArray[np.float64]
 

@@ -16,8 +16,11 @@ from vireport.analysis.orbits import Level, Orbits, level_residual, orbits
 from vireport.analysis.stability import trace_and_determinant
 from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics.decimals import DIGITS, DecimalOps
-from vireport.physics.device import Device
+from vireport.physics import (
+    DIGITS,
+    DecimalOps,
+    Device,
+)
 
 POLISHED = 1e-28
 """Relative size of the last correction at which a polish is finished; a double needs 1e-17."""

@@ -17,9 +17,8 @@ from vireport.analysis.orbits import orbits
 from vireport.analysis.pointwise import find_motions
 from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics.device import Device
-from vireport.physics.energy import Voltages
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device, Voltages
+from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
 

@@ -58,7 +58,9 @@ def solve(sweep: Sweep) -> BifurcationDiagram:
 
 def _label(curve: Curve, drafts: list[Draft]) -> tuple[tuple[Branch, ...], tuple[CriticalPoint, ...]]:
     """Number branches and critical points, and join mirror images."""
-    drafts.sort(key=lambda one: (one.branch.family is Family.ASYMMETRIC, float(one.branch.motions.q.min()) < 0.5 - 1e-9))
+    drafts.sort(
+        key=lambda one: (one.branch.family is Family.ASYMMETRIC, float(one.branch.motions.q.min()) < 0.5 - 1e-9)
+    )
     mirrored = _mirrors(curve, drafts)
     found: list[CriticalPoint] = []
     owner: dict[tuple[int, int], int] = {}
@@ -118,7 +120,10 @@ def _is_twin(other: CriticalPoint, event: Event, mirrored: int | None) -> bool:
 
 def _meets(point: CriticalPoint, branch: Branch, row: int) -> bool:
     """Whether a critical point is the pitchfork at which an asymmetric branch begins."""
-    return point.kind is CriticalKind.PITCHFORK and abs(point.point.d - float(branch.motions.d[row])) <= SAME_POINT * point.point.d
+    return (
+        point.kind is CriticalKind.PITCHFORK
+        and abs(point.point.d - float(branch.motions.d[row])) <= SAME_POINT * point.point.d
+    )
 
 
 def _mirrors(curve: Curve, drafts: list[Draft]) -> list[int | None]:

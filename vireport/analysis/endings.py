@@ -10,9 +10,8 @@ from vireport.analysis.diagram import SAME_POINT, BifurcationDiagram, solve
 from vireport.analysis.kinds import CriticalKind
 from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics.device import Device
-from vireport.scenario.blocks import WIDEST_MARGIN
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device
+from vireport.scenario import WIDEST_MARGIN, Parameter
 
 
 @dataclass(frozen=True, slots=True)

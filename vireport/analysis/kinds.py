@@ -54,7 +54,9 @@ class CriticalKind(StrEnum):
     @property
     def letter(self) -> str:
         """Letter of its labels; the paper's A, B, C, and G for grazing, which it does not treat."""
-        return {CriticalKind.NODE_FOCUS: "A", CriticalKind.PERIOD_DOUBLING: "B", CriticalKind.GRAZING: "G"}.get(self, "C")
+        return {CriticalKind.NODE_FOCUS: "A", CriticalKind.PERIOD_DOUBLING: "B", CriticalKind.GRAZING: "G"}.get(
+            self, "C"
+        )
 
 
 class Change(StrEnum):

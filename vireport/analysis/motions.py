@@ -13,8 +13,8 @@ from vireport.analysis.kinds import STABILITIES
 from vireport.analysis.orbits import Level, Orbits
 from vireport.analysis.stability import UNSTABLE, classify, discriminant, trace_and_determinant
 from vireport.analysis.sweep import Sweep
-from vireport.physics.device import Device
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device
+from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
 

@@ -129,7 +129,10 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[list[tuple[float, int]]]
             break
         bad, kind = np.where(wrong, root, bad), np.where(wrong, worse, kind)
     return [
-        [(float(root[i]), int(kind[i]) + StrandEvent.BOTTOM_REST), (float(root[i + 1]), int(kind[i + 1]) + StrandEvent.BOTTOM_REST)]
+        [
+            (float(root[i]), int(kind[i]) + StrandEvent.BOTTOM_REST),
+            (float(root[i + 1]), int(kind[i + 1]) + StrandEvent.BOTTOM_REST),
+        ]
         for i in range(0, len(root), 2)
     ]
 
@@ -166,7 +169,7 @@ def _with_dips(curve: Curve, found: list[Piece]) -> list[Piece]:
     They stand where a sample is nearest to the border of all around, and nearer than the step is high.
     """
     which, owner, w = _joined(found)
-    value = curve.event_values(curve.at(which, w), with_gap=False)[:, :StrandEvent.GRAZING]
+    value = curve.event_values(curve.at(which, w), with_gap=False)[:, : StrandEvent.GRAZING]
     left, middle, right = np.abs(value[:-2]), np.abs(value[1:-1]), np.abs(value[2:])
     with np.errstate(invalid="ignore"):
         one_side = (value[:-2] * value[1:-1] > 0) & (value[1:-1] * value[2:] > 0)

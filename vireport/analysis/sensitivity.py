@@ -11,10 +11,14 @@ from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import orbits
 from vireport.analysis.pointwise import find_motions
 from vireport.analysis.stability import UNSTABLE, classify
-from vireport.physics.contact import SMALLEST_RESTITUTION, contacts
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane, voltages
-from vireport.scenario.parameters import Parameter
+from vireport.physics import (
+    SMALLEST_RESTITUTION,
+    Device,
+    Membrane,
+    contacts,
+    voltages,
+)
+from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
 

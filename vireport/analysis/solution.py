@@ -17,9 +17,13 @@ from vireport.analysis.sweep import Sweep
 from vireport.analysis.table import Row, table
 from vireport.analysis.uncertainty import Bounds, bounds_of
 from vireport.errors import NumericalError
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane, Voltages, voltages
-from vireport.scenario.parameters import Parameter
+from vireport.physics import (
+    Device,
+    Membrane,
+    Voltages,
+    voltages,
+)
+from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
 

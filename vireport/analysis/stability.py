@@ -16,6 +16,7 @@ from vireport.analysis.orbits import Orbits
 
 NODE, FOCUS, UNSTABLE = Stability.STABLE_NODE.code, Stability.STABLE_FOCUS.code, Stability.UNSTABLE_NODE.code
 
+
 def flight_jacobian(
     duration: Any, velocity_before: Any, velocity_end: Any, acceleration_start: Any, acceleration_end: Any, r: Any
 ) -> tuple[Any, Any, Any, Any]:

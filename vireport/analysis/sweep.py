@@ -8,8 +8,13 @@ from typing import Any
 import numpy as np
 
 from vireport.analysis.orbits import Level
-from vireport.physics.device import FINEST_D, FINEST_GBAR, Device, Number
-from vireport.scenario.parameters import Parameter
+from vireport.physics import (
+    FINEST_D,
+    FINEST_GBAR,
+    Device,
+    Number,
+)
+from vireport.scenario import Parameter
 
 
 @dataclass(frozen=True, slots=True)

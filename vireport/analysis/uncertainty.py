@@ -12,9 +12,8 @@ from vireport.analysis.design import DesignPoint
 from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.motions import Motions
 from vireport.analysis.sweep import Sweep
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device, Membrane
+from vireport.scenario import Parameter
 
 NO_BOUND = "diverges, or loses all its digits, where an impact has no velocity or two branches meet"
 """Why there is no bound."""

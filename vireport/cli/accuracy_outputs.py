@@ -8,11 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.files import write_files
-from vireport.scenario.blocks import Accuracy
-from vireport.scenario.loading import Loaded
-from vireport.study.measured import accuracy_data, compliance_data
-from vireport.study.study import Study, analyse
-from vireport.trust.accuracy_text import COLUMNS, broken, plain
+from vireport.scenario import Accuracy, Loaded
+from vireport.study import (
+    Study,
+    accuracy_data,
+    analyse,
+    compliance_data,
+)
+from vireport.trust import (
+    COLUMNS,
+    broken,
+    plain,
+)
 
 if TYPE_CHECKING:
     from vireport.progress import Progress
@@ -35,7 +42,7 @@ def text(study: Study, every: bool = False) -> str:
     """What was measured, for the terminal; with `every`, each run in a row."""
     parts = [plain(study.work, every).rstrip("\n")] if study.work is not None else []
     if study.compliance is not None:
-        from vireport.report.compliant import plain_text
+        from vireport.report import plain_text
 
         lines = (broken(line, "    ") if len(line) > COLUMNS else line for line in plain_text(study.compliance))
         parts.append("\n".join(["Compliant membranes", "", *lines]))
@@ -63,9 +70,7 @@ def write(study: Study, folder: Path) -> str:
     UsageError
         If the folder cannot be written to.
     """
-    from vireport.figures.axes import style
-    from vireport.figures.measured_figures import measured_figures
-    from vireport.figures.pixels import png_of
+    from vireport.figures import measured_figures, png_of, style
 
     files = {"accuracy.json": data(study)}
     with style():

@@ -18,7 +18,6 @@ os.environ.setdefault(
 import typer
 from typer.core import TyperGroup
 
-from vireport import __version__
 from vireport.cli.options import (
     Formats,
     Json,
@@ -33,9 +32,10 @@ from vireport.cli.options import (
     show,
 )
 from vireport.errors import ScenarioError, UsageError, VireportError
+from vireport.version import __version__
 
 if TYPE_CHECKING:
-    from vireport.gate.criteria import Criterion
+    from vireport.gate import Criterion
 
 EPILOG = (
     "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, "
@@ -116,9 +116,12 @@ def run(
     if json:
         if output is not None or format_:
             raise UsageError("--json prints the results and writes no file: leave out --output and --format")
-        from vireport.study.provenance import provenance_of
-        from vireport.study.results import results_json
-        from vireport.study.study import analyse, with_certificates
+        from vireport.study import (
+            analyse,
+            provenance_of,
+            results_json,
+            with_certificates,
+        )
 
         study = analyse(loaded, ("json",))
         if certify:
@@ -150,7 +153,7 @@ def schema() -> None:
     """Print the JSON Schema of scenarios, for editors."""
     import json
 
-    from vireport.scenario.schema import schema as build
+    from vireport.scenario import schema as build
 
     print(json.dumps(build(), indent=2, ensure_ascii=False))
 
@@ -160,7 +163,7 @@ def init(
     path: Annotated[str, typer.Argument(metavar="[FILE]", help="Where to write it; - prints it.")] = "scenario.yaml",
 ) -> None:
     """Write a commented scenario to start from; an existing file is left alone."""
-    from vireport.scenario.schema import init_text
+    from vireport.scenario import init_text
 
     if path == "-":
         print(init_text(), end="")
@@ -178,7 +181,7 @@ def init(
 @app.command(name="plan")
 def show_plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats = None) -> None:
     """Print what a run would do, what it would leave out, and why; compute nothing."""
-    from vireport.study.plan import plan
+    from vireport.study import plan
 
     steps = plan(load(scenario, set_).scenario, formats_of(format_)).steps
     width = max(len(step.name) for step in steps)
@@ -191,7 +194,7 @@ def _exit_by(criteria: tuple[Criterion, ...], said: bool) -> None:
     if all(criterion.passed for criterion in criteria):
         return
     if not said:
-        from vireport.gate.criteria import unmet
+        from vireport.gate import unmet
 
         print(f"vireport: {unmet(criteria)}", file=sys.stderr)
     raise typer.Exit(1)

@@ -68,8 +68,11 @@ def extremes(
     quiet: Quiet = False,
 ) -> None:
     """Run the catalogue of extreme cases against 40-digit arithmetic; exit code 1 if one fails."""
-    from vireport.extremes.catalogue import run_catalogue
-    from vireport.extremes.text import table_data, table_text
+    from vireport.extremes import (
+        run_catalogue,
+        table_data,
+        table_text,
+    )
 
     if scenario is None and set_:
         raise UsageError("--set needs a scenario to set it over")
@@ -88,7 +91,7 @@ def explain(
     code: Annotated[str | None, typer.Argument(metavar="[CODE]", help="Of an alert, such as VR010; else all.")] = None,
 ) -> None:
     """Say what an alert means, what causes it, and what to do."""
-    from vireport.gate.explanations import explanation
+    from vireport.gate import explanation
 
     emit(explanation(code).encode())
 
@@ -109,15 +112,15 @@ def compare(
     """Compare scenarios, or variants of one: figures on shared axes, and what differs, most changed first."""
     if json and (output is not None or format_):
         raise UsageError("--json prints the comparison and writes no file: leave out --output and --format")
+    from vireport.comparison import compare as compared
     from vireport.comparison import outputs as compare_outputs
-    from vireport.comparison.comparison import compare as compared
 
     options = (("--vary", vary), ("--json", json), ("--set", set_), ("--format", format_))
     command = command_of("compare", scenarios, *options)
     progress = _steps(quiet)
     result = compared(scenarios, vary or None, overrides=set_ or (), progress=progress)
     if json:
-        from vireport.comparison.pages import comparison_provenance
+        from vireport.comparison import comparison_provenance
 
         emit(compare_outputs.compare_json(result, comparison_provenance(result, command)))
         return
@@ -139,7 +142,7 @@ def diff(
 ) -> None:
     """Say what has changed since earlier results, beyond the tolerance; exit code 1 if anything has."""
     from vireport.comparison import baseline as earlier
-    from vireport.study.study import analyse
+    from vireport.study import analyse
 
     before = earlier.read_baseline(baseline)
     changes = earlier.diff(before, analyse(load(scenario, set_), ("json",)), relative=tolerance)
@@ -169,7 +172,10 @@ def sweep(
     # One process works on each core: threads of the linear algebra would be in their way. Before numpy is imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from vireport.cli.outputs import default_folder
-    from vireport.sweep.run import run_map, terminal_progress
+    from vireport.sweep import (
+        run_map,
+        terminal_progress,
+    )
 
     folder = output or default_folder(map_file)
     progress = None if quiet or not sys.stderr.isatty() else terminal_progress()

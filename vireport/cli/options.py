@@ -12,7 +12,7 @@ import typer
 from vireport.errors import UsageError
 
 if TYPE_CHECKING:
-    from vireport.scenario.loading import Loaded
+    from vireport.scenario import Loaded
 
 ScenarioFile = Annotated[str, typer.Argument(metavar="SCENARIO", help="A YAML file, or - for standard input.")]
 Overrides = Annotated[
@@ -43,7 +43,10 @@ def load(scenario: str, overrides: list[str] | None) -> Loaded:
 
 def formats_of(asked: list[str] | None) -> tuple[str, ...]:
     """The outputs asked for, the usual ones where none are."""
-    from vireport.study.plan import ALL_FORMATS, FORMATS
+    from vireport.study import (
+        ALL_FORMATS,
+        FORMATS,
+    )
 
     words = [word.strip() for part in asked or [] for word in part.split(",") if word.strip()]
     unknown = [word for word in words if word not in ALL_FORMATS]

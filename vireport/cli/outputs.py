@@ -8,14 +8,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.files import write_files
-from vireport.scenario.loading import Loaded
-from vireport.study.provenance import provenance_of
-from vireport.study.study import Study, analyse, with_certificates
+from vireport.scenario import Loaded
+from vireport.study import (
+    Study,
+    analyse,
+    provenance_of,
+    with_certificates,
+)
 
 if TYPE_CHECKING:
-    from vireport.figures.curves import Simulated
-    from vireport.figures.paper_figures import Picture
-    from vireport.gate.criteria import Criterion
+    from vireport.figures import Picture, Simulated
+    from vireport.gate import Criterion
     from vireport.progress import Progress
 
 
@@ -93,13 +96,13 @@ def write_outputs(
 def _printed(study: Study) -> str:
     text = ""
     if study.certificates is not None and study.solution.sweep is not None:
-        from vireport.report.certificates import certify_text
+        from vireport.report import certify_text
 
         text += certify_text(study.certificates, study.solution.sweep.parameter).rstrip() + "\n"
     elif study.certificates is not None:
         text += "No critical point to prove: there is no sweep.\n"
     if study.plan.runs("github"):
-        from vireport.report.ci_formats import github
+        from vireport.report import github
 
         text += github(study)
     return text
@@ -111,13 +114,16 @@ def render(study: Study, command: str, templates: Path | None, say: Progress) ->
     drawn: tuple[Picture, ...] = ()
     if any(step.runs for step in plan.steps if step.name.startswith("figure-")):
         say("drawing")
-        from vireport.figures.paper_figures import pictures
+        from vireport.figures import pictures
 
         drawn = pictures(study, _overlay(study))
     if plan.runs("html") or plan.runs("pdf"):
         say("setting the report")
-        from vireport.report.build import build_report
-        from vireport.report.rendering import render_html, render_pdf
+        from vireport.report import (
+            build_report,
+            render_html,
+            render_pdf,
+        )
 
         model = build_report(study, drawn, provenance)
         if plan.runs("html"):
@@ -127,14 +133,20 @@ def render(study: Study, command: str, templates: Path | None, say: Progress) ->
     if plan.runs("png"):
         files |= {f"{picture.name}.png": picture.png for picture in drawn}
     if plan.runs("json") or plan.runs("csv"):
-        from vireport.study.results import branches_csv, results_json
+        from vireport.study import (
+            branches_csv,
+            results_json,
+        )
 
         if plan.runs("json"):
             files["results.json"] = results_json(study, provenance)
         if plan.runs("csv"):
             files["branches.csv"] = branches_csv(study)
     if plan.runs("junit") or plan.runs("markdown"):
-        from vireport.report.ci_formats import junit, markdown
+        from vireport.report import (
+            junit,
+            markdown,
+        )
 
         if plan.runs("junit"):
             files["junit.xml"] = junit(study)
@@ -146,6 +158,6 @@ def render(study: Study, command: str, templates: Path | None, say: Progress) ->
 def _overlay(study: Study) -> Simulated | None:
     if study.crosscheck is None:
         return None
-    from vireport.figures.overlay import simulated_points
+    from vireport.figures import simulated_points
 
     return simulated_points(study)

@@ -1,6 +1,17 @@
 """Scenarios, variants and earlier results side by side, by one engine."""
 
-from vireport.comparison.baseline import diff as diff
-from vireport.comparison.comparison import Comparison as Comparison
-from vireport.comparison.comparison import compare as compare
-from vireport.comparison.figures import compare_figure as compare_figure
+from vireport.comparison import baseline, outputs
+from vireport.comparison.baseline import diff
+from vireport.comparison.comparison import Comparison, compare
+from vireport.comparison.figures import compare_figure
+from vireport.comparison.pages import comparison_provenance
+
+__all__ = [
+    "Comparison",
+    "baseline",
+    "compare",
+    "compare_figure",
+    "comparison_provenance",
+    "diff",
+    "outputs",
+]

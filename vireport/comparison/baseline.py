@@ -14,9 +14,11 @@ from typing import Any
 
 from vireport.comparison.changes import Change, changes, shown, shown_apart
 from vireport.errors import UsageError
-from vireport.study.results import SCHEMA_VERSION
-from vireport.study.study import Study
-from vireport.text.formatting import ABSENT, percent
+from vireport.study import SCHEMA_VERSION, Study
+from vireport.text import (
+    ABSENT,
+    percent,
+)
 
 __all__ = ["Change", "check_baseline", "diff", "diff_json", "diff_markdown", "diff_text", "read_baseline"]
 

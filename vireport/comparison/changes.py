@@ -6,11 +6,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from vireport.analysis.kinds import CriticalKind
+from vireport.analysis import CriticalKind
 from vireport.comparison.comparison import NOT_COMPARED, flattened
 from vireport.comparison.differences import SAMPLED
-from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import MOST_DIGITS, percent, significant
+from vireport.scenario import Parameter
+from vireport.text import (
+    MOST_DIGITS,
+    percent,
+    significant,
+)
 
 INPUT = 1e-12
 """Relative difference up to which a value of the scenario is the same: it is read from a text, and only rounding is

@@ -16,9 +16,15 @@ from vireport.comparison.differences import Difference, Member
 from vireport.comparison.quantities import differences
 from vireport.comparison.variants import Variant, variants
 from vireport.errors import NumericalError, UsageError
-from vireport.scenario.loading import Loaded, to_dict
-from vireport.study.results import SCHEMA_VERSION
-from vireport.study.study import Study, analyse
+from vireport.scenario import (
+    Loaded,
+    to_dict,
+)
+from vireport.study import (
+    SCHEMA_VERSION,
+    Study,
+    analyse,
+)
 
 if TYPE_CHECKING:
     from vireport.progress import Progress

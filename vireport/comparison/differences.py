@@ -6,9 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from vireport.gate.wording import capital
-from vireport.study.study import Study
-from vireport.text.formatting import MOST_DIGITS, percent
+from vireport.gate import capital
+from vireport.study import Study
+from vireport.text import (
+    MOST_DIGITS,
+    percent,
+)
 
 SAME = 1e-9
 """Relative difference up to which two numbers are the same: polished ones agree to far more, and no device is made

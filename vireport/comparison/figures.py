@@ -10,29 +10,44 @@ from matplotlib.figure import Figure
 from vireport.comparison.comparison import Comparison, left_out
 from vireport.comparison.differences import listed
 from vireport.comparison.pages import columns
-from vireport.figures.axes import BLACK, WARNING, limits, prefix, style
-from vireport.figures.captions import OUTSIDE, TITLES, alt_text, column_caption, held, outside_geometry
-from vireport.figures.curves import Floats, Simulated, Stretch
-from vireport.figures.drawing import Drawing, point_legend
-from vireport.figures.grid import Column, grid, letters_along, panel_letter
-from vireport.figures.overlay import simulated_points
-from vireport.figures.paper_figures import Picture
-from vireport.figures.pixels import png_of
-from vireport.figures.rows import (
+from vireport.figures import (
+    BLACK,
     BRANCH_COLORS,
+    OUTSIDE,
+    TITLES,
+    WARNING,
+    Column,
+    Drawing,
+    Entry,
+    Floats,
+    Picture,
     Row,
+    Simulated,
+    Stretch,
+    alt_text,
+    column_caption,
+    grid,
+    held,
     legend_2,
     legend_4,
     legend_7,
+    letters_along,
+    limits,
+    outside_geometry,
+    panel_letter,
+    png_of,
+    point_legend,
+    prefix,
     rows_2,
     rows_4,
     rows_7,
     seen_7,
+    simulated_points,
+    style,
     without_mirrors,
 )
-from vireport.figures.sheet import Entry
-from vireport.gate.wording import capital
-from vireport.study.study import Study
+from vireport.gate import capital
+from vireport.study import Study
 
 HEIGHTS = {"figure-2": 1.75, "figure-4": 2.1, "figure-7": 2.6}
 """Of the panels [in]."""

@@ -5,9 +5,13 @@ from __future__ import annotations
 from html import escape
 
 from vireport.comparison.comparison import Comparison
-from vireport.gate.wording import capital
-from vireport.study.notebook import html_table
-from vireport.text.formatting import ABSENT, percent, significant
+from vireport.gate import capital
+from vireport.study import html_table
+from vireport.text import (
+    ABSENT,
+    percent,
+    significant,
+)
 
 MOST_ROWS = 20
 """Differences shown in a notebook; `Comparison.rows` has all."""

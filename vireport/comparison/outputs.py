@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 
 from vireport.comparison.comparison import Comparison
 from vireport.files import write_files
-from vireport.study.plan import FORMATS
-from vireport.study.provenance import Provenance
+from vireport.study import FORMATS, Provenance
 
 if TYPE_CHECKING:
-    from vireport.figures.paper_figures import Picture
+    from vireport.figures import Picture
     from vireport.progress import Progress
 
 FOLDER = "comparison"
@@ -84,7 +83,10 @@ def render_comparison(
     if formats & {"html", "pdf"}:
         say("setting the report")
         from vireport.comparison.pages import build_comparison_report
-        from vireport.report.rendering import render_html, render_pdf
+        from vireport.report import (
+            render_html,
+            render_pdf,
+        )
 
         model = build_comparison_report(comparison, drawn, provenance)
         if "html" in formats:

@@ -13,16 +13,43 @@ from typing import TYPE_CHECKING
 from vireport.comparison.comparison import FIGURES, Comparison, Setting, left_out
 from vireport.comparison.differences import Difference, listed
 from vireport.comparison.quantities import HELD, NO_DESIGN, NO_MASS, NO_SWEEP, axes_of
-from vireport.figures.captions import OUTSIDE, outside_geometry
-from vireport.gate.verdict import Fact, Verdict
-from vireport.gate.wording import SWEEP_END, capital
+from vireport.figures import (
+    OUTSIDE,
+    outside_geometry,
+)
+from vireport.gate import (
+    SWEEP_END,
+    Fact,
+    Verdict,
+    capital,
+)
+from vireport.report import (
+    Block,
+    Column,
+    Paragraph,
+    ReportModel,
+    Table,
+    numbers,
+    section,
+    texts,
+)
 from vireport.report import context as context_pages
-from vireport.report.pages import Block, Column, Paragraph, ReportModel, Table, numbers, section, texts
-from vireport.study.provenance import Provenance, provenance_of, with_pages
-from vireport.text.formatting import ABSENT, MOST_DIGITS, exact, percent, significant, words
+from vireport.study import (
+    Provenance,
+    provenance_of,
+    with_pages,
+)
+from vireport.text import (
+    ABSENT,
+    MOST_DIGITS,
+    exact,
+    percent,
+    significant,
+    words,
+)
 
 if TYPE_CHECKING:
-    from vireport.figures.paper_figures import Picture
+    from vireport.figures import Picture
 
 ACROSS = 4
 """Scenarios beside one another in a table or a figure; of more there are several."""
@@ -150,7 +177,9 @@ def _places(comparison: Comparison) -> str:
     if axes[0] != "d":
         text = f"All sweep the {axes[0].quantity}, in which their critical points are compared"
         return f"{text}; also in *d*, which is not the same multiple of it in all." if len(axes) > 1 else f"{text}."
-    swept = dict.fromkeys(study.solution.sweep.parameter.quantity for study in comparison.studies if study.solution.sweep)
+    swept = dict.fromkeys(
+        study.solution.sweep.parameter.quantity for study in comparison.studies if study.solution.sweep
+    )
     text = f"The sweeps are of different parameters ({listed(list(swept))}): places are compared in *d*, which all have"
     shared = [f"the {axis.quantity}" for axis in axes[1:] if axis != "d"]
     return f"{text}, and in {listed(shared)} where scenarios share that." if shared else f"{text}."

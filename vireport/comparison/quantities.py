@@ -11,14 +11,21 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.design import Margin
-from vireport.analysis.kinds import CriticalKind, Family
+from vireport.analysis import (
+    CriticalKind,
+    CriticalPoint,
+    Family,
+    Margin,
+)
 from vireport.comparison.differences import SAME, SAMPLED, Difference, Entry, Member, Printed, difference, rank
-from vireport.gate.wording import SWEEP_END
-from vireport.scenario.parameters import Parameter
-from vireport.study.study import Study
-from vireport.text.formatting import percent, quantity, significant
+from vireport.gate import SWEEP_END
+from vireport.scenario import Parameter
+from vireport.study import Study
+from vireport.text import (
+    percent,
+    quantity,
+    significant,
+)
 
 NO_SWEEP, NO_DESIGN, NO_MASS = "no sweep", "no design point", "device.ball_mass_kg is not given"
 NO_STABLE, HELD = "no stable 1:1 motion", "the sweep holds d"
@@ -86,7 +93,9 @@ def _stable_motions(study: Study) -> Entry:
     stable = study.solution.design.motions.stable
     if not stable.any():
         return Entry(None, NO_STABLE, absent=True)
-    return Entry(float(stable.sum()), " and ".join(dict.fromkeys(np.array(study.solution.design.motions.words)[stable])))
+    return Entry(
+        float(stable.sum()), " and ".join(dict.fromkeys(np.array(study.solution.design.motions.words)[stable]))
+    )
 
 
 def _critical_points(members: Sequence[Member]) -> Iterator[Difference]:

@@ -9,9 +9,13 @@ from math import prod
 from pathlib import Path
 
 from vireport.errors import Mistake, ScenarioError, UsageError
-from vireport.scenario.loading import Loaded, load, loads
-from vireport.scenario.overrides import as_texts
-from vireport.study.study import Study
+from vireport.scenario import (
+    Loaded,
+    as_texts,
+    load,
+    loads,
+)
+from vireport.study import Study
 
 RESERVED = ("quantity", "group", "unit", "change", "differs", "sentence")
 """Columns of compare.csv that are no scenarios."""

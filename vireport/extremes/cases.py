@@ -9,9 +9,14 @@ from math import inf
 
 import numpy as np
 
-from vireport.analysis.motions import motions_of
-from vireport.analysis.orbits import Level, coefficients, level_terms, orbits
-from vireport.analysis.tracing import sample
+from vireport.analysis import (
+    Level,
+    coefficients,
+    level_terms,
+    motions_of,
+    orbits,
+    sample,
+)
 from vireport.extremes.checks import (
     BOUND,
     ROWS,
@@ -26,9 +31,12 @@ from vireport.extremes.checks import (
     examine,
     require_finite,
 )
-from vireport.physics.device import NO_GRAVITY, Device
-from vireport.scenario.parameters import Parameter
-from vireport.study.plan import FORMATS
+from vireport.physics import (
+    NO_GRAVITY,
+    Device,
+)
+from vireport.scenario import Parameter
+from vireport.study import FORMATS
 
 NEARLY_LOSSLESS = 1e-8
 """Bound at r = 1 - 1e-6, where rounding is magnified by 1/(1-r)."""
@@ -181,7 +189,7 @@ def _shares(base: Base) -> Iterator[Case]:
 
 def _on_surface(base: Base, u: float, gbar: float | None) -> Finding:
     """The solutions at a given q, on both sheets, and whether a run over the length finds the ones that are motions."""
-    from vireport.trust import reference as exact
+    from vireport import reference as exact
 
     r, n = float(base.device.restitution), base.device.period_ratio
     own = float(base.device.groups(Parameter.LENGTH, base.device.length_m)[1])
@@ -293,7 +301,7 @@ def _empty(base: Base) -> Finding:
 
 
 def _drawn(base: Base) -> Finding:
-    from vireport.figures.paper_figures import pictures
+    from vireport.figures import pictures
 
     drawn = pictures(base.over((1e4, 1e5), FORMATS))
     silent = [one.name for one in drawn if "no " not in f"{one.caption} {one.alt}".lower()]
@@ -327,8 +335,8 @@ def _deflected(base: Base, delta: float) -> Finding:
 
 
 def _struck(base: Base, speed: float) -> Finding:
-    from vireport.physics.energy import voltages
-    from vireport.trust import reference as exact
+    from vireport import reference as exact
+    from vireport.physics import voltages
 
     membrane = base.membrane
     found = voltages(np.array([speed]), np.array([-speed]), membrane)

@@ -15,13 +15,13 @@ from math import isfinite
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from vireport.analysis.solution import SMALLEST_LOSS
+from vireport.analysis import SMALLEST_LOSS
 from vireport.errors import NumericalError, VireportError
 from vireport.extremes.cases import motion_cases
 from vireport.extremes.checks import Case, Finding, NotThereError, base_of
 from vireport.extremes.critical import critical_cases
 from vireport.extremes.simulation import simulation_cases
-from vireport.scenario.loading import Loaded
+from vireport.scenario import Loaded
 
 if TYPE_CHECKING:
     from vireport.progress import Progress

@@ -8,14 +8,25 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.kinds import Change, CriticalKind, Family
-from vireport.analysis.motions import Motions
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane
-from vireport.scenario.loading import Loaded, loads
-from vireport.scenario.parameters import Parameter
-from vireport.study.study import Study, analyse, device_of, membrane_of
+from vireport.analysis import (
+    Change,
+    CriticalKind,
+    CriticalPoint,
+    Family,
+    Motions,
+)
+from vireport.physics import Device, Membrane
+from vireport.scenario import (
+    Loaded,
+    Parameter,
+    loads,
+)
+from vireport.study import (
+    Study,
+    analyse,
+    device_of,
+    membrane_of,
+)
 
 UNIT = 2.220446049250313e-16
 """Spacing of doubles at 1."""
@@ -143,7 +154,11 @@ class Base:
             f"  restitution: {x.restitution!r}",
             f"  length_m: {x.length_m!r}",
             "  membrane:",
-            *(f"    {field.name}: {getattr(ball, field.name)!r}" for field in fields(Membrane) if field.name != "ball_mass_kg"),
+            *(
+                f"    {field.name}: {getattr(ball, field.name)!r}"
+                for field in fields(Membrane)
+                if field.name != "ball_mass_kg"
+            ),
         ]
         if sweep is not None:
             lines.append(f"sweep: {{parameter: {sweep[0]}, from: {sweep[1]!r}, to: {sweep[2]!r}}}")
@@ -263,8 +278,8 @@ def errors(
 
     With `near` the swept value is not held: the reference is the nearest motion of the sweep.
     """
+    from vireport import reference as exact
     from vireport.extremes.search import pressing, wall_gap
-    from vireport.trust import reference as exact
 
     found = []
     r, n = exact.mpf(device.restitution), device.period_ratio
@@ -307,8 +322,8 @@ def _turned(phase: float, to: Any, exact: Any) -> Any:
 
 def _incomplete(study: Study) -> list[str]:
     """Motions of the design point that the reference finds without a guess and the study does not have."""
+    from vireport import reference as exact
     from vireport.extremes.search import all_motions, wall_gap
-    from vireport.trust import reference as exact
 
     device = study.solution.device
     assert study.solution.design is not None
@@ -335,8 +350,8 @@ def point_error(point: CriticalPoint, device: Device, parameter: Parameter) -> t
 
 def exact_value(point: CriticalPoint, device: Device, parameter: Parameter, gap: float = 0.0) -> Any:
     """The swept value of a critical point, solved from the printed conditions; of a near graze, with its gap."""
+    from vireport import reference as exact
     from vireport.extremes.search import pressing, short_touch, turning_points
-    from vireport.trust import reference as exact
 
     n, p, symmetric = device.period_ratio, point.point, point.family is Family.SYMMETRIC
     with exact.precise():

@@ -9,10 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.kinds import CriticalKind, Family
-from vireport.analysis.motions import motions_of
-from vireport.analysis.tracing import sample, select
+from vireport.analysis import (
+    CriticalKind,
+    CriticalPoint,
+    Family,
+    motions_of,
+    sample,
+    select,
+)
 from vireport.extremes.checks import (
     BOUND,
     UNIT,
@@ -25,7 +29,7 @@ from vireport.extremes.checks import (
     examine,
     point_error,
 )
-from vireport.scenario.parameters import Parameter
+from vireport.scenario import Parameter
 
 SLIGHT = 0.01
 """gbar at which the pitchfork has opened into a fold that lies apart from it."""
@@ -138,7 +142,7 @@ def _beside_fold(base: Base, inside: float) -> Finding:
 
 def _twins(base: Base, point: CriticalPoint, inside: float) -> tuple[Base, list[Any]]:
     """A device so little inside a fold, and the two motions that meet there, in 40 digits."""
-    from vireport.trust import reference as exact
+    from vireport import reference as exact
 
     n, p = base.device.period_ratio, point.point
     with exact.precise():
@@ -171,7 +175,7 @@ def _twins(base: Base, point: CriticalPoint, inside: float) -> tuple[Base, list[
 
 def _all_changes(base: Base) -> Finding:
     """Count the changes of type by the printed trace along the whole curve, and compare with the points found."""
-    from vireport.trust import reference as exact
+    from vireport import reference as exact
 
     study = base.over()
     assert study.solution.diagram is not None
@@ -242,8 +246,8 @@ def _nearest(base: Base) -> Any:
 
 def _codimension_two(base: Base, near: CriticalPoint) -> float:
     """The gbar at which a motion both grazes and has lambda = -1."""
+    from vireport import reference as exact
     from vireport.extremes.search import turning_points
-    from vireport.trust import reference as exact
 
     n, p = base.device.period_ratio, near.point
     with exact.precise():
@@ -282,8 +286,8 @@ def _cusp(base: Base) -> Finding:
 
 def _gap(base: Base, gap: float) -> Finding:
     """A device whose ball passes a membrane at this distance."""
+    from vireport import reference as exact
     from vireport.extremes.search import wall_gap
-    from vireport.trust import reference as exact
 
     points = [p for p in _found(base, "grazing") if not p.change.at_rest]
     if not points or base.device.restitution == 0:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.trust.reference import State, flight, flights, motion, mp, mpf, newton, symmetric_motions, velocity_top
+from vireport.reference import State, flight, flights, motion, mp, mpf, newton, symmetric_motions, velocity_top
 
 SHORTEST = 1e-10
 """Time after an impact from which turning points are looked for; a ball that hardly rebounds turns at once."""

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from vireport.extremes.checks import UNIT, Base, Case, Finding, NotThereError, count, require_finite
-from vireport.scenario.parameters import Parameter
-from vireport.simulation.events import (
+from vireport.scenario import Parameter
+from vireport.simulation import (
     BOTTOM,
     FLIGHT,
     FREE,
@@ -107,7 +107,7 @@ def _exact_flight(model: tuple[float, float, float], velocity: float, phase: flo
 
     Relative to the time and to 1 + |velocity|.
     """
-    from vireport.trust import reference as exact
+    from vireport import reference as exact
 
     with exact.precise():
         d, gbar, r = (exact.mpf(x) for x in model)
@@ -153,7 +153,7 @@ def _slow_leaving(model: tuple[float, float, float]) -> Finding:
 
 
 def _slow_settling(model: tuple[float, float, float]) -> Finding:
-    from vireport.trust import reference as exact
+    from vireport import reference as exact
 
     rows, _ = follow_one(check_model(*model)[0], check_start(Impact(BOTTOM, 1e-300, 0.3), model[0]), 3)
     require_finite(rows[:, : VELOCITY + 1], "an impact")
@@ -166,7 +166,7 @@ def _slow_settling(model: tuple[float, float, float]) -> Finding:
 
 def _apex(gbar: float, gap: float) -> Finding:
     """A flight from the middle whose highest point is a hair inside or outside the top membrane, at -d/2."""
-    from vireport.trust import reference as exact
+    from vireport import reference as exact
 
     phase, velocity = 2.0, -0.2
     with exact.precise():
@@ -191,7 +191,7 @@ def _apex(gbar: float, gap: float) -> Finding:
 
 def _hops(model: tuple[float, float, float], velocity: float, phase: float) -> Any:
     """Time in which hops on the bottom die out, added up one by one in 40 digits; None where the ball gets away."""
-    from vireport.trust import reference as exact
+    from vireport import reference as exact
 
     mp, mpf = exact.mp, exact.mpf
     with mp.workdps(HOP_DIGITS):
@@ -263,7 +263,7 @@ def _free(r: float) -> Finding:
 
 def _many_impacts(model: tuple[float, float, float]) -> Finding:
     """Ten million impacts at once; of the last flights, the residual of (2.12) in 40 digits."""
-    from vireport.trust import reference as exact
+    from vireport import reference as exact
 
     kept, summary = follow(check_model(*model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
     rows, made = kept[0], int(summary[0, 0])

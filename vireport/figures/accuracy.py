@@ -28,10 +28,23 @@ from vireport.figures.axes import (
 from vireport.figures.drawing import Look
 from vireport.figures.panel import Panel
 from vireport.figures.sheet import BOTTOM, LEFT, RIGHT, ROW, WIDTH, Entry, Page, Place, blank, wrapped
-from vireport.text.formatting import significant
-from vireport.trust.accuracy_text import power, seconds, task_name
-from vireport.trust.contenders import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
-from vireport.trust.workprecision import ACCURACIES, Run, WorkPrecision
+from vireport.text import significant
+from vireport.trust import (
+    ACCURACIES,
+    CLOSED,
+    EXPLICIT,
+    NAMES,
+    PRINTED,
+    RK4,
+    SETTLING,
+    SIMULATED,
+    WHOLE,
+    MethodRun,
+    WorkPrecision,
+    power,
+    seconds,
+    task_name,
+)
 
 LOOKS: dict[str, Look] = {
     CLOSED: {"color": VERMILION, "marker": "*", "markersize": 8.0, "linestyle": SOLID, "linewidth": 1.8},
@@ -157,7 +170,7 @@ def _panel(page: Page, place: Place, work: WorkPrecision, key: str, task: str, n
     page.words(left, bottom + high + 0.07, f"({ascii_lowercase[number]}) {_error_of(work, key)}", va="bottom")
 
 
-def _method(panel: Panel, runs: list[Run], key: str, look: Look) -> None:
+def _method(panel: Panel, runs: list[MethodRun], key: str, look: Look) -> None:
     good = [(run.seconds, max(run.errors[key], SMALLEST)) for run in runs if key in run.errors and run.seconds]
     if good:
         spreads = [(np.log10([s.low, s.high]), np.log10([error, error])) for s, error in good if s.high > 1.1 * s.low]

@@ -15,9 +15,12 @@ import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import Sweep
 from vireport.figures.ticks import fitting_ticks, uneven_ticks
-from vireport.text.formatting import PREFIXES, exact
+from vireport.text import (
+    PREFIXES,
+    exact,
+)
 
 Floats = NDArray[np.float64]
 Curve = tuple[Floats, Floats]

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from vireport.analysis.solution import Solution
-from vireport.analysis.stability import eigenvalues
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import Solution, Sweep, eigenvalues
 from vireport.figures.curves import Floats, Simulated, Stretch, pairs, solved, stretches
-from vireport.gate.wording import capital, range_text
-from vireport.scenario.parameters import Parameter
-from vireport.study.study import Study
-from vireport.text.formatting import MOST_DIGITS, exact, quantity, scaled, significant
+from vireport.gate import (
+    capital,
+    range_text,
+)
+from vireport.scenario import Parameter
+from vireport.study import Study
+from vireport.text import (
+    MOST_DIGITS,
+    exact,
+    quantity,
+    scaled,
+    significant,
+)
 
 TITLES = {
     "figure-2": "Impact velocity, phase and flight time",

@@ -12,10 +12,18 @@ from vireport.figures.curves import Floats
 from vireport.figures.drawing import GUIDE, Look
 from vireport.figures.panel import Panel
 from vireport.figures.sheet import ACROSS, BOTTOM, LEFT, ROW, Entry, Page, Ticks, blank, wrapped
-from vireport.text.formatting import significant
-from vireport.trust.compliance import Compliance, Convergence
-from vireport.trust.findings import factor_text, findings
-from vireport.trust.penalty import ADAPTIVE, FIXED, WRONG, Outcome, Run
+from vireport.text import significant
+from vireport.trust import (
+    ADAPTIVE,
+    FIXED,
+    WRONG,
+    Compliance,
+    Convergence,
+    Outcome,
+    SolverRun,
+    factor_text,
+    findings,
+)
 
 NAME, TITLE = "figure-stiffness", "Solvers on stiff membranes, and the way to rigid impacts"
 
@@ -109,7 +117,7 @@ def _errors(page: Page, made: Compliance, shown: list[float]) -> None:
         panel.marks(np.array([log10(time)]), np.array([log10(error)]), **look)
 
 
-def _height(run: Run) -> float:
+def _height(run: SolverRun) -> float:
     return HIGHEST if run.error is None else min(max(run.error, 1e-16), HIGHEST)
 
 

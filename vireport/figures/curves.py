@@ -11,14 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.branches import Branch, CriticalPoint
-from vireport.analysis.kinds import Stability
-from vireport.analysis.motions import Motions
-from vireport.analysis.solution import Solution
-from vireport.analysis.stability import eigenvalues
-from vireport.analysis.sweep import Sweep
-from vireport.physics.energy import Voltages
-from vireport.study.study import Study
+from vireport.analysis import (
+    Branch,
+    CriticalPoint,
+    Motions,
+    Solution,
+    Stability,
+    Sweep,
+    eigenvalues,
+)
+from vireport.physics import Voltages
+from vireport.study import Study
 
 Floats = NDArray[np.float64]
 Curve = tuple[Floats, Floats]
@@ -84,6 +87,7 @@ class Stretch:
     rows: slice
     stable: bool
     focus: bool
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Event:

@@ -15,10 +15,10 @@ from vireport.figures.drawing import GUIDE, NO_MOTION, Drawing, Look
 from vireport.figures.panel import Panel
 from vireport.figures.sheet import Entry, sheet
 from vireport.figures.traces import MOST_WORDS, Group, irregular, periodic_groups
-from vireport.study.study import Study
+from vireport.study import Study
 
 if TYPE_CHECKING:
-    from vireport.simulation.attractors import Diagram
+    from vireport.simulation import Diagram
 
 WORDS: tuple[Look, ...] = tuple(
     {"color": color, "marker": marker, "markersize": size}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis.branches import Branch
+from vireport.analysis import Branch
 from vireport.figures.axes import (
     BLACK,
     BLUE,
@@ -28,7 +28,7 @@ from vireport.figures.captions import conditions
 from vireport.figures.curves import Curve, Event, Floats, Simulated, Stretch, events, solved, stretches
 from vireport.figures.panel import Panel
 from vireport.figures.sheet import Entry, Sheet, sheet
-from vireport.study.study import Study
+from vireport.study import Study
 
 Look = dict[str, Any]
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from vireport.figures import accuracy as accuracy_figure
 from vireport.figures import compliant as compliant_figure
-from vireport.study.study import Study
+from vireport.study import Study
 
 
 def measured_figures(study: Study) -> Iterator[tuple[tuple[str, str, str, str], Figure]]:

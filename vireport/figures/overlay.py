@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.figures.curves import Simulated
-from vireport.physics.energy import Voltages, deflection, generated_voltage
-from vireport.simulation.attractors import Attractor
-from vireport.simulation.cycles import Cycle
-from vireport.simulation.events import BOTTOM
-from vireport.study.study import Study
+from vireport.physics import (
+    Voltages,
+    deflection,
+    generated_voltage,
+)
+from vireport.simulation import BOTTOM, Attractor, Cycle
+from vireport.study import Study
 
 Floats = NDArray[np.float64]
 

@@ -30,7 +30,7 @@ from vireport.figures.rows import (
 )
 from vireport.figures.sheet import Sheet
 from vireport.figures.simulated_figures import Words, simulated_figures
-from vireport.study.study import Study
+from vireport.study import Study
 
 
 @dataclass(frozen=True, slots=True)

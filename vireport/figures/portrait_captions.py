@@ -19,12 +19,11 @@ from vireport.figures.traces import (
     periodic_groups,
     setting,
 )
-from vireport.study.study import Study
-from vireport.text.formatting import significant
+from vireport.study import Study
+from vireport.text import significant
 
 if TYPE_CHECKING:
-    from vireport.simulation.attractors import Diagram
-    from vireport.simulation.portraits import Portrait
+    from vireport.simulation import Diagram, Portrait
 
 PORTRAIT_TITLES = {
     "figure-3": "Phase portraits and time series",

@@ -44,7 +44,7 @@ from vireport.figures.traces import (
 )
 
 if TYPE_CHECKING:
-    from vireport.simulation.portraits import Portrait
+    from vireport.simulation import Portrait
 
 Rows = Sequence["Portrait"]
 Samples = NDArray[np.intp]

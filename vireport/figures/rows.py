@@ -11,8 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from vireport.analysis.branches import Branch
-from vireport.analysis.stability import eigenvalues
+from vireport.analysis import Branch, eigenvalues
 from vireport.figures.axes import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, limits, prefix, within
 from vireport.figures.captions import LAMBDA_LIMIT
 from vireport.figures.curves import (
@@ -45,8 +44,8 @@ from vireport.figures.drawing import (
 )
 from vireport.figures.panel import Panel
 from vireport.figures.sheet import Entry, Ticks
-from vireport.physics.energy import Voltages
-from vireport.text.formatting import PREFIXES
+from vireport.physics import Voltages
+from vireport.text import PREFIXES
 
 LABELS_2 = ("impact velocity |Ż| [–]", "phase φ [rad]", "flight time Δt/2 [periods]")
 VELOCITY, PHASE, FLIGHT = range(3)

@@ -16,7 +16,7 @@ from vireport.figures.portrait_captions import (
     portrait_caption,
 )
 from vireport.figures.portraits import figure_3, figure_6
-from vireport.study.study import Study
+from vireport.study import Study
 
 Words = tuple[str, str, str, str]
 """Name, title, caption and alternative text of a figure."""

@@ -9,7 +9,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.text.formatting import MINUS, significant
+from vireport.text import (
+    MINUS,
+    significant,
+)
 
 Floats = NDArray[np.float64]
 

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.text.formatting import significant
+from vireport.text import significant
 
 if TYPE_CHECKING:
-    from vireport.simulation.attractors import Diagram
-    from vireport.simulation.portraits import Portrait
+    from vireport.simulation import Diagram, Portrait
 
 Floats = NDArray[np.float64]
 Curve = tuple[Floats, Floats]

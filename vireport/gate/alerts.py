@@ -8,14 +8,18 @@ from typing import Literal
 
 import numpy as np
 
-from vireport.analysis.kinds import Family
-from vireport.analysis.motions import impact_velocities
-from vireport.analysis.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
-from vireport.analysis.solution import Solution
+from vireport.analysis import (
+    Family,
+    Solution,
+    contact_share,
+    impact_velocities,
+    input_error,
+    mass_elasticity,
+    restitution_effect,
+)
 from vireport.gate.explanations import EXPLANATIONS
-from vireport.scenario.parameters import Parameter
-from vireport.trust.compliance import Compliance
-from vireport.trust.crosscheck import CrossCheck
+from vireport.scenario import Parameter
+from vireport.trust import Compliance, CrossCheck
 
 NEAR_CRITICAL = 0.02
 """Share of the design value within which a critical point is near: what masses and lengths are commonly made to. The
@@ -86,9 +90,7 @@ def _motion_alerts(solution: Solution) -> Iterator[Alert]:
             "VR001",
             "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
         )
-    discarded = [
-        (part, branch) for branch in solution.branches for part in branch.segments() if not part.admissible
-    ]
+    discarded = [(part, branch) for branch in solution.branches for part in branch.segments() if not part.admissible]
     if discarded:
         depth = -min(float(branch.motions.wall_gap[part.first : part.last + 1].min()) for part, branch in discarded)
         stable = any(part.stability.attracts for part, _ in discarded)

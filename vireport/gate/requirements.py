@@ -14,21 +14,29 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.design import StableInterval, design_point, stable_ranges, stable_runs
-from vireport.analysis.diagram import BifurcationDiagram, solve
-from vireport.analysis.endings import Endings, endings
-from vireport.analysis.kinds import CriticalKind
-from vireport.analysis.motions import impact_velocities
-from vireport.analysis.solution import Solution
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import (
+    BifurcationDiagram,
+    CriticalKind,
+    Endings,
+    Solution,
+    StableInterval,
+    Sweep,
+    design_point,
+    endings,
+    impact_velocities,
+    solve,
+    stable_ranges,
+    stable_runs,
+)
 from vireport.errors import NumericalError
 from vireport.gate.criteria import DIGITS, Criterion, Judgement, LineOf, criterion, held
-from vireport.physics.energy import Membrane, Voltages, voltages
-from vireport.scenario.blocks import Requirements
-from vireport.scenario.loading import Loaded
-from vireport.scenario.parameters import Parameter
-from vireport.scenario.rules import MARGINS
-from vireport.trust.crosscheck import CrossCheck
+from vireport.physics import (
+    Membrane,
+    Voltages,
+    voltages,
+)
+from vireport.scenario import MARGINS, Loaded, Parameter, Requirements
+from vireport.trust import CrossCheck
 
 Floats = NDArray[np.float64]
 Names = tuple[str, ...]

@@ -10,16 +10,28 @@ from typing import Literal
 
 import numpy as np
 
-from vireport.analysis.design import DesignPoint, Margin
-from vireport.analysis.kinds import CriticalKind, Family, Stability
-from vireport.analysis.solution import Solution
+from vireport.analysis import (
+    CriticalKind,
+    DesignPoint,
+    Family,
+    Margin,
+    Solution,
+    Stability,
+)
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.criteria import Criterion, unmet
 from vireport.gate.wording import capital, range_text
-from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import percent, quantity, significant
-from vireport.trust.compliance import GRADES, Compliance
-from vireport.trust.crosscheck import CrossCheck
+from vireport.scenario import Parameter
+from vireport.text import (
+    percent,
+    quantity,
+    significant,
+)
+from vireport.trust import (
+    GRADES,
+    Compliance,
+    CrossCheck,
+)
 
 Status = Literal["good", "caution", "bad", "neutral"]
 

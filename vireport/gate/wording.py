@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vireport.analysis.design import StableInterval
+from vireport.analysis import StableInterval
 
 SWEEP_END = "end of the sweep"
 """What ends a stable range that no critical point ends."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vireport.physics.decimals import DecimalOps
-from vireport.scenario.parameters import Parameter
+from vireport.scenario import Parameter
 
 Number = Any
 """A float, a decimal where a point is polished, or None for a swept parameter without a design point."""

@@ -1,0 +1,29 @@
+"""The report of a study in HTML and PDF, and in the formats of CI systems."""
+
+from vireport.report import context
+from vireport.report.build import build_report
+from vireport.report.certificates import certify_text
+from vireport.report.ci_formats import github, junit, markdown
+from vireport.report.compliant import plain_text
+from vireport.report.pages import Block, Column, Paragraph, ReportModel, Table, numbers, section, texts
+from vireport.report.rendering import render_html, render_pdf
+
+__all__ = [
+    "Block",
+    "Column",
+    "Paragraph",
+    "ReportModel",
+    "Table",
+    "build_report",
+    "certify_text",
+    "context",
+    "github",
+    "junit",
+    "markdown",
+    "numbers",
+    "plain_text",
+    "render_html",
+    "render_pdf",
+    "section",
+    "texts",
+]

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vireport.figures.captions import outside_geometry
-from vireport.gate.criteria import Criterion
-from vireport.gate.wording import capital
+from vireport.figures import outside_geometry
+from vireport.gate import Criterion, capital
 from vireport.report.pages import Block, Paragraph, Table, texts
-from vireport.scenario.parameters import Parameter
-from vireport.study.study import Study
-from vireport.text.formatting import ABSENT, words
+from vireport.scenario import Parameter
+from vireport.study import Study
+from vireport.text import (
+    ABSENT,
+    words,
+)
 
 OUTCOMES = {True: "✓ met", False: "✗ NOT MET"}
 """In words, and in another shape: never by colour alone."""

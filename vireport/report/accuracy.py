@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vireport.gate.wording import capital
+from vireport.gate import capital
 from vireport.report.pages import Block, Paragraph, Subheading, Table, numbers, texts
-from vireport.trust.accuracy_text import (
+from vireport.trust import (
+    ACCURACIES,
+    WorkPrecision,
     about_times,
     factor_head,
     factor_rows,
@@ -20,7 +22,6 @@ from vireport.trust.accuracy_text import (
     verdicts,
     without_guess,
 )
-from vireport.trust.workprecision import ACCURACIES, WorkPrecision
 
 MOST_FAILURES = 24
 """Rows of the table of failures; the command line gives them all."""

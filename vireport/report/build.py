@@ -14,12 +14,15 @@ from vireport.report.assets import TEMPLATES
 from vireport.report.energy import energy
 from vireport.report.equations import equations
 from vireport.report.pages import Block, ReportModel, section
-from vireport.study.provenance import Provenance, with_pages
-from vireport.study.study import Study
-from vireport.trust.paper import comparison
+from vireport.study import (
+    Provenance,
+    Study,
+    with_pages,
+)
+from vireport.trust import comparison
 
 if TYPE_CHECKING:
-    from vireport.figures.paper_figures import Picture
+    from vireport.figures import Picture
 
 UNTITLED = "Vibro-impact energy harvester"
 """Title of a scenario that has none."""

@@ -7,11 +7,17 @@ from decimal import ROUND_CEILING, Context, Decimal
 from typing import TYPE_CHECKING
 
 from vireport.report.pages import Block, Paragraph, Table, numbers, texts
-from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import ABSENT, words
+from vireport.scenario import Parameter
+from vireport.text import (
+    ABSENT,
+    words,
+)
 
 if TYPE_CHECKING:
-    from vireport.analysis.certify import Certificate, Enclosure
+    from vireport.proofs import (
+        Certificate,
+        Enclosure,
+    )
 
 LONG = Context(prec=200)
 """Arithmetic on bounds that rounds nothing away."""

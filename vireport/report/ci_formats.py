@@ -13,12 +13,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from vireport.text.formatting import words
+from vireport.text import words
 
 if TYPE_CHECKING:
-    from vireport.gate.criteria import Criterion
-    from vireport.study.provenance import Provenance
-    from vireport.study.study import Study
+    from vireport.gate import Criterion
+    from vireport.study import Provenance, Study
 
 OUTCOMES = {True: "met", False: "**NOT MET**"}
 

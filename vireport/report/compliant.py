@@ -5,22 +5,31 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import cast
 
-from vireport.gate.wording import capital
+from vireport.gate import capital
 from vireport.report.pages import Block, Figure, Paragraph, Subheading, Table, numbers, texts
-from vireport.text.formatting import ABSENT, percent, quantity, significant
-from vireport.trust.compliance import (
+from vireport.text import (
+    ABSENT,
+    percent,
+    quantity,
+    significant,
+)
+from vireport.trust import (
     FAIR_MARGIN,
     GOOD_MARGIN,
     GRADES,
+    WRONG,
     Compliance,
+    CompliantOrbit,
     Convergence,
+    Outcome,
     Rigid,
     Rung,
+    SolverRun,
+    factor_text,
+    findings,
     phase_shift,
+    setting_text,
 )
-from vireport.trust.compliant_orbits import CompliantOrbit
-from vireport.trust.findings import factor_text, findings, setting_text
-from vireport.trust.penalty import WRONG, Outcome, Run
 
 SHORT = {
     Outcome.SOLVED: "",
@@ -248,7 +257,7 @@ def _solvers(made: Compliance) -> Iterator[Block]:
     cells = {(run.solver, run.setting, run.factor): run for run in made.runs}
     settings = list(dict.fromkeys((run.solver, run.setting) for run in made.runs))
 
-    def rows(show: Callable[[Run], str]) -> tuple[tuple[str, ...], ...]:
+    def rows(show: Callable[[SolverRun], str]) -> tuple[tuple[str, ...], ...]:
         return tuple(
             (name, setting_text(name, setting), *(show(cells[name, setting, f]) for f in factors))
             for name, setting in settings
@@ -267,11 +276,11 @@ def _solvers(made: Compliance) -> Iterator[Block]:
     )
 
 
-def _error(run: Run) -> str:
+def _error(run: SolverRun) -> str:
     failed = SHORT[run.outcome]
     shown = "" if run.error is None else significant(run.error, 2)
     return " ".join(filter(None, (shown, failed)))
 
 
-def _work(run: Run) -> str:
+def _work(run: SolverRun) -> str:
     return f"{run.evaluations} / {significant(1e3 * run.seconds, 2)}"

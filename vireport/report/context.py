@@ -6,19 +6,24 @@ from collections.abc import Iterator, Sequence
 from dataclasses import is_dataclass
 from typing import TYPE_CHECKING, Any
 
-from vireport.gate.wording import capital
-from vireport.physics.device import Device
+from vireport.gate import capital
+from vireport.physics import Device
 from vireport.report.pages import Block, Column, Figure, Listing, Notice, Paragraph, Table, numbers, texts
-from vireport.scenario.keys import entries
-from vireport.scenario.parameters import Parameter
-from vireport.study.provenance import Provenance
-from vireport.study.study import Study
-from vireport.text.formatting import exact, significant, words
-from vireport.trust.paper import ComparedRow, Comparison
-from vireport.trust.paper_cases import PAPER
+from vireport.scenario import Parameter, entries
+from vireport.study import Provenance, Study
+from vireport.text import (
+    exact,
+    significant,
+    words,
+)
+from vireport.trust import (
+    PAPER,
+    ComparedRow,
+    Comparison,
+)
 
 if TYPE_CHECKING:
-    from vireport.figures.paper_figures import Picture
+    from vireport.figures import Picture
 
 SYMBOLS = {
     "device.capsule_mass_kg": "*M*",

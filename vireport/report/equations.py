@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from vireport.report.pages import Block, Equation, Paragraph, Subheading, Table, texts
-from vireport.study.study import Study
+from vireport.study import Study
 
 GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (

@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from vireport.gate.verdict import Verdict
-from vireport.study.provenance import Provenance
+from vireport.gate import Verdict
+from vireport.study import Provenance
 
 
 @dataclass(frozen=True, slots=True)

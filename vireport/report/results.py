@@ -6,16 +6,26 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.critical import Point
-from vireport.analysis.design import DesignPoint, StableInterval
-from vireport.analysis.table import Row
-from vireport.gate.wording import capital
-from vireport.physics.decimals import DIGITS
+from vireport.analysis import (
+    CriticalPoint,
+    DesignPoint,
+    Point,
+    Row,
+    StableInterval,
+)
+from vireport.gate import capital
+from vireport.physics import DIGITS
 from vireport.report.pages import Block, Paragraph, Table, numbers, texts
-from vireport.scenario.parameters import Parameter
-from vireport.study.study import Study
-from vireport.text.formatting import ABSENT, bounded, error_bound, percent, significant, words
+from vireport.scenario import Parameter
+from vireport.study import Study
+from vireport.text import (
+    ABSENT,
+    bounded,
+    error_bound,
+    percent,
+    significant,
+    words,
+)
 
 NOTHING = 1e-30
 """Below this, a number is what 45-digit arithmetic leaves of an exact zero."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from vireport.report.pages import Block, Paragraph, Table, numbers, texts
-from vireport.study.study import Study
-from vireport.text.formatting import significant
-from vireport.trust.crosscheck import CrossCheck
+from vireport.study import Study
+from vireport.text import significant
+from vireport.trust import CrossCheck
 
 MOST_ROWS = 12
 """Of a table that could grow with the samples."""

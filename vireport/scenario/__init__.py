@@ -1,4 +1,38 @@
 """From a YAML file to a validated, frozen scenario, or to every mistake in it."""
 
-from vireport.scenario.loading import load as load
-from vireport.scenario.loading import loads as loads
+from vireport.scenario import blocks, loading
+from vireport.scenario.blocks import SWEEPABLE, WIDEST_MARGIN, Accuracy, Requirements, Scenario, Simulation
+from vireport.scenario.keys import entries
+from vireport.scenario.loading import Loaded, load, loads, to_dict
+from vireport.scenario.map_blocks import Axis, Map, MapSimulation
+from vireport.scenario.map_scenario import LoadedMap, load_map
+from vireport.scenario.overrides import as_texts
+from vireport.scenario.parameters import Parameter
+from vireport.scenario.rules import MARGINS
+from vireport.scenario.schema import init_text, schema
+
+__all__ = [
+    "Accuracy",
+    "Axis",
+    "Loaded",
+    "LoadedMap",
+    "MARGINS",
+    "Map",
+    "MapSimulation",
+    "Parameter",
+    "Requirements",
+    "SWEEPABLE",
+    "Scenario",
+    "Simulation",
+    "WIDEST_MARGIN",
+    "as_texts",
+    "blocks",
+    "entries",
+    "init_text",
+    "load",
+    "load_map",
+    "loading",
+    "loads",
+    "schema",
+    "to_dict",
+]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import NamedTuple
 
-from vireport.text.formatting import significant
+from vireport.text import significant
 
 
 class Parameter(StrEnum):

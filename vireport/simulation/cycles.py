@@ -11,7 +11,7 @@ from math import exp, inf, log, nan, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics.flight import acceleration
+from vireport.physics import acceleration
 from vireport.simulation.events import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL, as_start, follow_one
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics.device import Device
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device
+from vireport.scenario import Parameter
 from vireport.simulation.attractors import Attractor, attractors
 from vireport.simulation.events import BOTTOM, Impact
 from vireport.simulation.trajectories import path, simulate

@@ -1,5 +1,29 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
-from vireport.study.results import results as results
-from vireport.study.study import Study as Study
-from vireport.study.study import analyse as analyse
+from vireport.study.measured import accuracy_data, compliance_data
+from vireport.study.notebook import html_table
+from vireport.study.plan import ALL_FORMATS, FORMATS, plan
+from vireport.study.provenance import Provenance, provenance_of, with_pages
+from vireport.study.results import SCHEMA_VERSION, branches_csv, results, results_json
+from vireport.study.study import Study, analyse, device_of, membrane_of, with_certificates
+
+__all__ = [
+    "ALL_FORMATS",
+    "FORMATS",
+    "Provenance",
+    "SCHEMA_VERSION",
+    "Study",
+    "accuracy_data",
+    "analyse",
+    "branches_csv",
+    "compliance_data",
+    "device_of",
+    "html_table",
+    "membrane_of",
+    "plan",
+    "provenance_of",
+    "results",
+    "results_json",
+    "with_certificates",
+    "with_pages",
+]

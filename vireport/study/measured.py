@@ -8,10 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vireport.trust.compliance import Compliance
-from vireport.trust.compliant import TOLERANCE
-from vireport.trust.compliant_orbits import CompliantOrbit
-from vireport.trust.workprecision import WorkPrecision
+from vireport.trust import TOLERANCE, Compliance, CompliantOrbit, WorkPrecision
 
 DIVERGED = 1e300
 """Size beyond which a number means that something overflowed; JSON has no infinity."""

@@ -6,7 +6,10 @@ from collections.abc import Sequence
 from html import escape
 
 from vireport.study.study import Study
-from vireport.text.formatting import bounded, significant
+from vireport.text import (
+    bounded,
+    significant,
+)
 
 
 def study_html(study: Study) -> str:

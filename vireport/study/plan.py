@@ -8,7 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from vireport.scenario.blocks import SWEEPABLE, Scenario
+from vireport.scenario import (
+    SWEEPABLE,
+    Scenario,
+)
 
 OUTPUTS = {
     "html": "report.html",

@@ -13,11 +13,11 @@ from importlib import import_module
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from vireport import __version__
 from vireport.errors import UsageError
+from vireport.version import __version__
 
 if TYPE_CHECKING:
-    from vireport.scenario.loading import Loaded
+    from vireport.scenario import Loaded
 
 NUMBERS = ("numpy", "pydantic_core", "yaml")
 """Libraries that the numbers pass through."""

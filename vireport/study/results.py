@@ -16,22 +16,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vireport.analysis.branches import Branch, CriticalPoint
-from vireport.analysis.critical import Point
-from vireport.analysis.design import DesignPoint, Margin, StableInterval
-from vireport.analysis.motions import Motions
-from vireport.analysis.table import Row
-from vireport.analysis.uncertainty import NO_BOUND, shown
-from vireport.physics.energy import Voltages
-from vireport.scenario.loading import to_dict
+from vireport.analysis import (
+    NO_BOUND,
+    Branch,
+    CriticalPoint,
+    DesignPoint,
+    Margin,
+    Motions,
+    Point,
+    Row,
+    StableInterval,
+    shown,
+)
+from vireport.physics import Voltages
+from vireport.scenario import to_dict
 from vireport.study.measured import accuracy_data, compliance_data, plain
 from vireport.study.provenance import Provenance, provenance_of
 from vireport.study.study import Study
 
 if TYPE_CHECKING:
-    from vireport.gate.criteria import Criterion
-    from vireport.simulation.attractors import Attractor
-    from vireport.trust.crosscheck import CrossCheck
+    from vireport.gate import Criterion
+    from vireport.simulation import Attractor
+    from vireport.trust import CrossCheck
 
 SCHEMA_VERSION = 1
 
@@ -291,7 +297,7 @@ def _simulation(check: CrossCheck) -> dict[str, Any]:
 
 def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any]:
     """What a start leads to; what a motion that is not periodic does not have is null."""
-    from vireport.simulation.cycles import growth_bound
+    from vireport.simulation import growth_bound
 
     cycle = attractor.cycle
     exponent = attractor.lyapunov

@@ -7,25 +7,26 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from vireport.analysis.solution import Solution, solution_of
-from vireport.analysis.sweep import Sweep
-from vireport.gate.alerts import Alert, alerts
-from vireport.gate.verdict import Verdict, verdict_of
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane
+from vireport.analysis import (
+    Solution,
+    Sweep,
+    solution_of,
+)
+from vireport.gate import (
+    Alert,
+    Verdict,
+    alerts,
+    verdict_of,
+)
+from vireport.physics import Device, Membrane
 from vireport.progress import Progress
-from vireport.scenario import blocks
-from vireport.scenario.blocks import Scenario
-from vireport.scenario.loading import Loaded
-from vireport.scenario.parameters import Parameter
+from vireport.scenario import Loaded, Parameter, Scenario, blocks
 from vireport.study.plan import FORMATS, Plan, plan
 
 if TYPE_CHECKING:
-    from vireport.analysis.certify import Certificate
-    from vireport.gate.criteria import Criterion
-    from vireport.trust.compliance import Compliance
-    from vireport.trust.crosscheck import CrossCheck
-    from vireport.trust.workprecision import WorkPrecision
+    from vireport.gate import Criterion
+    from vireport.proofs import Certificate
+    from vireport.trust import Compliance, CrossCheck, WorkPrecision
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,18 +158,18 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress
 
 
 def _with_simulation(study: Study, asked: blocks.Simulation, progress: Progress | None) -> Study:
-    from vireport.trust.crosscheck import crosscheck
+    from vireport.trust import crosscheck
 
     return replace(study, crosscheck=crosscheck(study.solution, asked, progress))
 
 
 def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | None) -> Study:
-    from vireport.trust.workprecision import measure
+    from vireport.trust import measure
 
     study = replace(study, work=measure(study.solution, asked.repeats, progress))
     if not study.plan.runs("compliant"):
         return study
-    from vireport.trust.stiffness import compliance
+    from vireport.trust import compliance
 
     return replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, progress))
 
@@ -181,12 +182,12 @@ def with_certificates(study: Study) -> Study:
     NumericalError
         If the package for it is not installed.
     """
-    from vireport.analysis.certify import certify
+    from vireport.proofs import certify
 
     return replace(study, certificates=certify(study.solution.diagram))
 
 
 def _with_criteria(study: Study) -> Study:
-    from vireport.gate.requirements import assess
+    from vireport.gate import assess
 
     return replace(study, criteria=assess(study.loaded, study.solution, study.crosscheck))

@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane
-from vireport.scenario.map_blocks import Axis, MapSimulation
+from vireport.physics import Device, Membrane
+from vireport.scenario import (
+    Axis,
+    MapSimulation,
+)
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

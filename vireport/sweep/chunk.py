@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 
-from vireport import __version__
 from vireport.sweep.cells import MapPlan
 from vireport.sweep.mapping import evaluate_chunk
+from vireport.version import __version__
 
 
 def made_by() -> str:

@@ -15,17 +15,31 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from vireport.analysis.kinds import STABILITIES
-from vireport.figures import sheet
-from vireport.figures.axes import BLACK, DPI, PURPLE, SMALL, VERMILION, WARNING, prefix, style
-from vireport.figures.captions import OUTSIDE
-from vireport.figures.panel import Panel
-from vireport.figures.sheet import ROW, WIDTH, Entry, Page, Place, wrapped
-from vireport.figures.ticks import fitting_ticks
-from vireport.scenario.parameters import Parameter
+from vireport.analysis import STABILITIES
+from vireport.figures import (
+    BLACK,
+    DPI,
+    OUTSIDE,
+    PURPLE,
+    ROW,
+    SMALL,
+    VERMILION,
+    WARNING,
+    WIDTH,
+    Entry,
+    Page,
+    Panel,
+    Place,
+    fitting_ticks,
+    prefix,
+    sheet,
+    style,
+    wrapped,
+)
+from vireport.scenario import Parameter
 from vireport.sweep.cells import MapPlan, axis_values
 from vireport.sweep.loci import Locus, loci_of
-from vireport.text.formatting import PREFIXES
+from vireport.text import PREFIXES
 
 Floats = NDArray[np.float64]
 

@@ -14,15 +14,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.diagram import solve
-from vireport.analysis.kinds import CriticalKind
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import CriticalKind, CriticalPoint, Sweep, solve
 from vireport.errors import NumericalError
-from vireport.physics.device import Device
-from vireport.scenario.blocks import SWEEPABLE
-from vireport.scenario.map_blocks import Axis
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device
+from vireport.scenario import SWEEPABLE, Axis, Parameter
 from vireport.sweep.cells import MapPlan
 
 Floats = NDArray[np.float64]

@@ -11,11 +11,14 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from vireport.analysis.kinds import STABILITIES
-from vireport.analysis.pointwise import find_motions
-from vireport.analysis.stability import UNSTABLE, classify
-from vireport.physics.energy import voltages
-from vireport.scenario.parameters import Parameter
+from vireport.analysis import (
+    STABILITIES,
+    UNSTABLE,
+    classify,
+    find_motions,
+)
+from vireport.physics import voltages
+from vireport.scenario import Parameter
 from vireport.sweep.cells import MapPlan, cells_of
 
 Floats = NDArray[np.float64]
@@ -95,7 +98,9 @@ def evaluate_chunk(plan: MapPlan, chunk: int) -> pa.Table:
     count = plan.rows(chunk)
     swept = {name: value for name, value in values.items() if name not in ("restitution", "ball_mass_kg")}
     device = replace(plan.device, **swept)  # type: ignore[arg-type]
-    d, gbar = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in device.groups(Parameter.LENGTH, device.length_m))
+    d, gbar = (
+        np.broadcast_to(np.asarray(x, dtype=float), count) for x in device.groups(Parameter.LENGTH, device.length_m)
+    )
     r = values.get("restitution", np.full(count, plan.device.restitution))
     columns: dict[str, Any] = {**values, "d": d, "gbar": gbar}
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
@@ -165,7 +170,9 @@ def _words(codes: NDArray[np.int8]) -> pa.Array:
     valid = pa.py_buffer(np.packbits(codes >= 0, bitorder="little"))
     index = pa.Array.from_buffers(pa.int8(), len(codes), [valid, pa.py_buffer(np.maximum(codes, 0))])
     ends = np.cumsum([0, *map(len, STABILITIES)]).astype(np.int32)
-    names = pa.StringArray.from_buffers(len(STABILITIES), pa.py_buffer(ends), pa.py_buffer("".join(STABILITIES).encode()))
+    names = pa.StringArray.from_buffers(
+        len(STABILITIES), pa.py_buffer(ends), pa.py_buffer("".join(STABILITIES).encode())
+    )
     return pa.DictionaryArray.from_arrays(index, names)
 
 
@@ -186,8 +193,8 @@ def _voltages(plan: MapPlan, values: dict[str, Floats], unit: Any, columns: dict
 
 def _simulated(plan: MapPlan, d: Floats, gbar: Floats, r: Floats) -> dict[str, Any]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
-    from vireport.simulation.attractors import attractors
-    from vireport.trust.crosscheck import is_one_to_one
+    from vireport.simulation import attractors
+    from vireport.trust import is_one_to_one
 
     if plan.simulate is None:
         return {}
@@ -211,7 +218,10 @@ def _ends(plan: MapPlan, name: str) -> list[float]:
 @lru_cache(maxsize=1)
 def _starts(count: int, restitution: float) -> tuple[Any, ...]:
     """Impacts on the bottom at random phases and velocities, up to half as much again as the forcing alone gives."""
-    from vireport.simulation.events import BOTTOM, Impact
+    from vireport.simulation import (
+        BOTTOM,
+        Impact,
+    )
 
     rng = np.random.default_rng(SEED)
     fastest = 3 / (np.pi * max(1 - restitution, 0.1))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 
-from vireport.analysis.solution import SMALLEST_LOSS
+from vireport.analysis import SMALLEST_LOSS
 from vireport.errors import NumericalError
-from vireport.scenario.map_blocks import Map
-from vireport.scenario.map_scenario import LoadedMap
-from vireport.study.study import device_of, membrane_of
+from vireport.scenario import LoadedMap, Map
+from vireport.study import (
+    device_of,
+    membrane_of,
+)
 from vireport.sweep.cells import MapPlan
 
 CHUNK_CELLS = 32_768

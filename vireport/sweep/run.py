@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.analysis.kinds import STABILITIES
+from vireport.analysis import STABILITIES
 from vireport.errors import NumericalError
-from vireport.scenario.map_scenario import load_map
+from vireport.scenario import load_map
 from vireport.sweep.cells import MapPlan
 from vireport.sweep.plan import map_plan
 

@@ -20,12 +20,12 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
-from vireport import __version__
 from vireport.errors import UsageError
-from vireport.scenario.map_scenario import LoadedMap
+from vireport.scenario import LoadedMap
 from vireport.sweep.cells import MapPlan
 from vireport.sweep.chunk import write_durably
 from vireport.sweep.mapping import schema_of
+from vireport.version import __version__
 
 RESULT = "map.parquet"
 CHUNKS = ".chunks"

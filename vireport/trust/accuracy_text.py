@@ -6,10 +6,16 @@ from collections.abc import Iterator
 from itertools import groupby
 from textwrap import fill
 
-from vireport.text.formatting import ABSENT, TIMES, percent, quantity, significant
+from vireport.text import (
+    ABSENT,
+    TIMES,
+    percent,
+    quantity,
+    significant,
+)
 from vireport.trust.contenders import CLOSED, NAMES, RK4, SETTLING, SOLVERS, WHOLE
 from vireport.trust.timing import Spread
-from vireport.trust.workprecision import ACCURACIES, Fastest, Order, Run, WorkPrecision
+from vireport.trust.workprecision import ACCURACIES, Fastest, MethodRun, Order, WorkPrecision
 from vireport.trust.yardstick import PHASE_OFF, VALUE_OFF, VELOCITY_OFF
 
 ALIKE = 1.5
@@ -155,7 +161,7 @@ def failure_rows(work: WorkPrecision) -> Iterator[Row]:
         yield name, task, ends, reason
 
 
-def setting(run: Run) -> str:
+def setting(run: MethodRun) -> str:
     """The setting of a run."""
     return _bare(significant(run.setting, 3)) if run.knob else ABSENT
 

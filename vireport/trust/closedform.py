@@ -12,9 +12,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import atan2, cos, pi, sin, sqrt
 
-from vireport.analysis.orbits import Orbits, coefficients, level_residual, orbits
-from vireport.analysis.stability import flight_jacobian, trace_and_determinant
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import (
+    Orbits,
+    Sweep,
+    coefficients,
+    flight_jacobian,
+    level_residual,
+    orbits,
+    trace_and_determinant,
+)
 from vireport.errors import NumericalError
 from vireport.trust.integrators import Budget
 from vireport.trust.methods import Found, Groups

@@ -9,12 +9,16 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.branches import CriticalPoint
-from vireport.physics.contact import Contact
-from vireport.physics.energy import Membrane, deflection, generated_voltage
-from vireport.scenario.parameters import Parameter
+from vireport.analysis import CriticalPoint
+from vireport.physics import (
+    Contact,
+    Membrane,
+    deflection,
+    generated_voltage,
+)
+from vireport.scenario import Parameter
 from vireport.trust.compliant_orbits import CompliantOrbit
-from vireport.trust.penalty import Run
+from vireport.trust.penalty import SolverRun
 
 Floats = NDArray[np.float64]
 
@@ -162,7 +166,7 @@ class Compliance:
     convergence : tuple of Convergence
     volts : Volts or None
         With the scenario's own stiffness.
-    runs : tuple of Run
+    runs : tuple of SolverRun
     criteria : tuple of Criterion
     """
 
@@ -179,7 +183,7 @@ class Compliance:
     rungs: tuple[Rung, ...] = ()
     convergence: tuple[Convergence, ...] = ()
     volts: Volts | None = None
-    runs: tuple[Run, ...] = ()
+    runs: tuple[SolverRun, ...] = ()
     criteria: tuple[Criterion, ...] = ()
 
     @property

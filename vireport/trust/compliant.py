@@ -22,11 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.errors import NumericalError
-from vireport.physics.contact import contacts
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane
-from vireport.physics.flight import displacement, velocity
-from vireport.scenario.parameters import Parameter
+from vireport.physics import (
+    Device,
+    Membrane,
+    contacts,
+    displacement,
+    velocity,
+)
+from vireport.scenario import Parameter
 
 try:
     from scipy.integrate import DOP853, solve_ivp  # type: ignore[import-untyped]

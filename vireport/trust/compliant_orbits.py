@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.errors import NumericalError
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device, Membrane
+from vireport.scenario import Parameter
 from vireport.trust.compliant import Compliant, Touch, compliant_model, lap
 from vireport.trust.quasinewton import quasi_newton
 

@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis.design import design_point
-from vireport.analysis.diagram import solve
-from vireport.analysis.solution import Solution
+from vireport.analysis import Solution, design_point, solve
 from vireport.errors import NumericalError
-from vireport.physics.device import Device
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device
+from vireport.scenario import Parameter
 from vireport.trust.closedform import (
     Wanted,
     closed_critical,

@@ -13,18 +13,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.diagram import BifurcationDiagram
-from vireport.analysis.motions import Motions, motions_of
-from vireport.analysis.pointwise import find_motions
-from vireport.analysis.solution import Solution
-from vireport.analysis.tracing import select
-from vireport.physics.device import Device
-from vireport.scenario.blocks import Simulation
-from vireport.scenario.parameters import Parameter
-from vireport.simulation.attractors import Attractor, Diagram, attractors, diagram, find_attractor
-from vireport.simulation.events import BOTTOM, Impact
-from vireport.simulation.portraits import Portrait as Portrait
-from vireport.simulation.portraits import portrait
+from vireport.analysis import (
+    BifurcationDiagram,
+    Motions,
+    Solution,
+    find_motions,
+    motions_of,
+    select,
+)
+from vireport.physics import Device
+from vireport.scenario import Parameter, Simulation
+from vireport.simulation import (
+    BOTTOM,
+    Attractor,
+    Diagram,
+    Impact,
+    attractors,
+    diagram,
+    find_attractor,
+    portrait,
+)
+from vireport.simulation import Portrait as Portrait
 
 if TYPE_CHECKING:
     from vireport.progress import Progress
@@ -123,9 +132,7 @@ def wilson(hits: int, trials: int) -> tuple[float, float, float]:
     return share, max(centre - half, 0.0) if hits else 0.0, min(centre + half, 1.0) if hits < trials else 1.0
 
 
-def crosscheck(
-    solution: Solution, asked: Simulation, progress: Progress | None = None
-) -> CrossCheck:
+def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None = None) -> CrossCheck:
     """Simulate along a sweep, or at a design point, and compare with the analytic motions.
 
     Parameters

@@ -6,13 +6,18 @@ from collections.abc import Iterator
 from math import isclose, log10
 from typing import cast
 
-from vireport.text.formatting import TIMES, significant, words
+from vireport.text import (
+    TIMES,
+    significant,
+    words,
+)
 from vireport.trust.compliance import Compliance
 from vireport.trust.compliant_orbits import CompliantOrbit
-from vireport.trust.penalty import EXPLICIT, FIXED, Outcome, Run
+from vireport.trust.penalty import EXPLICIT, FIXED, Outcome, SolverRun
 
 USEFUL = 1e-4
 """Error at which solvers are compared: a hundredth of what is called wrong."""
+
 
 def findings(made: Compliance) -> Iterator[str]:
     """What the runs say on explicit and implicit methods, from their numbers."""
@@ -52,7 +57,7 @@ def findings(made: Compliance) -> Iterator[str]:
         yield f"Quickest to an error below {factor_text(USEFUL)} at K times {factor_text(last)}: {told}."
 
 
-def _ways(made: Compliance, failed: list[Run]) -> Iterator[str]:
+def _ways(made: Compliance, failed: list[SolverRun]) -> Iterator[str]:
     """At which stiffnesses a solver fails in which way."""
     for outcome in dict.fromkeys(run.outcome for run in failed):
         same = [run for run in failed if run.outcome is outcome]
@@ -60,19 +65,19 @@ def _ways(made: Compliance, failed: list[Run]) -> Iterator[str]:
         yield f"at K times {at}: {outcome.value}{_in_contact(made, same[0])}"
 
 
-def _quickest(runs: list[Run]) -> list[Run]:
+def _quickest(runs: list[SolverRun]) -> list[SolverRun]:
     """The quickest run of each solver, the quickest of all first."""
-    best: dict[str, Run] = {}
+    best: dict[str, SolverRun] = {}
     for run in sorted(runs, key=lambda run: run.seconds):
         best.setdefault(run.solver, run)
     return list(best.values())
 
 
-def _in_contact(made: Compliance, run: Run) -> str:
+def _in_contact(made: Compliance, run: SolverRun) -> str:
     return f" ({significant(_contact_steps(made, run), 2)} steps in the shorter contact)" if run.solver == FIXED else ""
 
 
-def _contact_steps(made: Compliance, run: Run) -> float:
+def _contact_steps(made: Compliance, run: SolverRun) -> float:
     """How many steps of a fixed-step run fall into the shorter contact."""
     orbit = cast(CompliantOrbit, next(rung.orbit for rung in made.rungs if rung.factor == run.factor))
     return run.setting * min(orbit.bottom.duration, orbit.top.duration) / (2 * made.periods)

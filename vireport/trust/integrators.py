@@ -15,7 +15,15 @@ import numpy as np
 
 from vireport.errors import NumericalError
 from vireport.physics import flight
-from vireport.simulation.events import BOTTOM, FLIGHT, RIDING, SETTLING, VELOCITY, WALL, follow_one
+from vireport.simulation import (
+    BOTTOM,
+    FLIGHT,
+    RIDING,
+    SETTLING,
+    VELOCITY,
+    WALL,
+    follow_one,
+)
 
 ROUNDING = 1e-15
 """Error of a lap in closed form."""

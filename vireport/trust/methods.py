@@ -14,7 +14,17 @@ from math import isfinite, pi
 import numpy as np
 
 from vireport.errors import NumericalError
-from vireport.simulation.events import BOTTOM, FLIGHT, PHASE, RIDING, SETTLING, TOP, VELOCITY, WALL, follow_one
+from vireport.simulation import (
+    BOTTOM,
+    FLIGHT,
+    PHASE,
+    RIDING,
+    SETTLING,
+    TOP,
+    VELOCITY,
+    WALL,
+    follow_one,
+)
 from vireport.trust.integrators import Budget, Case, Fly, LeftMotion, Tuned
 from vireport.trust.quasinewton import quasi_newton
 

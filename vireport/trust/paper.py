@@ -13,12 +13,18 @@ from typing import cast
 
 import numpy as np
 
-from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.critical import polish, value_condition
-from vireport.analysis.solution import Solution
-from vireport.analysis.sweep import Sweep
-from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import ABSENT, significant
+from vireport.analysis import (
+    CriticalPoint,
+    Solution,
+    Sweep,
+    polish,
+    value_condition,
+)
+from vireport.scenario import Parameter
+from vireport.text import (
+    ABSENT,
+    significant,
+)
 from vireport.trust.paper_cases import CAPSULE_MASS, CASES, FREQUENCY, GRAVITY, RESTITUTION, Case, Misprint
 
 SYMMETRIC = 1e-9

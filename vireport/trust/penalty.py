@@ -19,8 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 
-from vireport.physics.contact import damping_number
-from vireport.physics.flight import displacement, velocity
+from vireport.physics import (
+    damping_number,
+    displacement,
+    velocity,
+)
 from vireport.trust.compliant import Compliant
 from vireport.trust.compliant_orbits import CompliantOrbit
 from vireport.trust.timing import timed_in_turns
@@ -64,11 +67,11 @@ class Outcome(Enum):
 
 
 End = tuple[Outcome, float | None, int, int]
-"""How a run ended, its error, its steps and its evaluations, as in `Run`."""
+"""How a run ended, its error, its steps and its evaluations, as in `SolverRun`."""
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class SolverRun:
     """One solver with one setting on one membrane.
 
     Attributes
@@ -176,8 +179,8 @@ def jacobian(case: Problem) -> Callable[[float, np.ndarray], Floats]:
     return matrix
 
 
-def runs(case: Problem, factor: float, repeats: int) -> tuple[Run, ...]:
-    """Run every solver with every setting, and time them in turns.
+def runs(case: Problem, factor: float, repeats: int) -> tuple[SolverRun, ...]:
+    """SolverRun every solver with every setting, and time them in turns.
 
     Parameters
     ----------
@@ -197,13 +200,13 @@ def runs(case: Problem, factor: float, repeats: int) -> tuple[Run, ...]:
     return tuple(_run(*s, factor, ended[s], spread.median) for s, spread in zip(settings, times, strict=True))
 
 
-def _run(solver: str, setting: float, factor: float, end: End, seconds: float) -> Run:
+def _run(solver: str, setting: float, factor: float, end: End, seconds: float) -> SolverRun:
     outcome, error, steps, evaluations = end
-    return Run(solver, setting, factor, outcome, error, steps, evaluations, seconds)
+    return SolverRun(solver, setting, factor, outcome, error, steps, evaluations, seconds)
 
 
 def once(case: Problem, solver: str, setting: float) -> End:
-    """Run one solver over the period, and tell how it went."""
+    """SolverRun one solver over the period, and tell how it went."""
     return _fixed(case, int(setting)) if solver == FIXED else _adaptive(case, solver, setting)
 
 

@@ -14,21 +14,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.design import design_point
-from vireport.analysis.diagram import BifurcationDiagram, solve
-from vireport.analysis.kinds import CriticalKind
-from vireport.analysis.solution import Solution
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import (
+    BifurcationDiagram,
+    CriticalKind,
+    CriticalPoint,
+    Solution,
+    Sweep,
+    design_point,
+    solve,
+)
 from vireport.errors import NumericalError
-from vireport.physics.contact import contacts, law_of
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane
-from vireport.scenario.parameters import Parameter
+from vireport.physics import (
+    Device,
+    Membrane,
+    contacts,
+    law_of,
+)
+from vireport.scenario import Parameter
 from vireport.trust.compliance import Compliance, Rigid, Rung, convergence_of, criteria_of, volts_of
 from vireport.trust.compliant import compliant_model
 from vireport.trust.compliant_orbits import find_critical, find_orbit
-from vireport.trust.penalty import Run, problem, runs
+from vireport.trust.penalty import SolverRun, problem, runs
 
 if TYPE_CHECKING:
     from vireport.progress import Progress
@@ -82,7 +88,7 @@ def compliance(
         Rung(factor, orbit, None if value is None else float(value[-1]), why or why_not)
         for factor, (orbit, why), (value, why_not) in zip(factors, orbits, values, strict=True)
     )
-    found: list[Run] = []
+    found: list[SolverRun] = []
     for rung in rungs:
         if rung.orbit is not None:
             tell(f"compliant membranes: solvers at K times {rung.factor:g}")
@@ -164,9 +170,7 @@ def _orbit_at(device: Device, membrane: Membrane, rigid: Rigid) -> Solver:
     return at
 
 
-def _critical_at(
-    device: Device, varied: Parameter, membrane: Membrane, critical: CriticalPoint | None
-) -> Solver:
+def _critical_at(device: Device, varied: Parameter, membrane: Membrane, critical: CriticalPoint | None) -> Solver:
     def at(factor: float, guess: Floats | None) -> tuple[Any, Floats]:
         if critical is None:
             raise NumericalError("there is no period doubling and no fold to follow")

@@ -23,7 +23,7 @@ from vireport.trust.timing import Machine, Spread, machine, timed_in_turns
 from vireport.trust.yardstick import Quantity, Yardstick, yardstick
 
 if TYPE_CHECKING:
-    from vireport.analysis.solution import Solution
+    from vireport.analysis import Solution
 
 ACCURACIES = (1e-6, 1e-9, 1e-12)
 """At which the methods are ranked."""
@@ -49,7 +49,7 @@ LOST = (NumericalError, ArithmeticError, ValueError, Warning)
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class MethodRun:
     """One method with one setting on one task.
 
     Attributes
@@ -146,7 +146,7 @@ class WorkPrecision:
         Why nothing can be compared, or "".
     yardstick : Yardstick or None
         The tasks and the reference; None where nothing can be compared.
-    runs : tuple of Run
+    runs : tuple of MethodRun
     orders : tuple of Order
     absent : tuple of (str, str)
         Methods that could not be tried, and why.
@@ -156,7 +156,7 @@ class WorkPrecision:
 
     nothing: str
     yardstick: Yardstick | None
-    runs: tuple[Run, ...]
+    runs: tuple[MethodRun, ...]
     orders: tuple[Order, ...]
     absent: tuple[tuple[str, str], ...]
     machine: Machine
@@ -172,7 +172,7 @@ class WorkPrecision:
         """``orbit`` and, where there is a critical point, ``critical``."""
         return tuple(dict.fromkeys(quantity.task for quantity in self.quantities))
 
-    def best(self, method: str, task: str, accuracy: float) -> Run | None:
+    def best(self, method: str, task: str, accuracy: float) -> MethodRun | None:
         """The fastest run of a method on a task that is as accurate as that."""
         good = (r for r in self.runs if (r.method, r.task) == (method, task) and r.error <= accuracy)
         return min(good, key=lambda run: run.seconds.median if run.seconds else inf, default=None)
@@ -227,7 +227,7 @@ def compare(
     progress: Progress | None = None,
 ) -> WorkPrecision:
     """Measure given methods; see `measure`."""
-    trials: list[tuple[Run, Callable[[], Any] | None]] = []
+    trials: list[tuple[MethodRun, Callable[[], Any] | None]] = []
     orders: list[Order] = []
     for one in tried:
         if progress is not None:
@@ -244,7 +244,7 @@ def compare(
 
 def _ladder(
     one: Contender, task: str, solver: Callable[[float, Budget], Any], stick: Yardstick
-) -> Iterator[tuple[Run, Callable[[], Any] | None]]:
+) -> Iterator[tuple[MethodRun, Callable[[], Any] | None]]:
     """The runs of a method from coarse to fine, and what is to be timed where they did not fail.
 
     Finer ones than one that spent the budget are not tried.
@@ -258,7 +258,7 @@ def _ladder(
             return solver(setting, budget)
 
         if exhausted:
-            yield Run(one.name, one.knob, setting, task, {}, None, 0, exhausted), None
+            yield MethodRun(one.name, one.knob, setting, task, {}, None, 0, exhausted), None
             continue
         errors: dict[str, float] = {}
         started, failed = perf_counter(), ""
@@ -273,7 +273,7 @@ def _ladder(
         far = max(errors.values(), default=0.0)
         if far > _limit(one.knob, setting):
             failed = f"found something else, {far:.2g} away"
-        run = Run(one.name, one.knob, setting, task, {} if failed else errors, None, budget.spent, failed)
+        run = MethodRun(one.name, one.knob, setting, task, {} if failed else errors, None, budget.spent, failed)
         yield (replace(run, seconds=Spread(took, took, took)), None) if failed else (run, solve)
 
 
@@ -282,7 +282,7 @@ def _limit(knob: str, setting: float) -> float:
     return min(WRONG, 3 * max(setting, ELSEWHERE)) if knob in ("stop", "") else WRONG
 
 
-def _orders(one: Contender, task: str, ladder: list[Run]) -> Iterator[Order]:
+def _orders(one: Contender, task: str, ladder: list[MethodRun]) -> Iterator[Order]:
     """Least squares of the logarithm of the error, over the runs between the first digits and rounding."""
     if one.order is None:
         return
@@ -298,7 +298,7 @@ def _orders(one: Contender, task: str, ladder: list[Run]) -> Iterator[Order]:
 
 
 def _fit(
-    method: str, task: str, against: str, runs: list[Run], x: list[float], sign: int, theory: tuple[float, ...]
+    method: str, task: str, against: str, runs: list[MethodRun], x: list[float], sign: int, theory: tuple[float, ...]
 ) -> Iterator[Order]:
     if len(set(x)) < LEAST_POINTS:
         return

@@ -10,19 +10,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.design import DesignPoint, design_point
-from vireport.analysis.kinds import CriticalKind, Family
-from vireport.analysis.motions import Motions
-from vireport.analysis.solution import Solution
-from vireport.analysis.sweep import Sweep
-from vireport.physics.energy import voltages
+from vireport.analysis import (
+    CriticalKind,
+    CriticalPoint,
+    DesignPoint,
+    Family,
+    Motions,
+    Solution,
+    Sweep,
+    design_point,
+)
+from vireport.physics import voltages
 from vireport.trust.closedform import Guess, Wanted
 from vireport.trust.contenders import device_at
 from vireport.trust.methods import Found
 
 if TYPE_CHECKING:
-    from vireport.trust.reference import ReferenceOrbit
+    from vireport.reference import ReferenceOrbit
 
 PHASE_OFF, Q_OFF = 6e-3, 3e-3
 """By how much the guess of the phase [rad] and of q is off the reference."""
@@ -127,7 +131,7 @@ def yardstick(solution: Solution) -> Yardstick | None:
     chosen = _chosen(solution)
     if chosen is None:
         return None
-    from vireport.trust.reference import digits, reference_critical, reference_orbit, reference_voltage
+    from vireport.reference import digits, reference_critical, reference_orbit, reference_voltage
 
     design, row = chosen
     sweep, motions = _sweep_through(solution, design), design.motions

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from vireport.errors import NumericalError
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device, Membrane
+from vireport.scenario import Parameter
 
 try:
     from mpmath import mp as mp  # type: ignore[import-untyped]

@@ -13,11 +13,13 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
-from vireport.analysis.orbits import Level
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import Level, Sweep
 from vireport.errors import NumericalError
-from vireport.physics.device import NO_GRAVITY, Device
-from vireport.scenario.parameters import Parameter
+from vireport.physics import (
+    NO_GRAVITY,
+    Device,
+)
+from vireport.scenario import Parameter
 
 try:
     from flint import arb, arb_mat, ctx

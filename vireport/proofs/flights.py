@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
-from vireport.analysis import balls
-from vireport.analysis.balls import Ball, BallOps
-from vireport.analysis.orbits import Orbits
+from vireport.analysis import Orbits
 from vireport.physics import flight
+from vireport.proofs import balls
+from vireport.proofs.balls import Ball, BallOps
 
 DEEPEST, MOST_PARTS = 100, 3000
 """Halvings of a flight, and parts of it, before it is left undecided whether the ball stays between the membranes."""

@@ -14,18 +14,26 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis import balls
-from vireport.analysis.admissibility import turning_points
-from vireport.analysis.balls import Ball, BallOps, Root, UnprovedError
-from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.certified_flights import Flight, stays_between
-from vireport.analysis.critical import CONDITIONS, Condition, Point
-from vireport.analysis.diagram import BifurcationDiagram
-from vireport.analysis.grazing import touch
-from vireport.analysis.kinds import CriticalKind, Family, StrandEvent
-from vireport.analysis.orbits import Orbits, level_residual, orbits
-from vireport.analysis.stability import trace_and_determinant
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import (
+    CONDITIONS,
+    BifurcationDiagram,
+    Condition,
+    CriticalKind,
+    CriticalPoint,
+    Family,
+    Orbits,
+    Point,
+    StrandEvent,
+    Sweep,
+    level_residual,
+    orbits,
+    touch,
+    trace_and_determinant,
+    turning_points,
+)
+from vireport.proofs import balls
+from vireport.proofs.balls import Ball, BallOps, Root, UnprovedError
+from vireport.proofs.flights import Flight, stays_between
 
 PRECISIONS = (192, 384, 768)
 """Bits of the arithmetic, tried in this order: next to a horizontal capsule cancellation may take seventy."""
