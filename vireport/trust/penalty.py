@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 
 from vireport.physics import (
     damping_number,
@@ -211,6 +210,8 @@ def once(case: Problem, solver: str, setting: float) -> End:
 
 
 def _adaptive(case: Problem, solver: str, rtol: float) -> End:
+    from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
+
     tally = _Tally()
     right = acceleration(case, tally)
 
