@@ -31,12 +31,6 @@ from vireport.physics import (
 )
 from vireport.scenario import Parameter
 
-try:
-    from scipy.integrate import DOP853, solve_ivp  # type: ignore[import-untyped]
-    from scipy.optimize import brentq  # type: ignore[import-untyped]
-except ImportError as error:
-    raise NumericalError("compliant membranes need the package scipy: pip install 'vireport[accuracy]'") from error
-
 Floats = NDArray[np.float64]
 
 TOLERANCE = 1e-12
@@ -159,6 +153,8 @@ def contact_phase(model: Compliant, wall: int, speed: float, phase: float, deepe
     NumericalError
         If the ball does not leave within `LONGEST_CONTACT` durations.
     """
+    from scipy.integrate import DOP853, solve_ivp  # type: ignore[import-untyped]
+
     alone = contacts(np.array(speed), model.membrane, model.restitution)
     time, depth = float(alone.duration), float(alone.deflection)
     h, gbar = model.membrane.exponent, model.gbar
@@ -224,6 +220,8 @@ def flight(model: Compliant, wall: int, leaving: float, phase: float) -> tuple[f
     NumericalError
         If no membrane is touched within two periods of the motion.
     """
+    from scipy.optimize import brentq  # type: ignore[import-untyped]
+
     start, sine, cosine, gbar = wall * model.d / 2, sin(phase), cos(phase), model.gbar
 
     def speed(t: float) -> float:
@@ -245,6 +243,8 @@ def flight(model: Compliant, wall: int, leaving: float, phase: float) -> tuple[f
 
 def _monotone(speed: Any, phase: float, gbar: float, end: float) -> Iterator[float]:
     """Ascending times from 0 between which the displacement is monotone."""
+    from scipy.optimize import brentq
+
     bends = [0.0, end]
     if gbar < 1:
         angle = acos(-gbar)
