@@ -28,7 +28,7 @@ EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 def main() -> None:
     """Print the study and the factors at equal error; draw the picture where it is asked for."""
     study = analyse(load(EXAMPLES / "inclined.yaml"))
-    work = measure(study, progress=lambda step: print(step, file=sys.stderr))
+    work = measure(study.solution, progress=lambda step: print(step, file=sys.stderr))
     print(plain(work, every="--every" in sys.argv))
     print("Factors at equal error, the soonest method being 1")
     for accuracy in ACCURACIES:

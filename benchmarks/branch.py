@@ -21,6 +21,7 @@ import numpy as np
 
 from vireport import analyse, load
 from vireport.analysis.motions import motions_of
+from vireport.analysis.tracing import sample
 from vireport.physics.energy import voltages
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -41,8 +42,8 @@ def main() -> None:
     """Print the table."""
     for name in ("horizontal", "inclined", "inclined-forcing"):
         study = analyse(load(EXAMPLES / f"{name}.yaml"))
-        curve = study.solution.curve
-        samples = study.solution.samples
+        curve = study.solution.diagram.curve
+        samples = sample(curve)
         valid = samples.validity > 0
         strand = np.bincount(samples.which[valid]).argmax()
         w_valid = samples.w[valid & (samples.which == strand)]
@@ -53,7 +54,7 @@ def main() -> None:
             def evaluate(which=which, w=w, study=study, curve=curve) -> None:
                 motions = motions_of(curve.sweep, curve.level, curve.at(which, w))
                 unit = study.solution.device.velocity_unit(curve.sweep.parameter, motions.sweep_value)
-                voltages(unit * motions.velocity_bottom, unit * motions.velocity_top, 0.0041, study.solution.membrane)
+                voltages(unit * motions.velocity_bottom, unit * motions.velocity_top, study.solution.membrane)
 
             seconds = median_time(evaluate)
             print(f"{name:<18} {size:>9,} orbits   {1e3 * seconds:8.1f} ms   {1e9 * seconds / size:6.0f} ns an orbit")

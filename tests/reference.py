@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from mpmath import mp, mpf
 
-from vireport.physics.device import Device
 from vireport.analysis.sweep import Sweep
+from vireport.physics.device import Device
 from vireport.scenario.parameters import Parameter
 
 DIGITS = 40
@@ -115,7 +115,7 @@ def random_sweeps(count: int, seed: int) -> list[Sweep]:
     rng = np.random.default_rng(seed)
     found = []
     for i in range(count):
-        parameter = Parameter[i % 4]
+        parameter = tuple(Parameter)[i % 4]
         inclination = 0.0 if i % 11 == 0 else float(rng.uniform(0.5, 90.0))
         mass, frequency = float(10 ** rng.uniform(-2, 0.5)), float(10 ** rng.uniform(-0.3, 1.5))
         gbar = float(10 ** rng.uniform(-2, 0.1))

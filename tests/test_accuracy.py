@@ -10,13 +10,15 @@ import pytest
 import reference
 from mpmath import mp, mpf
 
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
 from vireport.figures.accuracy import figure_accuracy, words
 from vireport.physics.device import Device
-from vireport.analysis.sweep import Sweep
 from vireport.physics.energy import Membrane
-from vireport.report import accuracy_text
+from vireport.reference import reference_critical, reference_orbit, reference_voltage
 from vireport.report.accuracy import accuracy
+from vireport.scenario.parameters import Parameter
+from vireport.trust import accuracy_text
 from vireport.trust.contenders import (
     CLOSED,
     EXPLICIT,
@@ -32,9 +34,8 @@ from vireport.trust.contenders import (
 from vireport.trust.integrators import Budget, Case, LeftMotion, explicit, integrated, runge_kutta, simulated
 from vireport.trust.methods import settle, shoot
 from vireport.trust.quasinewton import quasi_newton
-from vireport.reference import reference_critical, reference_orbit, reference_voltage
 from vireport.trust.timing import Machine, Spread
-from vireport.trust.workprecision import ACCURACIES, Run, WorkPrecision, compare
+from vireport.trust.workprecision import ACCURACIES, MethodRun, WorkPrecision, compare
 from vireport.trust.yardstick import yardstick
 
 pytest.importorskip("scipy")
@@ -55,9 +56,9 @@ def ample() -> Budget:
 
 @pytest.fixture(scope="module")
 def inclined(study_of):
-    study = study_of("inclined")
-    stick = yardstick(study)
-    return stick, contenders(study, stick.orbit, stick.critical, stick.point.label)[0]
+    solution = study_of("inclined").solution
+    stick = yardstick(solution)
+    return stick, contenders(solution, stick.orbit, stick.critical, stick.point.label)[0]
 
 
 @pytest.fixture(scope="module")
@@ -74,19 +75,19 @@ def work(inclined) -> WorkPrecision:
 
 
 def test_reference_orbit_has_the_known_digits() -> None:
-    orbit = reference_orbit(INCLINED, "length_m", length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    orbit = reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
     known = {"velocity": 1.00400474, "phase": 0.56672469, "q": 0.58606105}
     for name, value in known.items():
         assert abs(getattr(orbit, name) - value) < 1e-8
     with mp.workdps(50):
-        flights = reference.Case(Sweep(INCLINED, "length_m", 0.5, 0.8))
+        flights = reference.Case(Sweep(INCLINED, Parameter.LENGTH, 0.5, 0.8))
         unknowns = [orbit.velocity, orbit.phase, 2 * orbit.q, orbit.value]
         assert max(abs(residual) for residual in flights.residuals(unknowns)) < mpf(10) ** -40
 
 
 def test_reference_does_not_depend_on_the_guess() -> None:
     one, two = (
-        reference_orbit(INCLINED, "length_m", length(INCLINED, 0.4604), guess)
+        reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), guess)
         for guess in ((1.0, 0.57, 0.59), (1.01, 0.56, 0.58))
     )
     assert abs(one.velocity - two.velocity) < mpf(10) ** -40
@@ -102,25 +103,25 @@ def test_reference_does_not_depend_on_the_guess() -> None:
 )
 def test_reference_critical_point_has_the_known_digits(device, kind, guess, d) -> None:
     *motion, near = guess
-    point = reference_critical(device, "length_m", kind, (*motion, length(device, near)))
+    point = reference_critical(device, Parameter.LENGTH, kind, (*motion, length(device, near)))
     assert abs(point.value / length(device, 1.0) - d) < 1e-10
 
 
 def test_reference_refuses_a_guess_that_leads_nowhere() -> None:
     with pytest.raises(NumericalError, match=r"settle|degenerate"):
-        reference_orbit(INCLINED, "length_m", length(INCLINED, 50.0), (1.0, 0.57, 0.59))
+        reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 50.0), (1.0, 0.57, 0.59))
 
 
 def test_reference_voltage_of_a_ball_at_rest_is_zero() -> None:
-    membrane = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0)
-    orbit = reference_orbit(INCLINED, "length_m", length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    membrane = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0, 0.0041)
+    orbit = reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
     still = replace(orbit, velocity=mpf(0), velocity_top=mpf(0))
-    assert abs(reference_voltage(still, 0.0041, membrane)) < mpf(10) ** -40
+    assert abs(reference_voltage(still, membrane)) < mpf(10) ** -40
 
 
 def test_reference_voltage_has_forty_digits() -> None:
-    membrane = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0)
-    orbit = reference_orbit(INCLINED, "length_m", length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    membrane = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0, 0.0041)
+    orbit = reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
     with mp.workdps(50):
         volts = []
         for velocity in (orbit.velocity, orbit.velocity_top):
@@ -129,7 +130,7 @@ def test_reference_voltage_has_forty_digits() -> None:
             alpha = mp.atan2(delta - rb, rc) + mp.atan2(rb, mp.sqrt(rc**2 + (delta - rb) ** 2 - rb**2))
             stretch = 2 * (rb / rc) ** 2 * (1 - mp.cos(alpha)) + (1 - (rb / rc * mp.sin(alpha)) ** 2) / mp.cos(alpha)
             volts.append(2000 * (stretch**2 - 1))
-        assert abs(reference_voltage(orbit, 0.0041, membrane) / (sum(volts) / 2) - 1) < mpf(10) ** -40
+        assert abs(reference_voltage(orbit, membrane) / (sum(volts) / 2) - 1) < mpf(10) ** -40
 
 
 @pytest.mark.parametrize("flight", [explicit, simulated])
@@ -137,7 +138,7 @@ def test_exact_flights_find_the_orbit(flight) -> None:
     if flight is simulated:
         pytest.importorskip("numba")
     found = shoot(flight(1e-15), CASE, GUESS, ample())
-    exact = reference_orbit(INCLINED, "length_m", length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    exact = reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
     assert abs(found.velocity - exact.velocity) < 1e-13
     assert abs(found.phase - exact.phase) < 1e-13
     assert abs(found.q - exact.q) < 1e-13
@@ -257,7 +258,7 @@ def test_failures_are_shown(inclined) -> None:
 
 def ranked(*runs: tuple[str, float, float]) -> WorkPrecision:
     """A study of runs of given method, error and time."""
-    made = tuple(Run(m, "rtol", 1e-3, "orbit", {"phase": e}, Spread(t, t, t), 1) for m, e, t in runs)
+    made = tuple(MethodRun(m, "rtol", 1e-3, "orbit", {"phase": e}, Spread(t, t, t), 1) for m, e, t in runs)
     return WorkPrecision("", None, made, (), (), Machine("", 1, "", "", ()), 1)
 
 
@@ -300,14 +301,14 @@ def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch
     stick, _ = inclined
     monkeypatch.setattr(module, "find_spec", lambda name: None)
     monkeypatch.setitem(sys.modules, "scipy.integrate", None)
-    tried, absent = contenders(stick.study, stick.orbit, stick.critical, "B1")
+    tried, absent = contenders(stick.solution, stick.orbit, stick.critical, "B1")
     assert {one.name for one in tried} == {CLOSED, WHOLE, PRINTED, EXPLICIT, RK4}
     assert {name for name, _ in absent} == set(NAMES) - {one.name for one in tried}
     assert all("pip install 'vireport[" in reason for _, reason in absent)
     monkeypatch.setitem(sys.modules, "mpmath", None)
     monkeypatch.delitem(sys.modules, "vireport.reference")
     with pytest.raises(NumericalError, match=r"mpmath: pip install 'vireport\[accuracy\]'"):
-        yardstick(stick.study)
+        yardstick(stick.solution)
 
 
 def test_nothing_to_compare_is_said(tmp_path) -> None:
@@ -321,7 +322,7 @@ def test_nothing_to_compare_is_said(tmp_path) -> None:
         "sweep: {parameter: length_m, from: 0.3, to: 0.35}\n",
         encoding="utf-8",
     )
-    found = measure(analyse(load(scenario)), 1)
+    found = measure(analyse(load(scenario)).solution, 1)
     assert found.nothing
     assert found.runs == ()
     assert "no stable" in accuracy_text.plain(found)

@@ -8,8 +8,8 @@ from mpmath import mp, mpf
 from reference import DIGITS, Case, newton, random_sweeps
 
 from vireport.analysis.admissibility import turning_points
+from vireport.analysis.diagram import BifurcationDiagram, solve
 from vireport.analysis.orbits import orbits
-from vireport.analysis.solution import Solution, solve
 
 SWEEPS = random_sweeps(240, seed=20190301)
 TOLERANCE = 1e-12
@@ -64,7 +64,7 @@ def test_critical_points_within_their_bounds(batch: int) -> None:
     assert checked > 15
 
 
-def _exact_value(solution: Solution, critical) -> mpf:
+def _exact_value(solution: BifurcationDiagram, critical) -> mpf:
     sweep, point = solution.curve.sweep, critical.point
     r, n = mpf(sweep.device.restitution), sweep.device.period_ratio
     case, one = Case(sweep), 1 + mpf(sweep.device.restitution) ** 4
@@ -78,9 +78,9 @@ def _exact_value(solution: Solution, critical) -> mpf:
             return [case.trace(x) - one]
         if critical.kind == "node_focus":
             return [abs(case.trace(x)) - 2 * r**2]
-        if "bottom" in critical.detail:
+        if "bottom" in critical.change:
             return [x[0]]
-        if "top" in critical.detail:
+        if "top" in critical.change:
             return [case.velocity_top(x)]
         return case.turning(x, upward, at_bottom)
 
@@ -91,12 +91,12 @@ def _exact_value(solution: Solution, critical) -> mpf:
             return [case.residuals(full)[0], case.velocity_top(full) + x[0], case.trace(full) - one]
 
         return newton(symmetric, [guess[0], guess[1], guess[3]])[2]
-    if critical.kind == "grazing" and "turning" in critical.detail:
+    if critical.kind == "grazing" and "turning" in critical.change:
         guess.append(more)
     return newton(lambda x: case.residuals(x) + condition(x), guess, steps=10)[3]
 
 
-def _turning_guess(solution: Solution, point) -> tuple[float, bool, bool]:
+def _turning_guess(solution: BifurcationDiagram, point) -> tuple[float, bool, bool]:
     r, n = solution.curve.r, solution.curve.n
     orbit = orbits(np.array([point.u]), np.array([point.phi]), r, n)
     if min(point.velocity_bottom, -point.velocity_top) < 1e-9:

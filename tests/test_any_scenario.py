@@ -99,11 +99,12 @@ def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
         return
     json.loads(results_json(study, provenance_of(loaded, "")))  # has no NaN and no infinity, or it raises
     n, bounds = loaded.scenario.period_ratio, study.solution.bounds
-    for branch, bound in zip(study.solution.branches if study.solution else (), bounds.branches, strict=True):
+    for branch, bound in zip(study.solution.branches, bounds.branches, strict=True):
         check(branch.motions, bound, n)
     if study.solution.design is not None:
         check(study.solution.design.motions, bounds.design, n)
-    for found in (*study.voltages, study.design_voltages):
+    designs = () if study.solution.design is None else (study.solution.design,)
+    for found in (one.voltages for one in (*study.solution.branches, *designs)):
         if found is not None:
             for name in ("bottom_v", "top_v", "average_v", "deflection_m"):
                 assert np.all(np.isfinite(getattr(found, name)) & (getattr(found, name) >= 0)), name

@@ -9,19 +9,19 @@ from reference import DIGITS, Case, newton, random_sweeps
 
 from vireport.analysis.bounds import motion_bounds, voltage_bounds
 from vireport.analysis.design import design_point
+from vireport.analysis.diagram import solve
 from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import Orbits, coefficients, orbits
-from vireport.analysis.solution import solve
 from vireport.analysis.stability import eigenvalues, trace_and_determinant
 from vireport.analysis.sweep import Sweep
-from vireport.scenario.parameters import Parameter
 from vireport.physics.energy import Membrane, voltages
 from vireport.physics.rounding import Rounded, RoundedOps
+from vireport.scenario.parameters import Parameter
 from vireport.simulation.cycles import growth_bound
 from vireport.trust.crosscheck import orbits_at
 
 COLUMNS = ("q", "phi_bottom", "velocity_bottom", "velocity_top", "d", "gbar", "sweep_value", "trace", "phi_top")
-MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0)
+MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0, 0.0041)
 
 
 def normal(case: Case, x: list[mpf]) -> tuple[mpf, mpf]:
@@ -109,10 +109,10 @@ def test_bounds_of_branches_hold_and_are_not_wild() -> None:
 def test_bounds_at_design_points_hold() -> None:
     ratios = []
     for sweep in random_sweeps(80, seed=12):
-        design = design_point(sweep.device, None, None) if sweep.device.length_m else None
+        design = design_point(sweep.device, None) if sweep.device.length_m else None
         if design is None or not len(design.motions):
             continue
-        by_length = Sweep(sweep.device, "length_m", sweep.device.length_m / 2, sweep.device.length_m * 2)
+        by_length = Sweep(sweep.device, Parameter.LENGTH, sweep.device.length_m / 2, sweep.device.length_m * 2)
         bounds = motion_bounds(by_length, design.motions, given=design.errors)
         m, n = design.motions, sweep.device.period_ratio
         for i in range(len(m)):
@@ -134,11 +134,11 @@ def test_bounds_at_design_points_hold() -> None:
     assert np.median(ratios) < 1e3
 
 
-def exact_voltage(speed: mpf, mass: float, membrane: Membrane) -> mpf:
+def exact_voltage(speed: mpf, membrane: Membrane) -> mpf:
     """Equations (5.2)-(5.5) as printed."""
     h, k = mpf(membrane.exponent), mpf(membrane.stiffness)
     rc, rb = mpf(membrane.active_radius_m), mpf(membrane.ball_radius_m)
-    delta = ((h + 1) * mpf(mass) / (2 * k)) ** (1 / (h + 1)) * speed ** (2 / (h + 1))
+    delta = ((h + 1) * mpf(membrane.ball_mass_kg) / (2 * k)) ** (1 / (h + 1)) * speed ** (2 / (h + 1))
     t = mp.sqrt(rc**2 + (delta - rb) ** 2 - rb**2)
     cosine = (rc * t - rb * (delta - rb)) / (rc**2 + (delta - rb) ** 2)
     ratio = 1 + (1 - cosine) * (1 - (rb / rc) ** 2 * (1 - cosine)) / cosine
@@ -156,16 +156,17 @@ def test_bounds_of_voltages_hold_and_are_not_wild() -> None:
             active,
             active * float(rng.uniform(0.05, 0.95)),
             2000.0,
+            float(10 ** rng.uniform(-4, 0)),
         )
-        mass, unit = float(10 ** rng.uniform(-4, 0)), float(10 ** rng.uniform(-2, 2))
+        unit = float(10 ** rng.uniform(-2, 2))
         velocity = rng.uniform(0.01, 2.0, 2)
         u = np.array([unit])
-        bounds = voltage_bounds(([velocity[0]], [-velocity[1]]), (np.zeros(1), np.zeros(1)), u, mass, membrane)
-        found = voltages(u * velocity[0], -u * velocity[1], mass, membrane)
-        exact = [exact_voltage(mpf(unit) * mpf(float(v)), mass, membrane) for v in velocity]
+        bounds = voltage_bounds(([velocity[0]], [-velocity[1]]), (np.zeros(1), np.zeros(1)), u, membrane)
+        found = voltages(u * velocity[0], -u * velocity[1], membrane)
+        exact = [exact_voltage(mpf(unit) * mpf(float(v)), membrane) for v in velocity]
         for name, value in (("bottom_v", exact[0]), ("top_v", exact[1]), ("average_v", (exact[0] + exact[1]) / 2)):
             away = float(abs(mpf(float(getattr(found, name)[0])) - value))
-            assert away <= bounds[name][0], (membrane, mass, unit, velocity, name)
+            assert away <= bounds[name][0], (membrane, unit, velocity, name)
             if away > 0:
                 ratios.append(bounds[name][0] / away)
     assert np.median(ratios) < 1e3
@@ -206,7 +207,7 @@ def test_bounds_of_simulated_multipliers_hold(study_of) -> None:
     check = study.crosscheck
     compared = 0
     for motions, d, gbar, found in zip(
-        orbits_at(study.solution, check.values), check.d, check.gbar, check.found, strict=True
+        orbits_at(study.solution.diagram, check.values), check.d, check.gbar, check.found, strict=True
     ):
         for end in found:
             if end.word != "BT" or end.period != 1:

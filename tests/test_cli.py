@@ -214,7 +214,7 @@ def test_interrupting_leaves_old_files_and_nothing_half_written(example, tmp_pat
     out.mkdir()
     (out / "results.json").write_text("old")
     code = (
-        "import os, signal, vireport.outputs as o\n"
+        "import os, signal, vireport.files as o\n"
         "real = o.write_whole\n"
         "def write(path, data):\n"
         "    if path.name == 'results.json': os.kill(os.getpid(), signal.SIGINT)\n"

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from vireport.analysis.design import design_point
-from vireport.analysis.solution import solve
-from vireport.physics.device import Device
+from vireport.analysis.diagram import solve
 from vireport.analysis.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
 
 
 def scan(d: float, gbar: float, r: float, samples: int = 400_001) -> list[tuple[float, float, float]]:
@@ -56,7 +57,7 @@ def test_every_motion_of_a_scan_is_found(seed: int) -> None:
     d, gbar, r = 10 ** rng.uniform(-1.5, 0.1), 10 ** rng.uniform(-2.5, 0.2), rng.uniform(0.05, 0.95)
     # M = 1, g = 1, F = 1/gbar and f = 1 at a vertical capsule give these groups.
     device = Device(1.0, r, 1.0, d / (4 * gbar), 1 / gbar, 1.0, 90.0)
-    ours = design_point(device, "length_m", solve(Sweep(device, "length_m", 1.0, 1.001))).motions
+    ours = design_point(device, solve(Sweep(device, Parameter.LENGTH, 1.0, 1.001))).motions
     expected = scan(d, gbar, r)
     assert len(ours) == len(expected)
     for velocity, phase, q in expected:
@@ -69,7 +70,7 @@ def test_every_motion_of_a_scan_is_found(seed: int) -> None:
 def test_small_inclination_has_two_families_and_large_has_fewer_stable_ones() -> None:
     def stable(angle: float) -> int:
         device = Device(0.1245, 0.5, 9.8, 0.33, 3.0, 2.0, angle)
-        return int(design_point(device, "length_m", solve(Sweep(device, "length_m", 0.4, 0.5))).motions.stable.sum())
+        return int(design_point(device, solve(Sweep(device, Parameter.LENGTH, 0.4, 0.5))).motions.stable.sum())
 
     assert stable(0.01) == 2
     assert stable(45.0) <= 1
@@ -78,8 +79,8 @@ def test_small_inclination_has_two_families_and_large_has_fewer_stable_ones() ->
 @pytest.mark.parametrize("angle", [1e-9, 1e-6, 1e-3, 0.01, 0.1])
 def test_nearly_symmetric_branch_of_a_nearly_horizontal_capsule_is_found(angle: float) -> None:
     device = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, angle)
-    solution = solve(Sweep(device, "length_m", 0.26, 0.75))
-    flat = solve(Sweep(Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 0.0), "length_m", 0.26, 0.75))
+    solution = solve(Sweep(device, Parameter.LENGTH, 0.26, 0.75))
+    flat = solve(Sweep(Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 0.0), Parameter.LENGTH, 0.26, 0.75))
     # The stable focus of the symmetric family is still there at d = 0.4, with q off one half by about gbar.
     near = [
         (m.q[row] - 0.5, m.velocity_bottom[row])
@@ -97,8 +98,8 @@ def test_nearly_symmetric_branch_of_a_nearly_horizontal_capsule_is_found(angle: 
 
 def test_branch_across_the_singularity_of_the_printed_form() -> None:
     """Eq. (3.10) as printed divides by r Tu - Td, zero at q = 1/(1+r): nothing happens there."""
-    solution = solve(Sweep(Device(0.1245, 0.5, 9.8, 0.75, None, 2.0, 45.0), "amplitude_n", 3.0, 6.0))
-    main = next(b for b in solution.branches if "B1" in b.event).motions
+    solution = solve(Sweep(Device(0.1245, 0.5, 9.8, 0.75, None, 2.0, 45.0), Parameter.AMPLITUDE, 3.0, 6.0))
+    main = next(b for b in solution.branches if "B1" in b.labels).motions
     assert main.q.min() < 2 / 3 < main.q.max()
     inside = np.abs(main.q - 2 / 3) < 0.02
     assert inside.sum() > 3
@@ -127,7 +128,7 @@ def test_branches_hold_every_motion_of_each_design_point(batch: int) -> None:
             value = sweep.start + share * (sweep.end - sweep.start)
             device = replace(sweep.device, **{sweep.parameter: float(value)})
             alone = design_point(
-                device, "length_m", solve(Sweep(device, "length_m", device.length_m * 50, device.length_m * 51))
+                device, solve(Sweep(device, Parameter.LENGTH, device.length_m * 50, device.length_m * 51))
             )
             assert crossings(solution, value) == len(alone.motions), (sweep, value)
 
@@ -135,6 +136,6 @@ def test_branches_hold_every_motion_of_each_design_point(batch: int) -> None:
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-4, 0.01, 0.05, 0.1, 0.5])
 def test_unstable_branch_near_pi_of_a_nearly_horizontal_capsule(angle: float) -> None:
     device = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, angle)
-    solution = solve(Sweep(device, "length_m", 0.1, 1.0))
+    solution = solve(Sweep(device, Parameter.LENGTH, 0.1, 1.0))
     assert any(np.abs(m.phi_bottom - np.pi).min() < 0.1 for m in (branch.motions for branch in solution.branches))
     assert crossings(solution, 0.6) == 2

@@ -14,6 +14,7 @@ from vireport.errors import NumericalError
 from vireport.figures.compliant import alt_text, caption, figure_stiffness
 from vireport.physics.contact import contacts, damping_number
 from vireport.report.compliant import compliant, plain_text, verdict
+from vireport.scenario.parameters import Parameter
 from vireport.trust.compliance import Compliance
 from vireport.trust.compliant import BOTTOM, TOP, compliant_model, contact_phase, flight, lap
 from vireport.trust.compliant_orbits import find_orbit, linearised
@@ -38,7 +39,13 @@ def rigid(study):
 @pytest.fixture(scope="module")
 def models(study):
     return {
-        factor: compliant_model(study.solution.device, "length_m", study.solution.device.length_m, MASS, study.solution.membrane, factor)
+        factor: compliant_model(
+            study.solution.device,
+            Parameter.LENGTH,
+            study.solution.device.length_m,
+            study.solution.membrane,
+            factor,
+        )
         for factor in (1.0, 1e4, 1e6, K_STEEP)
     }
 
@@ -50,7 +57,7 @@ def found(models, rigid):
 
 @pytest.fixture(scope="module")
 def made(study) -> Compliance:
-    return compliance(study, ladder=(1, 1e4, 1e6, 1e8), repeats=1)
+    return compliance(study.solution, ladder=(1, 1e4, 1e6, 1e8), repeats=1)
 
 
 def test_return_map_is_the_whole_equation_in_si_units(study, found) -> None:
@@ -82,7 +89,7 @@ def test_contact_without_gravity_and_forcing_gives_the_restitution(models) -> No
     for restitution, speed in ((0.5, 1.0), (0.9, 0.1), (0.2, 3.0)):
         membrane = replace(models[K_STEEP].membrane, stiffness=1e60)
         model = replace(models[K_STEEP], restitution=restitution, membrane=membrane)
-        alone = contacts(np.array(speed), 1.0, membrane, restitution)
+        alone = contacts(np.array(speed), membrane, restitution)
         for wall in (BOTTOM, TOP):
             duration, away, depth = contact_phase(model, wall, speed, 0.7, deepest=True)
             assert away / speed == pytest.approx(restitution, abs=1e-10)
@@ -167,12 +174,12 @@ def test_own_membrane_moves_the_period_doubling_more_than_the_motion(made) -> No
 
 def test_period_doubling_is_where_a_multiplier_is_minus_one(study, made) -> None:
     value = made.own.critical_value
-    model = compliant_model(study.solution.device, "length_m", value, MASS, study.solution.membrane)
+    model = compliant_model(study.solution.device, Parameter.LENGTH, value, study.solution.membrane)
     point = made.critical.point
     orbit = find_orbit(model, np.array([point.velocity_bottom, point.phi]))
     assert min(orbit.multipliers, key=lambda x: abs(x + 1)) == pytest.approx(-1, abs=1e-7)
     for side, stable in ((-1e-4, False), (1e-4, True)):
-        model = compliant_model(study.solution.device, "length_m", value + side, MASS, study.solution.membrane)
+        model = compliant_model(study.solution.device, Parameter.LENGTH, value + side, study.solution.membrane)
         assert find_orbit(model, np.array([orbit.bottom.velocity, orbit.bottom.phase])).stable is stable
 
 
@@ -221,7 +228,7 @@ def test_overflow_of_a_fixed_step_is_told(models, found) -> None:
 
 
 def test_strongly_compliant_membranes_are_a_result(study) -> None:
-    soft = replace(study, membrane=replace(study.solution.membrane, stiffness=1e-6))
+    soft = replace(study.solution, membrane=replace(study.solution.membrane, stiffness=1e-6))
     made = compliance(soft, ladder=(1,), repeats=1)
     assert made.own.orbit is None
     assert "lost at about K times" in made.own.reason
@@ -233,9 +240,9 @@ def test_strongly_compliant_membranes_are_a_result(study) -> None:
 def test_what_cannot_be_compared_says_why(example) -> None:
     text = example("inclined").read_text(encoding="utf-8")
     without = "\n".join(line for line in text.splitlines() if "ball_mass_kg" not in line)
-    assert "mass" in compliance(analyse(loads(without)), ladder=(1,)).reason
+    assert "mass" in compliance(analyse(loads(without)).solution, ladder=(1,)).reason
     inelastic = text.replace("restitution: 0.5", "restitution: 0.0").replace("0.6934", "0.2")
-    made = compliance(analyse(loads(inelastic)), ladder=(1,))
+    made = compliance(analyse(loads(inelastic)).solution, ladder=(1,))
     assert made.reason
     assert made.grade is None
     assert made.reason in verdict(made)

@@ -11,19 +11,19 @@ from vireport.errors import NumericalError
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
 from vireport.physics.energy import Membrane, deflection
 
-MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0)
 MASS = 0.0041
+MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, MASS)
 
 
-def membrane(exponent: float, stiffness: float = 4.0847e5) -> Membrane:
-    return Membrane(stiffness, exponent, 6.3e-3, 5e-3, 2000.0)
+def membrane(exponent: float, stiffness: float = 4.0847e5, mass: float = MASS) -> Membrane:
+    return Membrane(stiffness, exponent, 6.3e-3, 5e-3, 2000.0, mass)
 
 
 def integrated(exponent: float, restitution: float, speed: float) -> tuple[float, float, float]:
     """Duration, departure speed and depth of m x'' = -K x^h (1 + lambda x') in SI units, by the equation alone."""
     k = 4.0847e5
     damping = damping_number(restitution) / speed
-    scale = float(contacts(np.array(speed), MASS, membrane(exponent), 1.0).duration)
+    scale = float(contacts(np.array(speed), membrane(exponent), 1.0).duration)
 
     def force(x: float, v: float) -> float:
         return -k / MASS * max(x, 0.0) ** exponent * (1 + damping * v)
@@ -48,7 +48,7 @@ def integrated(exponent: float, restitution: float, speed: float) -> tuple[float
 @pytest.mark.parametrize(("h", "r", "speed"), [(2.6, 0.5, 6.0), (1.0, 0.2, 0.01), (1.5, 0.9, 3.0), (5.0, 0.05, 50.0)])
 def test_contact_gives_the_restitution_its_duration_and_its_depth(h: float, r: float, speed: float) -> None:
     duration, leaving, depth = integrated(h, r, speed)
-    closed = contacts(np.array(speed), MASS, membrane(h), r)
+    closed = contacts(np.array(speed), membrane(h), r)
     assert leaving / speed == pytest.approx(r, abs=1e-10)
     assert duration == pytest.approx(float(closed.duration), rel=1e-9)
     assert depth == pytest.approx(float(closed.deflection), rel=1e-11)
@@ -115,10 +115,10 @@ def test_duration_without_damping_is_a_beta_function() -> None:
 
 def test_depth_without_damping_is_that_of_the_paper() -> None:
     speed = np.array([0.01, 1.0, 6.0, -6.0])
-    found = contacts(speed, MASS, MEMBRANE, 1.0)
-    assert found.deflection == pytest.approx(deflection(speed, MASS, MEMBRANE), rel=1e-13)
-    damped = contacts(speed, MASS, MEMBRANE, 0.5)
-    assert damped.elastic_deflection == pytest.approx(deflection(speed, MASS, MEMBRANE), rel=1e-13)
+    found = contacts(speed, MEMBRANE, 1.0)
+    assert found.deflection == pytest.approx(deflection(speed, MEMBRANE), rel=1e-13)
+    damped = contacts(speed, MEMBRANE, 0.5)
+    assert damped.elastic_deflection == pytest.approx(deflection(speed, MEMBRANE), rel=1e-13)
     assert (damped.deflection < damped.elastic_deflection).all()
 
 
@@ -133,7 +133,7 @@ def test_energy_lost_is_the_work_of_the_damping() -> None:
 
     run = solve_ivp(
         rates,
-        (0, 1.2 * float(contacts(np.array(speed), MASS, MEMBRANE, r).duration)),
+        (0, 1.2 * float(contacts(np.array(speed), MEMBRANE, r).duration)),
         [0, speed, 0], method="DOP853", rtol=1e-12, atol=1e-16,
     )  # fmt: skip
     assert run.y[2, -1] == pytest.approx(MASS * speed**2 * (1 - r**2) / 2, rel=1e-10)
@@ -143,7 +143,7 @@ def test_duration_scales_with_mass_stiffness_and_velocity() -> None:
     h = MEMBRANE.exponent
 
     def duration(speed: float, mass: float, factor: float) -> float:
-        return float(contacts(np.array(speed), mass, membrane(h, factor * MEMBRANE.stiffness), 0.5).duration)
+        return float(contacts(np.array(speed), membrane(h, factor * MEMBRANE.stiffness, mass), 0.5).duration)
 
     one = duration(2.0, MASS, 1.0)
     assert duration(2.0, MASS, 1e8) / one == pytest.approx(1e8 ** (-1 / (h + 1)), rel=1e-12)
@@ -152,7 +152,7 @@ def test_duration_scales_with_mass_stiffness_and_velocity() -> None:
 
 
 def test_motion_at_rest_and_huge_ladders_stay_finite() -> None:
-    found = contacts(np.array([0.0, 1e-200, 1e100]), 1e-12, membrane(2.6, 1e280), 0.5)
+    found = contacts(np.array([0.0, 1e-200, 1e100]), membrane(2.6, 1e280, 1e-12), 0.5)
     assert all(np.isfinite(a).all() for a in (found.duration, found.deflection, found.damping))
     assert found.deflection[0] == pytest.approx(0, abs=1e-100)
 

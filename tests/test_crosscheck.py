@@ -13,7 +13,6 @@ import pytest
 from vireport import analyse, load, loads
 from vireport.analysis.design import design_point
 from vireport.figures.overlay import simulated_points
-from vireport.gate.verdict import verdict_of
 from vireport.trust.crosscheck import crosscheck, difference, orbits_at, wilson
 
 
@@ -44,8 +43,8 @@ def test_a_design_point_is_checked_too(checked) -> None:
 def test_orbits_at_are_those_of_the_design_points(checked) -> None:
     study = checked["horizontal"]
     values = np.array([0.3, 0.45, 0.6])
-    for value, motions in zip(values, orbits_at(study.solution, values), strict=True):
-        alone = design_point(replace(study.solution.device, length_m=float(value)), "length_m", study.solution).motions
+    for value, motions in zip(values, orbits_at(study.solution.diagram, values), strict=True):
+        alone = design_point(replace(study.solution.device, length_m=float(value)), study.solution.diagram).motions
         np.testing.assert_allclose(np.sort(motions.velocity_bottom), np.sort(alone.velocity_bottom), rtol=1e-11)
 
 
@@ -61,11 +60,11 @@ def test_a_wrong_solution_is_found_out(checked) -> None:
     """The cross-check must be able to fail: orbits of another restitution are not those of the simulation."""
     study = checked["inclined"]
     asked = study.scenario.simulation
-    wrong = replace(study.solution.device, restitution=0.52)
-    check = crosscheck(wrong, replace(study.solution.sweep, device=wrong), study.solution, None, asked)
+    wrong = replace(study.solution, device=replace(study.solution.device, restitution=0.52))
+    check = crosscheck(wrong, asked)
     assert check.misses
     assert not check.passed
-    verdict = verdict_of(replace(study, crosscheck=check))
+    verdict = replace(study, crosscheck=check).verdict
     assert verdict.headline.startswith("Not verified")
     assert "VR020" in {alert.code for alert in replace(study, crosscheck=check).alerts}
 
@@ -73,7 +72,7 @@ def test_a_wrong_solution_is_found_out(checked) -> None:
 def test_difference_counts_phases_around_the_circle(checked) -> None:
     study = checked["inclined"]
     one = study.crosscheck.found[-1][0]
-    motions = orbits_at(study.solution, study.crosscheck.values[-1:])[0]
+    motions = orbits_at(study.solution.diagram, study.crosscheck.values[-1:])[0]
     row = int(np.nonzero(motions.stable)[0][0])
     turned = replace(motions, phi_bottom=motions.phi_bottom + 2 * np.pi)
     assert difference(one, turned, row) == pytest.approx(difference(one, motions, row), abs=1e-14)
@@ -92,7 +91,7 @@ def test_wilson_interval() -> None:
 def test_overlay_lies_on_the_curves(checked) -> None:
     study = checked["inclined"]
     points = simulated_points(study)
-    main = next(branch.motions for branch in study.solution.branches if "B1" in branch.event)
+    main = next(branch.motions for branch in study.solution.branches if "B1" in branch.labels)
     order = np.argsort(main.d)
     stable = points.d > 0.42
     expected = np.interp(points.d[stable], main.d[order], main.velocity_bottom[order])
@@ -114,7 +113,8 @@ def test_results_do_not_depend_on_the_number_of_threads(example) -> None:
 def test_without_a_simulation_block_nothing_of_it_is_imported(example) -> None:
     code = (
         "import sys; from vireport import load, analyse; analyse(load(sys.argv[1]))\n"
-        "print([m for m in sys.modules if 'numba' in m or m in ('vireport.crosscheck', 'vireport.events')])"
+        "ours = ('vireport.trust.crosscheck', 'vireport.simulation.events')\n"
+        "print([m for m in sys.modules if 'numba' in m or m in ours])"
     )
     run = subprocess.run(
         [sys.executable, "-c", code, str(example("inclined"))], capture_output=True, text=True, check=True

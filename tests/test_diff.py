@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from vireport import analyse, diff, load
-from vireport.comparison.baseline import Change, diff_json, diff_markdown, diff_text, read_baseline
+from vireport.comparison.baseline import diff_json, diff_markdown, diff_text, read_baseline
+from vireport.comparison.changes import Change
 from vireport.errors import UsageError
 from vireport.study.study import Study
 

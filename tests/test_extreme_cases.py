@@ -12,10 +12,11 @@ from conftest import EXAMPLES
 
 from vireport import load
 from vireport.analysis.design import DesignPoint
-from vireport.extremes.text import summary, table_data, table_text
 from vireport.errors import NumericalError
-from vireport.extremes.checks import PAPER, NotThereError, base_of, examine
-from vireport.extremes.catalogue import ABSENT, Case, Finding, Outcome, catalogue, judge, run_catalogue
+from vireport.extremes.catalogue import ABSENT, Outcome, catalogue, judge, run_catalogue
+from vireport.extremes.checks import PAPER, Case, Finding, NotThereError, base_of, examine
+from vireport.extremes.text import summary, table_data, table_text
+from vireport.scenario.parameters import Parameter
 
 CHEAP = ("restitution", "inclination", "length", "share of the period", "membrane", "grazing")
 
@@ -46,7 +47,7 @@ def test_cases_are_built_around_the_device_of_a_scenario(name: str, example) -> 
     scenario = load(example(name)).scenario
     assert base.device.restitution == scenario.device.restitution
     assert None not in [getattr(base.device, field) for field in base.device.__slots__]
-    d, gbar = base.with_groups(d=0.3, gbar=0.2).device.groups("frequency_hz", base.device.frequency_hz)
+    d, gbar = base.with_groups(d=0.3, gbar=0.2).device.groups(Parameter.FREQUENCY, base.device.frequency_hz)
     assert (d, gbar) == pytest.approx((0.3, 0.2), rel=1e-14)
 
 
@@ -102,7 +103,7 @@ def broken(**changes) -> Finding:
     study = PAPER.over()
     assert study.solution.design is not None
     altered = {name: change(getattr(study.solution.design, name)) for name, change in changes.items()}
-    return examine(replace(study, design=replace(study.solution.design, **altered)))
+    return examine(replace(study, solution=replace(study.solution, design=replace(study.solution.design, **altered))))
 
 
 def test_a_velocity_off_in_the_tenth_digit_is_noticed() -> None:
@@ -137,12 +138,13 @@ def test_a_number_that_is_not_finite_is_noticed() -> None:
 
 def test_a_critical_point_beyond_its_stated_bound_is_noticed() -> None:
     study = PAPER.over()
-    assert study.solution is not None
+    assert study.solution.diagram is not None
     assert isinstance(study.solution.design, DesignPoint)
     first, *others = study.solution.critical_points
     value = first.point.sweep_value
     moved = replace(first, point=replace(first.point, sweep_value=value * (1 + 1e-13)))
-    found = examine(replace(study, solution=replace(study.solution, critical_points=(moved, *others))))
+    diagram = replace(study.solution.diagram, critical_points=(moved, *others))
+    found = examine(replace(study, solution=replace(study.solution, diagram=diagram)))
     assert not found.right
     assert first.label in found.text
 

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from vireport import analyse, loads
 from vireport.analysis.design import design_point
+from vireport.analysis.diagram import BifurcationDiagram, solve
 from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import orbits
-from vireport.analysis.solution import Solution, solve
 from vireport.analysis.stability import trace_and_determinant
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
 from vireport.physics.device import Device
-from vireport.analysis.sweep import Sweep
 from vireport.scenario.parameters import Parameter
 
 restitutions = st.one_of(st.sampled_from([0.0, 1e-12, 1e-3, 0.5, 0.999, 1 - 1e-6]), st.floats(0, 0.999))
@@ -64,9 +64,9 @@ def _check(sweep: Sweep, m: Motions) -> None:
     assert np.all(np.abs(m.trace[m.stable]) <= (1 + m.restitution**4) * (1 + 1e-9))
 
 
-def _check_design(sweep: Sweep, solution: Solution) -> None:
-    design = design_point(sweep.device, sweep.parameter, solution)
-    d, gbar = sweep.device.groups("length_m", sweep.device.length_m)
+def _check_design(sweep: Sweep, solution: BifurcationDiagram) -> None:
+    design = design_point(sweep.device, solution)
+    d, gbar = sweep.device.groups(Parameter.LENGTH, sweep.device.length_m)
     for name in ("d", "gbar"):
         np.testing.assert_allclose(getattr(design.motions, name), {"d": d, "gbar": gbar}[name], rtol=1e-12)
     assert np.all((design.motions.velocity_bottom > 0) & (design.motions.velocity_top < 0))
@@ -89,7 +89,7 @@ def test_only_the_dimensionless_groups_matter(sweep: Sweep, masses: float, force
         device.inclination_deg,
         device.period_ratio,
     )
-    one, two = solve(sweep), solve(Sweep(other, "length_m", sweep.start * f / k, sweep.end * f / k))
+    one, two = solve(sweep), solve(Sweep(other, Parameter.LENGTH, sweep.start * f / k, sweep.end * f / k))
     assert [c.label for c in one.critical_points] == [c.label for c in two.critical_points]
     for a, b in zip(one.critical_points, two.critical_points, strict=True):
         np.testing.assert_allclose(b.point.d, a.point.d, rtol=1e-9)
@@ -104,7 +104,7 @@ def test_impacts_without_loss_are_refused_with_the_reason(value: str, example) -
 
 def test_a_sweep_reversed_gives_the_same_motions() -> None:
     device = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 45.0)
-    one, two = solve(Sweep(device, "length_m", 0.59, 0.75)), solve(Sweep(device, "length_m", 0.75, 0.59))
+    one, two = solve(Sweep(device, Parameter.LENGTH, 0.59, 0.75)), solve(Sweep(device, Parameter.LENGTH, 0.75, 0.59))
     assert [c.point for c in one.critical_points] == [c.point for c in two.critical_points]
     for a, b in zip(one.branches, two.branches, strict=True):
         np.testing.assert_array_equal(a.motions.sweep_value, b.motions.sweep_value)
@@ -112,14 +112,14 @@ def test_a_sweep_reversed_gives_the_same_motions() -> None:
 
 def test_a_sweep_where_nothing_moves_periodically_is_empty_and_says_so(example) -> None:
     study = analyse(loads(example("inclined").read_text(), overrides=["sweep.from=50", "sweep.to=60"]))
-    assert study.solution is not None
+    assert study.solution.diagram is not None
     assert study.solution.branches == ()
     assert study.solution.stable_ranges == ()
     assert "VR001" in {alert.code for alert in study.alerts}
 
 
 def test_no_restitution_at_all() -> None:
-    solution = solve(Sweep(Device(0.1245, 0.0, 9.8, None, 3.0, 2.0, 30.0), "length_m", 0.1, 2.0))
+    solution = solve(Sweep(Device(0.1245, 0.0, 9.8, None, 3.0, 2.0, 30.0), Parameter.LENGTH, 0.1, 2.0))
     assert solution.branches
     assert all(np.all(branch.motions.discriminant >= 0) for branch in solution.branches)
     assert not [c for c in solution.critical_points if c.kind == "node_focus"]
@@ -127,7 +127,7 @@ def test_no_restitution_at_all() -> None:
 
 def test_higher_period_ratios_are_motions_of_their_period() -> None:
     for n in (2, 3):
-        solution = solve(Sweep(Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 10.0, n), "length_m", 0.3, 4.0))
+        solution = solve(Sweep(Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 10.0, n), Parameter.LENGTH, 0.3, 4.0))
         assert solution.branches
         for branch in solution.branches:
             m = branch.motions

@@ -26,6 +26,7 @@ from vireport.analysis.pointwise import find_motions
 from vireport.errors import NumericalError, ScenarioError, UsageError
 from vireport.scenario.loading import load, loads
 from vireport.scenario.map_scenario import load_map, loads_map
+from vireport.scenario.parameters import Parameter
 from vireport.sweep.cells import cells_of
 from vireport.sweep.loci import loci_of
 from vireport.sweep.mapping import evaluate_chunk
@@ -164,7 +165,7 @@ def test_every_cell_is_what_a_scenario_says() -> None:
     for row in random.Random(1).sample(table, 40):
         text = HELD.replace("restitution", f"length_m: {row['length_m']!r}, restitution")
         study = analyse(loads(f"{text}inclination_deg: {row['inclination_deg']!r}\n"), ("json",))
-        motions, volts = study.solution.design.motions, study.design_voltages
+        motions, volts = study.solution.design.motions, study.solution.design.voltages
         assert row["motions"] == motions.admissible.sum()
         assert row["stable"] == motions.stable.sum()
         if not row["motions"]:
@@ -462,7 +463,7 @@ def test_the_example_is_a_map(example) -> None:
 def motions_at(plan, x: float, y: float):
     """All motions at two values of the axes."""
     device = replace(plan.device, **dict(zip(plan.names, (x, y), strict=True)))
-    d, gbar = device.groups("length_m", device.length_m)
+    d, gbar = device.groups(Parameter.LENGTH, device.length_m)
     return find_motions(np.array([float(d)]), np.array([float(gbar)]), 0.5, 1)
 
 

@@ -9,28 +9,29 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vireport.analysis.diagram import solve
 from vireport.analysis.orbits import orbits
 from vireport.analysis.phase_forms import STEP, forms
 from vireport.analysis.pointwise import find_motions
-from vireport.analysis.solution import solve
-from vireport.analysis.stability import STABILITY, classify
+from vireport.analysis.stability import UNSTABLE, classify
 from vireport.analysis.strands import bisect
+from vireport.analysis.sweep import Sweep
 from vireport.analysis.tracing import curve_of, sample, select
 from vireport.physics.device import Device
-from vireport.analysis.sweep import Sweep
+from vireport.scenario.parameters import Parameter
 
 DEVICE = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 
 
 def at(device: Device):
     """Motions at one design point."""
-    d, gbar = device.groups("length_m", device.length_m)
+    d, gbar = device.groups(Parameter.LENGTH, device.length_m)
     return find_motions(np.array([float(d)]), np.array([float(gbar)]), device.restitution, device.period_ratio)
 
 
 def along_the_curve(device: Device):
     """The same by other means: where the curve of all motions of this gbar, followed piece by piece, crosses this d."""
-    sweep = Sweep(device, "length_m", device.length_m / 2, device.length_m * 2)
+    sweep = Sweep(device, Parameter.LENGTH, device.length_m / 2, device.length_m * 2)
     curve = curve_of(sweep)
     samples, target = sample(curve), float(sweep.coordinate_of(device.length_m))
     low, high = curve.bounds
@@ -74,7 +75,7 @@ def test_complex_step_is_the_derivative() -> None:
 
 def test_motions_of_the_paper() -> None:
     found = at(replace(DEVICE, length_m=0.4604 * 3 / (4 * 0.1245 * 4)))
-    stable = (classify(found.trace, 0.5) != STABILITY.index("unstable node")) & found.admissible
+    stable = (classify(found.trace, 0.5) != UNSTABLE) & found.admissible
     (k,) = np.flatnonzero(stable)
     assert found.orbit.velocity_bottom[k] == pytest.approx(1.00400474, abs=1e-8)
     assert found.orbit.phi[k] == pytest.approx(0.56672469, abs=1e-8)
@@ -130,13 +131,13 @@ def test_motions_in_forty_digits(gbar: float, r: float, n: int) -> None:
 @pytest.mark.parametrize("angle", [0.0, 1e-6, 1e-3, 5.0, 12.0])
 def test_two_motions_appear_at_a_fold(angle: float) -> None:
     device = replace(DEVICE, inclination_deg=angle)
-    points = solve(Sweep(device, "length_m", 0.05, 1.2)).critical_points
+    points = solve(Sweep(device, Parameter.LENGTH, 0.05, 1.2)).critical_points
     folds = [point for point in points if point.kind in ("fold", "pitchfork")]
     assert folds
     for fold in folds:
         for share in (1e-3, 1e-6, 1e-8, 1e-10):
             counts = [len(at(replace(device, length_m=fold.point.sweep_value * (1 + k * share))).cell) for k in (-1, 1)]
-            gap = device.groups("length_m", device.length_m)[1] ** (2 / 3)
+            gap = device.groups(Parameter.LENGTH, device.length_m)[1] ** (2 / 3)
             if share > gap or share < 1e-3 * gap or angle == 0:  # not between both folds of an imperfect pitchfork
                 assert abs(counts[0] - counts[1]) == 2
 

@@ -19,7 +19,7 @@ from PIL import Image
 
 from vireport.figures.axes import style
 from vireport.figures.curves import Simulated, stretches
-from vireport.figures.diagrams import WORDS
+from vireport.figures.diagrams import WORDS, figure_diagram
 from vireport.figures.overlay import simulated_points
 from vireport.figures.paper_figures import figure_2, figure_7, pictures
 from vireport.figures.pixels import png_of
@@ -34,11 +34,11 @@ from vireport.figures.portraits import (
     TOP_MEMBRANE,
     figure_3,
     figure_6,
-    figure_diagram,
 )
 from vireport.figures.traces import arrivals, ball, capsule, periodic_groups, rides, short
 from vireport.physics.device import Device
 from vireport.scenario.loading import load
+from vireport.scenario.parameters import Parameter
 from vireport.simulation.attractors import Diagram
 from vireport.simulation.events import BOTTOM, Impact
 from vireport.simulation.portraits import Portrait, portrait
@@ -67,7 +67,7 @@ def made(name: str) -> Portrait:
         frequency_hz=FREQUENCY, inclination_deg=angle, period_ratio=1,
     )  # fmt: skip
     starts = [Impact(BOTTOM, 0.7, 0.4)]
-    return portrait(device, "length_m", d * force / (4 * M * FREQUENCY**2), starts)
+    return portrait(device, Parameter.LENGTH, d * force / (4 * M * FREQUENCY**2), starts)
 
 
 @cache

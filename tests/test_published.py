@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from vireport.analysis.design import design_point
-from vireport.analysis.solution import solve
-from vireport.physics.device import Device
+from vireport.analysis.diagram import solve
 from vireport.analysis.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
 
 MASS, R, GRAVITY, FREQUENCY = 0.1245, 0.5, 9.8, 2.0
 
@@ -41,7 +42,7 @@ DECIMALS = [(4, 4, 1), (3, 4, 3), (3, 4, 4)]
 )
 def test_motions_of_figure_3(row, decimals) -> None:
     _, beta, force, d, printed, solved, misprints = row
-    motions = design_point(device(beta, force, length_of(d, force)), "length_m", _nothing(beta, force)).motions
+    motions = design_point(device(beta, force, length_of(d, force)), _nothing(beta, force)).motions
     assert motions.stable[0]
     ours = (motions.velocity_bottom[0], motions.phi_bottom[0], motions.q[0])
     np.testing.assert_allclose(ours, solved, rtol=0, atol=0.6e-8)
@@ -52,20 +53,20 @@ def test_motions_of_figure_3(row, decimals) -> None:
 
 def _nothing(beta: float, force: float):
     """A sweep with no critical point nearby, for where only the motions are wanted."""
-    return solve(Sweep(device(beta, force, None), "length_m", 0.70, 0.71))
+    return solve(Sweep(device(beta, force, None), Parameter.LENGTH, 0.70, 0.71))
 
 
 def test_stability_types_of_figure_3() -> None:
     words = []
     for _, beta, force, d, *_ in MOTIONS:
-        motions = design_point(device(beta, force, length_of(d, force)), "length_m", _nothing(beta, force)).motions
+        motions = design_point(device(beta, force, length_of(d, force)), _nothing(beta, force)).motions
         words.append(motions.words[0])
     assert words == ["stable focus", "stable node", "stable node"]
 
 
 @pytest.fixture(scope="module")
 def horizontal():
-    return solve(Sweep(device(0.0, 3.0, None), "length_m", 0.26, 0.75))
+    return solve(Sweep(device(0.0, 3.0, None), Parameter.LENGTH, 0.26, 0.75))
 
 
 def point(solution, label):
@@ -105,7 +106,7 @@ def test_period_doubling_phase(horizontal) -> None:
 
 
 def test_period_doubling_of_the_inclined_capsule() -> None:
-    critical = point(solve(Sweep(device(45.0, 3.0, None), "length_m", 0.59, 0.75)), "B1")
+    critical = point(solve(Sweep(device(45.0, 3.0, None), Parameter.LENGTH, 0.59, 0.75)), "B1")
     assert critical.point.d == pytest.approx(0.4179595416, abs=0.6e-10)
     assert critical.point.phi == pytest.approx(0.49789027, abs=0.6e-8)
     assert 0.5 + critical.point.u == pytest.approx(0.60130066, abs=0.6e-8)
@@ -114,7 +115,7 @@ def test_period_doubling_of_the_inclined_capsule() -> None:
 
 
 def test_period_doubling_under_varied_force() -> None:
-    critical = point(solve(Sweep(device(45.0, None, 0.75), "amplitude_n", 3.0, 6.0)), "B1")
+    critical = point(solve(Sweep(device(45.0, None, 0.75), Parameter.AMPLITUDE, 3.0, 6.0)), "B1")
     assert critical.point.sweep_value == pytest.approx(5.34924378, abs=0.6e-8)
     assert critical.point.d == pytest.approx(0.2792918143, abs=0.6e-10)
     assert critical.point.phi == pytest.approx(0.20515501, abs=0.6e-8)
@@ -124,14 +125,17 @@ def test_period_doubling_under_varied_force() -> None:
 def test_table_1_of_the_paper() -> None:
     from vireport.analysis.table import table
 
+    def label(point):
+        return point.label if point else ""
+
     def rows(solution, branch=None):
         return [
-            (row.family, row.start_label, row.end_label, row.stability)
+            (row.family, label(row.start_point), label(row.end_point), row.stability)
             for row in table(solution)
             if branch is None or row.branch in branch
         ]
 
-    horizontal = solve(Sweep(device(0.0, 3.0, None), "length_m", 0.26, 0.75))
+    horizontal = solve(Sweep(device(0.0, 3.0, None), Parameter.LENGTH, 0.26, 0.75))
     assert rows(horizontal, {1}) == [
         ("symmetric", "", "C1", "unstable node"),
         ("symmetric", "C1", "A3", "stable node"),
@@ -145,15 +149,15 @@ def test_table_1_of_the_paper() -> None:
         ("asymmetric", "A2", "C1", "stable node"),
     ]
     for sweep in (
-        Sweep(device(45.0, 3.0, None), "length_m", 0.59, 0.75),
-        Sweep(device(45.0, None, 0.75), "amplitude_n", 3.0, 6.0),
+        Sweep(device(45.0, 3.0, None), Parameter.LENGTH, 0.59, 0.75),
+        Sweep(device(45.0, None, 0.75), Parameter.AMPLITUDE, 3.0, 6.0),
     ):
         main = [row for row in rows(solve(sweep)) if "B1" in row[1:3]]
         assert main == [("asymmetric", "", "B1", "unstable node"), ("asymmetric", "B1", "", "stable node")]
 
 
 def test_stable_branch_that_passes_through_the_membrane_is_refused() -> None:
-    solution = solve(Sweep(device(45.0, 3.0, None), "length_m", length_of(0.02, 3.0), length_of(0.2, 3.0)))
+    solution = solve(Sweep(device(45.0, 3.0, None), Parameter.LENGTH, length_of(0.02, 3.0), length_of(0.2, 3.0)))
     ghosts = [
         part
         for branch in solution.branches

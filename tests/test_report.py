@@ -21,7 +21,7 @@ import pytest
 from pypdf import PdfReader
 
 from vireport.errors import UsageError
-from vireport.gate.verdict import MARGIN, verdict_of
+from vireport.gate.verdict import MARGIN
 from vireport.report import rendering
 from vireport.report.assets import TEMPLATES
 from vireport.report.build import build_report
@@ -297,7 +297,7 @@ def test_the_design_point_is_the_results(name: str, model, study_of) -> None:
 def test_voltages_are_the_results(name: str, model, study_of) -> None:
     study = study_of(name)
     stable = study.solution.design.motions.stable
-    volts = study.design_voltages
+    volts = study.solution.design.voltages
     rows = column(
         model(name),
         "energy",
@@ -326,7 +326,7 @@ def test_voltages_are_the_results(name: str, model, study_of) -> None:
 
 
 def test_the_verdict_carries_the_answer(study_of) -> None:
-    verdict = verdict_of(study_of("inclined"))
+    verdict = study_of("inclined").verdict
     assert verdict.status == "good"
     for says in (
         "0.629457 m < s ≤ 0.75 m",
@@ -337,7 +337,7 @@ def test_the_verdict_carries_the_answer(study_of) -> None:
         "outside",
     ):
         assert says in verdict.headline
-    assert verdict_of(study_of("inclined-forcing")).status == "caution"
+    assert study_of("inclined-forcing").verdict.status == "caution"
 
 
 @pytest.mark.parametrize(
@@ -352,7 +352,7 @@ def test_the_verdict_carries_the_answer(study_of) -> None:
     ],
 )
 def test_verdicts(overrides: list[str], status: str, says: str, example) -> None:
-    verdict = verdict_of(analyse(load(example("inclined"), overrides)))
+    verdict = analyse(load(example("inclined"), overrides)).verdict
     assert verdict.status == status
     assert says in verdict.headline
     assert "outside the membrane model" not in verdict.headline or "V (" in verdict.headline
@@ -631,8 +631,8 @@ def test_provenance_is_enough_to_repeat(model, page) -> None:
 
 def test_the_margin_names_the_pitchfork_on_the_way(study_of):
     """A symmetric motion gives way to asymmetric ones before the stable range ends."""
-    margin = next(fact for fact in verdict_of(study_of("horizontal")).facts if fact.question == MARGIN)
+    margin = next(fact for fact in study_of("horizontal").verdict.facts if fact.question == MARGIN)
     assert "period doubling B1" in margin.short
     assert "0.396734 m (C1)" in margin.detail
-    inclined = next(fact for fact in verdict_of(study_of("inclined")).facts if fact.question == MARGIN)
+    inclined = next(fact for fact in study_of("inclined").verdict.facts if fact.question == MARGIN)
     assert "take over" not in inclined.detail

@@ -17,15 +17,15 @@ from junitparser import Failure, JUnitXml
 
 from vireport import analyse, load, loads
 from vireport.analysis.design import design_point
+from vireport.analysis.diagram import solve
 from vireport.analysis.endings import endings
-from vireport.analysis.solution import solve
+from vireport.analysis.sweep import Sweep
 from vireport.cli.app import main
 from vireport.gate.criteria import held, unmet
 from vireport.gate.requirements import assess, with_peaks
-from vireport.gate.verdict import verdict_of
-from vireport.analysis.sweep import Sweep
 from vireport.report.ci_formats import github, junit, markdown
 from vireport.scenario.document import read
+from vireport.scenario.parameters import Parameter
 from vireport.study.plan import ALL_FORMATS, FORMATS
 from vireport.study.provenance import provenance_of
 from vireport.study.results import results
@@ -49,7 +49,7 @@ def only(name: str, required: dict[str, object], **overrides: object):
 
 def volts(study) -> dict[str, float]:
     """The voltages of the stable motions at the design point, each the worst of them."""
-    stable, x = study.solution.design.motions.stable, study.design_voltages
+    stable, x = study.solution.design.motions.stable, study.solution.design.voltages
     return {
         "u_ave_at_least_v": float(x.average_v[stable].min()),
         "u_bottom_top_difference_at_most_v": float(np.abs(x.bottom_v - x.top_v)[stable].max()),
@@ -93,7 +93,9 @@ def test_a_margin_wider_than_the_sweep_is_looked_for_beyond_it(study_of) -> None
     assert only("inclined", {"margin_period_doubling_percent": 9.2}, **narrow).passed
     beyond = only("inclined", {"margin_period_doubling_percent": 9.3}, **narrow)
     assert not beyond.passed
-    assert beyond.value == pytest.approx(100 * (1 - study_of("inclined").solution.stable_ranges[0].start / 0.6934), rel=1e-12)
+    assert beyond.value == pytest.approx(
+        100 * (1 - study_of("inclined").solution.stable_ranges[0].start / 0.6934), rel=1e-12
+    )
 
 
 def test_no_grazing_point_ends_stability() -> None:
@@ -110,11 +112,11 @@ def test_margin_is_that_of_the_motion_that_ends_first() -> None:
     assert study.solution.design.motions.stable.sum() == 1
     value = {point.label: point.point.sweep_value for point in study.solution.critical_points}
     assert value["B1"] == study.solution.stable_ranges[0].start < value["B2"] < value["C1"] < 0.42
-    found = endings(study.solution.device, study.solution, 0.2).found
+    found = endings(study.solution.device, study.solution.diagram, 0.2).found
     assert [ending.label for ending in found] == ["B2", "B1"]
     for label, at in (("C1", 0.36), ("B2", 0.40)):
         device = replace(study.solution.device, length_m=at)
-        assert endings(device, study.solution, 0.2).found[0].label == label
+        assert endings(device, study.solution.diagram, 0.2).found[0].label == label
 
 
 @pytest.mark.parametrize(("length", "force", "angle"), [(0.7, 3, 45), (0.42, 3, 1), (0.35, 3, 0), (0.5, 4, 8)])
@@ -131,14 +133,16 @@ def test_there_is_stable_motion_up_to_the_nearest_ending(length: float, force: f
                 value = getattr(study.solution.device, name) * (1 + sign * share * found[0].relative)
                 assert low < value < high
                 device = replace(study.solution.device, **{name: value})
-                around = solve(Sweep(device, "length_m", 0.9 * device.length_m, 1.1 * device.length_m))
-                assert design_point(device, "length_m", around).motions.stable.any()
+                around = solve(Sweep(device, Parameter.LENGTH, 0.9 * device.length_m, 1.1 * device.length_m))
+                assert design_point(device, around).motions.stable.any()
     # Beyond the ending that motion is gone; another one may be there.
     value = found[0].value + 1e-3 * (found[0].value - getattr(study.solution.device, found[0].parameter))
     device = replace(study.solution.device, **{found[0].parameter: value})
-    around = solve(Sweep(device, "length_m", 0.9 * device.length_m, 1.1 * device.length_m))
-    q = design_point(device, "length_m", around).motions
-    assert not (np.abs(q.q[q.stable][:, None] - study.solution.design.motions.q[study.solution.design.motions.stable]) < 1e-3).any()
+    around = solve(Sweep(device, Parameter.LENGTH, 0.9 * device.length_m, 1.1 * device.length_m))
+    q = design_point(device, around).motions
+    assert not (
+        np.abs(q.q[q.stable][:, None] - study.solution.design.motions.q[study.solution.design.motions.stable]) < 1e-3
+    ).any()
 
 
 def test_stable_range_is_strict_at_a_critical_point_and_open_at_the_end_of_the_sweep(study_of) -> None:
@@ -213,10 +217,10 @@ def test_what_an_error_bound_leaves_open_is_not_met() -> None:
     assert held(5 + 1e-13, 5.0, "V", False, "").text == "5.0000000000001 V"
 
 
-def crosschecked(study, **found: object):
-    """A study beside a simulation that found something."""
+def crosscheck(**found: object):
+    """A simulation that found something."""
     usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
-    return replace(study, crosscheck=SimpleNamespace(**usual | {"tolerance": 1e-9} | found))
+    return SimpleNamespace(**usual | {"tolerance": 1e-9} | found)
 
 
 def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
@@ -224,16 +228,16 @@ def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
     loaded = load(ROOT / "examples/inclined.yaml", over)
     plain = replace(loaded, scenario=replace(loaded.scenario, simulation=None))
     study = analyse(plain)
-    volt, check = assess(crosschecked(study))
+    volt, check = assess(study.loaded, study.solution, crosscheck())
     assert volt.passed
     assert check.passed
     assert check.margin == 1e-9 - 2e-14
-    volt, check = assess(crosschecked(study, passed=False, misses=(1,)))
+    volt, check = assess(study.loaded, study.solution, crosscheck(passed=False, misses=(1,)))
     assert not volt.passed
     assert volt.why == "the simulation does not agree with the solution"
     assert not check.passed
     assert check.why == "8 of 9 stable orbits found again"
-    volt, check = assess(crosschecked(study, orbits=0))
+    volt, check = assess(study.loaded, study.solution, crosscheck(orbits=0))
     assert volt.passed
     assert not check.passed
     assert "no stable orbit" in check.why
@@ -252,7 +256,7 @@ def test_results_and_verdict_say_what_is_not_met() -> None:
     assert (verdict.status, verdict.word) == ("bad", "Requirements not met")
     assert verdict.headline.startswith("4 of 9 requirements are not met: Stable 1:1 motion over the inclinations (from")
     passing = analyse(load(CI / "passing.yaml"))
-    assert verdict_of(passing).word == "Stable"
+    assert passing.verdict.word == "Stable"
     assert unmet(passing.criteria) == ""
     assert results(passing, provenance_of(passing.loaded, "test"))["requirements"]["passed"]
 

@@ -13,8 +13,18 @@ from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
 from vireport.simulation.cycles import jacobians, product
-from vireport.simulation.events import FLIGHT, PHASE, VELOCITY, WALL, check_model, check_start, follow_one
-from vireport.simulation.trajectories import BOTTOM, TOP, Impact, InFlight, Outcome, path, simulate
+from vireport.simulation.events import (
+    FLIGHT,
+    PHASE,
+    VELOCITY,
+    WALL,
+    Impact,
+    InFlight,
+    check_model,
+    check_start,
+    follow_one,
+)
+from vireport.simulation.trajectories import BOTTOM, TOP, Outcome, path, simulate
 
 
 def gbar(force: float) -> float:
@@ -153,7 +163,10 @@ def test_at_least_one_impact() -> None:
 
 
 def test_the_compiler_is_not_paid_for_unless_something_is_simulated() -> None:
-    code = "import sys, vireport.attractors; sys.exit(bool({'numba', 'vireport.kernel'} & set(sys.modules)))"
+    code = (
+        "import sys, vireport.simulation.attractors\n"
+        "sys.exit(bool({'numba', 'vireport.simulation.kernel'} & set(sys.modules)))"
+    )
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

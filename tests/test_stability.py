@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vireport.analysis.kinds import STABILITIES
 from vireport.analysis.orbits import Orbits, orbits
 from vireport.analysis.stability import (
-    STABILITY,
     classify,
     discriminant,
     eigenvalues,
@@ -69,7 +69,7 @@ def test_classification_at_and_around_each_boundary() -> None:
     r = 0.5
     edge, focus = 1 + r**4, 2 * r * r
     words = [
-        STABILITY[i]
+        STABILITIES[i]
         for i in classify(
             np.array([0, focus, -focus, np.nextafter(focus, 0), edge, -edge, np.nextafter(edge, 0), 9.0]), r
         )
@@ -106,7 +106,7 @@ def test_types_agree_with_the_eigenvalues() -> None:
     trace, r = rng.uniform(-3, 3, 10_000), 0.6
     one, two = eigenvalues(trace, r)
     largest = np.where(discriminant(trace, r) < 0, r * r, np.maximum(np.abs(one), np.abs(two)))
-    words = np.array(STABILITY)[classify(trace, r)]
+    words = np.array(STABILITIES)[classify(trace, r)]
     assert (np.char.startswith(words, "stable") == (largest < 1)).all()
     assert (np.char.endswith(words, "focus") == (discriminant(trace, r) < 0)).all()
 
