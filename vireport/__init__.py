@@ -15,13 +15,13 @@ from typing import Any
 from vireport.version import __version__
 
 __all__ = [
-    "__version__",
     "Comparison",
     "NumericalError",
     "ScenarioError",
     "Study",
     "UsageError",
     "VireportError",
+    "__version__",
     "analyse",
     "compare",
     "compare_figure",

@@ -82,7 +82,7 @@ class Curve:
         return evaluate(self.strands, which, w, self.level, self.r, self.n)
 
     def event_values(self, orbit: Orbits, with_gap: object = True) -> Floats:
-        """Functions whose zeros are the events of `StrandEvent`; the last four are positive exactly on what may be a motion.
+        """Functions whose zeros are the events of `StrandEvent`; the last four are positive on what may be a motion.
 
         The gap costs most; it is NaN outside the mask `with_gap` and where there can be no motion.
         """

@@ -8,10 +8,10 @@ from vireport.gate.verdict import Fact, Verdict, verdict_of
 from vireport.gate.wording import SWEEP_END, capital, range_text
 
 __all__ = [
+    "SWEEP_END",
     "Alert",
     "Criterion",
     "Fact",
-    "SWEEP_END",
     "Verdict",
     "alerts",
     "assess",

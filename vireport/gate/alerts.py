@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -19,7 +19,10 @@ from vireport.analysis import (
 )
 from vireport.gate.explanations import EXPLANATIONS
 from vireport.scenario import Parameter
-from vireport.trust import Compliance, CrossCheck
+
+if TYPE_CHECKING:
+    from vireport.trust import Compliance, CrossCheck
+
 
 NEAR_CRITICAL = 0.02
 """Share of the design value within which a critical point is near: what masses and lengths are commonly made to. The

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache, partial
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,10 @@ from vireport.physics import (
     voltages,
 )
 from vireport.scenario import MARGINS, Loaded, Parameter, Requirements
-from vireport.trust import CrossCheck
+
+if TYPE_CHECKING:
+    from vireport.trust import CrossCheck
+
 
 Floats = NDArray[np.float64]
 Names = tuple[str, ...]

@@ -6,7 +6,7 @@ Turns a study into words; a reader who stops after them must not have been misle
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -27,11 +27,10 @@ from vireport.text import (
     quantity,
     significant,
 )
-from vireport.trust import (
-    GRADES,
-    Compliance,
-    CrossCheck,
-)
+
+if TYPE_CHECKING:
+    from vireport.trust import Compliance, CrossCheck
+
 
 Status = Literal["good", "caution", "bad", "neutral"]
 
@@ -136,6 +135,8 @@ def verdict_of(
 
 
 def _rigid(made: Compliance) -> Fact:
+    from vireport.trust import GRADES
+
     grade = made.grade or 0
     statuses: tuple[Status, ...] = ("good", "caution", "bad")
     detail = "See the section on compliant membranes"

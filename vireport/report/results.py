@@ -189,6 +189,7 @@ def design_point(study: Study) -> Iterator[Block]:
     design = study.solution.design
     if design is None:
         return
+    determinant = significant(study.solution.device.restitution**4, 6)
     at = ((x, float(getattr(study.solution.device, x))) for x in Parameter)
     yield Paragraph(f"At {', '.join(f'*{x.symbol}* = {x.show(value, 8)}' for x, value in at)}:")
     if len(design.motions):
@@ -199,7 +200,7 @@ def design_point(study: Study) -> Iterator[Block]:
                 *numbers("*q*", "*φ*_B", "*φ*_T", "*Ż*_B", "*Ż*_T", "Tr", "*Δ*"),
             ),
             tuple(_motion_rows(design)),
-            f"Phases in rad, velocities in *y*_c. Det = *r*⁴ = {significant(study.solution.device.restitution**4, 6)} for all.",
+            f"Phases in rad, velocities in *y*_c. Det = *r*⁴ = {determinant} for all.",
         )
     else:
         yield Paragraph("The equations of a 1:1 motion have no solution here.")

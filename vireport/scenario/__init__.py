@@ -12,19 +12,19 @@ from vireport.scenario.rules import MARGINS
 from vireport.scenario.schema import init_text, schema
 
 __all__ = [
+    "MARGINS",
+    "SWEEPABLE",
+    "WIDEST_MARGIN",
     "Accuracy",
     "Axis",
     "Loaded",
     "LoadedMap",
-    "MARGINS",
     "Map",
     "MapSimulation",
     "Parameter",
     "Requirements",
-    "SWEEPABLE",
     "Scenario",
     "Simulation",
-    "WIDEST_MARGIN",
     "as_texts",
     "blocks",
     "entries",

@@ -10,8 +10,8 @@ from vireport.study.study import Study, analyse, device_of, membrane_of, with_ce
 __all__ = [
     "ALL_FORMATS",
     "FORMATS",
-    "Provenance",
     "SCHEMA_VERSION",
+    "Provenance",
     "Study",
     "accuracy_data",
     "analyse",

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vireport.trust import TOLERANCE, Compliance, CompliantOrbit, WorkPrecision
+if TYPE_CHECKING:
+    from vireport.trust import Compliance, CompliantOrbit, WorkPrecision
+
 
 DIVERGED = 1e300
 """Size beyond which a number means that something overflowed; JSON has no infinity."""
@@ -39,6 +41,8 @@ def compliance_data(made: Compliance) -> dict[str, Any]:
 
 def _rung_bound(orbit: CompliantOrbit) -> float:
     """Relative error of a compliant motion: tolerance and residual over the distance of a multiplier from 1."""
+    from vireport.trust import TOLERANCE
+
     return 10 * (TOLERANCE + orbit.residual) / min(abs(1 - multiplier) for multiplier in orbit.multipliers)
 
 
