@@ -70,10 +70,9 @@ def write(study: Study, folder: Path) -> str:
     UsageError
         If the folder cannot be written to.
     """
-    from vireport.figures import measured_figures, png_of, style
+    from vireport.figures import measured_pictures
 
     files = {"accuracy.json": data(study)}
-    with style():
-        files |= {f"{told[0]}.png": png_of(figure)[0] for told, figure in measured_figures(study)}
+    files |= {f"{picture.name}.png": picture.png for picture in measured_pictures(study)}
     write_files(folder, files)
     return f"wrote {', '.join(str(folder / name) for name in files)}"

@@ -13,10 +13,7 @@ from typing import TYPE_CHECKING
 from vireport.comparison.comparison import FIGURES, Comparison, Setting, left_out
 from vireport.comparison.differences import Difference, listed
 from vireport.comparison.quantities import HELD, NO_DESIGN, NO_MASS, NO_SWEEP, axes_of
-from vireport.figures import (
-    OUTSIDE,
-    outside_geometry,
-)
+from vireport.figures import OUTSIDE
 from vireport.gate import (
     SWEEP_END,
     Fact,
@@ -156,7 +153,7 @@ def _differences(comparison: Comparison) -> Iterator[Block]:
     )
     yield Paragraph(_places(comparison))
     pairs = zip(comparison.names, comparison.studies, strict=True)
-    if outside := [name for name, study in pairs if outside_geometry(study)]:
+    if outside := [name for name, study in pairs if not study.solution.within_membrane]:
         which = "all scenarios" if len(outside) == len(comparison.names) else listed(outside)
         yield Paragraph(_plain(f"Voltages of {which}: {OUTSIDE} (VR010)."))
     rows = tuple((_apart(one), _plain(one.sentence)) for one in comparison.differences)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vireport.figures import outside_geometry
 from vireport.gate import Criterion, capital
 from vireport.report.pages import Block, Paragraph, Table, texts
 from vireport.scenario import Parameter
@@ -29,7 +28,7 @@ def acceptance(study: Study) -> Iterator[Block]:
         "The margin is how far the value is on the right side of the limit, in the limit\u2019s unit; of a range, how "
         "far stable motion goes beyond it. What error bounds or a failed cross-check leave open counts as not met.",
     )
-    if outside_geometry(study):
+    if not study.solution.within_membrane:
         yield Paragraph(
             "Voltages and deflections are outside the membrane's geometry (VR010): they meet a limit, or do not, by "
             "the formulae alone."

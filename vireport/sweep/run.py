@@ -111,15 +111,16 @@ def cores() -> int:
 
 def _draw(result: Path, folder: Path, plan: MapPlan) -> list[Path]:
     """Draw the heat maps that are not there yet."""
+    from vireport.figures import png_of
     from vireport.files import write_whole
-    from vireport.sweep.figures import map_pictures, picture_names
+    from vireport.sweep.figures import map_figures, picture_names
     from vireport.sweep.store import written
 
     paths = [folder / f"{name}.png" for name in picture_names(plan)]
     if not all(path.exists() for path in paths):
         with written(folder):
-            for picture in map_pictures(plan, result):
-                write_whole(folder / f"{picture.name}.png", picture.png)
+            for name, figure in map_figures(plan, result).items():
+                write_whole(folder / f"{name}.png", png_of(figure))
     return paths
 
 
