@@ -20,6 +20,7 @@ from vireport.figures import (
 from vireport.gate import (
     SWEEP_END,
     Fact,
+    Status,
     Verdict,
     capital,
 )
@@ -117,8 +118,8 @@ def comparison_verdict(comparison: Comparison) -> Verdict:
         facts.append(Fact(name, one.word, one.headline, one.status))
     if not found:
         headline = f"All {count} quantities are the same in all scenarios."
-        return Verdict("neutral", "No difference", headline, tuple(facts))
-    return Verdict("neutral", f"{len(found)} of {count} quantities differ", _plain(_headline(found)), tuple(facts))
+        return Verdict(Status.NEUTRAL, "No difference", headline, tuple(facts))
+    return Verdict(Status.NEUTRAL, f"{len(found)} of {count} quantities differ", _plain(_headline(found)), tuple(facts))
 
 
 def _headline(found: Sequence[Difference]) -> str:
