@@ -147,9 +147,9 @@ def changes(old: Mapping[str, Any], new: Mapping[str, Any], relative: float = RE
     KeyError, TypeError, ValueError
         Where one lacks what results.json has.
     """
-    found = [*_changed_numbers(old, new, relative), *_changed_statements(old, new)]
     order = list(Group)
-    return tuple(sorted(found, key=lambda one: (order.index(one.group), one.what if one.group is Group.ALERT else "")))
+    changed = [*_changed_numbers(old, new, relative), *_changed_statements(old, new)]
+    return tuple(sorted(changed, key=lambda x: (order.index(x.group), x.what if x.group is Group.ALERT else "")))
 
 
 def _changed_numbers(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> Iterator[Change]:
@@ -168,9 +168,9 @@ def _changed_statements(old: Mapping[str, Any], new: Mapping[str, Any]) -> Itera
     before, after = dict(_statements(old)), dict(_statements(new))
     for key in dict.fromkeys([*before, *after]):
         group, what = key[0], (after.get(key) or before[key])[0]
-        one, other = (statements[key][1] if key in statements else None for statements in (before, after))
-        if not same_setting(one, other):
-            yield Change(group, what, _plain(one), _plain(other), "", _relative(_plain(one), _plain(other)))
+        was, now = (statements[key][1] if key in statements else None for statements in (before, after))
+        if not same_setting(was, now):
+            yield Change(group, what, _plain(was), _plain(now), "", _relative(_plain(was), _plain(now)))
 
 
 def _statements(results: Mapping[str, Any]) -> Iterator[tuple[tuple[Group, str], tuple[str, Any]]]:
@@ -212,7 +212,7 @@ def _relabelled(old: Mapping[str, Any], new: Mapping[str, Any], relative: float)
     taken = [_name(point) for point in new["critical_points"]]
     clashing = [point["label"] for point in old["critical_points"] if _name(point) in taken]
     labels = {label: f"{label} of the baseline" for label in clashing}
-    labels |= {one["label"]: other["label"] for one, other in _paired(old, new, relative)}
+    labels |= {point["label"]: match["label"] for point, match in _paired(old, new, relative)}
 
     def named(points: Sequence[Point]) -> list[Point]:
         return [{**point, "label": labels.get(point["label"], point["label"])} for point in points]
@@ -237,49 +237,49 @@ def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> 
         value, error = float(point["sweep_value"]), float(point["error_bound"])
         return error if axis == "sweep_value" else 2 * error * abs(float(point["d"]) / value) if value else 0.0
 
-    def same_place(one: Point, other: Point) -> bool:
-        x, y = float(one[axis]), float(other[axis])
-        return abs(y - x) <= relative * max(abs(x), abs(y)) + bound(one) + bound(other)
+    def same_place(point: Point, other: Point) -> bool:
+        x, y = float(point[axis]), float(other[axis])
+        return abs(y - x) <= relative * max(abs(x), abs(y)) + bound(point) + bound(other)
 
     left, right = list(old["critical_points"]), list(new["critical_points"])
     pairs: list[tuple[Point, Point]] = []
-    for same in (same_place, lambda one, other: _name(one) == _name(other)):
-        for one in list(left):
-            alike = (other for other in right if _name(other)[1:] == _name(one)[1:])
-            match = next((other for other in alike if same(one, other)), None)
+    for same in (same_place, lambda point, other: _name(point) == _name(other)):
+        for point in list(left):
+            alike = (other for other in right if _name(other)[1:] == _name(point)[1:])
+            match = next((other for other in alike if same(point, other)), None)
             if match is not None:
-                pairs.append((one, match))
-                left.remove(one)
+                pairs.append((point, match))
+                left.remove(point)
                 right.remove(match)
     return pairs
 
 
-def diff_text(found: Sequence[Change], baseline: str = "the baseline") -> str:
+def diff_text(changed: Sequence[Change], baseline: str = "the baseline") -> str:
     """The changes in lines of plain text, grouped; without a newline at the end."""
-    if not found:
+    if not changed:
         return f"No change beyond tolerance since {baseline}."
-    return "\n".join([f"{_count(found, baseline)}:", *(f"  {change.group}: {change.sentence}" for change in found)])
+    return "\n".join([f"{_count(changed, baseline)}:", *(f"  {change.group}: {change.sentence}" for change in changed)])
 
 
-def diff_markdown(found: Sequence[Change], baseline: str = "the baseline") -> str:
+def diff_markdown(changed: Sequence[Change], baseline: str = "the baseline") -> str:
     """The changes as a Markdown table, for a comment on a pull request."""
     name = markdown_text(baseline)
-    if not found:
+    if not changed:
         return f"No change beyond tolerance since {name}.\n"
-    sizes = (ABSENT if change.change is None else percent(change.change, signed=True) for change in found)
+    sizes = (ABSENT if change.change is None else percent(change.change, signed=True) for change in changed)
     rows = [
         map(markdown_text, (change.group, change.what, *change.sides, size))
-        for change, size in zip(found, sizes, strict=True)
+        for change, size in zip(changed, sizes, strict=True)
     ]
     head, align = ("group", "what", "before", "now", "change"), ("left", "left", "right", "right", "right")
-    return f"**{_count(found, name)}**\n\n{markdown_table(head, align, [tuple(row) for row in rows])}"
+    return f"**{_count(changed, name)}**\n\n{markdown_table(head, align, [tuple(row) for row in rows])}"
 
 
-def _count(found: Sequence[Change], baseline: str) -> str:
-    return f"{len(found)} change{'s' * (len(found) != 1)} since {baseline}"
+def _count(changed: Sequence[Change], baseline: str) -> str:
+    return f"{len(changed)} change{'s' * (len(changed) != 1)} since {baseline}"
 
 
-def diff_json(found: Sequence[Change], relative: float = RELATIVE) -> bytes:
+def diff_json(changed: Sequence[Change], relative: float = RELATIVE) -> bytes:
     """The changes as JSON."""
-    data = {"changed": bool(found), "tolerance": relative, "changes": [asdict(change) for change in found]}
+    data = {"changed": bool(changed), "tolerance": relative, "changes": [asdict(change) for change in changed]}
     return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()

@@ -17,7 +17,6 @@ from vireport.comparison.differences import SAME, Difference, differences
 from vireport.comparison.quantities import Axes, axes_of, quantities_of, same_setting, settings_of
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.errors import NumericalError, UsageError
-from vireport.gate import capital
 from vireport.scenario import to_dict
 from vireport.study import (
     SCHEMA_VERSION,
@@ -27,7 +26,6 @@ from vireport.study import (
 )
 from vireport.text import (
     ABSENT,
-    percent,
     significant,
 )
 
@@ -122,11 +120,9 @@ class Comparison:
     def _repr_html_(self) -> str:
         """What differs, the largest first, for a notebook."""
         rows = []
-        for one in self.differences[:MOST_ROWS]:
-            unit = "" if one.unit == "1" else f" [{one.unit}]"
-            cells = [ABSENT if value is None else significant(value) for value in one.values]
-            apart = "only some" if one.change is None else percent(one.change) if one.change else "type"
-            rows.append((f"{capital(one.quantity)}{unit}", *cells, apart))
+        for difference in self.differences[:MOST_ROWS]:
+            cells = [ABSENT if value is None else significant(value) for value in difference.values]
+            rows.append((difference.heading, *cells, difference.apart))
         table = html_table(("Quantity", *self.names, "Apart"), rows) if rows else ""
         count = len(self.differences)
         more = f"<p>{count - len(rows)} more differ.</p>" if count > len(rows) else ""
@@ -192,8 +188,10 @@ def _settings(scenarios: Sequence[Mapping[str, Any]]) -> tuple[Setting, ...]:
     """The values by which scenarios differ, in the order of the scenario format."""
     flat = [settings_of(scenario) for scenario in scenarios]
     paths = dict.fromkeys(path for values in flat for path in values)
-    settings = (Setting(path, tuple(values.get(path) for values in flat)) for path in paths)
-    return tuple(one for one in settings if not all(same_setting(one.values[0], value) for value in one.values))
+    columns = ((path, tuple(values.get(path) for values in flat)) for path in paths)
+    return tuple(
+        Setting(path, values) for path, values in columns if not all(same_setting(values[0], value) for value in values)
+    )
 
 
 def left_out(comparison: Comparison, figure: str) -> list[tuple[str, str]]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import Any
 
 from vireport.comparison.quantities import Axes, Entry, Group, Quantities, Quantity
 from vireport.gate import capital
 from vireport.text import (
+    ABSENT,
     MOST_DIGITS,
     percent,
     quantity,
@@ -74,6 +76,18 @@ class Difference:
         """Why a value is None, or what there is to say about it; "" else."""
         return tuple(entry.note for entry in self.entries)
 
+    @property
+    def heading(self) -> str:
+        """The quantity with its unit, for the head of a row."""
+        return capital(self.quantity) + ("" if self.unit == "1" else f" [{self.unit}]")
+
+    @property
+    def apart(self) -> str:
+        """How far apart the values are, in words."""
+        if self.change is None:
+            return "only some" if self.differs else ABSENT
+        return percent(self.change) if self.change else "type" if self.differs else "0 %"
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data, ready for JSON."""
         names = ("quantity", "group", "unit", "values", "notes", "change", "differs", "sentence")
@@ -103,13 +117,13 @@ def differences(members: Mapping[str, Quantities], axes: Axes, tolerance: float 
             entries = {name: replace(entry, finding=False) for name, entry in entries.items()}
             compared.append(_difference(of, entries, tolerance))
     order = (None, *axes.always, *axes.shared)
-    return tuple(sorted(compared, key=lambda one: (*_rank(one), one.of.subject, order.index(one.of.axis))))
+    return tuple(sorted(compared, key=lambda x: (*_rank(x), x.of.subject, order.index(x.of.axis))))
 
 
-def _rank(one: Difference) -> tuple[bool, bool, float, int]:
+def _rank(difference: Difference) -> tuple[bool, bool, float, int]:
     """Order: what only some scenarios have, then what changed most, then what did not."""
-    only_some = one.differs and one.change is None
-    return not only_some, not one.differs, -(one.change or 0.0), list(Group).index(one.group)
+    differs, change = difference.differs, difference.change
+    return not (differs and change is None), not differs, -(change or 0.0), list(Group).index(difference.group)
 
 
 def _difference(of: Quantity, entries: Mapping[str, Entry], tolerance: float) -> Difference:
@@ -160,7 +174,7 @@ def _sentence(of: Quantity, entries: Mapping[str, Entry], change: float) -> str:
     elif len(known) <= TOLD_ONE_BY_ONE:
         text = lead + listed([_in(numbers[name], name, note) for name, note, _ in known])
     else:
-        ends = (choose(known, key=lambda one: one[2]) for choose in (min, max))
+        ends = (choose(known, key=itemgetter(2)) for choose in (min, max))
         low, high = (_in(numbers[name], name, note) for name, note, _ in ends)
         text = f"{of.symbol} " * bool(of.symbol) + f"from {low} to {high}"
     text = f"{capital(of.subject)}: {text}" + (f" ({percent(change)} apart)" if change else "")

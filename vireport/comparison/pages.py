@@ -9,7 +9,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from vireport.comparison.comparison import FIGURES, Comparison, Setting, left_out
-from vireport.comparison.differences import Difference, listed
+from vireport.comparison.differences import Difference, digits_apart, listed
 from vireport.comparison.outputs import FEW_NAMES
 from vireport.comparison.quantities import Entry
 from vireport.figures import OUTSIDE
@@ -39,9 +39,7 @@ from vireport.study import (
 )
 from vireport.text import (
     ABSENT,
-    MOST_DIGITS,
     exact,
-    percent,
     significant,
     words,
 )
@@ -51,8 +49,6 @@ if TYPE_CHECKING:
 
 ACROSS = 4
 """Scenarios beside one another in a table or a figure; of more there are several."""
-
-ONLY_SOME = "only some"
 
 
 def build_comparison_report(comparison: Comparison, pictures: Sequence[Picture], provenance: Provenance) -> ReportModel:
@@ -66,7 +62,7 @@ def build_comparison_report(comparison: Comparison, pictures: Sequence[Picture],
     provenance : Provenance
         Of `comparison_provenance`.
     """
-    made = with_pages(provenance, drawn=bool(pictures))
+    origin = with_pages(provenance, drawn=bool(pictures))
     return ReportModel(
         title=_title(comparison),
         verdict=comparison_verdict(comparison),
@@ -77,10 +73,10 @@ def build_comparison_report(comparison: Comparison, pictures: Sequence[Picture],
             *section("figures", "Figures", context_pages.figures(pictures)),
             *section("alerts", "Alerts", _alerts(comparison)),
             *section("left-out", "Left out, and why", _left_out(comparison)),
-            *section("provenance", "Provenance", _provenance(comparison, made)),
+            *section("provenance", "Provenance", _provenance(comparison, origin)),
         ),
         scenario_text=_scenario_text(comparison),
-        provenance=made,
+        provenance=origin,
     )
 
 
@@ -98,10 +94,10 @@ def comparison_verdict(comparison: Comparison) -> Verdict:
 
 def _headline(differences: Sequence[Difference]) -> str:
     """What only some scenarios have, in short, and what changed most of the rest."""
-    some = list(dict.fromkeys(one.of.brief or one.of.subject for one in differences if one.change is None))
+    some = list(dict.fromkeys(x.of.brief or x.of.subject for x in differences if x.change is None))
     lead = f"In some scenarios only: {listed(some)}. " if some else ""
-    rest = next((one for one in differences if one.change is not None), None)
-    return f"{lead}{rest.sentence}" if rest else lead.strip()
+    sentences = (difference.sentence for difference in differences if difference.change is not None)
+    return f"{lead}{next(sentences, '')}".strip()
 
 
 def _title(comparison: Comparison) -> str:
@@ -128,14 +124,8 @@ def _differences(comparison: Comparison) -> Iterator[Block]:
     if outside := [name for name, study in pairs if not study.solution.within_membrane]:
         which = "all scenarios" if len(outside) == len(comparison.names) else listed(outside)
         yield Paragraph(_plain(f"Voltages of {which}: {OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})."))
-    rows = tuple((_apart(one), _plain(one.sentence)) for one in comparison.differences)
+    rows = tuple((difference.apart, _plain(difference.sentence)) for difference in comparison.differences)
     yield Table("Differences, the largest first", (*numbers("Apart"), *texts("In words")), rows)
-
-
-def _apart(one: Difference) -> str:
-    if one.change is None:
-        return ONLY_SOME if one.differs else ABSENT
-    return percent(one.change) if one.change else "type" if one.differs else "0 %"
 
 
 def _places(comparison: Comparison) -> str:
@@ -163,7 +153,7 @@ def columns(count: int) -> list[slice]:
 def _side_by_side(comparison: Comparison) -> Iterator[Block]:
     names = comparison.names
     for chosen in columns(len(names)):
-        rows = tuple(_row(one, chosen) for one in comparison.quantities)
+        rows = tuple(_row(quantity, chosen) for quantity in comparison.quantities)
         part = f": {listed(names[chosen])}" if len(names) > ACROSS else ""
         reasons = _reasons(comparison, chosen)
         yield Table(
@@ -174,16 +164,10 @@ def _side_by_side(comparison: Comparison) -> Iterator[Block]:
         )
 
 
-def _row(one: Difference, chosen: slice) -> tuple[str, ...]:
-    digits = _digits([value for value in one.values if value is not None])
-    cells = [_cell(entry, digits) for entry in one.entries[chosen]]
-    unit = "" if one.unit == "1" else f" [{one.unit}]"
-    return (_plain(f"{capital(one.quantity)}{unit}"), *cells, _apart(one))
-
-
-def _digits(values: Sequence[float]) -> int:
-    apart = len({float(f"{value:.14g}") for value in values})
-    return next((k for k in range(6, MOST_DIGITS) if len({significant(v, k) for v in values}) >= apart), MOST_DIGITS)
+def _row(quantity: Difference, chosen: slice) -> tuple[str, ...]:
+    digits = digits_apart([value for value in quantity.values if value is not None], "1")
+    cells = [_cell(entry, digits) for entry in quantity.entries[chosen]]
+    return (_plain(quantity.heading), *cells, quantity.apart)
 
 
 def _cell(entry: Entry, digits: int) -> str:
@@ -210,13 +194,13 @@ def _settings(comparison: Comparison) -> Iterator[Block]:
         return
     names = comparison.names
     for chosen in columns(len(names)):
-        rows = tuple((one.path, *_written(one, chosen)) for one in comparison.settings)
+        rows = tuple((setting.path, *_written(setting, chosen)) for setting in comparison.settings)
         head = (Column("Key", "code"), *numbers(*map(_plain, names[chosen])))
         yield Table("Values that are not the same in all scenarios", head, rows)
 
 
-def _written(one: Setting, chosen: slice) -> Iterator[str]:
-    for value in one.values[chosen]:
+def _written(setting: Setting, chosen: slice) -> Iterator[str]:
+    for value in setting.values[chosen]:
         if value is None:
             yield ABSENT
         elif isinstance(value, float):
@@ -245,7 +229,7 @@ def _left_out(comparison: Comparison) -> Iterator[Block]:
     yield Table("Not in this report", texts("What", "Why"), tuple((_plain(what), capital(why)) for what, why in rows))
 
 
-def _provenance(comparison: Comparison, made: Provenance) -> Iterator[Block]:
+def _provenance(comparison: Comparison, provenance: Provenance) -> Iterator[Block]:
     pairs = list(zip(comparison.names, comparison.studies, strict=True))
     if any(study.loaded.overrides for _, study in pairs):
         columns = (*texts("Scenario"), Column("File", "code"), Column("Set over it", "code"))
@@ -257,7 +241,7 @@ def _provenance(comparison: Comparison, made: Provenance) -> Iterator[Block]:
     hashes = [(_plain(name), study.loaded.sha256) for name, study in pairs]
     caption = "SHA-256 of the scenarios, with what was set over them"
     yield Table(caption, (*texts("Scenario"), Column("SHA-256", "code")), tuple(hashes))
-    yield context_pages.made_with(made, [("SHA-256 of the lines above", made.scenario_sha256)])
+    yield context_pages.made_with(provenance, [("SHA-256 of the lines above", provenance.scenario_sha256)])
 
 
 def _file(name: str) -> str:

@@ -364,10 +364,8 @@ def settings_of(scenario: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     return values
 
 
-def same_setting(one: Any, other: Any) -> bool:
+def same_setting(value: Any, other: Any) -> bool:
     """Whether two values of a scenario are the same but for rounding."""
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in (one, other)):
-        return bool(abs(other - one) <= SAME_INPUT * max(abs(one), abs(other)))
-    if all(isinstance(value, list | tuple) for value in (one, other)):
-        return list(one) == list(other)
-    return bool(one == other)
+    if any(isinstance(x, bool) or not isinstance(x, int | float) for x in (value, other)):
+        return bool(value == other)
+    return bool(abs(other - value) <= SAME_INPUT * max(abs(value), abs(other)))
