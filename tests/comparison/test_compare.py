@@ -135,6 +135,16 @@ def test_what_was_not_asked_for_is_no_difference() -> None:
     assert not b1.differs
 
 
+def test_stable_ranges_have_numbers_where_a_scenario_has_several() -> None:
+    tilted = compare([study("horizontal", "inclination_deg=15", f"device.restitution={r}") for r in (0.5, 0.4)])
+    ranges = [study.solution.stable_ranges for study in tilted.studies]
+    assert [len(parts) for parts in ranges] == [2, 1]
+    assert found(tilted, "stable range 1 from").values == tuple(parts[0].start for parts in ranges)
+    second = found(tilted, "stable range 2 to")
+    assert second.values == (ranges[0][1].end, None)
+    assert second.notes[1] == "no further stable range"
+
+
 def test_losing_stable_motion_stands_at_the_top() -> None:
     lost = compare([study("inclined"), study("inclined", "inclination_deg=60")])
     assert lost.quantities[0].quantity == "stable 1:1 motions at the design point"

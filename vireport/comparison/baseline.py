@@ -153,7 +153,7 @@ def changes(old: Mapping[str, Any], new: Mapping[str, Any], relative: float = RE
 
 
 def _changed_numbers(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> Iterator[Change]:
-    members = {"before": quantities_of(_relabelled(old, new, relative)), "after": quantities_of(new)}
+    members = quantities_of({"before": _relabelled(old, new, relative), "after": new})
     axes = axes_of(members.values(), relative)
     for difference in differences(members, Axes(axes.always), relative):
         before, after = difference.values

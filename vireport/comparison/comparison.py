@@ -171,7 +171,7 @@ def compare(
         say(f"solving {number} of {len(chosen)}: {variant.name}")
         studies.append(variant.study or _solved(variant, say))
     results = {variant.name: study.to_dict() for variant, study in zip(chosen, studies, strict=True)}
-    members = {name: quantities_of(data) for name, data in results.items()}
+    members = quantities_of(results)
     axes = axes_of(members.values(), SAME)
     settings = _settings([data["scenario"] for data in results.values()])
     return Comparison(tuple(members), tuple(studies), axes, differences(members, axes), settings)

@@ -164,19 +164,24 @@ class Quantities:
         return Entry(None, "no further stable range" if others else NO_STABLE, finding=True)
 
 
-def quantities_of(results: Mapping[str, Any]) -> Quantities:
-    """Take the quantities from results.
+def quantities_of(members: Mapping[str, Mapping[str, Any]]) -> dict[str, Quantities]:
+    """Take the quantities from the results of several scenarios, whose stable ranges have numbers if any has several.
 
     Parameters
     ----------
-    results : mapping
-        As results.json has them.
+    members : mapping of str to mapping
+        Results as results.json has them, by the names of the scenarios.
 
     Raises
     ------
     KeyError, TypeError, ValueError
         Where something is missing, or is not what results.json has.
     """
+    several = any(len(results["stable_range"]) > 1 for results in members.values())
+    return {name: _quantities(results, several) for name, results in members.items()}
+
+
+def _quantities(results: Mapping[str, Any], several: bool) -> Quantities:
     scenario, design = results["scenario"], results["design_point"]
     sweep = scenario.get("sweep")
     swept, start = (Parameter(sweep["parameter"]), float(sweep["from"])) if sweep else (None, 0.0)
@@ -184,7 +189,7 @@ def quantities_of(results: Mapping[str, Any]) -> Quantities:
     items = [
         _stable_motions(design),
         *(_critical_points(results["critical_points"], swept) if swept else ()),
-        *(_stable_ranges(results["stable_range"], swept, device) if swept else ()),
+        *(_stable_ranges(results["stable_range"], swept, device, several) if swept else ()),
         *(_margins(design["margins"], device, swept is not None) if design is not None else ()),
         *_voltages(results, swept),
     ]
@@ -216,7 +221,7 @@ def _critical_points(points: Sequence[Mapping[str, Any]], swept: Parameter) -> I
             yield _place(Group.CRITICAL_POINT, subject, axis, "none in the sweep of", brief), entry
 
 
-def _stable_ranges(parts: Sequence[Mapping[str, Any]], swept: Parameter, device: Device) -> Items:
+def _stable_ranges(parts: Sequence[Mapping[str, Any]], swept: Parameter, device: Device, several: bool) -> Items:
     def in_d(value: float, note: str, bound: float) -> tuple[float, str, float]:
         d = _d(device, swept, value)
         return d, note, 2 * bound / abs(value) * d if value else 0.0
@@ -227,8 +232,9 @@ def _stable_ranges(parts: Sequence[Mapping[str, Any]], swept: Parameter, device:
         places.append(("d", [[in_d(*end) for end in ends] for ends in ranges]))
     for axis, along in places:
         for number, ends in enumerate(sorted(map(sorted, along)), 1):
-            which = f"stable range {number}" if number > 1 else "stable range"
-            missing = "no such stable range in" if number > 1 else "no stable range in"
+            which, missing = "stable range", "no stable range in"
+            if several:
+                which, missing = f"stable range {number}", "no such stable range in"
             for word, (value, note, bound) in zip(("from", "to"), ends, strict=True):
                 yield _place(Group.STABLE_RANGE, f"{which} {word}", axis, missing), Entry(value, note, bound=bound)
 
