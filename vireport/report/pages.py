@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from vireport.gate import Verdict
+from vireport.gate import Severity, Verdict
 from vireport.study import Provenance
 
 
@@ -73,13 +73,12 @@ class Notice:
 
     Attributes
     ----------
-    severity : str
-        ``warning`` or ``note``.
+    severity : Severity
     code, title, cause, remedy : str
     """
 
     kind: ClassVar[str] = "notice"
-    severity: Literal["warning", "note"]
+    severity: Severity
     code: str
     title: str
     cause: str

@@ -67,7 +67,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
         **_measured(study),
         "requirements": _requirements(study.criteria) if study.scenario.requirements is not None else None,
-        "alerts": [asdict(alert) for alert in study.alerts],
+        "alerts": [alert.to_dict() for alert in study.alerts],
         "left_out": [{"step": step.name, "what": step.what, "why": step.why} for step in study.plan.left_out],
         "provenance": {**asdict(provenance), "libraries": dict(provenance.libraries)},
     }
@@ -262,7 +262,7 @@ def _measured(study: Study) -> dict[str, Any]:
 
 def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
     passed = all(criterion.passed for criterion in criteria)
-    return {"passed": passed, "criteria": [asdict(criterion) for criterion in criteria]}
+    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
 
 
 def _simulation(check: CrossCheck) -> dict[str, Any]:

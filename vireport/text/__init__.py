@@ -1,4 +1,4 @@
-"""Numbers as text."""
+"""Numbers as text, and text in Markdown."""
 
 from vireport.text.formatting import (
     ABSENT,
@@ -15,6 +15,7 @@ from vireport.text.formatting import (
     significant,
     words,
 )
+from vireport.text.markdown import markdown_table, markdown_text
 
 __all__ = [
     "ABSENT",
@@ -25,6 +26,8 @@ __all__ = [
     "bounded",
     "error_bound",
     "exact",
+    "markdown_table",
+    "markdown_text",
     "percent",
     "quantity",
     "scaled",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
+import subprocess
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -18,14 +20,14 @@ from vireport import analyse, load
 from vireport.comparison.comparison import Comparison, compare, left_out
 from vireport.comparison.differences import Difference, listed
 from vireport.comparison.figures import compare_figure, compare_pictures
-from vireport.comparison.outputs import render_comparison, write_comparison
-from vireport.comparison.pages import build_comparison_report, comparison_provenance
+from vireport.comparison.outputs import comparison_provenance, render_comparison, write_comparison
+from vireport.comparison.pages import build_comparison_report
 from vireport.errors import NumericalError, ScenarioError, UsageError
 from vireport.report.pages import Table
 from vireport.report.rendering import render_html
 from vireport.study.study import Study
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 THREE = ("horizontal", "inclined", "inclined-forcing")
 PAPER_PANELS = {"figure-2": (3, 3), "figure-4": (2, 3), "figure-7": (1, 3)}
 
@@ -131,6 +133,16 @@ def test_what_was_not_asked_for_is_no_difference() -> None:
     b1 = found(point, "B1, period doubling of")
     assert b1.values[0] is None
     assert not b1.differs
+
+
+def test_stable_ranges_have_numbers_where_a_scenario_has_several() -> None:
+    tilted = compare([study("horizontal", "inclination_deg=15", f"device.restitution={r}") for r in (0.5, 0.4)])
+    ranges = [study.solution.stable_ranges for study in tilted.studies]
+    assert [len(parts) for parts in ranges] == [2, 1]
+    assert found(tilted, "stable range 1 from").values == tuple(parts[0].start for parts in ranges)
+    second = found(tilted, "stable range 2 to")
+    assert second.values == (ranges[0][1].end, None)
+    assert second.notes[1] == "no further stable range"
 
 
 def test_losing_stable_motion_stands_at_the_top() -> None:
@@ -341,6 +353,18 @@ def test_a_name_is_no_markup() -> None:
     assert "<i>x</i>" not in page
     tables = [block for part in report.sections for block in part.blocks if isinstance(block, Table)]
     assert all(len(row) == len(table.columns) for table in tables for row in table.rows)
+
+
+@pytest.mark.parametrize("command", ["compare", "diff"])
+def test_data_are_compared_without_drawing(command: str, tmp_path: Path) -> None:
+    baseline = tmp_path / "results.json"
+    baseline.write_text(json.dumps(study("inclined").to_dict()))
+    first = str(baseline) if command == "diff" else str(EXAMPLES / "design-point.yaml")
+    code = "import sys; from vireport.cli import main; main(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
+    arguments = [sys.executable, "-c", code, command, first, str(EXAMPLES / "inclined.yaml"), "--json"]
+    loaded = set(subprocess.run(arguments, capture_output=True, text=True, check=True).stderr.split())
+    assert "vireport.comparison" in loaded
+    assert not {"matplotlib", "jinja2", "scipy", "vireport.figures", "vireport.report", "vireport.trust"} & loaded
 
 
 # Notebooks

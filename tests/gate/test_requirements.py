@@ -21,20 +21,19 @@ from vireport.analysis.diagram import solve
 from vireport.analysis.endings import endings
 from vireport.analysis.sweep import Sweep
 from vireport.cli.app import main
-from vireport.gate.criteria import held, unmet
-from vireport.gate.requirements import assess, with_peaks
+from vireport.gate.requirements import REQUIREMENTS, Criterion, Limit, LimitKind, assess, held, unmet, with_peaks
 from vireport.report.ci_formats import github, junit, markdown
+from vireport.scenario import Parameter, Requirements, entries
 from vireport.scenario.document import read
-from vireport.scenario.parameters import Parameter
 from vireport.study.plan import ALL_FORMATS, FORMATS
 from vireport.study.provenance import provenance_of
 from vireport.study.results import results
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 CI = ROOT / "examples" / "ci"
 
 
-def judged(name: str, required: dict[str, object], **overrides: object) -> dict[str, object]:
+def judged(name: str, required: dict[str, object], **overrides: object) -> dict[str, Criterion]:
     """The criteria of an example with requirements, by their keys."""
     over = {f"requirements.{key}": value for key, value in required.items()}
     given = {path.replace("__", "."): value for path, value in overrides.items()}
@@ -42,9 +41,14 @@ def judged(name: str, required: dict[str, object], **overrides: object) -> dict[
     return {one.key: one for one in study.criteria}
 
 
-def only(name: str, required: dict[str, object], **overrides: object):
+def only(name: str, required: dict[str, object], **overrides: object) -> Criterion:
     (one,) = judged(name, required, **overrides).values()
     return one
+
+
+def test_every_key_of_the_block_is_required_by_one_row() -> None:
+    keys = [key for requirement in REQUIREMENTS for key in requirement.keys]
+    assert sorted(keys) == sorted(entry.name for entry in entries(Requirements))
 
 
 def volts(study) -> dict[str, float]:
@@ -63,12 +67,12 @@ def test_voltages_on_both_sides_of_their_limit(name: str, key: str, study_of) ->
     value, least = volts(study_of(name))[key], key.endswith("least_v")
     for change in (-1e-9, 0.0, 1e-9):
         one = only(name, {key: value * (1 + change)})
-        assert one.value == value
+        assert one.outcome.value == value
         assert one.passed is (change < 0 if least else change > 0)
-        assert 0 < one.error_bound < 1e-11 * value
+        assert 0 < one.outcome.error_bound < 1e-11 * value
         # Exactly on the limit it is open on which side the true value lies, and what is open is not met.
-        assert ("not decided" in one.why) is (change == 0)
-        assert change == 0 or one.value_text.split()[0] != one.limit.split()[2]
+        assert ("not decided" in one.outcome.why) is (change == 0)
+        assert change == 0 or one.outcome.text.split()[0] != one.limit.text.split()[2]
 
 
 @pytest.mark.parametrize("key", ["margin_period_doubling_percent", "margin_any_percent"])
@@ -80,20 +84,20 @@ def test_margin_to_the_period_doubling_that_is_nearest(name: str, parameter: str
     for limit, passed in ((value - 1e-9, True), (value + 1e-9, False)):
         one = only(name, {key: limit})
         assert one.passed is passed
-        assert one.value == pytest.approx(value, rel=1e-12)
-        assert f"period doubling B1 at {parameter} = " in one.why or name == "design-point"
+        assert one.outcome.value == pytest.approx(value, rel=1e-12)
+        assert f"period doubling B1 at {parameter} = " in one.outcome.why or name == "design-point"
 
 
 def test_a_margin_wider_than_the_sweep_is_looked_for_beyond_it(study_of) -> None:
     narrow = {"sweep__from": 0.69, "sweep__to": 0.70}
     inside = only("inclined", {"margin_period_doubling_percent": 0.2}, **narrow)
     assert inside.passed
-    assert inside.value is None
-    assert inside.value_text == "none in the range looked at"
+    assert inside.outcome.value is None
+    assert inside.outcome.text == "none in the range looked at"
     assert only("inclined", {"margin_period_doubling_percent": 9.2}, **narrow).passed
     beyond = only("inclined", {"margin_period_doubling_percent": 9.3}, **narrow)
     assert not beyond.passed
-    assert beyond.value == pytest.approx(
+    assert beyond.outcome.value == pytest.approx(
         100 * (1 - study_of("inclined").solution.stable_ranges[0].start / 0.6934), rel=1e-12
     )
 
@@ -101,8 +105,8 @@ def test_a_margin_wider_than_the_sweep_is_looked_for_beyond_it(study_of) -> None
 def test_no_grazing_point_ends_stability() -> None:
     one = only("inclined", {"margin_grazing_percent": 5})
     assert one.passed
-    assert (one.value, one.margin) == (None, None)
-    assert "length_m from 0.59 to 0.75" in only("inclined", {"margin_grazing_percent": 5}).why
+    assert (one.outcome.value, one.outcome.margin) == (None, None)
+    assert "length_m from 0.59 to 0.75" in only("inclined", {"margin_grazing_percent": 5}).outcome.why
 
 
 def test_margin_is_that_of_the_motion_that_ends_first() -> None:
@@ -150,12 +154,12 @@ def test_stable_range_is_strict_at_a_critical_point_and_open_at_the_end_of_the_s
     for low, passed in ((start + 1e-12, True), (start, False), (start - 1e-12, False)):
         one = only("inclined", {"stable_from": 0.75, "stable_to": low})
         assert one.passed is passed
-        assert one.margin == pytest.approx(low - start, abs=1e-16)
-        assert ("period doubling" in one.why) is not passed
+        assert one.outcome.margin == pytest.approx(low - start, abs=1e-16)
+        assert ("period doubling" in one.outcome.why) is not passed
     assert only("horizontal", {"stable_from": 0.45, "stable_to": 0.75}).passed
     assert only("horizontal", {"stable_from": 0.30, "stable_to": 0.75}).passed  # across the pitchfork C1
     nowhere = only("inclined", {"stable_from": 0.6, "stable_to": 0.62})
-    assert (nowhere.passed, nowhere.value, nowhere.value_text) == (False, 0.0, "nowhere")
+    assert (nowhere.passed, nowhere.outcome.value, nowhere.outcome.text) == (False, 0.0, "nowhere")
 
 
 @pytest.mark.parametrize("parameter", ["length_m", "inclination_deg"])
@@ -168,7 +172,7 @@ def test_inclinations_up_to_the_period_doubling(parameter: str, study_of) -> Non
         required = {"inclination_from_deg": 40, "inclination_to_deg": to}
         one = only("inclined", required, device__length_m=0.70, **sweep)
         assert one.passed is passed
-        assert one.margin == pytest.approx(end - to, abs=1e-12)
+        assert one.outcome.margin == pytest.approx(end - to, abs=1e-12)
 
 
 def test_difference_of_u_ave_is_that_of_many_design_points() -> None:
@@ -182,9 +186,9 @@ def test_difference_of_u_ave_is_that_of_many_design_points() -> None:
     ends = {"stable_from": low, "stable_to": high}
     for change, passed in ((-1e-9, False), (1e-9, True)):
         one = judged("inclined", {"u_ave_difference_at_most_v": expected * (1 + change), **ends})
-        assert one["u_ave_difference_at_most_v"].value == pytest.approx(expected, rel=1e-11)
+        assert one["u_ave_difference_at_most_v"].outcome.value == pytest.approx(expected, rel=1e-11)
         assert one["u_ave_difference_at_most_v"].passed is passed
-    assert only("inclined", {"u_ave_difference_at_most_v": 1e5}).value > expected
+    assert only("inclined", {"u_ave_difference_at_most_v": 1e5}).outcome.value > expected
     broken = judged("inclined", {"u_ave_difference_at_most_v": 1e5, "stable_from": 0.6, "stable_to": 0.7})
     assert not broken["u_ave_difference_at_most_v"].passed
 
@@ -204,17 +208,19 @@ def test_without_stable_motion_nothing_is_met() -> None:
     assert len(found) == 4
     for one in found.values():
         assert not one.passed
-        assert one.value is None
-        assert one.why == "there is no stable 1:1 motion at the design point"
+        assert one.outcome.value is None
+        assert one.outcome.why == "there is no stable 1:1 motion at the design point"
 
 
 def test_what_an_error_bound_leaves_open_is_not_met() -> None:
-    assert held(5.0, 4.9, "%", True, "", 0.09).passed
-    undecided = held(5.0, 4.9, "%", True, "B1", 0.11)
+    percent = Limit(LimitKind.AT_LEAST, (4.9,), "%")
+    assert held(5.0, percent, (), 0.09).passed
+    undecided = held(5.0, percent, ("B1",), 0.11)
     assert not undecided.passed
     assert undecided.why.startswith("not decided: known to within 0.1 %")
-    assert held(5.0, 5.0, "V", False, "").passed
-    assert held(5 + 1e-13, 5.0, "V", False, "").text == "5.0000000000001 V"
+    volts = Limit(LimitKind.AT_MOST, (5.0,), "V")
+    assert held(5.0, volts).passed
+    assert held(5 + 1e-13, volts).text == "5.0000000000001 V"
 
 
 def crosscheck(**found: object):
@@ -231,16 +237,16 @@ def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
     volt, check = assess(study.loaded, study.solution, crosscheck())
     assert volt.passed
     assert check.passed
-    assert check.margin == 1e-9 - 2e-14
+    assert check.outcome.margin == 1e-9 - 2e-14
     volt, check = assess(study.loaded, study.solution, crosscheck(passed=False, misses=(1,)))
     assert not volt.passed
-    assert volt.why == "the simulation does not agree with the solution"
+    assert volt.outcome.why == "the simulation does not agree with the solution"
     assert not check.passed
-    assert check.why == "8 of 9 stable orbits found again"
+    assert check.outcome.why == "8 of 9 stable orbits found again"
     volt, check = assess(study.loaded, study.solution, crosscheck(orbits=0))
     assert volt.passed
     assert not check.passed
-    assert "no stable orbit" in check.why
+    assert "no stable orbit" in check.outcome.why
 
 
 def test_results_and_verdict_say_what_is_not_met() -> None:
@@ -261,14 +267,14 @@ def test_results_and_verdict_say_what_is_not_met() -> None:
     assert results(passing, provenance_of(passing.loaded, "test"))["requirements"]["passed"]
 
 
-def test_without_the_block_nothing_is_judged_or_imported(study_of) -> None:
+def test_without_the_block_nothing_is_judged_and_no_room_for_it_imported(study_of) -> None:
     assert study_of("inclined").criteria == ()
     assert results(study_of("inclined"), provenance_of(study_of("inclined").loaded, "test"))["requirements"] is None
     code = "import sys; from vireport.cli import main; main(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
     command = [sys.executable, "-c", code, "run", str(ROOT / "examples/inclined.yaml"), "--json"]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True).stderr.split()
     assert "vireport.study.study" in loaded
-    assert not {"requirements", "criteria", "endings", "ci_formats"} & {name.rpartition(".")[2] for name in loaded}
+    assert not {f"vireport.{room}" for room in ("comparison", "report", "figures", "trust", "proofs")} & set(loaded)
 
 
 @pytest.mark.parametrize(("name", "code"), [("passing", 0), ("failing", 1)])
@@ -309,12 +315,12 @@ def test_junit_is_read_by_a_parser() -> None:
     assert (parsed.tests, parsed.failures, parsed.errors) == (suite.tests, suite.failures, suite.errors) == (9, 4, 0)
     assert (len(cases), sum(not case.is_passed for case in cases)) == (9, 4)
     for case, one in zip(cases, study.criteria, strict=True):
-        assert case.name == f"{one.title}: {one.limit}"
+        assert case.name == f"{one.title}: {one.limit.text}"
         assert case.is_passed is one.passed
         if not one.passed:
             (failure,) = case.result
             assert isinstance(failure, Failure)
-            assert one.value_text in failure.message
+            assert one.outcome.text in failure.message
             assert failure.type == one.key
 
 
