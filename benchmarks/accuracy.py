@@ -16,9 +16,7 @@ import sys
 from pathlib import Path
 
 from vireport import analyse, load
-from vireport.figures.accuracy import NAME, figure_accuracy
-from vireport.figures.axes import style
-from vireport.figures.pixels import png_of
+from vireport.figures.accuracy import picture
 from vireport.trust.accuracy_text import factor, plain, power, task_name
 from vireport.trust.workprecision import ACCURACIES, measure
 
@@ -37,9 +35,8 @@ def main() -> None:
             for name, times in ((one.method, 1.0), *one.factors):
                 print(f"  {'':>10}    {name:<26}{factor(times):>8}")
     if "--picture" in sys.argv:
-        with style():
-            data = png_of(figure_accuracy(work))[0]
-        (EXAMPLES / "pictures" / f"inclined-{NAME}.png").write_bytes(data)
+        drawn = picture(work)
+        (EXAMPLES / "pictures" / f"inclined-{drawn.name}.png").write_bytes(drawn.png)
 
 
 if __name__ == "__main__":

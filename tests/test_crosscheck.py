@@ -12,7 +12,7 @@ import pytest
 
 from vireport import analyse, load, loads
 from vireport.analysis.design import design_point
-from vireport.figures.overlay import simulated_points
+from vireport.figures import simulated_points
 from vireport.trust.crosscheck import crosscheck, difference, orbits_at, wilson
 
 

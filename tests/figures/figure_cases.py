@@ -1,14 +1,18 @@
-"""What the tests of the figures share: studies along easy and extreme sweeps, the paper's simulated motions, readers."""
+"""What the tests of the figures share: easy and extreme sweeps, the paper's simulated motions, readers of figures."""
 
 from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 
 from vireport.figures import figure_2, figure_4, figure_7
 from vireport.physics import Device
@@ -53,6 +57,9 @@ OTHERS = {"chaotic": (10.0, 3.0, 0.1), "rest": (90.0, 1.2, 0.3), "sticking": (45
 
 M, G, FREQUENCY = 0.1245, 9.8, 2.0
 
+DESCENDER = 0.2
+"""Share of the size of type that the box of a text has below its foot, which is empty under capitals and digits."""
+
 
 @cache
 def study_of(name: str) -> Study:
@@ -90,6 +97,17 @@ def vertices(lines: list[Line2D]) -> set[tuple[float, float]]:
     return {(float(x), float(y)) for line in lines for x, y in zip(*line.get_data(), strict=True) if x == x}
 
 
+def rows(study: Study, admissible: bool) -> list[tuple[int, int]]:
+    """Branches and rows inside stretches, without the ends that two stretches share."""
+    return [
+        (branch.number - 1, row)
+        for branch in study.solution.branches
+        for part in branch.segments()
+        if part.admissible == admissible
+        for row in range(part.first + 1, part.last)
+    ]
+
+
 def labels(axes: Axes) -> list[str]:
     """The labels of critical points on a panel."""
     return [text.get_text() for text in axes.texts if text.get_text()[:1] in "ABCG"]
@@ -100,13 +118,27 @@ def texts_of(figure: Figure) -> list[str]:
     return [text for text, _ in boxes_of(figure)]
 
 
-def boxes_of(figure: Figure) -> list[tuple[str, object]]:
-    """Every text of a figure that is shown, with the box of its ink [px]."""
-    figure.canvas.draw()
+def boxes_of(figure: Figure) -> list[tuple[str, Bbox]]:
+    """Every text of a figure that is drawn, with the box of its ink [px]."""
+    drawn: list[Text] = []
+
+    def record(text: Text, renderer: RendererAgg) -> None:
+        if text.get_visible() and text.get_text().strip():
+            drawn.append(text)
+        draw(text, renderer)
+
+    draw = Text.draw
+    with mock.patch.object(Text, "draw", record):
+        figure.canvas.draw()
     renderer = figure.canvas.get_renderer()
-    texts = figure.findobj(lambda artist: hasattr(artist, "get_text") and artist.get_visible() and artist.get_text())
-    boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in texts]
-    return [(text, box) for text, box in boxes if box.width > 0]
+    return [(text.get_text(), _ink(text, renderer)) for text in drawn]
+
+
+def _ink(text: Text, renderer: RendererAgg) -> Bbox:
+    box, below = text.get_window_extent(renderer), DESCENDER * text.get_size() / 72 * text.figure.dpi
+    if text.get_rotation() == 90:
+        return Bbox.from_extents(box.x0, box.y0, box.x1 - below, box.y1)
+    return Bbox.from_extents(box.x0, box.y0 + below, box.x1, box.y1)
 
 
 def of_look(axes: Axes, look: dict) -> list[np.ndarray]:
@@ -116,3 +148,15 @@ def of_look(axes: Axes, look: dict) -> list[np.ndarray]:
     if "linewidth" in look:
         lines = [line for line in lines if line.get_linewidth() == look["linewidth"]]
     return [np.column_stack(line.get_data()) for line in lines]
+
+
+def assert_readable(figure: Figure) -> None:
+    """No text of a figure leaves it, and none lies on another."""
+    boxes = boxes_of(figure)
+    width, height = figure.canvas.get_width_height()
+    for i, (text, box) in enumerate(boxes):
+        assert box.x0 >= 0, text
+        assert box.y0 >= 0, text
+        assert box.x1 <= width, text
+        assert box.y1 <= height, text
+        assert [other for other, place in boxes[i + 1 :] if box.overlaps(place)] == [], text

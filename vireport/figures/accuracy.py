@@ -142,11 +142,11 @@ def _draw(axes: Axes, runs: list[MethodRun], key: str) -> None:
     """Draw the runs of one task on a panel with logarithmic axes."""
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.set_ylim(*LIMITS)
     for accuracy in ACCURACIES:
         axes.axhline(accuracy, **GUIDE)
     for name in reversed(NAMES):
         _method(axes, [run for run in runs if run.method == name], key, LOOKS[name])
-    axes.set_ylim(*LIMITS)
     axes.set_yticks([1e-16, 1e-12, 1e-8, 1e-4, 1.0])
     axes.xaxis.set_major_formatter(EngFormatter("s"))
     axes.minorticks_off()

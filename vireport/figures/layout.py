@@ -42,6 +42,7 @@ LETTER = 0.58 * SMALL / 72
 TICK_DIGITS = 12
 """Significant digits of tick labels: fewer than rounding errors leave alone."""
 
+ROUND_STEPS = (1, 2, 5, 10)
 MOST_TICKS = 8
 
 SEVERAL_DECADES = 5.0
@@ -153,12 +154,14 @@ def widened(low: float, high: float, share: float) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def fit_vertically(panels: Sequence[Axes]) -> None:
+def fit_vertically(panels: Sequence[Axes], ticks: int = 6) -> None:
     """Let panels that share a vertical axis hold all that is drawn on them; where that is nothing, without ticks."""
     low = min(float(axes.dataLim.y0) for axes in panels)
     high = max(float(axes.dataLim.y1) for axes in panels)
     if low <= high:
         panels[0].set_ylim(*widened(low, high, MARGIN_Y))
+        # A number of ticks that does not depend on the height, which the layout has still to find.
+        panels[0].yaxis.set_major_locator(MaxNLocator(ticks, steps=ROUND_STEPS))
     else:
         panels[0].set_ylim(0.0, 1.0)
         panels[0].set_yticks([])
@@ -194,7 +197,7 @@ def round_ticks(
 
     choices = []
     for count in range(MOST_TICKS, 0, -1):
-        values = _within(MaxNLocator(count, steps=(1, 2, 5, 10)).tick_values(low, high), low, high)
+        values = _within(MaxNLocator(count, steps=ROUND_STEPS).tick_values(low, high), low, high)
         if fit(values, texts := tick_labels(values)):
             choices.append((values, texts))
             break
@@ -208,7 +211,8 @@ def round_ticks(
 
 
 def _within(values: Iterable[float], low: float, high: float) -> list[float]:
-    return [float(f"{value:.{TICK_DIGITS}g}") for value in values if low <= value <= high]
+    rounded = (float(f"{value:.{TICK_DIGITS}g}") for value in values)
+    return [value for value in rounded if low <= value <= high]
 
 
 def tick_labels(values: Sequence[float]) -> list[str]:

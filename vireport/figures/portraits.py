@@ -87,7 +87,7 @@ def figure_3(portraits: Sequence[Portrait], held: str = "") -> Figure:
     held : str
         The parameters that they share, in words.
     """
-    height = _row_height(len(portraits))
+    height, ticks = _row_height(len(portraits))
     with style():
         figure, panels = blank(len(portraits), 2, sharey="row", width_ratios=(LEFT, RIGHT))
         labels = []
@@ -97,7 +97,7 @@ def figure_3(portraits: Sequence[Portrait], held: str = "") -> Figure:
             left.set_ylabel("velocity Ż [–]" if height > WORDS_FROM else "Ż [–]")
             _phase_portrait(left, portrait)
             _time_series(right, portrait)
-            fit_vertically([left, right])
+            fit_vertically([left, right], ticks)
             if moves(portrait):
                 labels.append((left, _membranes(left, portrait)))
         left.set_xlabel("relative position Z [–]")
@@ -111,14 +111,14 @@ def figure_6(portraits: Sequence[Portrait], held: str = "") -> Figure:
 
     Parameters are those of `figure_3`.
     """
-    height = _row_height(len(portraits))
+    height, ticks = _row_height(len(portraits))
     with style():
         figure, panels = blank(len(portraits))
         for k, (portrait, axes) in enumerate(zip(portraits, panels[:, 0], strict=True)):
             axes.set_title(f"({letter_of(k)}) {setting(portrait)}: {motion_words(portrait)}", loc="left")
             axes.set_ylabel("displacement X, x [–]" if height > WORDS_FROM else "X, x [–]")
             _displacement(axes, portrait)
-            fit_vertically([axes])
+            fit_vertically([axes], ticks)
         axes.set_xlabel(TIME)
         legend: list[Entry] = [
             ("top X + d/2", TOP_MEMBRANE),
@@ -129,8 +129,10 @@ def figure_6(portraits: Sequence[Portrait], held: str = "") -> Figure:
         return finished(figure, height * len(portraits) + 0.3, _head(held), [legend])
 
 
-def _row_height(count: int) -> float:
-    return float(np.clip(HIGHEST / count, *ROW_HEIGHT))
+def _row_height(count: int) -> tuple[float, int]:
+    """Height of a row of panels [in], and how many ticks its vertical axis has."""
+    height = float(np.clip(HIGHEST / count, *ROW_HEIGHT))
+    return height, int(3 * height)
 
 
 def _head(held: str) -> list[tuple[str, str]]:

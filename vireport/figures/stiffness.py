@@ -111,13 +111,13 @@ def _quantity(study: Compliance, row: Convergence) -> str:
 def _errors(axes: Axes, study: Compliance, shown: list[float]) -> None:
     axes.set_xlabel("run time [ms]")
     axes.set_ylabel("error at the end of the period [–]")
-    axes.axhline(WRONG, **GUIDE)
     for run in study.runs:
         if run.factor in shown:
             k = shown.index(run.factor)
             look = MARK | {"marker": MARKERS[run.solver], "color": STIFFNESSES[k], "markersize": SIZES[k]}
             look |= {} if run.outcome is Outcome.SOLVED else HOLLOW
             axes.plot(1e3 * run.seconds, _height(run), **look)
+    axes.axhline(WRONG, **GUIDE)
     low = min(axes.get_ylim()[0], SMALLEST_ON_AXIS)
     axes.set_ylim(low, 2 * LARGEST)
     axes.minorticks_off()

@@ -11,6 +11,7 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from vireport.analysis import STABILITIES, Stability
@@ -37,6 +38,8 @@ FINEST = 1000
 
 HEIGHT = 4.7
 """Of a map with its axes [in]."""
+
+MOST_TICKS = 9
 
 NO_CELL: Look = {"facecolor": "#FFFFFF", "edgecolor": "#999999", "hatch": "////", "linewidth": 0.0}
 """Where there is no motion: hatched, as white is a shade of the margin too."""
@@ -191,6 +194,8 @@ def _filled(
     axes.patch.set(**NO_CELL)
     edges = _edges(raster.x[i]), _edges(raster.y[j])
     axes.pcolorfast(*edges, shown, cmap=colors, norm=Normalize(low, high), zorder=0.5)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(MOST_TICKS))
     axes.set_xlabel(_label(plan.names[0]))
     axes.set_ylabel(_label(plan.names[1]))
     return figure, axes
