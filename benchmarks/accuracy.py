@@ -1,9 +1,9 @@
 """Error against run time of every method on the inclined example, and by what factors they differ at equal error.
 
-    python benchmarks/accuracy.py [--every] [--picture]
+    python benchmarks/accuracy.py [--every]
 
-With ``--every`` each run stands in a row; with ``--picture`` the work-precision diagram is drawn for the README. The
-peers, Runge-Kutta with fixed steps and the solvers of SciPy, run in the same process and by turns.
+With ``--every`` each run stands in a row. The peers, Runge-Kutta with fixed steps and the solvers of SciPy, run in the
+same process and by turns.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import sys
 from pathlib import Path
 
 from vireport import analyse, load
-from vireport.figures.accuracy import picture
 from vireport.trust.accuracy_text import factor, plain, power, task_name
 from vireport.trust.workprecision import ACCURACIES, measure
 
@@ -24,7 +23,7 @@ EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
 
 def main() -> None:
-    """Print the study and the factors at equal error; draw the picture where it is asked for."""
+    """Print the study and the factors at equal error."""
     study = analyse(load(EXAMPLES / "inclined.yaml"))
     work = measure(study.solution, progress=lambda step: print(step, file=sys.stderr))
     print(plain(work, every="--every" in sys.argv))
@@ -34,9 +33,6 @@ def main() -> None:
             print(f"  {power(accuracy):>10}  {task_name(work, one.task)}")
             for name, times in ((one.method, 1.0), *one.factors):
                 print(f"  {'':>10}    {name:<26}{factor(times):>8}")
-    if "--picture" in sys.argv:
-        drawn = picture(work)
-        (EXAMPLES / "pictures" / f"inclined-{drawn.name}.png").write_bytes(drawn.png)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from PIL import Image
 
 from vireport.figures import Simulated, figure_2, figure_7, pictures, png_of, simulated_points
 from vireport.figures.curves import stretches
-from vireport.figures.diagram import WORDS, figure_diagram, periodic_groups
+from vireport.figures.diagram import WORDS, figure_diagram, groups
 from vireport.figures.portraits import (
     BALL,
     BOTTOM_IMPACT,
@@ -185,8 +185,8 @@ def test_many_words_are_named_up_to_eight() -> None:
     assert "other" in texts_of(drawn)
     assert "not periodic" in texts_of(drawn)
     assert len(set(texts_of(drawn)) & set(words)) == len(WORDS) == 8
-    groups, other = periodic_groups(found, 8)
-    assert sum(group.points.sum() for group in [*groups, other]) == 3 * len(words)
+    assert [name for name, _ in groups(found)][8:] == ["other", "not periodic"]
+    assert sum(points.sum() for _, points in groups(found)) == len(found.index)
 
 
 def test_an_empty_diagram_is_drawn() -> None:

@@ -2,7 +2,7 @@
 
 from vireport.figures.captions import OUTSIDE, TITLES, alt_text, column_caption, held
 from vireport.figures.curves import Simulated, simulated_points
-from vireport.figures.layout import Entry, blank, finished, letter_of, prefix
+from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.style import Color, Look, Picture, png_of, style
 from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
@@ -30,6 +30,7 @@ __all__ = [
     "pictures",
     "png_of",
     "prefix",
+    "round_ticks",
     "simulated_points",
     "style",
     "sweep_figure",

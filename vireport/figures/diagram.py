@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,43 +31,26 @@ HEIGHT = 3.5
 MOST_WORDS = 8
 """Kinds of motion that the diagram tells apart."""
 
+OTHER_WORDS, NOT_PERIODIC = "other", "not periodic"
+
+POINTS: Look = {"linestyle": "none", "markeredgewidth": 0.5, "zorder": 3.0}
 WORDS: tuple[Look, ...] = tuple(
-    {"color": color, "marker": marker, "markersize": size}
+    POINTS | {"color": color, "marker": marker, "markersize": size}
     for color, marker, size in (
         (Color.BLUE, "o", 3.4), (Color.VERMILION, "^", 3.8), (Color.GREEN, "s", 3.0), (Color.PURPLE, "v", 3.8),
         (Color.ORANGE, "D", 2.8), (Color.SKY, "P", 4.0), (Color.BLACK, "X", 3.8), (Color.WARNING, "*", 5.0),
     )
 )  # fmt: skip
 """Looks of the words, the most frequent first."""
-OTHER: Look = {"color": Color.GREY, "marker": "p", "markersize": 3.6}
-POINTS: Look = {"linestyle": "none", "markeredgewidth": 0.5, "zorder": 3.0}
-DOT: Look = {
-    "linestyle": "none",
-    "color": Color.GREY,
-    "marker": ".",
-    "markersize": 1.6,
-    "markeredgewidth": 0,
-    "zorder": 2.8,
-}
+OTHER: Look = POINTS | {"color": Color.GREY, "marker": "p", "markersize": 3.6}
+DOT: Look = POINTS | {
+    "color": Color.GREY, "marker": ".", "markersize": 1.6, "markeredgewidth": 0, "markerfacecolor": Color.GREY,
+}  # fmt: skip
 ANALYTIC: Look = {"color": Color.BLACK, "linewidth": 0.8, "zorder": 2.4}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Group:
-    """Points of a diagram that belong to one kind of motion.
-
-    Attributes
-    ----------
-    name : str
-    points : ndarray of bool
-        Which of the diagram's.
-    values : ndarray of int
-        Values of the swept parameter at which it was found.
-    """
-
-    name: str
-    points: NDArray[np.bool_]
-    values: NDArray[np.int64]
+Group = tuple[str, NDArray[np.bool_]]
+"""The name of a kind of motion, and which points of a diagram belong to it."""
 
 
 def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) -> Figure:
@@ -82,28 +64,23 @@ def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) ->
     values, d : ndarray
         Of the swept parameter and of d, to which the diagram's index refers.
     """
-    drawing = drawing_of(study)
-    words, other = periodic_groups(diagram, MOST_WORDS)
-    looks = list(zip(words, WORDS, strict=False)) + ([(other, OTHER)] if other else [])
-    loose = irregular(diagram)
+    drawing, looks = drawing_of(study), _looks(diagram)
     analytic = _analytic(drawing)
+    x, speed = (values if drawing.axis.by_value else d)[diagram.index], np.abs(diagram.velocity)
     with style():
         figure, ((axes,),) = blank(1)
         if analytic:
             axes.plot(*joined(analytic), **ANALYTIC)
-        x, speed = (values if drawing.axis.by_value else d)[diagram.index], np.abs(diagram.velocity)
-        axes.plot(x[loose.points], speed[loose.points], **DOT)
-        for group, look in looks[::-1]:
+        for (_, points), look in reversed(looks):
             for wall, face in ((diagram.wall > 0, look["color"]), (diagram.wall < 0, "none")):
-                points = group.points & wall
-                axes.plot(x[points], speed[points], markerfacecolor=face, **look | POINTS)
+                axes.plot(x[points & wall], speed[points & wall], **{"markerfacecolor": face} | look)
         if not len(x) and not analytic:
             say(axes, NO_MOTION)
         axes.set_ylabel("impact velocity |Ż| [–]")
         fit_vertically([axes])
         drawing.axis.dress([axes])
-        legends = _legends(looks, loose, bool(analytic))
         labels = [(axes, _critical_points(axes, drawing))]
+        legends = _legends(looks, bool(analytic))
         return finished(figure, HEIGHT + AXES_HEIGHT, [(conditions(study), Color.BLACK)], legends, labels)
 
 
@@ -131,34 +108,34 @@ def _critical_points(axes: Axes, drawing: Drawing) -> list[Label]:
     return labels
 
 
-def _legends(looks: list[tuple[Group, Look]], loose: Group, analytic: bool) -> list[list[Entry]]:
+def _legends(looks: Sequence[tuple[Group, Look]], analytic: bool) -> list[list[Entry]]:
     words: list[Entry] = [
-        (group.name, look | POINTS | {"markersize": 1.4 * look["markersize"]}) for group, look in looks
+        (name, look | {"markersize": max(1.4 * look["markersize"], 4.0)}) for (name, _), look in looks
     ]
-    if loose.points.any():
-        words.append((loose.name, DOT | {"markersize": 4.0}))
     notes: list[Entry] = []
     if looks:
-        ring = OTHER | POINTS | {"marker": "o", "markersize": 4.8}
+        ring = OTHER | {"marker": "o", "markersize": 4.8}
         notes += [("bottom", ring), ("top", ring | {"markerfacecolor": "white"})]
     if analytic:
         notes.append(("stable 1:1 motion, analytic", ANALYTIC))
     return [words, notes]
 
 
-def periodic_groups(diagram: Diagram, most: int) -> tuple[list[Group], Group | None]:
-    """The words of a diagram, those found at most values first, and what is left over beyond `most`."""
-    words = [_group(diagram, short(name), [k]) for k, name in enumerate(diagram.labels) if is_word(name)]
-    words = sorted((group for group in words if len(group.values)), key=lambda group: (-len(group.values), group.name))
-    if len(words) <= most:
-        return words, None
-    points = np.logical_or.reduce([group.points for group in words[most:]])
-    return words[:most], Group("other", points, np.unique(diagram.index[points]))
+def _looks(diagram: Diagram) -> list[tuple[Group, Look]]:
+    """The kinds of motion in a diagram, and how their points look."""
+    words = iter(WORDS)
+    special = {OTHER_WORDS: OTHER, NOT_PERIODIC: DOT}
+    return [(group, special.get(group[0]) or next(words)) for group in groups(diagram)]
 
 
-def irregular(diagram: Diagram) -> Group:
-    """The points of motions that are not periodic."""
-    return _group(diagram, "not periodic", [k for k, name in enumerate(diagram.labels) if not is_word(name)])
+def groups(diagram: Diagram) -> list[Group]:
+    """The words of a diagram, those found at most values first, the rest of them, and what is not periodic."""
+    words = [(short(name), diagram.label == k) for k, name in enumerate(diagram.labels) if is_word(name)]
+    words = sorted((word for word in words if word[1].any()), key=lambda word: (-len(_values(diagram, word)), word[0]))
+    rest = np.logical_or.reduce([np.zeros(len(diagram.label), bool), *(points for _, points in words[MOST_WORDS:])])
+    loose = np.isin(diagram.label, [k for k, name in enumerate(diagram.labels) if not is_word(name)])
+    others = [(OTHER_WORDS, rest), (NOT_PERIODIC, loose)]
+    return words[:MOST_WORDS] + [group for group in others if group[1].any()]
 
 
 def is_word(label: str) -> bool:
@@ -166,9 +143,9 @@ def is_word(label: str) -> bool:
     return bool(label) and set(label) <= set("BT~")
 
 
-def _group(diagram: Diagram, name: str, labels: Iterable[int]) -> Group:
-    points = np.isin(diagram.label, list(labels))
-    return Group(name, points, np.unique(diagram.index[points]))
+def _values(diagram: Diagram, group: Group) -> NDArray[np.int64]:
+    """Indices of the values of the swept parameter at which a kind of motion was found."""
+    return np.unique(diagram.index[group[1]])
 
 
 def diagram_caption(study: Study, diagram: Diagram, values: Floats) -> str:
@@ -194,20 +171,16 @@ def diagram_alt(study: Study, diagram: Diagram, values: Floats) -> str:
 
 def _found(study: Study, diagram: Diagram, values: Floats) -> Iterator[str]:
     """At how many values each motion was found, and where."""
-    words, other = periodic_groups(diagram, MOST_WORDS)
-    groups = [group for group in (*words, *([other] if other else []), irregular(diagram)) if len(group.values)]
-    if not groups:
+    if not len(diagram.index):
         yield "No motion was found that has impacts."
         return
-    where = "; ".join(_where(study, group, values) for group in groups)
-    yield f"Motions at {len(values)} value{'s' * (len(values) != 1)}: {where}."
+    swept, where = study.solution.parameter, []
+    for group in groups(diagram):
+        found = values[_values(diagram, group)]
+        low, high = (significant(float(end), 4) for end in (found.min(), found.max()))
+        span = swept.with_unit(high) if low == high else f"{low} to {swept.with_unit(high)}"
+        where.append(f"{group[0]} at {len(found)} ({swept.symbol} = {span})")
+    yield f"Motions at {len(values)} value{'s' * (len(values) != 1)}: {'; '.join(where)}."
     others = [label for label in diagram.labels if not is_word(label) and "periodic" not in label]
     if others:
         yield f"From some starts the ball ends {', or '.join(others)}, which has no impacts."
-
-
-def _where(study: Study, group: Group, values: Floats) -> str:
-    swept = study.solution.parameter
-    low, high = (significant(float(end), 4) for end in (values[group.values].min(), values[group.values].max()))
-    span = swept.with_unit(high) if low == high else f"{low} to {swept.with_unit(high)}"
-    return f"{group.name} at {len(group.values)} ({swept.symbol} = {span})"

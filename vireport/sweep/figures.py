@@ -11,7 +11,6 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from vireport.analysis import STABILITIES, Stability
@@ -23,6 +22,7 @@ from vireport.figures import (
     blank,
     finished,
     prefix,
+    round_ticks,
     style,
 )
 from vireport.gate import capital
@@ -38,8 +38,6 @@ FINEST = 1000
 
 HEIGHT = 4.7
 """Of a map with its axes [in]."""
-
-MOST_TICKS = 9
 
 NO_CELL: Look = {"facecolor": "#FFFFFF", "edgecolor": "#999999", "hatch": "////", "linewidth": 0.0}
 """Where there is no motion: hatched, as white is a shade of the margin too."""
@@ -194,8 +192,8 @@ def _filled(
     axes.patch.set(**NO_CELL)
     edges = _edges(raster.x[i]), _edges(raster.y[j])
     axes.pcolorfast(*edges, shown, cmap=colors, norm=Normalize(low, high), zorder=0.5)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(MOST_TICKS))
+    axes.set_xticks(*round_ticks(*axes.get_xlim(), HEIGHT))
+    axes.set_yticks(*round_ticks(*axes.get_ylim(), HEIGHT))
     axes.set_xlabel(_label(plan.names[0]))
     axes.set_ylabel(_label(plan.names[1]))
     return figure, axes
