@@ -95,7 +95,7 @@ def test_overlay_lies_on_the_curves(checked) -> None:
     order = np.argsort(main.d)
     stable = points.d > 0.42
     expected = np.interp(points.d[stable], main.d[order], main.velocity_bottom[order])
-    np.testing.assert_allclose(points.velocity_bottom[stable], expected, rtol=1e-3)
+    np.testing.assert_allclose(points.velocity[0, stable], expected, rtol=1e-3)
     assert points.voltages is not None
     assert np.isfinite(points.voltages.average_v[stable]).all()
 

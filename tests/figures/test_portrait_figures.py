@@ -235,15 +235,11 @@ def test_the_plan_decides_and_the_words_tell_the_numbers() -> None:
 
 
 def test_impacts_without_a_partner_are_drawn_without_warnings() -> None:
-    study, nan = simulated_study(), np.nan
+    study = simulated_study()
     points = simulated_points(study)
-    columns = {
-        name: np.append(getattr(points, name), [getattr(points, name)[0], nan if "top" in name else 0.5])
-        for name in Simulated.__dataclass_fields__
-        if name != "voltages"
-    }
-    columns["d"][-1], columns["sweep_value"][-1] = 0.3, 4.98
-    (speed, *_) = figure_2(study, Simulated(**columns)).axes
+    alone = np.array([[0.5], [np.nan]])
+    pairs = (np.append(pair, alone, axis=1) for pair in (points.velocity, points.phase, points.flight))
+    (speed, *_) = figure_2(study, Simulated(np.append(points.sweep_value, 4.98), np.append(points.d, 0.3), *pairs)).axes
     circles = [line for line in speed.lines if line.get_zorder() == 3.5]
     bottom, top = (int(np.isfinite(line.get_ydata()).sum()) for line in circles)
     assert bottom == top + 1

@@ -194,9 +194,9 @@ def test_the_design_point_never_hides_a_critical_point() -> None:
 
 def test_simulated_motions_are_drawn_over() -> None:
     d = np.array([0.42, 0.45, 0.48])
-    speed, phase, flight = np.full(3, 0.9), np.full(3, 0.5), np.full(3, 0.6)
+    velocity, phase, flight = (np.outer(pair, np.ones(3)) for pair in ((0.9, -0.45), (0.5, 3.5), (0.6, 0.4)))
     volts = Voltages(np.full(3, 4e4), np.full(3, 3e4), np.full(3, 3.5e4), np.full(3, 0.01))
-    simulated = Simulated(d / 0.664, d, speed, -speed / 2, phase, phase + 3, flight, 1 - flight, volts)
+    simulated = Simulated(d / 0.664, d, velocity, phase, flight, volts)
     study = study_of("inclined")
     for panel in figure_2(study, simulated).axes:
         circles = [line for line in panel.lines if line.get_zorder() == 3.5]

@@ -6,7 +6,7 @@ Only admissible motions come out of here.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,39 +38,29 @@ NO_PARTNER = np.nan
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Simulated:
-    """Periodic motions from a simulation, to be drawn over the analytic ones; arrays of one length.
+    """Periodic motions from a simulation, to be drawn over the analytic ones.
 
     Attributes
     ----------
-    sweep_value, d : ndarray
+    sweep_value, d : ndarray of shape (n,)
         Where they are.
-    velocity_bottom, velocity_top : ndarray
-        Before the impacts, of either sign.
-    phi_bottom, phi_top : ndarray
-        [rad], in [0, 2 pi).
-    flight_bottom, flight_top : ndarray
-        Half the flight times from the bottom and from the top.
+    velocity, phase, flight : ndarray of shape (2, n)
+        At the bottom and at the top: before the impacts, of either sign; [rad], in [0, 2 pi); half the flight times.
+        NaN where an impact has no partner on the other membrane.
     voltages : Voltages or None
     """
 
     sweep_value: Floats
     d: Floats
-    velocity_bottom: Floats
-    velocity_top: Floats
-    phi_bottom: Floats
-    phi_top: Floats
-    flight_bottom: Floats
-    flight_top: Floats
+    velocity: Floats
+    phase: Floats
+    flight: Floats
     voltages: Voltages | None = None
 
     @property
-    def pairs(self) -> ImpactPairs:
+    def pairs(self) -> tuple[Floats, Floats, Floats]:
         """What figure 2 shows of them."""
-        return (
-            (np.abs(self.velocity_bottom), np.abs(self.velocity_top)),
-            (self.phi_bottom, self.phi_top),
-            (self.flight_bottom, self.flight_top),
-        )
+        return np.abs(self.velocity), self.phase, self.flight
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -198,17 +188,17 @@ def simulated_points(study: Study) -> Simulated | None:
     check = study.crosscheck
     if check is None or study.solution.sweep is None:
         return None
-    rows: list[tuple[float, ...]] = []
+    rows: list[tuple[float, float, Floats]] = []
     motion: list[int] = []
     for value, d, attractors in zip(check.values, check.d, check.found, strict=True):
         for cycle in _distinct(attractors):
             impacts = list(_paired(cycle))
             motion += [motion[-1] + 1 if motion else 0] * len(impacts)
-            rows += [(value, d, *impact) for impact in impacts]
-    columns = np.array(rows, dtype=float).reshape(len(rows), 8).T
-    names = [field.name for field in fields(Simulated) if field.name != "voltages"]
-    voltages = _simulated_voltages(study.solution, columns, np.array(motion, dtype=np.intp))
-    return Simulated(**dict(zip(names, columns, strict=True)), voltages=voltages)
+            rows += [(value, d, impact) for impact in impacts]
+    values, d = np.array([row[:2] for row in rows]).reshape(-1, 2).T
+    velocity, phase, flight = np.moveaxis(np.array([row[2] for row in rows]).reshape(-1, 2, 3), 0, -1).swapaxes(0, 1)
+    voltages = _simulated_voltages(study.solution, values, velocity, np.array(motion, dtype=np.intp))
+    return Simulated(values, d, velocity, phase, flight, voltages)
 
 
 def _distinct(attractors: Sequence[Attractor]) -> list[Cycle]:
@@ -217,27 +207,28 @@ def _distinct(attractors: Sequence[Attractor]) -> list[Cycle]:
     return [cycle for cycle in cycles.values() if not cycle.sticks and len(cycle.wall) <= MOST_IMPACTS]
 
 
-def _paired(cycle: Cycle) -> Iterator[tuple[float, ...]]:
-    """Rows (velocities, phases, half flight times) of a cycle: a bottom impact, and the top one that follows it."""
+def _paired(cycle: Cycle) -> Iterator[Floats]:
+    """Velocity, phase and half the flight time of a bottom impact of a cycle, and of the top one that follows it."""
     at_bottom = cycle.wall > 0
     impact = np.stack([cycle.velocity, cycle.phase, np.roll(cycle.flight, -1) / 2], axis=1)
+    nothing = np.full(3, NO_PARTNER)
     for i, bottom in enumerate(at_bottom):
         after = (i + 1) % len(at_bottom)
         if bottom:
-            top = impact[after] if not at_bottom[after] else np.full(3, NO_PARTNER)
-            yield tuple(np.stack([impact[i], top], axis=1).ravel().tolist())
+            yield np.stack([impact[i], nothing if at_bottom[after] else impact[after]])
         elif not at_bottom[i - 1]:
-            yield tuple(np.stack([np.full(3, NO_PARTNER), impact[i]], axis=1).ravel().tolist())
+            yield np.stack([nothing, impact[i]])
 
 
-def _simulated_voltages(solution: Solution, columns: Floats, motion: NDArray[np.intp]) -> Voltages | None:
+def _simulated_voltages(
+    solution: Solution, values: Floats, velocity: Floats, motion: NDArray[np.intp]
+) -> Voltages | None:
     """Voltages of the simulated impacts; the average is over all impacts of a motion, as in Eq. (5.1)."""
-    if solution.membrane is None or solution.sweep is None:
+    if solution.membrane is None:
         return None
-    unit = np.asarray(solution.device.velocity_unit(solution.parameter, columns[0]))
-    bottom, top = (generated_voltage(unit * columns[k], solution.membrane) for k in (2, 3))
-    both = np.stack([bottom, top])
+    unit = np.asarray(solution.device.velocity_unit(solution.parameter, values))
+    both = np.stack([generated_voltage(unit * side, solution.membrane) for side in velocity])
     impacts = np.bincount(motion, np.sum(~np.isnan(both), axis=0))
     average = (np.bincount(motion, np.nansum(both, axis=0)) / impacts)[motion]
-    speeds = unit * np.nanmax(np.abs(columns[2:4]), axis=0, initial=0.0)
-    return Voltages(bottom, top, average, deflection(speeds, solution.membrane))
+    speeds = unit * np.nanmax(np.abs(velocity), axis=0, initial=0.0)
+    return Voltages(both[0], both[1], average, deflection(speeds, solution.membrane))

@@ -192,8 +192,8 @@ def _filled(
     axes.patch.set(**NO_CELL)
     edges = _edges(raster.x[i]), _edges(raster.y[j])
     axes.pcolorfast(*edges, shown, cmap=colors, norm=Normalize(low, high), zorder=0.5)
-    axes.set_xticks(*round_ticks(*axes.get_xlim(), HEIGHT))
-    axes.set_yticks(*round_ticks(*axes.get_ylim(), HEIGHT))
+    axes.set_xticks(*round_ticks(edges[0].min(), edges[0].max(), HEIGHT))
+    axes.set_yticks(*round_ticks(edges[1].min(), edges[1].max(), HEIGHT))
     axes.set_xlabel(_label(plan.names[0]))
     axes.set_ylabel(_label(plan.names[1]))
     return figure, axes
