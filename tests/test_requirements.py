@@ -226,7 +226,7 @@ def crosscheck(**found: object):
 def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
     over = ["requirements={crosscheck_passed: true, u_ave_at_least_v: 1}", "simulation={samples: 2}"]
     loaded = load(ROOT / "examples/inclined.yaml", over)
-    plain = replace(loaded, scenario=replace(loaded.scenario, simulation=None))
+    plain = replace(loaded, scenario=loaded.scenario.model_copy(update={"simulation": None}))
     study = analyse(plain)
     volt, check = assess(study.loaded, study.solution, crosscheck())
     assert volt.passed
