@@ -149,7 +149,8 @@ def _required(tree: _Tree) -> Iterator[Finding]:
 
 def _required_in_map(tree: _Tree) -> Iterator[Finding]:
     varied = [axis_path(axis) for axis in axes_of(tree.data)]
-    if varied and None not in varied and tree.wrong.isdisjoint(("map", "map.axes")):
+    slips = None in varied or len(set(varied)) < len(varied) or not tree.wrong.isdisjoint(("map", "map.axes"))
+    if varied and not slips:  # else it is not known what varies, so neither is what is required
         yield from _not_given(tree, set(varied))
 
 
