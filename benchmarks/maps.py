@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 from statistics import median
 
-from vireport.scenario.map_scenario import loads_map
+from vireport.scenario import loads_map
 from vireport.sweep.mapping import evaluate_chunk
 from vireport.sweep.plan import map_plan
 from vireport.sweep.run import cores, run_map

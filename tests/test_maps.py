@@ -24,9 +24,7 @@ import pyarrow.parquet as pq
 from vireport import analyse
 from vireport.analysis.pointwise import find_motions
 from vireport.errors import NumericalError, ScenarioError, UsageError
-from vireport.scenario.loading import load, loads
-from vireport.scenario.map_scenario import load_map, loads_map
-from vireport.scenario.parameters import Parameter
+from vireport.scenario import Parameter, load, load_map, loads, loads_map
 from vireport.sweep.cells import cells_of
 from vireport.sweep.loci import loci_of
 from vireport.sweep.mapping import evaluate_chunk

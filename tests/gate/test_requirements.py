@@ -23,7 +23,7 @@ from vireport.analysis.sweep import Sweep
 from vireport.cli.app import main
 from vireport.gate.requirements import REQUIREMENTS, Criterion, Limit, LimitKind, assess, held, unmet, with_peaks
 from vireport.report.ci_formats import github, junit, markdown
-from vireport.scenario import Parameter, Requirements, entries
+from vireport.scenario import Parameter, Requirements
 from vireport.scenario.document import read
 from vireport.study.plan import ALL_FORMATS, FORMATS
 from vireport.study.provenance import provenance_of
@@ -48,7 +48,7 @@ def only(name: str, required: dict[str, object], **overrides: object) -> Criteri
 
 def test_every_key_of_the_block_is_required_by_one_row() -> None:
     keys = [key for requirement in REQUIREMENTS for key in requirement.keys]
-    assert sorted(keys) == sorted(entry.name for entry in entries(Requirements))
+    assert sorted(keys) == sorted(Requirements.model_fields)
 
 
 def volts(study) -> dict[str, float]:
@@ -232,7 +232,7 @@ def crosscheck(**found: object):
 def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
     over = ["requirements={crosscheck_passed: true, u_ave_at_least_v: 1}", "simulation={samples: 2}"]
     loaded = load(ROOT / "examples/inclined.yaml", over)
-    plain = replace(loaded, scenario=replace(loaded.scenario, simulation=None))
+    plain = replace(loaded, scenario=loaded.scenario.model_copy(update={"simulation": None}))
     study = analyse(plain)
     volt, check = assess(study.loaded, study.solution, crosscheck())
     assert volt.passed

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.files import write_files
 from vireport.scenario import Accuracy, Loaded
 from vireport.study import (
     Study,
+    Task,
     accuracy_data,
     analyse,
     compliance_data,
@@ -31,11 +30,9 @@ def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
     Simulation and requirements are left out: they are not what is asked for here.
     """
     block = loaded.scenario.accuracy or Accuracy()
-    scenario = replace(loaded.scenario, accuracy=block, simulation=None, requirements=None)
-    study = analyse(replace(loaded, scenario=scenario), ("png", "json"), progress)
-    if progress is not None:
-        progress("")
-    return study
+    changes = {"accuracy": block, "simulation": None, "requirements": None}
+    scenario = loaded.scenario.model_copy(update=changes)
+    return analyse(replace(loaded, scenario=scenario), (Task.PNG, Task.JSON), progress)
 
 
 def text(study: Study, every: bool = False) -> str:
@@ -47,7 +44,7 @@ def text(study: Study, every: bool = False) -> str:
         lines = (broken(line, "    ") if len(line) > COLUMNS else line for line in plain_text(study.compliance))
         parts.append("\n".join(["Compliant membranes", "", *lines]))
     elif study.work is not None:
-        why = next(step.why for step in study.plan.steps if step.name == "compliant")
+        why = next(step.why for step in study.plan.steps if step.task is Task.COMPLIANT)
         parts.append(f"Compliant membranes: left out ({why})")
     return "\n\n".join(parts) + "\n"
 
@@ -62,17 +59,8 @@ def data(study: Study) -> bytes:
     return (json.dumps(found, indent=1, allow_nan=False) + "\n").encode()
 
 
-def write(study: Study, folder: Path) -> str:
-    """Write the figures and accuracy.json, and say so.
-
-    Raises
-    ------
-    UsageError
-        If the folder cannot be written to.
-    """
+def files(study: Study) -> dict[str, bytes]:
+    """The figures and accuracy.json, by their names."""
     from vireport.figures import measured_pictures
 
-    files = {"accuracy.json": data(study)}
-    files |= {f"{picture.name}.png": picture.png for picture in measured_pictures(study)}
-    write_files(folder, files)
-    return f"wrote {', '.join(str(folder / name) for name in files)}"
+    return {"accuracy.json": data(study), **{f"{drawn.name}.png": drawn.png for drawn in measured_pictures(study)}}

@@ -25,20 +25,27 @@ from vireport.figures import (
     sweep_figure,
 )
 from vireport.gate import capital
+from vireport.study import Task
 
-ROWS = {"figure-2": 3, "figure-4": 2, "figure-7": 1}
+ROWS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 
 ABOUT = {
-    "figure-2": "From above: magnitude of the impact velocity |Ż| in units of F/(2 M f), phase φ of the force at the "
-    "impact, flight time over two Δt/2, which is the flight time in forcing periods. Blue and thick: impact k−1, on "
-    "the bottom membrane, and the flight from it; green and thin: impact k, on the top one. Solid: stable; "
-    "dash-dotted: unstable.",
-    "figure-4": "Above: discriminant Δ = tr² − 4 det of the linearised return map; below: its eigenvalues λ₁ ≥ λ₂, and "
-    "where Δ < 0 the real part that they share (thick). Solid: stable; dash-dotted: unstable. Red, thin: Δ = 0, λ = 0 "
-    "and λ = ±1, the bounds of Table 1. Of each family, branches with stable motions come first; mirror images share "
-    "one curve. Where a motion is far from stable, its curves leave the axes.",
-    "figure-7": "Red and thick: U_ave, the mean over both impacts; blue: U_imp − U_in at the bottom membrane (solid) "
-    "and at the top one (dashed); dotted where the motion is unstable, more sparsely at the top.",
+    Task.FIGURE_2: (
+        "From above: magnitude of the impact velocity |Ż| in units of F/(2 M f), phase φ of the force at the impact, "
+        "flight time over two Δt/2, which is the flight time in forcing periods. Blue and thick: impact k−1, on the "
+        "bottom membrane, and the flight from it; green and thin: impact k, on the top one. Solid: stable; "
+        "dash-dotted: unstable."
+    ),
+    Task.FIGURE_4: (
+        "Above: discriminant Δ = tr² − 4 det of the linearised return map; below: its eigenvalues λ₁ ≥ λ₂, and where "
+        "Δ < 0 the real part that they share (thick). Solid: stable; dash-dotted: unstable. Red, thin: Δ = 0, λ = 0 "
+        "and λ = ±1, the bounds of Table 1. Of each family, branches with stable motions come first; mirror images "
+        "share one curve. Where a motion is far from stable, its curves leave the axes."
+    ),
+    Task.FIGURE_7: (
+        "Red and thick: U_ave, the mean over both impacts; blue: U_imp − U_in at the bottom membrane (solid) and at "
+        "the top one (dashed); dotted where the motion is unstable, more sparsely at the top."
+    ),
 }
 
 SHARED = "The panels of a row share their vertical axis."
@@ -57,14 +64,14 @@ def compare_pictures(comparison: Comparison) -> tuple[Picture, ...]:
     """
     return tuple(
         Picture(
-            name if number == 1 else f"{name}-{number}",
-            TITLES[name],
-            _caption(name, shown),
-            _alt(name, shown),
-            _figure(name, shown),
+            figure if number == 1 else f"{figure}-{number}",
+            TITLES[figure],
+            _caption(figure, shown),
+            _alt(figure, shown),
+            _figure(figure, shown),
         )
-        for name in ROWS
-        for number, shown in enumerate(_pages(comparison, name), 1)
+        for figure in ROWS
+        for number, shown in enumerate(_pages(comparison, figure), 1)
     )
 
 
@@ -82,12 +89,13 @@ def compare_figure(comparison: Comparison, name: str) -> tuple[Figure, ...]:
     tuple of Figure
         One for each four scenarios; none where no scenario has it.
     """
-    return tuple(_figure(name, shown) for shown in _pages(comparison, name))
+    figure = Task(name)
+    return tuple(_figure(figure, shown) for shown in _pages(comparison, figure))
 
 
-def _pages(comparison: Comparison, name: str) -> Iterator[Columns]:
+def _pages(comparison: Comparison, figure: Task) -> Iterator[Columns]:
     """The scenarios of each figure of one kind, in groups of as many as fit beside one another."""
-    skipped = {scenario for scenario, _ in left_out(comparison, name)}
+    skipped = {scenario for scenario, _ in left_out(comparison, figure)}
     shown = [
         (scenario, study)
         for scenario, study in zip(comparison.names, comparison.studies, strict=True)
@@ -114,12 +122,12 @@ def _ranked(drawing: Drawing) -> Drawing:
     return replace(drawing, branches={number: f"{families[number]} {ranks[number]}" for number in ordered})
 
 
-def _figure(name: str, shown: Columns) -> Figure:
+def _figure(figure: Task, shown: Columns) -> Figure:
     common, own = _conditions(list(shown.values()))
     lines = [(common, Color.BLACK)] if common else []
-    if name == "figure-7" and (note := _outside(shown)):
+    if figure == Task.FIGURE_7 and (note := _outside(shown)):
         lines.append((note, Color.WARNING))
-    return sweep_figure(name, list(shown.values()), list(shown), own, lines)
+    return sweep_figure(figure, list(shown.values()), list(shown), own, lines)
 
 
 def _conditions(drawings: Sequence[Drawing]) -> tuple[str, list[str]]:
@@ -136,24 +144,24 @@ def _outside(shown: Columns) -> str:
     return capital(OUTSIDE) if len(names) == len(shown) else f"{listed(names)}: {OUTSIDE}"
 
 
-def _caption(name: str, shown: Columns) -> str:
-    sentences = [ABOUT[name]] + ([SHARED] if len(shown) > 1 else [])
-    if name == "figure-7" and (note := _outside(shown)):
+def _caption(figure: Task, shown: Columns) -> str:
+    sentences = [ABOUT[figure]] + ([SHARED] if len(shown) > 1 else [])
+    if figure == Task.FIGURE_7 and (note := _outside(shown)):
         sentences.append(f"{note} (VR010).")
     for column, (scenario, drawing) in enumerate(shown.items()):
-        first, last = (letter_of(column * ROWS[name] + row) for row in (0, ROWS[name] - 1))
+        first, last = (letter_of(column * ROWS[figure] + row) for row in (0, ROWS[figure] - 1))
         letters = f"({first})" if first == last else f"({first})–({last})"
-        sentences.append(f"{letters} {scenario}: {column_caption(drawing.study, name, drawing.simulated)}")
+        sentences.append(f"{letters} {scenario}: {column_caption(drawing.study, figure, drawing.simulated)}")
     if any(drawing.study.solution.design is not None for drawing in shown.values()):
         sentences.append("Vertical lines: the design points.")
     return " ".join(sentences)
 
 
-def _alt(name: str, shown: Columns) -> str:
+def _alt(figure: Task, shown: Columns) -> str:
     count = len(shown)
-    head = f"{count} column{'s' * (count != 1)} of {ROWS[name]} panel{'s' * (ROWS[name] != 1)}."
+    head = f"{count} column{'s' * (count != 1)} of {ROWS[figure]} panel{'s' * (ROWS[figure] != 1)}."
     columns_in_words = [
-        f"{capital(scenario)}: {alt_text(drawing.study, name, drawing.simulated)}"
+        f"{capital(scenario)}: {alt_text(drawing.study, figure, drawing.simulated)}"
         for scenario, drawing in shown.items()
     ]
     return " ".join([head, *columns_in_words])

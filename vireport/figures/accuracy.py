@@ -12,6 +12,7 @@ from matplotlib.ticker import EngFormatter
 
 from vireport.figures.layout import Entry, blank, finished, letter_of
 from vireport.figures.style import DASH_DOTTED, DASHED, DOTTED, GUIDE, Color, Look, Picture, style
+from vireport.study import Task
 from vireport.text import significant
 from vireport.trust import (
     ACCURACIES,
@@ -29,8 +30,6 @@ from vireport.trust import (
     seconds,
     task_name,
 )
-
-NAME = "figure-accuracy"
 
 LOOKS: dict[str, Look] = {
     CLOSED: {"color": Color.VERMILION, "marker": "*", "markersize": 8.0, "linestyle": "-", "linewidth": 1.8},
@@ -94,7 +93,7 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
 
 def picture(work: WorkPrecision) -> Picture:
     """The work-precision diagram with its words."""
-    return Picture(NAME, "Error against run time", caption(work), alt_text(work), figure_accuracy(work))
+    return Picture(Task.FIGURE_ACCURACY, "Error against run time", caption(work), alt_text(work), figure_accuracy(work))
 
 
 def headline(work: WorkPrecision) -> str:

@@ -10,16 +10,16 @@ from vireport.analysis import eigenvalues
 from vireport.figures.curves import Floats, Simulated, Stretch, impact_pairs, stretches, swept_solution
 from vireport.gate import range_text
 from vireport.scenario import Parameter
-from vireport.study import Study
+from vireport.study import Study, Task
 from vireport.text import exact, quantity, scaled, significant
 
 TITLES = {
-    "figure-2": "Impact velocity, phase and flight time",
-    "figure-4": "Discriminant and eigenvalues",
-    "figure-7": "Generated voltage",
+    Task.FIGURE_2: "Impact velocity, phase and flight time",
+    Task.FIGURE_4: "Discriminant and eigenvalues",
+    Task.FIGURE_7: "Generated voltage",
 }
 
-CHARTS = {"figure-2": "Three line charts", "figure-4": "Two line charts", "figure-7": "Line chart"}
+CHARTS = {Task.FIGURE_2: "Three line charts", Task.FIGURE_4: "Two line charts", Task.FIGURE_7: "Line chart"}
 
 LAMBDA_LIMIT = 1.6
 """Size of the eigenvalues up to which figure 4 shows them; beyond, how unstable a motion is does not matter."""
@@ -54,32 +54,32 @@ def held(study: Study, varied: Parameter | None = None) -> list[str]:
     return parameters + ([f"n = {device.period_ratio}"] if device.period_ratio != 1 else [])
 
 
-def caption(study: Study, name: str, simulated: Simulated | None = None) -> str:
+def caption(study: Study, figure: Task, simulated: Simulated | None = None) -> str:
     """The caption of a figure: what is drawn and how, where it is stable, and the critical points."""
-    about = {"figure-2": _about_2, "figure-4": _about_4, "figure-7": _about_7}[name](study)
+    about = {Task.FIGURE_2: _about_2, Task.FIGURE_4: _about_4, Task.FIGURE_7: _about_7}[figure](study)
     setting = f"{conditions(study)}; {_range(study)}."
-    points = _points(study, in_full=name == "figure-2")
-    return " ".join([*about, *_overlay(name, simulated), setting, _stable(study), *points, *_design(study, name)])
+    points = _points(study, in_full=figure == Task.FIGURE_2)
+    return " ".join([*about, *_overlay(figure, simulated), setting, _stable(study), *points, *_design(study, figure)])
 
 
-def column_caption(study: Study, name: str, simulated: Simulated | None = None) -> str:
+def column_caption(study: Study, figure: Task, simulated: Simulated | None = None) -> str:
     """What is to be said of one scenario where its figure stands beside those of others."""
     setting = f"{conditions(study)}; {_range(study)}."
-    return " ".join([setting, _stable(study), *_points(study), *_overlay(name, simulated)])
+    return " ".join([setting, _stable(study), *_points(study), *_overlay(figure, simulated)])
 
 
-def alt_text(study: Study, name: str, simulated: Simulated | None = None) -> str:
+def alt_text(study: Study, figure: Task, simulated: Simulated | None = None) -> str:
     """A description of a figure for those who do not see it."""
     parts = stretches(study.solution)
-    head = f"{CHARTS[name]} over {_range(study)}"
+    head = f"{CHARTS[figure]} over {_range(study)}"
     if not parts:
         return f"{head}, empty: there is no admissible 1:1 motion in the sweep."
     extents = [
-        f"{word} motions: {_values(study, name, chosen)}."
+        f"{word} motions: {_values(study, figure, chosen)}."
         for word, stable in (("Stable", True), ("Unstable", False))
         if (chosen := [part for part in parts if part.stable == stable])
     ]
-    return " ".join([f"{head}.", _stable(study), *extents, *_points(study), *_overlay(name, simulated)])
+    return " ".join([f"{head}.", _stable(study), *extents, *_points(study), *_overlay(figure, simulated)])
 
 
 def _about_2(study: Study) -> list[str]:
@@ -146,16 +146,16 @@ def _mirrored(study: Study) -> bool:
     return any(part.branch.mirror_of is not None for part in stretches(study.solution))
 
 
-def _overlay(name: str, simulated: Simulated | None) -> list[str]:
+def _overlay(figure: Task, simulated: Simulated | None) -> list[str]:
     """What is drawn over the curves from the simulation, and how many points."""
-    if simulated is None or not len(simulated.d) or name == "figure-4":
+    if simulated is None or not len(simulated.d) or figure == Task.FIGURE_4:
         return []
-    if name == "figure-7" and simulated.voltages is None:
+    if figure == Task.FIGURE_7 and simulated.voltages is None:
         return []
     impacts = sum(int((~np.isnan(speed)).sum()) for speed in simulated.pairs[0])
     values = len(np.unique(simulated.sweep_value))
     at = f"{impacts} impacts of periodic motions at {values} value{'s' * (values != 1)} of the swept parameter"
-    if name == "figure-7":
+    if figure == Task.FIGURE_7:
         return [f"Simulation: circles, the voltages of {at}; stars, U_ave of each motion."]
     return [f"Circles: simulation, {at}."]
 
@@ -188,9 +188,9 @@ def _points(study: Study, in_full: bool = False) -> list[str]:
     return [f"{head}: {'; '.join(points)}."] if points else []
 
 
-def _design(study: Study, name: str) -> list[str]:
+def _design(study: Study, figure: Task) -> list[str]:
     design = study.solution.design
-    if design is None or name == "figure-4":
+    if design is None or figure == Task.FIGURE_4:
         return []
     swept, motions = design.parameter, design.motions
     at = f"The vertical line is the design point {swept.symbol} = {swept.with_unit(exact(design.value))}"
@@ -198,7 +198,7 @@ def _design(study: Study, name: str) -> list[str]:
     if not len(stable):
         return [f"{at}, where no motion is stable."]
     row = stable[0]
-    if name == "figure-7" and design.voltages is not None:
+    if figure == Task.FIGURE_7 and design.voltages is not None:
         return [f"{at}; its stable motion gives U_ave = {quantity(float(design.voltages.average_v[row]), 'V')}."]
     pairs = impact_pairs(motions, study.solution.device.period_ratio)
     speed, phase, flight = (" and ".join(significant(float(side[row]), 4) for side in pair) for pair in pairs)
@@ -209,11 +209,11 @@ def _eigenvalues(part: Stretch) -> tuple[Floats, Floats]:
     return eigenvalues(part.branch.motions.trace[part.rows], part.branch.motions.restitution)
 
 
-def _values(study: Study, name: str, parts: Sequence[Stretch]) -> str:
+def _values(study: Study, figure: Task, parts: Sequence[Stretch]) -> str:
     """From where to where the quantities of a figure go."""
-    if name == "figure-7":
+    if figure == Task.FIGURE_7:
         return f"average voltage {_extent([x.average_v[p.rows] for p in parts if (x := p.branch.voltages)], 'V')}"
-    if name == "figure-4":
+    if figure == Task.FIGURE_4:
         discriminants = _extent([part.branch.motions.discriminant[part.rows] for part in parts])
         sizes = _extent([values for part in parts for values in _eigenvalues(part)])
         return f"discriminant {discriminants}, eigenvalues or their real parts {sizes}"

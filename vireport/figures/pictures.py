@@ -8,7 +8,7 @@ from vireport.figures.captions import TITLES, alt_text, caption, conditions
 from vireport.figures.curves import Simulated
 from vireport.figures.style import Picture
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
-from vireport.study import Study
+from vireport.study import Study, Task
 
 
 def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture, ...]:
@@ -26,9 +26,9 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
 
 def _along_sweep(study: Study, simulated: Simulated | None) -> Iterator[Picture]:
     draw = {
-        "figure-2": lambda: figure_2(study, simulated),
-        "figure-4": lambda: figure_4(study),
-        "figure-7": lambda: figure_7(study, simulated),
+        Task.FIGURE_2: lambda: figure_2(study, simulated),
+        Task.FIGURE_4: lambda: figure_4(study),
+        Task.FIGURE_7: lambda: figure_7(study, simulated),
     }
     for name, title in TITLES.items():
         if study.plan.runs(name):
@@ -46,13 +46,13 @@ def _simulated(study: Study) -> Iterator[Picture]:
 
     held = conditions(study, check.parameter)
     for name, draw, motions in (
-        ("figure-3", portraits.figure_3, check.portraits),
-        ("figure-6", portraits.figure_6, check.displacements),
+        (Task.FIGURE_3, portraits.figure_3, check.portraits),
+        (Task.FIGURE_6, portraits.figure_6, check.displacements),
     ):
         if study.plan.runs(name):
             words = portraits.portrait_caption(name, motions, held), portraits.portrait_alt(name, motions)
             yield Picture(name, portraits.TITLES[name], *words, draw(motions, held))
-    name, points = "figure-diagram", check.diagram
+    name, points = Task.FIGURE_DIAGRAM, check.diagram
     if study.plan.runs(name) and points is not None:
         about = study, points, check.values
         words = bifurcation.diagram_caption(*about), bifurcation.diagram_alt(*about)
@@ -62,11 +62,11 @@ def _simulated(study: Study) -> Iterator[Picture]:
 def measured_pictures(study: Study) -> Iterator[Picture]:
     """Draw what a study has measured, as its plan says: error against run time, and solvers on stiff membranes."""
     work, compliance = study.work, study.compliance
-    if study.plan.runs("figure-accuracy") and work is not None and work.yardstick is not None:
+    if study.plan.runs(Task.FIGURE_ACCURACY) and work is not None and work.yardstick is not None:
         from vireport.figures import accuracy
 
         yield accuracy.picture(work)
-    if study.plan.runs("figure-stiffness") and compliance is not None and compliance.runs:
+    if study.plan.runs(Task.FIGURE_STIFFNESS) and compliance is not None and compliance.runs:
         from vireport.figures import stiffness
 
         yield stiffness.picture(compliance)

@@ -14,6 +14,7 @@ from vireport.figures.curves import Curve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, fit_vertically, letter_of, round_ticks, say, widened
 from vireport.figures.style import GUIDE, TEXT, Color, Look, style
+from vireport.study import Task
 from vireport.text import significant
 
 if TYPE_CHECKING:
@@ -65,14 +66,14 @@ BOTTOM_IMPACT: Look = MARK | {"color": Color.BLUE, "marker": "o", "markersize": 
 TOP_IMPACT: Look = MARK | {"color": Color.GREEN, "marker": "^", "markersize": 6.0}
 IMPACTS: list[Entry] = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT)]
 
-TITLES = {"figure-3": "Phase portraits and time series", "figure-6": "Displacement of the capsule and the ball"}
+TITLES = {Task.FIGURE_3: "Phase portraits and time series", Task.FIGURE_6: "Displacement of the capsule and the ball"}
 
 ABOUT = {
-    "figure-3": "Simulated motions. Left: relative velocity Ż over relative position Z = X − x, with the bottom "
+    Task.FIGURE_3: "Simulated motions. Left: relative velocity Ż over relative position Z = X − x, with the bottom "
     "membrane at Z = +d/2 and the top one at −d/2; right: the same velocity over time. Dashed: Ż → −r Ż at an impact. "
     "Circles, blue: impacts on the bottom; triangles, green: on the top, both just before the rebound. Units: "
     "F/(4 M f²) of length and F/(2 M f) of velocity.",
-    "figure-6": "Simulated motions. Blue: ends of the capsule X ± d/2, thick at the bottom; red: the ball x, which "
+    Task.FIGURE_6: "Simulated motions. Blue: ends of the capsule X ± d/2, thick at the bottom; red: the ball x, which "
     "touches them at the impacts (circles: bottom, triangles: top). X is taken without drift; "
     "unit F/(4 M f²).",
 }
@@ -303,30 +304,30 @@ def short(word: str) -> str:
     return f"{word[:LONGEST_WORD]}… ({len(word.replace('~', ''))})"
 
 
-def portrait_caption(name: str, portraits: Sequence[Portrait], held: str) -> str:
+def portrait_caption(figure: Task, portraits: Sequence[Portrait], held: str) -> str:
     """The caption of figure 3 or 6: what is drawn, and each motion in numbers.
 
     Parameters
     ----------
-    name : str
+    figure : Task
     portraits : sequence of Portrait
     held : str
         The parameters that they share, in words.
     """
-    return " ".join([ABOUT[name], *([f"{held}."] if held else []), *_motions(name, portraits)])
+    return " ".join([ABOUT[figure], *([f"{held}."] if held else []), *_motions(figure, portraits)])
 
 
-def portrait_alt(name: str, portraits: Sequence[Portrait]) -> str:
+def portrait_alt(figure: Task, portraits: Sequence[Portrait]) -> str:
     """A description of figure 3 or 6 for those who do not see it."""
-    kind = "phase portrait and time series" if name == "figure-3" else "displacement of capsule and ball over time"
+    kind = "phase portrait and time series" if figure == Task.FIGURE_3 else "displacement of capsule and ball over time"
     count = f"{len(portraits)} simulated motion{'s' * (len(portraits) != 1)}"
-    return " ".join([f"Line charts, {kind} of {count}.", *_motions(name, portraits)])
+    return " ".join([f"Line charts, {kind} of {count}.", *_motions(figure, portraits)])
 
 
-def _motions(name: str, portraits: Sequence[Portrait]) -> Iterator[str]:
+def _motions(figure: Task, portraits: Sequence[Portrait]) -> Iterator[str]:
     """Each motion in numbers, with the letters of its panels."""
     for k, portrait in enumerate(portraits):
-        panels = f"{letter_of(2 * k)}, {letter_of(2 * k + 1)}" if name == "figure-3" else letter_of(k)
+        panels = f"{letter_of(2 * k)}, {letter_of(2 * k + 1)}" if figure == Task.FIGURE_3 else letter_of(k)
         yield f"({panels}) {setting(portrait)}: {motion_words(portrait)}{_numbers(portrait)}."
 
 

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
 from vireport.figures.style import DASHED, GUIDE, Color, Look, Picture, style
+from vireport.study import Task
 from vireport.text import significant
 from vireport.trust import (
     ADAPTIVE,
@@ -21,8 +22,6 @@ from vireport.trust import (
     factor_text,
     findings,
 )
-
-NAME = "figure-stiffness"
 
 HEIGHTS = 3.4, 2.7
 """Of the panels with their ticks and labels [in]."""
@@ -73,7 +72,7 @@ def figure_stiffness(study: Compliance) -> Figure:
 def picture(study: Compliance) -> Picture:
     """The figure with its words."""
     title = "Solvers on stiff membranes, and the way to rigid impacts"
-    return Picture(NAME, title, caption(study), alt_text(study), figure_stiffness(study))
+    return Picture(Task.FIGURE_STIFFNESS, title, caption(study), alt_text(study), figure_stiffness(study))
 
 
 def shown_factors(study: Compliance) -> list[float]:

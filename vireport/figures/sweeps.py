@@ -36,7 +36,7 @@ from vireport.figures.layout import (
 from vireport.figures.style import DASH_DOTTED, DASHED, DOTTED, GUIDE, Color, Look, style
 from vireport.gate import capital
 from vireport.physics import Voltages
-from vireport.study import Study
+from vireport.study import Study, Task
 from vireport.text import PREFIXES
 
 # Width tells the two impacts apart where colour does not, and where one curve lies on the other.
@@ -80,7 +80,7 @@ THIN, THICK = 1.5, 3.4
 
 NO_MOTION = "no admissible 1:1 motion in this sweep"
 
-HEIGHTS = {"figure-2": 2.02, "figure-4": 2.45, "figure-7": 3.25}
+HEIGHTS = {Task.FIGURE_2: 2.02, Task.FIGURE_4: 2.45, Task.FIGURE_7: 3.25}
 """Of the panels with the letter over them [in]."""
 
 AXES_HEIGHT = 0.95
@@ -125,21 +125,21 @@ def drawing_of(study: Study, simulated: Simulated | None = None) -> Drawing:
 
 def figure_2(study: Study, simulated: Simulated | None = None) -> Figure:
     """Impact velocity, phase and half the flight time along the sweep, as in Fig. 2; with simulated motions, if any."""
-    return sweep_figure("figure-2", [drawing_of(study, simulated)])
+    return sweep_figure(Task.FIGURE_2, [drawing_of(study, simulated)])
 
 
 def figure_4(study: Study) -> Figure:
     """The discriminant, and the eigenvalues or their real parts, along the sweep, as in Fig. 4."""
-    return sweep_figure("figure-4", [drawing_of(study)])
+    return sweep_figure(Task.FIGURE_4, [drawing_of(study)])
 
 
 def figure_7(study: Study, simulated: Simulated | None = None) -> Figure:
     """The voltages at the impacts and their average along the sweep, as in Fig. 7; with simulated ones, if any."""
-    return sweep_figure("figure-7", [drawing_of(study, simulated)])
+    return sweep_figure(Task.FIGURE_7, [drawing_of(study, simulated)])
 
 
 def sweep_figure(
-    name: str,
+    figure: Task,
     drawings: Sequence[Drawing],
     titles: Sequence[str] = (),
     remarks: Sequence[str] = (),
@@ -149,19 +149,19 @@ def sweep_figure(
 
     Parameters
     ----------
-    name : str
-        ``figure-2``, ``figure-4`` or ``figure-7``.
+    figure : Task
+        Figure 2, 4 or 7.
     drawings : sequence of Drawing
     titles, remarks : sequence of str
         Over each column, the remark under the title.
     lines : sequence of (str, str), optional
         Texts over all of them, with their colours; by default what the one study holds along its sweep.
     """
-    if name == "figure-4":
+    if figure == Task.FIGURE_4:
         drawings = [replace(x, parts=[part for part in x.parts if not part.branch.mirror_of]) for x in drawings]
     with style():
-        rows, legends = {"figure-2": _rows_2, "figure-4": _rows_4, "figure-7": _rows_7}[name](drawings)
-        figure, panels = blank(len(rows), len(drawings), sharex="col", sharey="row")
+        rows, legends = {Task.FIGURE_2: _rows_2, Task.FIGURE_4: _rows_4, Task.FIGURE_7: _rows_7}[figure](drawings)
+        page, panels = blank(len(rows), len(drawings), sharex="col", sharey="row")
         labels = [
             (axes, _draw(axes, row, drawing))
             for row, axes_of_row in zip(rows, panels, strict=True)
@@ -178,14 +178,14 @@ def sweep_figure(
             if panels.size > 1:
                 letter_panels(panels[:, k], k * len(rows))
             drawing.axis.dress(panels[:, k], len(drawings), fill(remarks[k], letters) if remarks else "")
-        figure.align_ylabels(panels[:, 0])
-        height = HEIGHTS[name] * len(rows) + AXES_HEIGHT
-        head = _head(name, drawings[0].study) if lines is None else lines
-        return finished(figure, height, head, [*legends, _point_legend(drawings)], labels)
+        page.align_ylabels(panels[:, 0])
+        height = HEIGHTS[figure] * len(rows) + AXES_HEIGHT
+        head = _head(figure, drawings[0].study) if lines is None else lines
+        return finished(page, height, head, [*legends, _point_legend(drawings)], labels)
 
 
-def _head(name: str, study: Study) -> list[tuple[str, str]]:
-    note = name == "figure-7" and not study.solution.within_membrane
+def _head(figure: Task, study: Study) -> list[tuple[str, str]]:
+    note = figure == Task.FIGURE_7 and not study.solution.within_membrane
     return [(conditions(study), Color.BLACK)] + ([(capital(OUTSIDE), Color.WARNING)] if note else [])
 
 

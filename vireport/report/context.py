@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import is_dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vireport.gate import capital
 from vireport.physics import Device
 from vireport.report.pages import Block, Column, Figure, Listing, Notice, Paragraph, Table, numbers, texts
-from vireport.scenario import Parameter, entries
+from vireport.scenario import UNIT_OF_SWEPT, Parameter, inputs
 from vireport.study import Provenance, Study
 from vireport.text import (
     exact,
@@ -64,24 +63,18 @@ def scenario(study: Study) -> Iterator[Block]:
     yield Table(
         "Values, and where they come from",
         (*texts("Quantity", "Symbol"), *numbers("Value"), *texts("Unit", "Origin"), Column("Key", "code")),
-        tuple(_values(study, study.scenario)),
+        tuple(_values(study)),
     )
     yield _derived_table(study)
 
 
-def _values(study: Study, block: Any, path: str = "") -> Iterator[tuple[str, ...]]:
+def _values(study: Study) -> Iterator[tuple[str, ...]]:
     """A row for every value of a scenario, in the order of the format."""
-    for entry in entries(type(block)):
-        here, value = f"{path}{entry.name}", getattr(block, entry.attribute)
-        if is_dataclass(value):
-            yield from _values(study, value, f"{here}.")
-        elif value is not None and here not in NOT_A_QUANTITY:
-            unit = entry.key.unit
-            if unit == "as the parameter" or here in ("sweep.from", "sweep.to"):
-                unit = study.solution.parameter.unit
-            number = _written(value)
-            title, symbol = entry.key.title, SYMBOLS.get(here, "")
-            yield (title, symbol, number, UNITS.get(unit, unit), _origin(study, here), here)
+    for entry in inputs(study.scenario):
+        if entry.path not in NOT_A_QUANTITY:
+            unit = study.solution.parameter.unit if entry.unit == UNIT_OF_SWEPT else UNITS.get(entry.unit, entry.unit)
+            symbol, origin = SYMBOLS.get(entry.path, ""), _origin(study, entry.path)
+            yield entry.title, symbol, _written(entry.value), unit, origin, entry.path
 
 
 def _written(value: object) -> str:

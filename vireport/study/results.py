@@ -68,7 +68,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         **_measured(study),
         "requirements": _requirements(study.criteria) if study.scenario.requirements is not None else None,
         "alerts": [alert.to_dict() for alert in study.alerts],
-        "left_out": [{"step": step.name, "what": step.what, "why": step.why} for step in study.plan.left_out],
+        "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in study.plan.left_out],
         "provenance": {**asdict(provenance), "libraries": dict(provenance.libraries)},
     }
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vireport.analysis import CriticalKind, CriticalPoint, Sweep, solve
 from vireport.errors import NumericalError
 from vireport.physics import Device
-from vireport.scenario import SWEEPABLE, Axis, Parameter
+from vireport.scenario import Axis, Parameter
 from vireport.sweep.cells import MapPlan
 
 Floats = NDArray[np.float64]
@@ -72,7 +72,7 @@ def loci_of(plan: MapPlan) -> tuple[Locus, ...]:
         A grid over two axes.
     """
     names = plan.names
-    along = next((k for k in (1, 0) if names[k] in SWEEPABLE), None)
+    along = next((k for k in (1, 0) if names[k] in tuple(Parameter)), None)
     if along is None:
         return ()
     across = 1 - along

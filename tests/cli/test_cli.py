@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from bad_scenarios import BAD_SCENARIOS
 
-from vireport.cli.app import main
+from vireport.cli import main
 
 
 def heeding_ctrl_c() -> None:
@@ -109,7 +109,7 @@ def test_formats_narrow_what_is_written(example, tmp_path: Path) -> None:
     ],
 )
 def test_usage_mistakes(arguments: list[str], fragment: str) -> None:
-    run = vireport(*arguments, cwd=Path(__file__).parent.parent)
+    run = vireport(*arguments, cwd=Path(__file__).parents[2])
     assert run.returncode == 2, run.stderr.decode()
     assert fragment in run.stderr.decode()
     assert "Traceback" not in run.stderr.decode()

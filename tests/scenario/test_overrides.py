@@ -6,7 +6,7 @@ import pytest
 from bad_scenarios import GOOD
 
 from vireport.errors import ScenarioError
-from vireport.scenario.loading import loads, to_dict
+from vireport.scenario import loads, to_dict
 
 MINIMAL = """\
 schema_version: 1

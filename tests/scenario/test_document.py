@@ -12,9 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vireport.errors import Mistake, ScenarioError
-from vireport.scenario.document import DEEPEST, LARGEST_FILE, join, read
-from vireport.scenario.scalars import scalar
-from vireport.scenario.syntax import explain
+from vireport.scenario.document import DEEPEST, LARGEST_FILE, explain, join, read, scalar
 
 REPEATABLE = settings(derandomize=True, max_examples=300, deadline=None)
 

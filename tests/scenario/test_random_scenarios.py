@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vireport.errors import ScenarioError
-from vireport.scenario.blocks import SWEEPABLE
-from vireport.scenario.loading import loads, to_dict
+from vireport.scenario import Parameter, loads, to_dict
 
 REPEATABLE = settings(derandomize=True, max_examples=200, deadline=None)
 POSITIVE = st.floats(1e-15, 1e15)
@@ -27,8 +26,8 @@ def scenarios(draw):
     membrane = {"stiffness": draw(POSITIVE), "exponent": draw(st.floats(0, 20, exclude_min=True))}
     membrane |= {"ball_radius_m": ball_radius, "active_radius_m": active_radius}
     device = {"capsule_mass_kg": capsule, "ball_mass_kg": ball, "restitution": draw(st.floats(0, 1))}
-    parameter = draw(st.sampled_from(sorted(SWEEPABLE)))
-    ends = draw(st.tuples(*[ANGLE if parameter == "inclination_deg" else POSITIVE] * 2))
+    parameter = draw(st.sampled_from(Parameter))
+    ends = draw(st.tuples(*[st.floats(*parameter.limits)] * 2))
     tree = {
         "schema_version": 1,
         "title": draw(st.none() | st.from_regex(r"[A-Z][a-z]{1,9}( [a-z]{1,9}){0,9}", fullmatch=True)),
@@ -38,7 +37,7 @@ def scenarios(draw):
         "period_ratio": draw(st.integers(1, 20)),
     }
     if ends[0] != ends[1]:
-        tree["sweep"] = {"parameter": parameter, "from": ends[0], "to": ends[1]}
+        tree["sweep"] = {"parameter": parameter.value, "from": ends[0], "to": ends[1]}
     return tree
 
 
@@ -76,7 +75,7 @@ TREES = st.recursive(
     lambda parts: st.lists(parts, max_size=2) | st.dictionaries(st.text(max_size=5), parts, max_size=2),
     max_leaves=4,
 )
-PATHS = st.sampled_from(sorted(loads(GOOD).given | set(SWEEPABLE.values())))
+PATHS = st.sampled_from(sorted(loads(GOOD).given | {parameter.path for parameter in Parameter}))
 
 
 @REPEATABLE

@@ -6,7 +6,7 @@ import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD, Bad
 
 from vireport.errors import ScenarioError
-from vireport.scenario.loading import loads
+from vireport.scenario import loads
 
 
 def refusal(text: str | bytes) -> ScenarioError:
