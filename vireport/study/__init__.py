@@ -1,6 +1,5 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
-from vireport.study.measured import accuracy_data, compliance_data
 from vireport.study.notebook import html_table
 from vireport.study.plan import ALL_FORMATS, FORMATS, plan
 from vireport.study.provenance import Provenance, provenance_of, with_pages
@@ -13,10 +12,8 @@ __all__ = [
     "SCHEMA_VERSION",
     "Provenance",
     "Study",
-    "accuracy_data",
     "analyse",
     "branches_csv",
-    "compliance_data",
     "device_of",
     "html_table",
     "membrane_of",

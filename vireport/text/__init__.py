@@ -1,4 +1,4 @@
-"""Numbers as text."""
+"""Numbers as text, and tables of them."""
 
 from vireport.text.formatting import (
     ABSENT,
@@ -15,6 +15,7 @@ from vireport.text.formatting import (
     significant,
     words,
 )
+from vireport.text.tables import Column, Table, broken, markdown_table, numbers, plain_table, plain_text, texts
 
 __all__ = [
     "ABSENT",
@@ -22,12 +23,20 @@ __all__ = [
     "MOST_DIGITS",
     "PREFIXES",
     "TIMES",
+    "Column",
+    "Table",
     "bounded",
+    "broken",
     "error_bound",
     "exact",
+    "markdown_table",
+    "numbers",
     "percent",
+    "plain_table",
+    "plain_text",
     "quantity",
     "scaled",
     "significant",
+    "texts",
     "words",
 ]
