@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -42,9 +41,6 @@ SHORTEST = 1e-10
 
 OFF_CENTRE = 1 - 1.7e-9
 """Factor that keeps the samples of q off the round values at which the three equations are dependent."""
-
-BISECTIONS, NEWTON_AFTER = 200, 16
-"""Halvings of a bracket around a turning point at the most, and after how many Newton's method is tried."""
 
 State = tuple[Any, Any, Any]
 """Velocity before the bottom impact [y_c], phase there [rad], q - 1/2; of mpf."""
@@ -353,40 +349,38 @@ def voltage(speed: Any, membrane: Membrane) -> tuple[Any, Any]:
 
 
 def turning_points(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[tuple[Any, int, Any]]:
-    """Zeros of Z' in the flights, where its sign changes between samples: gap to the nearer wall, flight, time."""
+    """Zeros of Z' in the flights: gap to the nearer wall, flight, time.
+
+    Z' is monotone between the zeros of Z'' = gbar + cos, so that each interval between those has one zero or none.
+    """
     found = []
     for k, (start, speed, phase, duration) in enumerate(flights(state, d, gbar, r, n)):
-        short = np.geomspace(SHORTEST, 1e-3, 600)
-        t = np.linspace(0.0, float(duration), 4000 * n)[1:-1]
-        t = np.sort(
-            np.concatenate([t, *(x[x < float(duration)] for x in (short, float(duration) - short) if x[0] > 0)])
-        )
-        rate = flight(t, float(start), float(speed), float(phase), float(gbar), np)[1]
-        for i in np.flatnonzero((rate[1:] > 0) != (rate[:-1] > 0)):
-            leaving = start, speed, phase, gbar
-            zero = _turn(leaving, mpf(float(t[i])), mpf(float(t[i + 1])), bool(rate[i + 1] > 0))
-            z = flight(zero, *leaving)[0]
+
+        def rate(t: Any, start: Any = start, speed: Any = speed, phase: Any = phase) -> Any:
+            return flight(t, start, speed, phase, gbar)[1]
+
+        for zero in _zeros(rate, _bends(phase, gbar, duration)):
+            z = flight(zero, start, speed, phase, gbar)[0]
             found.append((min(d / 2 - z, d / 2 + z), k, zero))
     return found
 
 
-def _turn(leaving: tuple[Any, Any, Any, Any], low: Any, high: Any, rising: bool) -> Any:
-    """Zero of Z' between two times."""
-    for step in range(BISECTIONS):
-        if step == NEWTON_AFTER:
-            try:
-                zero = newton(partial(_rate, leaving), [(low + high) / 2])[0]
-            except ArithmeticError:
-                zero = low  # nearly a double zero: by bisection alone
-            if low < zero < high:
-                return zero
-        middle = (low + high) / 2
-        low, high = (low, middle) if (_rate(leaving, [middle])[0] > 0) == rising else (middle, high)
-    return (low + high) / 2
+def _bends(phase: Any, gbar: Any, duration: Any) -> list[Any]:
+    """The ends of a flight, but for its first instant, and the zeros of Z'' between them."""
+    times = [mpf(SHORTEST), duration]
+    if gbar < 1:
+        for side in (1, -1):
+            first = (side * mp.acos(-gbar) - phase) / mp.pi
+            times += [first + 2 * k for k in range(int(mp.ceil(-first / 2)), int((duration - first) / 2) + 1)]
+    return sorted(t for t in times if SHORTEST <= t <= duration)
 
 
-def _rate(leaving: tuple[Any, Any, Any, Any], x: list[Any]) -> list[Any]:
-    return [flight(x[0], *leaving)[1]]
+def _zeros(function: Callable[[Any], Any], ends: Sequence[Any]) -> Iterator[Any]:
+    """Zeros where a function changes its sign from one end to the next."""
+    values = [function(t) for t in ends]
+    for low, high, before, after in zip(ends, ends[1:], values, values[1:], strict=False):
+        if (before > 0) != (after > 0):
+            yield mp.findroot(function, (low, high), solver="anderson", verify=False)
 
 
 def pressing(state: State, gbar: Any, n: int, at_top: bool) -> Any:

@@ -16,7 +16,7 @@ from vireport import load
 from vireport.analysis.motions import Motions
 from vireport.errors import NumericalError
 from vireport.extremes.catalogue import catalogue, run_catalogue, summary, table_data, table_text
-from vireport.extremes.harvester import harvester_of
+from vireport.extremes.harvester import PAPER, harvester_of
 from vireport.extremes.judge import Case, Finding, NotThereError, Outcome, Verdict, judge
 from vireport.scenario.parameters import Parameter
 from vireport.simulation import FLIGHT, REST, VELOCITY
@@ -70,8 +70,8 @@ CASES = {f"{case.group}: {case.name}": case for case in catalogue()}
 
 def planted(name: str, fault: Callable[[Any], Any]) -> Outcome:
     """The judgement of a case whose answer is altered before it is checked."""
-    case = CASES[name]
-    return judge(replace(case, answer=lambda: fault(case.answer())))
+    answer = fault(CASES[name].answer())
+    return judge(replace(CASES[name], answer=lambda: answer))
 
 
 def with_motions(study: Study, change: Callable[[Motions], Motions]) -> Study:

@@ -131,10 +131,10 @@ def _beside_folds(harvester: Harvester, inside: float) -> list[tuple[Motions, li
     """Devices so little inside each fold: their motions, the two that must be among them, and d."""
     answers = []
     for point in _points(harvester, CriticalKind.FOLD):
-        there, states = _twins(harvester, point, inside)
-        design = there.study().solution.design
+        beside, states = _twins(harvester, point, inside)
+        design = beside.study().solution.design
         assert design is not None
-        answers.append((design.motions, states, there.device.length_m / harvester.length(1)))
+        answers.append((design.motions, states, beside.device.length_m / harvester.length(1)))
     return answers
 
 
@@ -149,21 +149,21 @@ def _check_twins(answers: Sequence[tuple[Motions, list[Any], float]]) -> Finding
 
 
 def _twins(harvester: Harvester, point: CriticalPoint, inside: float) -> tuple[Harvester, list[Any]]:
-    """A device so little inside a fold, and the two motions that meet there, in 40 digits."""
+    """A device so little inside a fold, and the two motions that meet in it, in 40 digits."""
     from vireport import reference as exact
 
     n, p = harvester.device.period_ratio, point.point
 
-    def beside(bend: Any) -> tuple[Harvester, Any]:
-        there = harvester.with_device(length_m=p.sweep_value * (1 + inside * (1 if bend > 0 else -1)))
-        return there, exact.groups(there.device, Parameter.LENGTH, there.device.length_m)[0]
+    def device_beside(bend: Any) -> tuple[Harvester, Any]:
+        beside = harvester.with_device(length_m=p.sweep_value * (1 + inside * (1 if bend > 0 else -1)))
+        return beside, exact.groups(beside.device, Parameter.LENGTH, beside.device.length_m)[0]
 
     with exact.precise():
         r = exact.mpf(harvester.device.restitution)
         gbar = exact.groups(harvester.device, Parameter.LENGTH, 1)[1]
         if point.family is Family.SYMMETRIC:
-            there, d = beside(-1)  # (1+r) Zd/2 - 2 cos(phi)/pi^2 is largest there
-            return there, list(exact.symmetric_motions(d, r, n))
+            beside, d = device_beside(-1)  # (1+r) Zd/2 - 2 cos(phi)/pi^2 is largest at the fold
+            return beside, list(exact.symmetric_motions(d, r, n))
         fold, phase = [exact.mpf(x) for x in (p.velocity_bottom, p.u, p.d)], exact.mpf(p.phi)
 
         def at_phase(phase: Any) -> list[Any]:
@@ -173,12 +173,12 @@ def _twins(harvester: Harvester, point: CriticalPoint, inside: float) -> tuple[H
             return exact.newton(closed, fold, [1, 1, 1])
 
         bend = (at_phase(phase + BEND_STEP)[2] + at_phase(phase - BEND_STEP)[2]) / 2 - fold[2]
-        there, d = beside(bend)
+        beside, d = device_beside(bend)
         reach, states = BEND_STEP * exact.mp.sqrt(abs((d - fold[2]) / bend)), []
         for aside in (phase + reach, phase - reach):
             velocity, u, _ = at_phase(aside)
             states.append(exact.motion([velocity, aside, u], d, gbar, r, n))
-        return there, states
+        return beside, states
 
 
 def _check_changes(study: Study) -> Finding:
@@ -216,11 +216,11 @@ Pair = tuple[CriticalPoint, CriticalPoint]
 """A period doubling and a graze."""
 
 Meeting = tuple[float, list[tuple[Pair, Device]], Study]
-"""The gbar at which both meet, the pairs found beside it with their devices, and the study there."""
+"""The gbar at which both meet, the pairs found beside it with their devices, and the study at that gbar."""
 
 
 def _meeting(harvester: Harvester) -> Meeting:
-    """Where a period doubling comes to graze, solved in 40 digits; then what is found beside it and there."""
+    """Where a period doubling comes to graze, solved in 40 digits; then what is found beside it and at it."""
     pairs = [pair for gbar in MEETING_GBARS if (pair := _nearest_pair(harvester.with_groups(gbar=float(gbar))))]
     close = [pair for pair in pairs if _distance(*pair) < NEAR]
     if not close:
@@ -231,13 +231,13 @@ def _meeting(harvester: Harvester) -> Meeting:
     except ArithmeticError as error:
         raise NotThereError("no period doubling of this device meets a grazing point") from error
     beside = [harvester.with_groups(gbar=gbar * factor) for factor in (1 - ASIDE, 1 + ASIDE)]
-    found = [(pair, there.device) for there in beside if (pair := _nearest_pair(there)) is not None]
-    return gbar, found, harvester.with_groups(gbar=gbar, d=grazing.point.d).over()
+    pairs_beside = [(pair, near.device) for near in beside if (pair := _nearest_pair(near)) is not None]
+    return gbar, pairs_beside, harvester.with_groups(gbar=gbar, d=grazing.point.d).over()
 
 
 def _check_meeting(answer: Meeting) -> Finding:
-    gbar, found, study = answer
-    met = [(pair, device) for pair, device in found if _distance(*pair) < MET]
+    gbar, pairs_beside, study = answer
+    met = [(pair, device) for pair, device in pairs_beside if _distance(*pair) < MET]
     distances = [_distance(*pair) for pair, _ in met]
     errors = [point_error(point, device, Parameter.LENGTH)[0] for pair, device in met for point in pair]
     text = f"at gbar = {gbar:.12g}; {ASIDE:g} beside it they are {min(distances, default=np.inf):.1e} apart"
@@ -245,9 +245,9 @@ def _check_meeting(answer: Meeting) -> Finding:
     return combined((one_side, examine(study, degenerate=True)), text)
 
 
-def _distance(one: CriticalPoint, two: CriticalPoint) -> float:
+def _distance(first: CriticalPoint, second: CriticalPoint) -> float:
     """Between the motions at two critical points."""
-    a, b = one.point, two.point
+    a, b = first.point, second.point
     turned = float(abs(np.angle(np.exp(1j * (a.phi - b.phi)))))
     return max(abs(a.velocity_bottom - b.velocity_bottom), abs(a.u - b.u), turned)
 
@@ -285,23 +285,23 @@ def _cusp(harvester: Harvester) -> list[tuple[CriticalPoint, Device]]:
     """The pitchfork, and the fold next to it at smaller and smaller gbar, each with its device."""
     flat = harvester.with_device(inclination_deg=0.0)
     pitchfork = _points(flat, CriticalKind.PITCHFORK)[0]
-    found = [(pitchfork, flat.device)]
+    points = [(pitchfork, flat.device)]
     for gbar in CUSP_GBARS:
         slight = harvester.with_groups(gbar=gbar)
         folds = _points(slight, CriticalKind.FOLD)
-        found.append((min(folds, key=lambda point: abs(point.point.d - pitchfork.point.d)), slight.device))
-    return found
+        points.append((min(folds, key=lambda point: abs(point.point.d - pitchfork.point.d)), slight.device))
+    return points
 
 
-def _check_cusp(found: Sequence[tuple[CriticalPoint, Device]]) -> Finding:
+def _check_cusp(points: Sequence[tuple[CriticalPoint, Device]]) -> Finding:
     """The distance from the pitchfork falls by 100 where gbar does by 1000."""
-    errors = [point_error(point, device, Parameter.LENGTH)[0] for point, device in found]
-    d0 = found[0][0].point.d
-    distances = [d0 - fold.point.d for fold, _ in found[1:]]
+    errors = [point_error(point, device, Parameter.LENGTH)[0] for point, device in points]
+    d0 = points[0][0].point.d
+    distances = [d0 - fold.point.d for fold, _ in points[1:]]
     orders = [float(np.log10(a / b)) / 3 for a, b in pairwise(distances)]
     right = all(abs(order - CUSP_ORDER) < ORDER_BOUND for order in orders)
-    told = ", ".join(f"{x:.3g}" for x in distances)
-    text = f"{told} from C1 at gbar = 1e-6, 1e-9, 1e-12; order {orders[-1]:.4f}"
+    texts = ", ".join(f"{x:.3g}" for x in distances)
+    text = f"{texts} from C1 at gbar = 1e-6, 1e-9, 1e-12; order {orders[-1]:.4f}"
     return Finding(text, max(errors), 4 * UNIT, right)
 
 
@@ -312,19 +312,19 @@ def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Devic
         raise NotThereError("the ball of this device touches no membrane but the one that it is leaving")
     answers = []
     for point in points[:MOST_POINTS]:
-        there = harvester.with_device(length_m=float(exact_value(point, harvester.device, Parameter.LENGTH, gap)))
-        design = there.study().solution.design
+        graze = harvester.with_device(length_m=float(exact_value(point, harvester.device, Parameter.LENGTH, gap)))
+        design = graze.study().solution.design
         assert design is not None
         m, p = design.motions, point.point
         near = int(np.argmin(np.abs(m.velocity_bottom - p.velocity_bottom) + np.abs(m.q - 0.5 - p.u)))
-        answers.append((m, near, there.device))
+        answers.append((m, near, graze.device))
     return answers
 
 
 def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> Finding:
     from vireport import reference as exact
 
-    told, errors, right = [], [], True
+    texts, errors, right = [], [], True
     for m, near, device in answers:
         with exact.precise():
             r, n = exact.mpf(device.restitution), device.period_ratio
@@ -334,5 +334,5 @@ def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> Finding:
         found = float(m.wall_gap[near])
         errors.append(abs(found - true))
         right = right and (abs(true) < GAP_BOUND or bool(m.admissible[near]) == (true > 0))
-        told.append(f"{found:.2e} for {true:.2e}")
-    return Finding(f"{', '.join(told)} (absolute error)", max(errors), GAP_BOUND, right)
+        texts.append(f"{found:.2e} for {true:.2e}")
+    return Finding(f"{', '.join(texts)} (absolute error)", max(errors), GAP_BOUND, right)

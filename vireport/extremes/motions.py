@@ -113,7 +113,7 @@ def _with_exact_gravity(harvester: Harvester, gbar: float) -> Harvester:
     start = harvester.with_groups(gbar=gbar)
     force = start.device.amplitude_n
     nearby = (start.with_device(amplitude_n=float(force + steps * np.spacing(force))) for steps in range(-8, 9))
-    return min(nearby, key=lambda one: abs(one.groups[1] - gbar))
+    return min(nearby, key=lambda changed: abs(changed.groups[1] - gbar))
 
 
 def _length(harvester: Harvester) -> Iterator[Case]:
@@ -162,21 +162,21 @@ def _surface_at(harvester: Harvester, u: float) -> Orbits:
     return orbits(np.full(len(phase), u), phase, float(harvester.device.restitution), harvester.device.period_ratio)
 
 
-def _check_surface(harvester: Harvester, found: Orbits) -> Finding:
+def _check_surface(harvester: Harvester, solutions: Orbits) -> Finding:
     from vireport import reference as exact
 
-    require_finite(found)
-    if abs(found.u[0]) == 0.5:
-        return Finding(f"d = {np.abs(found.d).max():.1e}", float(np.abs(found.d).max()), 10 * UNIT)
+    require_finite(solutions)
+    if abs(solutions.u[0]) == 0.5:
+        return Finding(f"d = {np.abs(solutions.d).max():.1e}", float(np.abs(solutions.d).max()), 10 * UNIT)
     r, n, errors = exact.mpf(harvester.device.restitution), harvester.device.period_ratio, [0.0]
     with exact.precise():
-        for row in zip(found.u, found.phi, found.velocity_bottom, found.gbar, found.d, strict=True):
+        for row in zip(solutions.u, solutions.phi, solutions.velocity_bottom, solutions.gbar, solutions.d, strict=True):
             u, phi, *given = map(float, row)
             solved = exact.at(exact.mpf(phi), exact.mpf(u), given, r, n)
             scale = 1 + abs(solved[0])
             errors += [float(abs(a - b) / scale) for a, b in zip(given, solved, strict=True)]
-    real = (found.velocity_bottom > 0) & (found.velocity_top < 0) & (found.d > 0)
-    text = f"{count(len(found.phi), 'solution')}, {count(int(real.sum()), 'motion')}"
+    real = (solutions.velocity_bottom > 0) & (solutions.velocity_top < 0) & (solutions.d > 0)
+    text = f"{count(len(solutions.phi), 'solution')}, {count(int(real.sum()), 'motion')}"
     return Finding(text, max(errors), BOUND)
 
 
@@ -253,18 +253,18 @@ def _membrane(harvester: Harvester) -> Iterator[Case]:
     yield Case(group, "a run with deflections over Rc", "an alert with the depth", harvester.over, check)
 
 
-def _check_volts(harvester: Harvester, speed: float, found: Voltages) -> Finding:
+def _check_volts(harvester: Harvester, speed: float, answer: Voltages) -> Finding:
     from vireport.reference import voltage
 
-    require_finite(found)
-    pairs = zip((found.deflection_m[0], found.average_v[0]), voltage(speed, harvester.membrane), strict=True)
+    require_finite(answer)
+    pairs = zip((answer.deflection_m[0], answer.average_v[0]), voltage(speed, harvester.membrane), strict=True)
     errors = [0.0 if b < NO_LIFT and a < NO_LIFT else float(abs(a - b) / abs(b)) for a, b in pairs]
-    return Finding(f"{found.deflection_m[0]:.4g} m, {found.average_v[0]:.4g} V", max(errors), BOUND)
+    return Finding(f"{answer.deflection_m[0]:.4g} m, {answer.average_v[0]:.4g} V", max(errors), BOUND)
 
 
 def _check_too_deep(harvester: Harvester, study: Study) -> Finding:
     """The deepest admissible impact of a run, and the alert where that is deeper than the membrane is wide."""
     deepest = study.solution.deepest_m
-    alert = next((one for one in study.alerts if one.code == "VR010"), None)
+    alert = next((alert for alert in study.alerts if alert.code == "VR010"), None)
     text = alert.cause.split(". ")[0] if alert else f"no alert at {deepest:.3g} m"
     return Finding(text, right=(alert is not None) == (deepest > harvester.membrane.active_radius_m))

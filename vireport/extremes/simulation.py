@@ -308,8 +308,8 @@ def _check_end(expected: int, answer: Rows) -> Finding:
 
 def _many_impacts(model: Model) -> Rows:
     """The last of ten million impacts, made at once."""
-    kept, summary = follow(check_model(*model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
-    rows = kept[0][max(0, len(kept[0]) - int(summary[0, 0]) - 1) :]
+    rings, summary = follow(check_model(*model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
+    rows = rings[0][max(0, len(rings[0]) - int(summary[0, 0]) - 1) :]
     require_finite(rows[:, : VELOCITY + 1], "an impact")
     return rows, summary[0]
 

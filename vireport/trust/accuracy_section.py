@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from itertools import groupby
 from math import isfinite
 
-from vireport.text import ABSENT, TIMES, Table, numbers, percent, quantity, significant, texts
+from vireport.text import ABSENT, TIMES, Table, numbers, percent, significant, texts
+from vireport.text import quantity as in_unit
 from vireport.trust.benchmark import PHASE_OFF, VALUE_OFF, VELOCITY_OFF, Benchmark
 from vireport.trust.methods import CLOSED, NAMES, SETTLING, WHOLE
 from vireport.trust.timing import Spread
@@ -34,7 +35,7 @@ def measurements(work: WorkPrecision, every: bool = False) -> Iterator[str | Tab
     )
     for task in work.tasks:
         if every:
-            errors = (f"Error, {one.key}" for one in work.quantities if one.task == task)
+            errors = (f"Error, {quantity.key}" for quantity in work.quantities if quantity.task == task)
             yield Table(
                 f"Every run: {task_name(work, task)}",
                 (*texts("Method"), *numbers("Setting", "Time", "Evaluations", *errors)),
@@ -140,12 +141,12 @@ def _setup(work: WorkPrecision, benchmark: Benchmark) -> str:
 
 def _reference_rows(work: WorkPrecision) -> Iterator[Row]:
     """The quantities: reference, and the errors of the closed form and of the whole sweep solved without a guess."""
-    for one in work.quantities:
+    for quantity in work.quantities:
         errors = []
         for name in (CLOSED, WHOLE):
-            found = [run.errors[one.key] for run in work.runs_of(name, one.task) if run.errors]
-            errors.append(power(found[-1]) if found else ABSENT)
-        yield (_quantity_name(work, one.key), one.reference, *errors)
+            reached = [run.errors[quantity.key] for run in work.runs_of(name, quantity.task) if run.errors]
+            errors.append(power(reached[-1]) if reached else ABSENT)
+        yield (_quantity_name(work, quantity.key), quantity.reference, *errors)
 
 
 def _quantity_name(work: WorkPrecision, key: str) -> str:
@@ -171,7 +172,7 @@ def _summary_rows(work: WorkPrecision, task: str) -> Iterator[Row]:
 
 def _run_rows(work: WorkPrecision, task: str) -> Iterator[Row]:
     """Every run: method, setting, time, evaluations, and the errors or that it failed."""
-    keys = [one.key for one in work.quantities if one.task == task]
+    keys = [quantity.key for quantity in work.quantities if quantity.task == task]
     for run in work.runs:
         if run.task == task:
             errors = [power(run.errors[key]) for key in keys] if run.errors else ["failed"] + [""] * (len(keys) - 1)
@@ -237,7 +238,7 @@ def _without_guess(work: WorkPrecision) -> Iterator[str]:
     if whole is not None and whole.seconds is not None:
         of = "motion and critical point of the sweep" if task == "critical" else "motion at the design point"
         yield (
-            f"Without a guess, every {of} together take {quantity(whole.seconds.median, 's', 3)}, with an error of "
+            f"Without a guess, every {of} together take {in_unit(whole.seconds.median, 's', 3)}, with an error of "
             f"{power(whole.error)} for {task_name(work, task)}. No other method here says how many motions there are, "
             "or that none was missed."
         )

@@ -46,15 +46,9 @@ SHOWN = 20
 
 @dataclass(frozen=True, slots=True)
 class Guess:
-    """Where every method begins.
+    """Where every method begins: phase [rad] and velocity [y_c] at the bottom impact, q, and the swept value.
 
-    Attributes
-    ----------
-    phase, velocity : float
-        At the bottom impact [rad], [y_c].
-    q : float
-    value : float
-        The swept parameter: of a motion as asked for, of a critical point a guess.
+    The value is given of a motion, and a guess of a critical point.
     """
 
     phase: float
@@ -132,7 +126,7 @@ class Quantity:
     task : str
         ``orbit`` or ``critical``: what has to be solved for it.
     reference : str
-        Its value to `SHOWN` digits: y_c, rad, V, or the unit of the swept parameter.
+        To `SHOWN` digits, in y_c, rad, V, or the unit of the swept parameter.
     relative : bool
         Whether errors are relative; those of the phase are in rad.
     """
@@ -149,12 +143,8 @@ class Benchmark:
 
     Attributes
     ----------
-    motion : Target
-    critical : Target or None
-    point : CriticalPoint or None
-        What the critical target is.
-    membrane : Membrane or None
-    quantities : tuple of Quantity
+    motion, critical : Target
+        The latter None where there is no critical `point`.
     exact : dict
         40-digit numbers by the key of the quantity.
     offset : float
@@ -174,20 +164,20 @@ class Benchmark:
         """The swept parameter, where the motion is."""
         return self.motion.guess.value
 
-    def errors(self, found: Motion | float) -> dict[str, float]:
+    def errors(self, answer: Motion | float) -> dict[str, float]:
         """Errors of what a method found, by the key of the quantity."""
-        if not isinstance(found, Motion):
-            return {"critical": _relative(found, self.exact["critical"])}
-        turned = float(found.phase - self.exact["phase"])
+        if not isinstance(answer, Motion):
+            return {"critical": _relative(answer, self.exact["critical"])}
+        turned = float(answer.phase - self.exact["phase"])
         result = {
-            "velocity": _relative(found.velocity, self.exact["velocity"]),
+            "velocity": _relative(answer.velocity, self.exact["velocity"]),
             # Turns are taken off the difference, which has few digits to lose.
             "phase": abs(turned - 2 * np.pi * round(turned / (2 * np.pi))),
         }
         if self.membrane is not None:
             sweep = self.motion.sweep
             unit = sweep.device.velocity_unit(sweep.parameter, self.value)
-            bottom, top = np.array(unit * found.velocity), np.array(unit * found.velocity_top)
+            bottom, top = np.array(unit * answer.velocity), np.array(unit * answer.velocity_top)
             volts = float(voltages(bottom, top, self.membrane).average_v)
             result["voltage"] = _relative(volts, self.exact["voltage"])
         return result
@@ -213,7 +203,7 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     design, row = chosen
     sweep, motions = _sweep_through(solution, design), design.motions
     device, parameter, swept = sweep.device, sweep.parameter, solution.sweep is not None
-    guess = (float(motions.velocity_bottom[row]), float(motions.phi_bottom[row]), float(motions.q[row]))
+    guess = [float(array[row]) for array in (motions.velocity_bottom, motions.phi_bottom, motions.q)]
     orbit = reference_orbit(device, parameter, design.value, guess)
     symmetric = design.families[row] is Family.SYMMETRIC
     offset = min(1.0, NEAREST * _distance_to_next(motions, row) / PHASE_OFF)
@@ -225,10 +215,10 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     critical = None
     if point is not None:
         p, symmetric = point.point, point.family is Family.SYMMETRIC
-        guess_there = (p.velocity_bottom, p.phi, 0.5 + p.u, p.sweep_value)
-        there = reference_critical(device, parameter, point.kind, guess_there)
-        critical = Target(sweep, swept, point.kind, symmetric, _aside(there, symmetric, offset))
-        exact["critical"] = there.value
+        guess = [p.velocity_bottom, p.phi, 0.5 + p.u, p.sweep_value]
+        orbit = reference_critical(device, parameter, point.kind, guess)
+        critical = Target(sweep, swept, point.kind, symmetric, _aside(orbit, symmetric, offset))
+        exact["critical"] = orbit.value
     quantities = tuple(
         Quantity(key, "critical" if key == "critical" else "orbit", digits(number, SHOWN), key != "phase")
         for key, number in exact.items()
@@ -279,6 +269,6 @@ def _aside(orbit: ReferenceOrbit, symmetric: bool, offset: float) -> Guess:
     )
 
 
-def _relative(found: float, exact: Any) -> float:
+def _relative(number: float, exact: Any) -> float:
     """Relative error, formed in the digits of the exact number."""
-    return float(abs((found - exact) / exact)) if exact else abs(found)
+    return float(abs((number - exact) / exact)) if exact else abs(number)

@@ -57,17 +57,7 @@ MARGIN_LIMITS = 0.1, 0.5
 
 @dataclass(frozen=True, slots=True)
 class Rigid:
-    """The motion with rigid impacts that is followed.
-
-    Attributes
-    ----------
-    parameter, value : Parameter, float
-        Where it is.
-    chosen : str
-        Why this one, in words.
-    velocity_bottom, velocity_top, phase_bottom, phase_top : float
-        As in `Motions`.
-    """
+    """The motion with rigid impacts that is followed: where it is, why this one, and its numbers as in `Motions`."""
 
     parameter: Parameter
     value: float
@@ -80,19 +70,7 @@ class Rigid:
 
 @dataclass(frozen=True, slots=True)
 class Rung:
-    """The compliant model at one stiffness.
-
-    Attributes
-    ----------
-    factor : float
-        Times K.
-    orbit : CompliantOrbit or None
-        None where the motion is lost.
-    critical_value : float or None
-        Of the varied parameter at the critical point that is followed.
-    reason : str
-        Why something is None, or "".
-    """
+    """The compliant model at `factor` times K: the motion, the critical value, and the reason where one is lost."""
 
     factor: float
     orbit: CompliantOrbit | None
@@ -121,16 +99,7 @@ class Convergence:
 
 @dataclass(frozen=True, slots=True)
 class Criterion:
-    """One question of whether the rigid model is good enough.
-
-    Attributes
-    ----------
-    name : str
-    shift : float
-        Relative to what is named.
-    good, fair : float
-        Sizes up to which it is good, or usable with care.
-    """
+    """Whether the rigid model is good enough: a relative shift, and sizes up to which it is good, or fair to use."""
 
     name: str
     shift: float
@@ -239,7 +208,7 @@ class Compliance:
     @property
     def criteria(self) -> tuple[Criterion, ...]:
         """What the rigid model is judged by."""
-        return tuple(one.criterion for one in self.quantities if one.criterion is not None)
+        return tuple(compared.criterion for compared in self.quantities if compared.criterion is not None)
 
     @property
     def grade(self) -> int | None:
@@ -296,7 +265,7 @@ def compliance(
             tell(f"compliant membranes: solvers at K times {rung.factor:g}")
             model = compliant_model(device, rigid.parameter, rigid.value, membrane, rung.factor)
             runs += run_ladder(period_of(model, rung.orbit), rung.factor, repeats)
-    found = Compliance(
+    comparison = Compliance(
         rigid=rigid,
         critical=critical,
         varied=varied,
@@ -307,12 +276,12 @@ def compliance(
         convergence=tuple(_convergence(rigid, critical, rungs)),
         runs=tuple(runs),
     )
-    if found.own is None or found.own.orbit is None:
-        return found
+    if comparison.own is None or comparison.own.orbit is None:
+        return comparison
     model = compliant_model(device, rigid.parameter, rigid.value, membrane)
-    volts = _volts(rigid, found.own.orbit, model, membrane)
-    quantities = (*_motion_rows(rigid, found.own.orbit, model), *_voltage_rows(volts), *_critical_rows(found))
-    return replace(found, volts=volts, quantities=quantities)
+    volts = _volts(rigid, comparison.own.orbit, model, membrane)
+    quantities = (*_motion_rows(rigid, comparison.own.orbit, model), *_voltage_rows(volts), *_critical_rows(comparison))
+    return replace(comparison, volts=volts, quantities=quantities)
 
 
 def _rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
@@ -380,7 +349,7 @@ def _descend(factors: Sequence[float], exponent: float, start: Floats | None, fi
     if start is None:
         return [(None, "there is no period doubling and no fold to follow")] * len(factors)
     (e0, x0), (e1, x1) = (0.0, start), (0.0, start)
-    found: list[tuple[Any, str]] = []
+    rungs: list[tuple[Any, str]] = []
     lost = ""
     for factor in sorted(factors, reverse=True):
         goal, reached = float(factor ** (-1 / (exponent + 1))), None
@@ -397,8 +366,8 @@ def _descend(factors: Sequence[float], exponent: float, start: Floats | None, fi
                 continue
             (e0, x0), (e1, x1) = (e1, x1), (aim, x)
             reached = result if aim == goal else None
-        found.append((reached, lost))
-    return found[::-1]
+        rungs.append((reached, lost))
+    return rungs[::-1]
 
 
 def _convergence(rigid: Rigid, critical: CriticalPoint | None, rungs: Sequence[Rung]) -> Iterator[Convergence]:
@@ -469,31 +438,31 @@ def _voltage_rows(volts: Volts) -> Iterator[Compared]:
     yield Compared("U_ave by the deflections", Unit.VOLTAGE, volts.rigid, volts.by_deflection, by_deflection)
 
 
-def _critical_rows(found: Compliance) -> Iterator[Compared]:
+def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
     """Where the critical point is, judged by its shift over the margin to it."""
-    if found.critical is None or found.own is None:
+    if comparison.critical is None or comparison.own is None:
         return
-    label, at, value = found.critical.label, found.critical.point.sweep_value, found.own.critical_value
-    margin, criterion, shift = abs(found.design_value - at), None, None
+    label, at, value = comparison.critical.label, comparison.critical.point.sweep_value, comparison.own.critical_value
+    margin, criterion, shift = abs(comparison.design_value - at), None, None
     if value is not None:
         shift = value / at - 1
         criterion = Criterion(label, (value - at) / margin, *MARGIN_LIMITS) if margin else None
-    yield Compared(f"{label}, {found.varied.symbol}", found.varied, at, value, shift, criterion)
+    yield Compared(f"{label}, {comparison.varied.symbol}", comparison.varied, at, value, shift, criterion)
 
 
-def compliance_data(found: Compliance) -> dict[str, Any]:
+def compliance_data(comparison: Compliance) -> dict[str, Any]:
     """The compliant motion beside the rigid one, and every run of a solver, as plain data for JSON."""
     return {
-        "nothing": found.reason or None,
-        "grade": found.grade,
-        "rigid": None if found.rigid is None else asdict(found.rigid),
-        "varied": found.varied,
-        "design_value": found.design_value,
-        "order": found.order,
-        "rungs": [asdict(rung) for rung in found.rungs],
-        "convergence": [asdict(one) for one in found.convergence],
-        "volts": None if found.volts is None else asdict(found.volts),
-        "runs": [asdict(run) for run in found.runs],
-        "error_bounds": [None if rung.orbit is None else rung.orbit.error_bound for rung in found.rungs],
-        "criteria": [{**asdict(one), "grade": one.grade} for one in found.criteria],
+        "nothing": comparison.reason or None,
+        "grade": comparison.grade,
+        "rigid": None if comparison.rigid is None else asdict(comparison.rigid),
+        "varied": comparison.varied,
+        "design_value": comparison.design_value,
+        "order": comparison.order,
+        "rungs": [asdict(rung) for rung in comparison.rungs],
+        "convergence": [asdict(convergence) for convergence in comparison.convergence],
+        "volts": None if comparison.volts is None else asdict(comparison.volts),
+        "runs": [asdict(run) for run in comparison.runs],
+        "error_bounds": [None if rung.orbit is None else rung.orbit.error_bound for rung in comparison.rungs],
+        "criteria": [{**asdict(criterion), "grade": criterion.grade} for criterion in comparison.criteria],
     }

@@ -39,74 +39,74 @@ SHORT = {
 """Ways to fail, short enough for a cell."""
 
 
-def verdict(found: Compliance) -> str:
+def verdict(comparison: Compliance) -> str:
     """Whether rigid impacts are good enough here, and which criterion says so."""
-    own = found.own
+    own = comparison.own
     if own is None:
-        return f"Rigid and compliant membranes were not compared: {found.reason}."
+        return f"Rigid and compliant membranes were not compared: {comparison.reason}."
     if own.orbit is None:
         lost = _bracketed(own.reason)
         return f"The rigid model is not good enough here: on the compliant membranes the motion is {lost}."
     if not own.orbit.stable:
         return "The rigid model is not good enough here: on the compliant membranes the motion is no longer stable."
     head = f"Contacts last up to {percent(own.orbit.longest_contact / 2, 2)} of the forcing period. "
-    if found.critical is not None and own.critical_value is None:
+    if comparison.critical is not None and own.critical_value is None:
         return (
             f"{head}The rigid model is not good enough here: followed from stiff membranes to softer ones, "
-            f"{found.critical.label} is {_bracketed(own.reason)}."
+            f"{comparison.critical.label} is {_bracketed(own.reason)}."
         )
-    if found.grade == 0:
+    if comparison.grade == 0:
         return f"{head}The rigid model is good enough here by all criteria."
-    return f"{head}The rigid model is {GRADES[found.grade or 0]} here: {'; '.join(_moved(found))}."
+    return f"{head}The rigid model is {GRADES[comparison.grade or 0]} here: {'; '.join(_moved(comparison))}."
 
 
-def comparison_with_rigid(found: Compliance) -> Iterator[str | Table]:
+def comparison_with_rigid(comparison: Compliance) -> Iterator[str | Table]:
     """The verdict, what moves from the rigid model, and the rate at which it tends to it."""
-    yield verdict(found)
-    if found.own is None:
+    yield verdict(comparison)
+    if comparison.own is None:
         return
     yield (
         "The rigid impact is the limit of a contact with the force K δ^h. Here the ball meets membranes with that "
         "force and the damping of Hunt and Crossley, which gives each contact the restitution of the scenario where "
         "no other force acts; gravity and the forcing act on during the contact. The motion followed is "
-        f"{cast(Rigid, found.rigid).chosen}."
+        f"{cast(Rigid, comparison.rigid).chosen}."
     )
-    if found.quantities:
+    if comparison.quantities:
         yield Table(
             "Rigid and compliant membranes",
             (*texts("Quantity"), *numbers("Rigid", "Compliant", "Shift")),
-            tuple(map(_compared_row, found.quantities)),
+            tuple(map(_compared_row, comparison.quantities)),
             "Velocities are those at the touch. A rigid impact has no deflection: the value is that of (5.5). The "
             "voltages by the deflections take the damping into account, which (5.5) does not.",
         )
         yield Table(
             "Is the rigid model good enough?",
             (*texts("Criterion"), *numbers("Shift", "Good up to", "With care up to"), *texts("Answer")),
-            tuple(_criterion_rows(found)),
+            tuple(_criterion_rows(comparison)),
             "The shift of a critical point is over its distance from the motion, which is the margin.",
         )
-    yield _ladder(found)
-    label = found.critical.label if found.critical is not None else ""
-    for rung in found.rungs:
-        if rung is not found.own and rung.reason and (rung.orbit is None or label):
+    yield _ladder(comparison)
+    label = comparison.critical.label if comparison.critical is not None else ""
+    for rung in comparison.rungs:
+        if rung is not comparison.own and rung.reason and (rung.orbit is None or label):
             what = "the motion" if rung.orbit is None else label
             yield f"With K times {factor_text(rung.factor)}, {what} is {_bracketed(rung.reason)}."
 
 
-def solvers_on_stiff_membranes(found: Compliance) -> Iterator[str | Table]:
+def solvers_on_stiff_membranes(comparison: Compliance) -> Iterator[str | Table]:
     """What solvers make of the equation as it stands: findings, errors, evaluations and times."""
-    if not found.runs:
+    if not comparison.runs:
         return
     yield (
         "Each solver takes the whole equation over one period in one go, without being told of the contacts. It starts "
         "on the accurate motion, so that the distance from it at the end is the error. "
         f"An error of {significant(WRONG, 2)} or more is called wrong."
     )
-    yield from findings(found)
-    factors = sorted({run.factor for run in found.runs})
+    yield from findings(comparison)
+    factors = sorted({run.factor for run in comparison.runs})
     columns = (*texts("Solver"), *numbers("Setting", *(f"K times {factor_text(f)}" for f in factors)))
-    runs = {(run.solver, run.setting, run.factor): run for run in found.runs}
-    ladder = dict.fromkeys((run.solver, run.setting) for run in found.runs)
+    runs = {(run.solver, run.setting, run.factor): run for run in comparison.runs}
+    ladder = dict.fromkeys((run.solver, run.setting) for run in comparison.runs)
 
     def rows(show: Callable[[SolverRun], str]) -> tuple[tuple[str, ...], ...]:
         return tuple(
@@ -129,31 +129,35 @@ def solvers_on_stiff_membranes(found: Compliance) -> Iterator[str | Table]:
     )
 
 
-def findings(found: Compliance) -> Iterator[str]:
+def findings(comparison: Compliance) -> Iterator[str]:
     """What the runs say of explicit and implicit methods, in sentences."""
-    factors = sorted({run.factor for run in found.runs})
+    factors = sorted({run.factor for run in comparison.runs})
     if not factors:
         return
     first, last = factors[0], factors[-1]
     failed: dict[tuple[str, float], list[SolverRun]] = {}
-    for run in found.runs:
+    for run in comparison.runs:
         if run.outcome is not Outcome.SOLVED:
             failed.setdefault((run.solver, run.setting), []).append(run)
     for (solver, setting), runs in failed.items():
-        kind = f"{setting_text(solver, setting)} steps per period" if solver == FIXED else f"tolerance {setting_text(solver, setting)}"
+        kind = (
+            f"{setting_text(solver, setting)} steps per period"
+            if solver == FIXED
+            else f"tolerance {setting_text(solver, setting)}"
+        )
         at = ", ".join(f"{factor_text(run.factor)} ({SHORT[run.outcome]})" for run in runs)
         yield f"{solver} with {kind} fails at K times {at}."
-    fixed = [run for run in found.runs if run.solver == FIXED and run.outcome is Outcome.SOLVED]
+    fixed = [run for run in comparison.runs if run.solver == FIXED and run.outcome is Outcome.SOLVED]
     if fixed:
-        least = min(_contact_steps(found, run) for run in fixed)
+        least = min(_contact_steps(comparison, run) for run in fixed)
         yield (
             f"{FIXED}, of fixed step, was right with {significant(least, 2)} steps or more in the shorter contact: "
-            f"the steps it needs per period grow as K^{significant(found.order, 3)}."
+            f"the steps it needs per period grow as K^{significant(comparison.order, 3)}."
         )
-    growths = {name: _growth(found, name, first, last) for name in EXPLICIT if name != FIXED}
+    growths = {name: _growth(comparison, name, first, last) for name in EXPLICIT if name != FIXED}
     grown = " and ".join(f"{significant(g, 2)} ({name})" for name, g in growths.items() if g is not None)
     if len(factors) > 1 and grown:
-        shorter = float(f"{(last / first) ** found.order:.2g}")
+        shorter = float(f"{(last / first) ** comparison.order:.2g}")
         yield (
             f"From K times {factor_text(first)} to {factor_text(last)} the evaluations of adaptive explicit "
             f"methods grow at the most by a factor of {grown}; steps of one length would have to become "
@@ -161,15 +165,17 @@ def findings(found: Compliance) -> Iterator[str]:
             "short, but no harder in its own time. Accuracy limits the step there, for implicit methods too, and "
             "not stability."
         )
-    good = [run for run in found.runs if run.factor == last and run.error is not None and run.error <= USEFUL]
+    good = [run for run in comparison.runs if run.factor == last and run.error is not None and run.error <= USEFUL]
     if good:
         fastest = ", ".join(f"{run.solver} {significant(1e3 * run.seconds, 2)} ms" for run in _fastest_of_each(good))
         yield f"Fastest to an error below {factor_text(USEFUL)} at K times {factor_text(last)}: {fastest}."
 
 
-def quantity_label(found: Compliance, one: Convergence) -> str:
+def quantity_label(comparison: Compliance, convergence: Convergence) -> str:
     """Name of a quantity that converges; of the critical value, the label of the point."""
-    return found.critical.label if one.quantity == "critical value" and found.critical is not None else one.quantity
+    if convergence.quantity == "critical value" and comparison.critical is not None:
+        return comparison.critical.label
+    return convergence.quantity
 
 
 def setting_text(solver: str, setting: float) -> str:
@@ -185,17 +191,17 @@ def factor_text(value: float) -> str:
     return significant(value, 3)
 
 
-def _moved(found: Compliance) -> Iterator[str]:
+def _moved(comparison: Compliance) -> Iterator[str]:
     """By how much the quantities move that the grade is given for, in words."""
-    for c in found.criteria:
-        if c.grade != found.grade:
+    for c in comparison.criteria:
+        if c.grade != comparison.grade:
             continue
-        if found.critical is None or c.name != found.critical.label:
+        if comparison.critical is None or c.name != comparison.critical.label:
             yield f"{c.name} shifts by {percent(c.shift, signed=True)}"
             continue
         size = abs(c.shift)
         share = f"{percent(size)} of the margin" if size < MULTIPLE else f"{float(f'{size:.2g}'):g} times the margin"
-        towards = c.shift * (found.design_value - found.critical.point.sweep_value) > 0
+        towards = c.shift * (comparison.design_value - comparison.critical.point.sweep_value) > 0
         yield f"{c.name} moves by {share} to it, {'towards' if towards else 'away from'} the motion"
 
 
@@ -205,15 +211,20 @@ def _bracketed(reason: str) -> str:
     return f"{what} ({why.replace(': ', ', ')})" if colon else reason
 
 
-def _compared_row(one: Compared) -> tuple[str, str, str, str]:
-    name = f"{one.name} [{one.unit}]" if one.unit in (Unit.VELOCITY, Unit.PHASE) else one.name
-    if one.shift is None:
+def _compared_row(compared: Compared) -> tuple[str, str, str, str]:
+    name = f"{compared.name} [{compared.unit}]" if compared.unit in (Unit.VELOCITY, Unit.PHASE) else compared.name
+    if compared.shift is None:
         shift = ABSENT
-    elif one.unit is Unit.PHASE:
-        shift = significant(one.shift, 3)
+    elif compared.unit is Unit.PHASE:
+        shift = significant(compared.shift, 3)
     else:
-        shift = percent(one.shift, 2 if one.unit in (Unit.DEPTH, Unit.RATIO) else 3, signed=True)
-    return _capital(name), _with_unit(one.rigid, one.unit), _with_unit(one.compliant, one.unit), shift
+        shift = percent(compared.shift, 2 if compared.unit in (Unit.DEPTH, Unit.RATIO) else 3, signed=True)
+    return (
+        _capital(name),
+        _with_unit(compared.rigid, compared.unit),
+        _with_unit(compared.compliant, compared.unit),
+        shift,
+    )
 
 
 def _with_unit(value: float | None, unit: Unit | Parameter) -> str:
@@ -228,13 +239,13 @@ def _with_unit(value: float | None, unit: Unit | Parameter) -> str:
     return significant(value, 4 if unit is Unit.RATIO else 5)
 
 
-def _criterion_rows(found: Compliance) -> Iterator[tuple[str, ...]]:
+def _criterion_rows(comparison: Compliance) -> Iterator[tuple[str, ...]]:
     """Each criterion: shift, limits and answer; a critical point that is lost has no shift."""
-    label = found.critical.label if found.critical is not None else None
-    for c in found.criteria:
+    label = comparison.critical.label if comparison.critical is not None else None
+    for c in comparison.criteria:
         name = f"{c.name} over the margin to it" if c.name == label else _capital(c.name)
         yield name, percent(c.shift, 3, signed=True), percent(c.good), percent(c.fair), _capital(GRADES[c.grade])
-    if label is not None and found.own is not None and found.own.critical_value is None:
+    if label is not None and comparison.own is not None and comparison.own.critical_value is None:
         yield f"{label} over the margin to it", "lost", *map(percent, MARGIN_LIMITS), _capital(GRADES[2])
 
 
@@ -242,19 +253,19 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _ladder(found: Compliance) -> Table:
+def _ladder(comparison: Compliance) -> Table:
     """Distances from the rigid model on all rungs, and the fitted exponents."""
-    label = found.critical.label if found.critical is not None else "critical point"
+    label = comparison.critical.label if comparison.critical is not None else "critical point"
     rows = [
         (
             factor_text(rung.factor),
             ABSENT if rung.orbit is None else percent(rung.orbit.longest_contact / 2, 3),
-            *(significant(one.distances[k], 3) for one in found.convergence),
+            *(significant(quantity.distances[k], 3) for quantity in comparison.convergence),
         )
-        for k, rung in enumerate(found.rungs)
+        for k, rung in enumerate(comparison.rungs)
     ]
-    rows.append(("Exponent of K", ABSENT, *(significant(one.exponent, 4) for one in found.convergence)))
-    rows.append(("Expected", ABSENT, *(significant(-found.order, 4) for _ in found.convergence)))
+    rows.append(("Exponent of K", ABSENT, *(significant(quantity.exponent, 4) for quantity in comparison.convergence)))
+    rows.append(("Expected", ABSENT, *(significant(-comparison.order, 4) for _ in comparison.convergence)))
     return Table(
         "Distance from the rigid model",
         numbers("K times", "Contact over period", "Velocity", "Phase [rad]", label),
@@ -277,15 +288,15 @@ def _fastest_of_each(runs: list[SolverRun]) -> list[SolverRun]:
     return list(best.values())
 
 
-def _contact_steps(found: Compliance, run: SolverRun) -> float:
+def _contact_steps(comparison: Compliance, run: SolverRun) -> float:
     """How many steps of a fixed-step run fall into the shorter contact."""
-    orbit = cast(CompliantOrbit, next(rung.orbit for rung in found.rungs if rung.factor == run.factor))
-    return run.setting * min(orbit.bottom.duration, orbit.top.duration) / (2 * found.periods)
+    orbit = cast(CompliantOrbit, next(rung.orbit for rung in comparison.rungs if rung.factor == run.factor))
+    return run.setting * min(orbit.bottom.duration, orbit.top.duration) / (2 * comparison.periods)
 
 
-def _growth(found: Compliance, name: str, first: float, last: float) -> float | None:
+def _growth(comparison: Compliance, name: str, first: float, last: float) -> float | None:
     """Largest growth of the evaluations from the softest to the stiffest membrane; None where a run failed."""
-    runs = [run for run in found.runs if run.solver == name and run.factor in (first, last)]
+    runs = [run for run in comparison.runs if run.solver == name and run.factor in (first, last)]
     if any(run.outcome is not Outcome.SOLVED for run in runs):
         return None
     work = {(run.setting, run.factor): run.evaluations for run in runs}

@@ -159,8 +159,8 @@ class CompliantOrbit:
     def multipliers(self) -> tuple[complex, complex]:
         """Eigenvalues of the linearised return map, the larger first."""
         root = complex(self.trace**2 / 4 - self.determinant) ** 0.5
-        one, two = self.trace / 2 + root, self.trace / 2 - root
-        return (one, two) if abs(one) >= abs(two) else (two, one)
+        pair = self.trace / 2 + root, self.trace / 2 - root
+        return pair if abs(pair[0]) >= abs(pair[1]) else pair[::-1]
 
     @property
     def error_bound(self) -> float:
@@ -339,8 +339,8 @@ def linearised(model: CompliantModel, x: Floats) -> Floats:
     for k in range(2):
         step = np.zeros(2)
         step[k] = DIFFERENCE * (x[0] if k == 0 else 1.0)
-        one, two = (mismatch(model, x + s * step) - mismatch(model, x - s * step) for s in (1, 2))
-        columns.append((8 * one - two) / (12 * step[k]))
+        near, far = (mismatch(model, x + s * step) - mismatch(model, x - s * step) for s in (1, 2))
+        columns.append((8 * near - far) / (12 * step[k]))
     return np.asarray(np.stack(columns, axis=1) + np.eye(2))
 
 
@@ -391,10 +391,9 @@ def find_critical(
 def _solved(conditions: Callable[[Floats], Floats], guess: Floats) -> Floats:
     """Where a small system vanishes, near a guess; NumericalError if there is no such place."""
     scale = np.maximum(np.abs(guess), 0.1)
-    found = solve(
+    x = scale * solve(
         lambda x: conditions(scale * x), guess / scale, CONVERGED, NOISE, difference=FORWARD, most=MOST_EVALUATIONS
     )
-    x = scale * found
     if not np.all(np.abs(x - guess) < NEARBY * scale):
         raise NumericalError("the iteration on the return map leads to no motion nearby")
     return np.asarray(x)

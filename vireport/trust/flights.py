@@ -230,12 +230,12 @@ def integrated(name: str, tolerance: float) -> FlightMethod:
 def _lost(model: Model, wall: int, velocity: float, phase: float) -> NumericalError:
     """Whether the next impact, which a method did not see at the other membrane, is there nevertheless."""
     after, s, c, t = flight.reflect(velocity, model.r), sin(phase), cos(phase), 0.0
-    here, there = ("bottom", "top") if wall == BOTTOM else ("top", "bottom")
+    left, other = ("bottom", "top") if wall == BOTTOM else ("top", "bottom")
     while t < PERIODS * 2 * model.n:
         t += CLOSE_SCAN
         risen = -wall * flight.displacement(t, after, s, c, cos(pi * t + phase), model.gbar)
         if risen >= model.d:
-            return NumericalError(f"missed the impact at the {there}, and went on through the membrane")
+            return NumericalError(f"missed the impact at the {other}, and went on through the membrane")
         if risen <= 0:
             break
-    return NumericalError(f"left the 1:1 motion: the ball returns to the {here} from a state that was tried")
+    return NumericalError(f"left the 1:1 motion: the ball returns to the {left} from a state that was tried")

@@ -364,9 +364,9 @@ def settle(target: Target, tolerance: float, budget: Budget) -> Motion:
 def whole_motion(target: Target, _: float, budget: Budget) -> Motion:
     """The motion among all that the package finds in the sweep and at the design point, without a guess."""
     device = device_at(target.sweep.device, target.sweep.parameter, target.guess.value)
-    found = design_point(device, analysis.solve(target.sweep) if target.swept else None).motions
-    k = int(np.argmax(np.where(found.stable, np.cos(found.phi_bottom - target.guess.phase), -2.0)))
-    numbers = (found.phi_bottom[k], found.velocity_bottom[k], found.velocity_top[k], found.q[k])
+    motions = design_point(device, analysis.solve(target.sweep) if target.swept else None).motions
+    k = int(np.argmax(np.where(motions.stable, np.cos(motions.phi_bottom - target.guess.phase), -2.0)))
+    numbers = (motions.phi_bottom[k], motions.velocity_bottom[k], motions.velocity_top[k], motions.q[k])
     return Motion(*map(float, numbers))
 
 

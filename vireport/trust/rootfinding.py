@@ -59,11 +59,11 @@ def solve(
     if jacobian:
         # No test but that of the correction: the sum of squares may fall for ever.
         options = {"xtol": stop, "ftol": 0.0, "maxiter": most}
-        found = root(equations, guess, jac=True, method="lm", options=options)
+        result = root(equations, guess, jac=True, method="lm", options=options)
     else:
         step = {} if difference is None else {"eps": difference**2}
-        found = root(equations, guess, method="hybr", options={"xtol": stop, "maxfev": most, **step})
-    residual = float(np.max(np.abs(found.fun)))
-    if not residual <= max(ROUGHLY * noise, stop if found.success else 0.0):
-        raise NumericalError(f"Newton's method did not settle: residual {residual:.1g} after {found.nfev} evaluations")
-    return np.asarray(found.x, dtype=float)
+        result = root(equations, guess, method="hybr", options={"xtol": stop, "maxfev": most, **step})
+    residual = float(np.max(np.abs(result.fun)))
+    if not residual <= max(ROUGHLY * noise, stop if result.success else 0.0):
+        raise NumericalError(f"Newton's method did not settle: residual {residual:.1g} after {result.nfev} evaluations")
+    return np.asarray(result.x, dtype=float)
