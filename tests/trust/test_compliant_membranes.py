@@ -179,6 +179,9 @@ def test_own_membrane_moves_the_period_doubling_more_than_the_motion(made) -> No
         "U_ave by the velocities",
         "B1",
     ]
+    rows = {one.name: one for one in made.quantities}
+    assert rows["margin to B1"].compliant == pytest.approx(0.6934 - own.critical_value)
+    assert rows["margin to B1"].criterion.shift == pytest.approx(-rows["margin to B1"].shift)
     assert "−7.61 %" in plain_text(comparison_with_rigid(made))
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from vireport.analysis import CriticalKind, CriticalPoint, Solution
 from vireport.errors import NumericalError
-from vireport.physics import Contact, Device, Membrane, contacts, deflection, generated_voltage, law_of
+from vireport.physics import Device, Membrane, contacts, deflection, generated_voltage, law_of
 from vireport.scenario import Parameter
 from vireport.trust.benchmark import device_at, stable_motion
 from vireport.trust.compliant import CompliantModel, CompliantOrbit, compliant_model, find_critical, find_orbit
@@ -129,14 +129,10 @@ class Compared:
 
     Attributes
     ----------
-    name : str
     unit : Unit or Parameter
-        Of a critical point, the parameter that varies.
-    rigid : float
+        Of a critical point and the margin to it, the parameter that varies.
     compliant : float or None
         None where it is lost.
-    shift : float or None
-        Relative, of a phase in rad; None where there is none.
     criterion : Criterion or None
         Where it is one of those that the rigid model is judged by.
     """
@@ -145,8 +141,14 @@ class Compared:
     unit: Unit | Parameter
     rigid: float
     compliant: float | None
-    shift: float | None
     criterion: Criterion | None = None
+
+    @property
+    def shift(self) -> float | None:
+        """From the rigid value: relative, of a phase in rad; None where there is none."""
+        if self.compliant is None or not self.rigid:
+            return None
+        return _shift(self.compliant, self.rigid, self.unit is Unit.PHASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -378,8 +380,8 @@ def _convergence(rigid: Rigid, critical: CriticalPoint | None, rungs: Sequence[R
 
     at = critical.point.sweep_value if critical is not None else 1.0
     distances = {
-        "velocity": of_orbit(lambda orbit: orbit.bottom.velocity / rigid.velocity_bottom - 1),
-        "phase": of_orbit(lambda orbit: phase_shift(orbit.bottom.phase, rigid.phase_bottom)),
+        "velocity": of_orbit(lambda orbit: _shift(orbit.bottom.velocity, rigid.velocity_bottom)),
+        "phase": of_orbit(lambda orbit: _shift(orbit.bottom.phase, rigid.phase_bottom, phase=True)),
         "critical value": tuple(
             None if rung.critical_value is None else abs(rung.critical_value / at - 1) for rung in rungs
         ),
@@ -393,9 +395,9 @@ def _convergence(rigid: Rigid, critical: CriticalPoint | None, rungs: Sequence[R
         yield Convergence(name, values, exponent)
 
 
-def phase_shift(phase: float, reference: float) -> float:
-    """Difference of two phases [rad], in [-pi, pi)."""
-    return float((phase - reference + np.pi) % (2 * np.pi) - np.pi)
+def _shift(value: float, rigid: float, phase: bool = False) -> float:
+    """Relative shift from the rigid value; of phases the difference [rad], in [-pi, pi)."""
+    return float((value - rigid + np.pi) % (2 * np.pi) - np.pi) if phase else value / rigid - 1
 
 
 def _volts(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel, membrane: Membrane) -> Volts:
@@ -413,41 +415,39 @@ def _volts(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel, membrane:
 
 def _motion_rows(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel) -> Iterator[Compared]:
     """What changes at either membrane."""
-    speeds, phases = (rigid.velocity_bottom, rigid.velocity_top), (rigid.phase_bottom, rigid.phase_top)
-    alone: Contact = contacts(np.array(speeds), model.membrane, model.restitution)
-    rigid_depths = model.length_unit * alone.elastic_deflection
-    r = model.restitution
-    for k, (name, touch) in enumerate((("bottom", orbit.bottom), ("top", orbit.top))):
-        depth, shift = model.length_unit * touch.deflection, touch.velocity / speeds[k] - 1
-        at, criterion = f"at the {name}", Criterion(f"velocity at the {name}", shift, *SPEED_LIMITS)
-        yield Compared(f"velocity {at}", Unit.VELOCITY, speeds[k], touch.velocity, shift, criterion)
-        yield Compared(f"phase {at}", Unit.PHASE, phases[k], touch.phase, phase_shift(touch.phase, phases[k]))
-        yield Compared(f"contact over forcing period {at}", Unit.SHARE, 0.0, touch.duration / 2, None)
-        yield Compared(
-            f"deflection {at}", Unit.DEPTH, float(rigid_depths[k]), depth, depth / float(rigid_depths[k]) - 1
-        )
-        yield Compared(
-            f"restitution with the forcing {at}", Unit.RATIO, r, touch.restitution, touch.restitution / r - 1
-        )
+    r, length = model.restitution, model.length_unit
+    for name, touch, speed, phase in (
+        ("bottom", orbit.bottom, rigid.velocity_bottom, rigid.phase_bottom),
+        ("top", orbit.top, rigid.velocity_top, rigid.phase_top),
+    ):
+        at, depth = f"at the {name}", float(contacts(np.array(speed), model.membrane, r).elastic_deflection)
+        criterion = Criterion(f"velocity {at}", _shift(touch.velocity, speed), *SPEED_LIMITS)
+        yield Compared(f"velocity {at}", Unit.VELOCITY, speed, touch.velocity, criterion)
+        yield Compared(f"phase {at}", Unit.PHASE, phase, touch.phase)
+        yield Compared(f"contact over forcing period {at}", Unit.SHARE, 0.0, touch.duration / 2)
+        yield Compared(f"deflection {at}", Unit.DEPTH, length * depth, length * touch.deflection)
+        yield Compared(f"restitution with the forcing {at}", Unit.RATIO, r, touch.restitution)
 
 
 def _voltage_rows(volts: Volts) -> Iterator[Compared]:
-    by_velocity, by_deflection = (v / volts.rigid - 1 for v in (volts.by_velocity, volts.by_deflection))
-    criterion = Criterion("U_ave by the velocities", by_velocity, *VOLTAGE_LIMITS)
-    yield Compared("U_ave by the velocities", Unit.VOLTAGE, volts.rigid, volts.by_velocity, by_velocity, criterion)
-    yield Compared("U_ave by the deflections", Unit.VOLTAGE, volts.rigid, volts.by_deflection, by_deflection)
+    name = "U_ave by the velocities"
+    criterion = Criterion(name, _shift(volts.by_velocity, volts.rigid), *VOLTAGE_LIMITS)
+    yield Compared(name, Unit.VOLTAGE, volts.rigid, volts.by_velocity, criterion)
+    yield Compared("U_ave by the deflections", Unit.VOLTAGE, volts.rigid, volts.by_deflection)
 
 
 def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
-    """Where the critical point is, judged by its shift over the margin to it."""
+    """Where the critical point is, and the margin to it, judged by the shift over that margin."""
     if comparison.critical is None or comparison.own is None:
         return
     label, at, value = comparison.critical.label, comparison.critical.point.sweep_value, comparison.own.critical_value
-    margin, criterion, shift = abs(comparison.design_value - at), None, None
-    if value is not None:
-        shift = value / at - 1
-        criterion = Criterion(label, (value - at) / margin, *MARGIN_LIMITS) if margin else None
-    yield Compared(f"{label}, {comparison.varied.symbol}", comparison.varied, at, value, shift, criterion)
+    varied, side = comparison.varied, 1 if comparison.design_value > at else -1
+    margin = side * (comparison.design_value - at)
+    yield Compared(f"{label}, {varied.symbol}", varied, at, value)
+    if value is None or not margin:
+        return
+    criterion = Criterion(label, (value - at) / margin, *MARGIN_LIMITS)
+    yield Compared(f"margin to {label}", varied, margin, side * (comparison.design_value - value), criterion)
 
 
 def compliance_data(comparison: Compliance) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from vireport.text import (
     texts,
     words,
 )
-from vireport.trust.compliance import GRADES, MARGIN_LIMITS, Compared, Compliance, Convergence, Rigid, Unit
+from vireport.trust.compliance import GRADES, Compared, Compliance, Convergence, Rigid, Unit
 from vireport.trust.compliant import CompliantOrbit
 from vireport.trust.stiff_solvers import EXPLICIT, FIXED, WRONG, Outcome, SolverRun
 
@@ -74,16 +74,14 @@ def comparison_with_rigid(comparison: Compliance) -> Iterator[str | Table]:
     if comparison.quantities:
         yield Table(
             "Rigid and compliant membranes",
-            (*texts("Quantity"), *numbers("Rigid", "Compliant", "Shift")),
+            (
+                *texts("Quantity"),
+                *numbers("Rigid", "Compliant", "Shift", "Good up to", "With care up to"),
+                *texts("Is the rigid model good enough?"),
+            ),
             tuple(map(_compared_row, comparison.quantities)),
             "Velocities are those at the touch. A rigid impact has no deflection: the value is that of (5.5). The "
             "voltages by the deflections take the damping into account, which (5.5) does not.",
-        )
-        yield Table(
-            "Is the rigid model good enough?",
-            (*texts("Criterion"), *numbers("Shift", "Good up to", "With care up to"), *texts("Answer")),
-            tuple(_criterion_rows(comparison)),
-            "The shift of a critical point is over its distance from the motion, which is the margin.",
         )
     yield _ladder(comparison)
     label = comparison.critical.label if comparison.critical is not None else ""
@@ -211,20 +209,15 @@ def _bracketed(reason: str) -> str:
     return f"{what} ({why.replace(': ', ', ')})" if colon else reason
 
 
-def _compared_row(compared: Compared) -> tuple[str, str, str, str]:
-    name = f"{compared.name} [{compared.unit}]" if compared.unit in (Unit.VELOCITY, Unit.PHASE) else compared.name
-    if compared.shift is None:
-        shift = ABSENT
-    elif compared.unit is Unit.PHASE:
+def _compared_row(compared: Compared) -> tuple[str, ...]:
+    unit, c = compared.unit, compared.criterion
+    name = f"{compared.name} [{unit}]" if unit in (Unit.VELOCITY, Unit.PHASE) else compared.name
+    if unit is Unit.PHASE:
         shift = significant(compared.shift, 3)
     else:
-        shift = percent(compared.shift, 2 if compared.unit in (Unit.DEPTH, Unit.RATIO) else 3, signed=True)
-    return (
-        _capital(name),
-        _with_unit(compared.rigid, compared.unit),
-        _with_unit(compared.compliant, compared.unit),
-        shift,
-    )
+        shift = percent(compared.shift, 2 if unit in (Unit.DEPTH, Unit.RATIO) else 3, signed=True)
+    limits = ("", "", "") if c is None else (percent(c.good), percent(c.fair), _capital(GRADES[c.grade]))
+    return _capital(name), _with_unit(compared.rigid, unit), _with_unit(compared.compliant, unit), shift, *limits
 
 
 def _with_unit(value: float | None, unit: Unit | Parameter) -> str:
@@ -237,16 +230,6 @@ def _with_unit(value: float | None, unit: Unit | Parameter) -> str:
     if unit in (Unit.VOLTAGE, Unit.DEPTH):
         return quantity(value, unit, 4 if unit is Unit.VOLTAGE else 3)
     return significant(value, 4 if unit is Unit.RATIO else 5)
-
-
-def _criterion_rows(comparison: Compliance) -> Iterator[tuple[str, ...]]:
-    """Each criterion: shift, limits and answer; a critical point that is lost has no shift."""
-    label = comparison.critical.label if comparison.critical is not None else None
-    for c in comparison.criteria:
-        name = f"{c.name} over the margin to it" if c.name == label else _capital(c.name)
-        yield name, percent(c.shift, 3, signed=True), percent(c.good), percent(c.fair), _capital(GRADES[c.grade])
-    if label is not None and comparison.own is not None and comparison.own.critical_value is None:
-        yield f"{label} over the margin to it", "lost", *map(percent, MARGIN_LIMITS), _capital(GRADES[2])
 
 
 def _capital(text: str) -> str:

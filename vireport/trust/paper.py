@@ -41,12 +41,7 @@ NODE, FOCUS, UNSTABLE = Stability.STABLE_NODE, Stability.STABLE_FOCUS, Stability
 
 @dataclass(frozen=True, slots=True)
 class PrintedMotion:
-    """A motion of Fig. 3 as its caption prints it; numbers are texts, for their digits count.
-
-    Attributes
-    ----------
-    figure, d, velocity, phi, q, length_m : str
-    """
+    """A motion of Fig. 3 as its caption prints it; numbers are texts, for their digits count."""
 
     figure: str
     d: str
@@ -58,15 +53,7 @@ class PrintedMotion:
 
 @dataclass(frozen=True, slots=True)
 class PrintedPhase:
-    """A critical point that the paper gives by a phase.
-
-    Attributes
-    ----------
-    kind : CriticalKind
-    letter, printed : str
-    impact : str
-        ``bottom`` or ``top``: the impact whose phase it is.
-    """
+    """A critical point that the paper gives by the phase at one of its impacts, as printed."""
 
     kind: CriticalKind
     letter: str
@@ -76,16 +63,7 @@ class PrintedPhase:
 
 @dataclass(frozen=True, slots=True)
 class PrintedTypes:
-    """A block of Table 1.
-
-    Attributes
-    ----------
-    family : Family
-    kind : CriticalKind
-        Of a critical point on that branch.
-    words : tuple of Stability
-        Types from small d to large.
-    """
+    """A block of Table 1: types from small d to large on the branch that has a critical point of that kind."""
 
     family: Family
     kind: CriticalKind
@@ -94,12 +72,7 @@ class PrintedTypes:
 
 @dataclass(frozen=True, slots=True)
 class Misprint:
-    """A slip in the paper's text.
-
-    Attributes
-    ----------
-    place, printed, meant, why : str
-    """
+    """A slip in the paper's text: where it is, what it should say, and why."""
 
     place: str
     printed: str
@@ -113,17 +86,10 @@ class PaperCase:
 
     Attributes
     ----------
-    name : str
-    inclination_deg : float
-    parameter : Parameter
     held : tuple of (str, float)
-        The other of length and force.
-    phases : tuple of PrintedPhase
+        The other of length and force, and its value.
     letters : tuple of str
         Critical points that have a letter but no number.
-    types : tuple of PrintedTypes
-    motion : PrintedMotion
-    misprints : tuple of Misprint
     """
 
     name: str
@@ -215,15 +181,7 @@ LETTER_ONLY = "the paper gives the letter only"
 
 @dataclass(frozen=True, slots=True)
 class PaperComparison:
-    """The paper beside a solution.
-
-    Attributes
-    ----------
-    case : str
-    rows, types : tuple of ComparedRow
-        Numbers, and the types of motion along the branches.
-    misprints : tuple of Misprint
-    """
+    """The paper beside a solution: its numbers, the types of motion along the branches, and the slips in the text."""
 
     case: str
     rows: tuple[ComparedRow, ...]
@@ -233,14 +191,7 @@ class PaperComparison:
 
 @dataclass(frozen=True, slots=True)
 class ComparedRow:
-    """A number of the paper's, and ours.
-
-    Attributes
-    ----------
-    quantity, printed, ours, remark : str
-    agrees : bool or None
-        None where there is nothing to compare.
-    """
+    """A number of the paper's, and ours; `agrees` is None where there is nothing to compare."""
 
     quantity: str
     printed: str
@@ -250,12 +201,7 @@ class ComparedRow:
 
 
 def compare_with_paper(solution: Solution) -> PaperComparison | None:
-    """Set the paper's numbers beside ours; None where the scenario is not one of the paper's.
-
-    Parameters
-    ----------
-    solution : Solution
-    """
+    """Set the paper's numbers beside ours; None where the scenario is not one of the paper's."""
     for case in CASES:
         if _is_case(solution, case):
             rows = (*_critical_rows(solution, case), *_motion_rows(solution, case))

@@ -124,12 +124,10 @@ class WorkPrecision:
         Why nothing can be compared, or "".
     benchmark : Benchmark or None
         The targets and the exact answers; None where nothing can be compared.
-    runs : tuple of MethodRun
-    orders : tuple of Order
     absent : tuple of (str, str)
         Methods that could not be tried, and why.
-    machine : Machine
     repeats : int
+        Samples of each time.
     """
 
     nothing: str
