@@ -6,6 +6,7 @@ Turns a solution into the targets that every method is given, and what a method 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,6 +43,13 @@ KINDS = (CriticalKind.PERIOD_DOUBLING,), (CriticalKind.PITCHFORK, CriticalKind.F
 
 SHOWN = 20
 """Digits of a reference that are kept as text."""
+
+
+class Task(StrEnum):
+    """What has to be solved."""
+
+    ORBIT = "orbit"
+    CRITICAL = "critical"
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,8 +131,8 @@ class Quantity:
     ----------
     key : str
         ``velocity``, ``phase``, ``voltage`` or ``critical``.
-    task : str
-        ``orbit`` or ``critical``: what has to be solved for it.
+    task : Task
+        What has to be solved for it.
     reference : str
         To `SHOWN` digits, in y_c, rad, V, or the unit of the swept parameter.
     relative : bool
@@ -132,7 +140,7 @@ class Quantity:
     """
 
     key: str
-    task: str
+    task: Task
     reference: str
     relative: bool
 
@@ -220,7 +228,7 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
         critical = Target(sweep, swept, point.kind, symmetric, _aside(orbit, symmetric, offset))
         exact["critical"] = orbit.value
     quantities = tuple(
-        Quantity(key, "critical" if key == "critical" else "orbit", digits(number, SHOWN), key != "phase")
+        Quantity(key, Task.CRITICAL if key == "critical" else Task.ORBIT, digits(number, SHOWN), key != "phase")
         for key, number in exact.items()
     )
     return Benchmark(motion, critical, point, solution.membrane, quantities, exact, offset)

@@ -26,7 +26,7 @@ USEFUL = 1e-4
 """Error at which solvers are compared: a hundredth of what is called wrong."""
 
 MULTIPLE = 2.0
-"""From there on a share is told as a multiple."""
+"""From there on a share is printed as a multiple."""
 
 SHORT = {
     Outcome.SOLVED: "",
@@ -191,16 +191,16 @@ def factor_text(value: float) -> str:
 
 def _moved(comparison: Compliance) -> Iterator[str]:
     """By how much the quantities move that the grade is given for, in words."""
-    for c in comparison.criteria:
-        if c.grade != comparison.grade:
+    for compared in comparison.quantities:
+        c = compared.criterion
+        if c is None or c.grade != comparison.grade:
             continue
-        if comparison.critical is None or c.name != comparison.critical.label:
+        if not isinstance(compared.unit, Parameter):
             yield f"{c.name} shifts by {percent(c.shift, signed=True)}"
             continue
-        size = abs(c.shift)
+        size, side = abs(c.shift), "towards" if (compared.shift or 0.0) < 0 else "away from"
         share = f"{percent(size)} of the margin" if size < MULTIPLE else f"{float(f'{size:.2g}'):g} times the margin"
-        towards = c.shift * (comparison.design_value - comparison.critical.point.sweep_value) > 0
-        yield f"{c.name} moves by {share} to it, {'towards' if towards else 'away from'} the motion"
+        yield f"{c.name} moves by {share} to it, {side} the motion"
 
 
 def _bracketed(reason: str) -> str:

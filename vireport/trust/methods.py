@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import partial
 from math import atan2, cos, isfinite, pi, sin, sqrt
 from typing import Any
@@ -74,6 +75,21 @@ BLOCK, MOST_IMPACTS = 64, 20_000
 """Impacts simulated between two looks at the transient, and before it is given up."""
 
 
+class Knob(StrEnum):
+    """What the settings of a method are."""
+
+    NONE = ""
+    STOP = "stop"
+    CHANGE = "change"
+    STEPS = "steps"
+    RTOL = "rtol"
+
+    @property
+    def limits_accuracy(self) -> bool:
+        """Whether the method has an error of its own, beside that of the last Newton correction."""
+        return self not in (Knob.NONE, Knob.STOP)
+
+
 @dataclass(frozen=True, slots=True)
 class Method:
     """A method, and the settings it is tried with.
@@ -81,8 +97,7 @@ class Method:
     Attributes
     ----------
     name : str
-    knob : str
-        What the settings are: ``stop``, ``change``, ``steps``, ``rtol`` or ``""`` where there is none.
+    knob : Knob
     settings : tuple of float
         From coarse to fine.
     motion : callable
@@ -100,7 +115,7 @@ class Method:
     """
 
     name: str
-    knob: str
+    knob: Knob
     settings: tuple[float, ...]
     motion: Callable[[Target, float, Budget], Motion]
     critical: Callable[[Target, float, Budget], float] | None
@@ -377,7 +392,7 @@ def whole_critical(target: Target, _: float, budget: Budget) -> float:
 
 
 def _shooting(
-    name: str, knob: str, settings: tuple[float, ...], flight_with: FlightWith, budget: str, **more: Any
+    name: str, knob: Knob, settings: tuple[float, ...], flight_with: FlightWith, budget: str, **more: Any
 ) -> Method:
     """A method that differs from the others of its kind in the flight alone."""
     motion, critical = partial(shoot, flight_with), partial(shoot_critical, flight_with)
@@ -387,17 +402,17 @@ def _shooting(
 FORMULA = BUDGETS["formula"]
 
 METHODS = (
-    Method(CLOSED, "stop", STOPS, closed_motion, closed_critical, FORMULA),
-    Method(WHOLE, "", (0.0,), whole_motion, whole_critical, FORMULA),
-    Method(PRINTED, "stop", STOPS, printed_motion, printed_critical, FORMULA),
-    _shooting(EXPLICIT, "stop", STOPS, explicit, "formula"),
-    _shooting(SIMULATED, "stop", STOPS, simulated, "formula", needs="numba"),
-    Method(SETTLING, "change", TRANSIENTS, settle, None, FORMULA, order=1.0, needs="numba"),
-    _shooting(RK4, "steps", STEPS, runge_kutta, "steps", order=4.0),
+    Method(CLOSED, Knob.STOP, STOPS, closed_motion, closed_critical, FORMULA),
+    Method(WHOLE, Knob.NONE, (0.0,), whole_motion, whole_critical, FORMULA),
+    Method(PRINTED, Knob.STOP, STOPS, printed_motion, printed_critical, FORMULA),
+    _shooting(EXPLICIT, Knob.STOP, STOPS, explicit, "formula"),
+    _shooting(SIMULATED, Knob.STOP, STOPS, simulated, "formula", needs="numba"),
+    Method(SETTLING, Knob.CHANGE, TRANSIENTS, settle, None, FORMULA, order=1.0, needs="numba"),
+    _shooting(RK4, Knob.STEPS, STEPS, runge_kutta, "steps", order=4.0),
     *(
         _shooting(
             f"SciPy {solver}",
-            "rtol",
+            Knob.RTOL,
             TOLERANCES,
             partial(integrated, solver),
             "implicit" if solver == "Radau" else "integrator",

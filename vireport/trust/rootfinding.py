@@ -57,7 +57,7 @@ def solve(
     from scipy.optimize import root  # type: ignore[import-untyped]
 
     if jacobian:
-        # No test but that of the correction: the sum of squares may fall for ever.
+        # No test but that of the correction: the sum of squares may go on falling.
         options = {"xtol": stop, "ftol": 0.0, "maxiter": most}
         result = root(equations, guess, jac=True, method="lm", options=options)
     else:

@@ -18,9 +18,9 @@ import numpy as np
 
 from vireport.errors import NumericalError
 from vireport.progress import Progress
-from vireport.trust.benchmark import Benchmark, Quantity, Target, benchmark_of
+from vireport.trust.benchmark import Benchmark, Quantity, Target, Task, benchmark_of
 from vireport.trust.flights import Budget
-from vireport.trust.methods import METHODS, WHOLE, Method
+from vireport.trust.methods import METHODS, WHOLE, Knob, Method
 from vireport.trust.timing import Machine, Spread, machine, timed_in_turns
 
 if TYPE_CHECKING:
@@ -57,11 +57,11 @@ class MethodRun:
 
     Attributes
     ----------
-    method, knob : str
-        Name of the method, and what its setting is.
+    method : str
+    knob : Knob
+        What the setting is.
     setting : float
-    task : str
-        ``orbit`` or ``critical``.
+    task : Task
     errors : dict
         By the key of the quantity; empty where it failed.
     seconds : Spread or None
@@ -73,9 +73,9 @@ class MethodRun:
     """
 
     method: str
-    knob: str
+    knob: Knob
     setting: float
-    task: str
+    task: Task
     errors: dict[str, float]
     seconds: Spread | None
     evaluations: int
@@ -93,7 +93,8 @@ class Order:
 
     Attributes
     ----------
-    method, task : str
+    method : str
+    task : Task
     against : str
         ``step``, ``tolerance`` or ``evaluations``: error ~ step^order, tolerance^order, evaluations^(-order).
     fitted : float
@@ -105,7 +106,7 @@ class Order:
     """
 
     method: str
-    task: str
+    task: Task
     against: str
     fitted: float
     theory: tuple[float, ...]
@@ -144,20 +145,20 @@ class WorkPrecision:
         return self.benchmark.quantities if self.benchmark is not None else ()
 
     @property
-    def tasks(self) -> tuple[str, ...]:
-        """``orbit`` and, where there is a critical point, ``critical``."""
+    def tasks(self) -> tuple[Task, ...]:
+        """The motion and, where there is one, the critical point."""
         return tuple(dict.fromkeys(quantity.task for quantity in self.quantities))
 
-    def runs_of(self, method: str, task: str) -> tuple[MethodRun, ...]:
+    def runs_of(self, method: str, task: Task) -> tuple[MethodRun, ...]:
         """The runs of a method on a task, from coarse to fine."""
         return tuple(run for run in self.runs if (run.method, run.task) == (method, task))
 
-    def best(self, method: str, task: str, accuracy: float) -> MethodRun | None:
+    def best(self, method: str, task: Task, accuracy: float) -> MethodRun | None:
         """The fastest run of a method on a task that is as accurate as that."""
         good = (run for run in self.runs_of(method, task) if run.error <= accuracy)
         return min(good, key=lambda run: run.seconds.median if run.seconds else inf, default=None)
 
-    def fastest(self, task: str, accuracy: float) -> float:
+    def fastest(self, task: Task, accuracy: float) -> float:
         """The shortest median time [s] in which a method reaches an accuracy from the guess, infinite where none does.
 
         The solution of the whole sweep needs no guess and answers more; it does not count.
@@ -203,7 +204,10 @@ def compare(
             continue
         if progress is not None:
             progress(f"accuracy: {method.name}")
-        tasks = ("orbit", benchmark.motion, method.motion), ("critical", benchmark.critical, method.critical)
+        tasks = (
+            (Task.ORBIT, benchmark.motion, method.motion),
+            (Task.CRITICAL, benchmark.critical, method.critical),
+        )
         for task, target, solver in tasks:
             if target is not None and solver is not None:
                 ladder = list(_ladder(method, task, target, solver, benchmark))
@@ -215,7 +219,7 @@ def compare(
 
 
 def _ladder(
-    method: Method, task: str, target: Target, solver: Callable[[Target, float, Budget], Any], benchmark: Benchmark
+    method: Method, task: Task, target: Target, solver: Callable[[Target, float, Budget], Any], benchmark: Benchmark
 ) -> Iterator[tuple[MethodRun, Callable[[], Any] | None]]:
     """The runs of a method on a task from coarse to fine, and what is to be timed where they did not fail.
 
@@ -234,7 +238,7 @@ def _ladder(
             yield replace(run, failed="not tried: a coarser setting spent the budget"), None
             continue
         started = perf_counter()
-        errors, failed = _judged(call, benchmark, _limit(method.knob, setting))
+        errors, failed = _judged(call, benchmark, _limit(method, setting))
         took = perf_counter() - started
         run = replace(run, errors=errors, evaluations=budget.spent, failed=failed)
         yield (replace(run, seconds=Spread(took, took, took)), None) if failed else (run, call)
@@ -253,16 +257,16 @@ def _judged(call: Callable[[], Any], benchmark: Benchmark, limit: float) -> tupl
     return ({}, f"found something else, {largest:.2g} away") if largest > limit else (errors, "")
 
 
-def _limit(knob: str, setting: float) -> float:
+def _limit(method: Method, setting: float) -> float:
     """Error from which a run has found something else; less where nothing but Newton's stop limits it."""
-    return min(WRONG, 3 * max(setting, ELSEWHERE)) if knob in ("stop", "") else WRONG
+    return WRONG if method.knob.limits_accuracy else min(WRONG, 3 * max(setting, ELSEWHERE))
 
 
-def _orders(method: Method, task: str, ladder: list[MethodRun]) -> Iterator[Order]:
+def _orders(method: Method, task: Task, ladder: list[MethodRun]) -> Iterator[Order]:
     """Fits over the runs between the first digits and rounding."""
     good = [run for run in ladder if FLOOR < run.error < ASYMPTOTIC]
     if method.order is not None:
-        against, sign = ("step", -1) if method.knob == "steps" else ("tolerance", 1)
+        against, sign = ("step", -1) if method.knob is Knob.STEPS else ("tolerance", 1)
         yield from _fit(method.name, task, against, good, [run.setting for run in good], sign, method.order)
     if method.cost_order is not None:
         yield from _fit(
@@ -271,7 +275,7 @@ def _orders(method: Method, task: str, ladder: list[MethodRun]) -> Iterator[Orde
 
 
 def _fit(
-    method: str, task: str, against: str, runs: list[MethodRun], x: list[float], sign: int, theory: float
+    method: str, task: Task, against: str, runs: list[MethodRun], x: list[float], sign: int, theory: float
 ) -> Iterator[Order]:
     """Least squares of the logarithm of the error."""
     if len(set(x)) >= LEAST_POINTS:
