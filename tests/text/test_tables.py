@@ -1,8 +1,8 @@
-"""Tables as text: aligned, broken where a column has a width, and Markdown that no cell can break."""
+"""Tables as text: aligned, and broken where a column has a width."""
 
 from __future__ import annotations
 
-from vireport.text import Column, Table, markdown_table, numbers, plain_table, plain_text, texts
+from vireport.text import Column, Table, numbers, plain_table, plain_text, texts
 
 TABLE = Table(
     "Motions", (*texts("Name"), *numbers("Ż [y_c]")), (("B1 | G1", "−0.5"), ("C1", "1 × 10⁻⁶")), "Velocities."
@@ -18,17 +18,9 @@ def test_a_cell_is_broken_at_the_width_of_its_column_but_not_at_a_minus() -> Non
     assert plain_table(table).splitlines() == ["a         b", "below     x", "1e-12 or", "1e-9"]
 
 
-def test_markdown_escapes_what_ends_a_cell() -> None:
-    head, rule, first, _ = markdown_table(TABLE).splitlines()
-    assert head.count("|") == 3
-    assert set(rule) <= set("|:-")
-    assert first.replace("\\|", "").count("|") == 3
-
-
 def test_a_table_without_rows_has_its_head() -> None:
     empty = Table("", texts("a", "b"), ())
     assert plain_table(empty) == "a    b"
-    assert markdown_table(empty).splitlines()[0].split() == ["|", "a", "|", "b", "|"]
 
 
 def test_text_has_paragraphs_captions_and_notes() -> None:

@@ -22,7 +22,7 @@ from vireport.report.accuracy import accuracy
 from vireport.scenario.parameters import Parameter
 from vireport.text import Table, plain_text
 from vireport.trust import measurements, ranking
-from vireport.trust.benchmark import Benchmark, Guess, Target, Task, benchmark_of
+from vireport.trust.benchmark import Benchmark, Guess, MethodTask, Target, benchmark_of
 from vireport.trust.flights import Budget, Model, explicit, integrated, runge_kutta, simulated
 from vireport.trust.methods import (
     CLOSED,
@@ -227,7 +227,7 @@ def test_the_iteration_refuses_what_has_no_solution(jacobian: bool) -> None:
 
 def test_closed_form_reaches_rounding(work) -> None:
     for name in (CLOSED, WHOLE, PRINTED):
-        for task in Task:
+        for task in MethodTask:
             least = min(run.error for run in work.runs_of(name, task))
             assert least < 1e-13, (name, task)
 
@@ -242,14 +242,14 @@ def test_every_quantity_has_an_error_in_every_good_run(work) -> None:
 
 @pytest.mark.parametrize("method", [RK4, "SciPy RK45", "SciPy DOP853"])
 def test_finer_settings_are_more_accurate(work, method: str) -> None:
-    errors = [run.error for run in work.runs_of(method, Task.ORBIT)][::4]
+    errors = [run.error for run in work.runs_of(method, MethodTask.ORBIT)][::4]
     assert len(errors) > 1
     assert all(fine < coarse for coarse, fine in pairwise(errors))
 
 
 def test_fitted_orders_are_those_of_theory(work) -> None:
     orders = {(one.method, one.task, one.against): one for one in work.orders}
-    for task in Task:
+    for task in MethodTask:
         one = orders[RK4, task, "step"]
         assert one.theory == (4.0,)
         assert one.fitted == pytest.approx(4.0, abs=0.5)
@@ -292,7 +292,7 @@ def test_failures_are_shown(inclined) -> None:
 
 def test_the_fastest_run_that_is_accurate_enough() -> None:
     runs = tuple(
-        MethodRun(method, Knob.RTOL, 1e-3, Task.ORBIT, {"phase": error}, Spread(time, time, time), 1)
+        MethodRun(method, Knob.RTOL, 1e-3, MethodTask.ORBIT, {"phase": error}, Spread(time, time, time), 1)
         for method, error, time in (
             ("a", 1e-7, 2.0), ("a", 1e-10, 6.0), ("b", 1e-8, 4.0), ("c", 1e-3, 1.0), (WHOLE, 0.0, 0.1)
         )

@@ -15,7 +15,7 @@ from vireport.text.formatting import (
     significant,
     words,
 )
-from vireport.text.tables import Column, Table, broken, markdown_table, numbers, plain_table, plain_text, texts
+from vireport.text.tables import Column, Table, broken, numbers, plain_table, plain_text, texts
 
 __all__ = [
     "ABSENT",
@@ -29,7 +29,6 @@ __all__ = [
     "broken",
     "error_bound",
     "exact",
-    "markdown_table",
     "numbers",
     "percent",
     "plain_table",

@@ -1,4 +1,4 @@
-"""Tables of text, set by `tabulate` for a terminal or as Markdown; the report's templates set the same records."""
+"""Tables of text, set by `tabulate` for a terminal; the report's templates set the same records."""
 
 from __future__ import annotations
 
@@ -79,34 +79,15 @@ def plain_table(table: Table) -> str:
     """The head and the rows in aligned columns two spaces apart, for a terminal; without caption and note."""
     from tabulate import tabulate
 
-    sides = _sides(table)
-    widths = [column.width for column in table.columns]
+    sides = ["right" if column.kind == "number" else "left" for column in table.columns]
     lines = tabulate(
         table.rows,
-        _titles(table),
+        [column.title for column in table.columns],
         "plain",
         colalign=sides,
         headersalign=sides,
-        maxcolwidths=widths,
+        maxcolwidths=[column.width for column in table.columns],
         break_on_hyphens=False,
         disable_numparse=True,
     )
     return "\n".join(line.rstrip() for line in lines.splitlines())
-
-
-def markdown_table(table: Table) -> str:
-    """The head and the rows as a table of GitHub-flavoured Markdown; without caption and note."""
-    from tabulate import tabulate
-
-    sides = _sides(table)
-    # The bar is the one mark that ends a cell.
-    heads, *rows = ([cell.replace("|", "\\|") for cell in row] for row in (_titles(table), *table.rows))
-    return tabulate(rows, heads, "pipe", colalign=sides, headersalign=sides, disable_numparse=True)
-
-
-def _titles(table: Table) -> tuple[str, ...]:
-    return tuple(column.title for column in table.columns)
-
-
-def _sides(table: Table) -> list[str]:
-    return ["right" if column.kind == "number" else "left" for column in table.columns]

@@ -8,7 +8,7 @@ from math import isfinite
 
 from vireport.text import ABSENT, TIMES, Table, numbers, percent, significant, texts
 from vireport.text import quantity as in_unit
-from vireport.trust.benchmark import PHASE_OFF, VALUE_OFF, VELOCITY_OFF, Benchmark, Task
+from vireport.trust.benchmark import PHASE_OFF, VALUE_OFF, VELOCITY_OFF, Benchmark, MethodTask
 from vireport.trust.methods import CLOSED, NAMES, SETTLING, WHOLE
 from vireport.trust.timing import Spread
 from vireport.trust.workprecision import ACCURACIES, MethodRun, Order, WorkPrecision
@@ -77,13 +77,13 @@ def ranking(work: WorkPrecision) -> Iterator[str | Table]:
             "lets it be; coarse settings also take fewer Newton steps. LSODA varies its order.",
         )
     if failures := tuple(_failure_rows(work)):
-        yield Table("Runs that failed", texts("Method", "Task", "Setting", "Reason"), failures)
+        yield Table("Runs that failed", texts("Method", "MethodTask", "Setting", "Reason"), failures)
     yield _about_times(work)
 
 
-def task_name(work: WorkPrecision, task: Task) -> str:
+def task_name(work: WorkPrecision, task: MethodTask) -> str:
     """What a task finds, in words."""
-    if task is Task.ORBIT:
+    if task is MethodTask.ORBIT:
         return "the motion"
     point = work.benchmark.point if work.benchmark is not None else None
     return f"{point.label} ({point.kind.words})" if point is not None else "the critical point"
@@ -127,7 +127,7 @@ def _setup(work: WorkPrecision, benchmark: Benchmark) -> str:
     )
     also = ""
     if benchmark.critical is not None:
-        also = f", and {task_name(work, Task.CRITICAL)} of the sweep"
+        also = f", and {task_name(work, MethodTask.CRITICAL)} of the sweep"
         guess += f", and by {percent(-offset * VALUE_OFF)} in {swept.symbol} for the critical point"
     return (
         f"Each method finds {what} {groups}{also}. "
@@ -156,7 +156,7 @@ def _quantity_name(work: WorkPrecision, key: str) -> str:
     return {"velocity": "impact velocity Ż [y_c]", "phase": "phase φ [rad]", "voltage": "U_ave [V]"}[key]
 
 
-def _summary_rows(work: WorkPrecision, task: Task) -> Iterator[Row]:
+def _summary_rows(work: WorkPrecision, task: MethodTask) -> Iterator[Row]:
     """For each method: time to each accuracy, smallest error, the evaluations for it, and runs that failed."""
     for name in NAMES:
         runs = work.runs_of(name, task)
@@ -170,7 +170,7 @@ def _summary_rows(work: WorkPrecision, task: Task) -> Iterator[Row]:
         yield (name, *cells, power(least.error) if least else ABSENT, _count(least), failed)
 
 
-def _run_rows(work: WorkPrecision, task: Task) -> Iterator[Row]:
+def _run_rows(work: WorkPrecision, task: MethodTask) -> Iterator[Row]:
     """Every run: method, setting, time, evaluations, and the errors or that it failed."""
     keys = [quantity.key for quantity in work.quantities if quantity.task == task]
     for run in work.runs:
@@ -236,7 +236,7 @@ def _without_guess(work: WorkPrecision) -> Iterator[str]:
                 "form adds is that it needs no guess."
             )
     if whole is not None and whole.seconds is not None:
-        of = "motion and critical point of the sweep" if task is Task.CRITICAL else "motion at the design point"
+        of = "motion and critical point of the sweep" if task is MethodTask.CRITICAL else "motion at the design point"
         yield (
             f"Without a guess, every {of} together take {in_unit(whole.seconds.median, 's', 3)}, with an error of "
             f"{power(whole.error)} for {task_name(work, task)}. No other method here says how many motions there are, "

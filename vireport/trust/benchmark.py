@@ -45,7 +45,7 @@ SHOWN = 20
 """Digits of a reference that are kept as text."""
 
 
-class Task(StrEnum):
+class MethodTask(StrEnum):
     """What has to be solved."""
 
     ORBIT = "orbit"
@@ -131,7 +131,7 @@ class Quantity:
     ----------
     key : str
         ``velocity``, ``phase``, ``voltage`` or ``critical``.
-    task : Task
+    task : MethodTask
         What has to be solved for it.
     reference : str
         To `SHOWN` digits, in y_c, rad, V, or the unit of the swept parameter.
@@ -140,7 +140,7 @@ class Quantity:
     """
 
     key: str
-    task: Task
+    task: MethodTask
     reference: str
     relative: bool
 
@@ -228,7 +228,9 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
         critical = Target(sweep, swept, point.kind, symmetric, _aside(orbit, symmetric, offset))
         exact["critical"] = orbit.value
     quantities = tuple(
-        Quantity(key, Task.CRITICAL if key == "critical" else Task.ORBIT, digits(number, SHOWN), key != "phase")
+        Quantity(
+            key, MethodTask.CRITICAL if key == "critical" else MethodTask.ORBIT, digits(number, SHOWN), key != "phase"
+        )
         for key, number in exact.items()
     )
     return Benchmark(motion, critical, point, solution.membrane, quantities, exact, offset)

@@ -18,7 +18,7 @@ import numpy as np
 
 from vireport.errors import NumericalError
 from vireport.progress import Progress
-from vireport.trust.benchmark import Benchmark, Quantity, Target, Task, benchmark_of
+from vireport.trust.benchmark import Benchmark, MethodTask, Quantity, Target, benchmark_of
 from vireport.trust.flights import Budget
 from vireport.trust.methods import METHODS, WHOLE, Knob, Method
 from vireport.trust.timing import Machine, Spread, machine, timed_in_turns
@@ -61,7 +61,7 @@ class MethodRun:
     knob : Knob
         What the setting is.
     setting : float
-    task : Task
+    task : MethodTask
     errors : dict
         By the key of the quantity; empty where it failed.
     seconds : Spread or None
@@ -75,7 +75,7 @@ class MethodRun:
     method: str
     knob: Knob
     setting: float
-    task: Task
+    task: MethodTask
     errors: dict[str, float]
     seconds: Spread | None
     evaluations: int
@@ -94,7 +94,7 @@ class Order:
     Attributes
     ----------
     method : str
-    task : Task
+    task : MethodTask
     against : str
         ``step``, ``tolerance`` or ``evaluations``: error ~ step^order, tolerance^order, evaluations^(-order).
     fitted : float
@@ -106,7 +106,7 @@ class Order:
     """
 
     method: str
-    task: Task
+    task: MethodTask
     against: str
     fitted: float
     theory: tuple[float, ...]
@@ -145,20 +145,20 @@ class WorkPrecision:
         return self.benchmark.quantities if self.benchmark is not None else ()
 
     @property
-    def tasks(self) -> tuple[Task, ...]:
+    def tasks(self) -> tuple[MethodTask, ...]:
         """The motion and, where there is one, the critical point."""
         return tuple(dict.fromkeys(quantity.task for quantity in self.quantities))
 
-    def runs_of(self, method: str, task: Task) -> tuple[MethodRun, ...]:
+    def runs_of(self, method: str, task: MethodTask) -> tuple[MethodRun, ...]:
         """The runs of a method on a task, from coarse to fine."""
         return tuple(run for run in self.runs if (run.method, run.task) == (method, task))
 
-    def best(self, method: str, task: Task, accuracy: float) -> MethodRun | None:
+    def best(self, method: str, task: MethodTask, accuracy: float) -> MethodRun | None:
         """The fastest run of a method on a task that is as accurate as that."""
         good = (run for run in self.runs_of(method, task) if run.error <= accuracy)
         return min(good, key=lambda run: run.seconds.median if run.seconds else inf, default=None)
 
-    def fastest(self, task: Task, accuracy: float) -> float:
+    def fastest(self, task: MethodTask, accuracy: float) -> float:
         """The shortest median time [s] in which a method reaches an accuracy from the guess, infinite where none does.
 
         The solution of the whole sweep needs no guess and answers more; it does not count.
@@ -205,8 +205,8 @@ def compare(
         if progress is not None:
             progress(f"accuracy: {method.name}")
         tasks = (
-            (Task.ORBIT, benchmark.motion, method.motion),
-            (Task.CRITICAL, benchmark.critical, method.critical),
+            (MethodTask.ORBIT, benchmark.motion, method.motion),
+            (MethodTask.CRITICAL, benchmark.critical, method.critical),
         )
         for task, target, solver in tasks:
             if target is not None and solver is not None:
@@ -219,7 +219,11 @@ def compare(
 
 
 def _ladder(
-    method: Method, task: Task, target: Target, solver: Callable[[Target, float, Budget], Any], benchmark: Benchmark
+    method: Method,
+    task: MethodTask,
+    target: Target,
+    solver: Callable[[Target, float, Budget], Any],
+    benchmark: Benchmark,
 ) -> Iterator[tuple[MethodRun, Callable[[], Any] | None]]:
     """The runs of a method on a task from coarse to fine, and what is to be timed where they did not fail.
 
@@ -262,7 +266,7 @@ def _limit(method: Method, setting: float) -> float:
     return WRONG if method.knob.limits_accuracy else min(WRONG, 3 * max(setting, ELSEWHERE))
 
 
-def _orders(method: Method, task: Task, ladder: list[MethodRun]) -> Iterator[Order]:
+def _orders(method: Method, task: MethodTask, ladder: list[MethodRun]) -> Iterator[Order]:
     """Fits over the runs between the first digits and rounding."""
     good = [run for run in ladder if FLOOR < run.error < ASYMPTOTIC]
     if method.order is not None:
@@ -275,7 +279,7 @@ def _orders(method: Method, task: Task, ladder: list[MethodRun]) -> Iterator[Ord
 
 
 def _fit(
-    method: str, task: Task, against: str, runs: list[MethodRun], x: list[float], sign: int, theory: float
+    method: str, task: MethodTask, against: str, runs: list[MethodRun], x: list[float], sign: int, theory: float
 ) -> Iterator[Order]:
     """Least squares of the logarithm of the error."""
     if len(set(x)) >= LEAST_POINTS:
