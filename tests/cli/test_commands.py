@@ -15,15 +15,9 @@ MAP = Path(__file__).resolve().parents[2] / "examples" / "maps" / "map.yaml"
 @pytest.fixture
 def quick(monkeypatch) -> None:
     """Of the accuracy study only the closed form, so that it takes no time."""
-    from vireport import trust
     from vireport.trust import workprecision
 
-    def few(solution, repeats=5, progress=None):
-        stick = workprecision.yardstick(solution)
-        tried, absent = workprecision.contenders(solution, stick.orbit, stick.critical, stick.point.label)
-        return workprecision.compare(stick, tried[:2], absent, 1, progress)
-
-    monkeypatch.setattr(trust, "measure", few)
+    monkeypatch.setattr(workprecision, "METHODS", workprecision.METHODS[:2])
 
 
 def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path, capsys) -> None:
@@ -92,12 +86,14 @@ def test_compare_writes_its_files(example, tmp_path: Path) -> None:
 def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
     from vireport.errors import NumericalError
     from vireport.extremes import catalogue
-    from vireport.extremes.checks import Case
+    from vireport.extremes.judge import Case, Finding
 
     def refused():
         raise NumericalError("a reason")
 
-    case = Case("made up", "test", "refused", refused, refusal="reason" if alone else "another")
+    case = Case(
+        "test", "made up", "refused", refused, lambda answer: Finding(""), refusal="reason" if alone else "other"
+    )
     monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (case,))
     assert main(["extremes"]) == (0 if alone else 1)
     assert "made up" in capsys.readouterr().out

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from vireport.scenario import Accuracy, Loaded
-from vireport.study import (
-    Study,
-    Task,
-    accuracy_data,
-    analyse,
-    compliance_data,
-)
+from vireport.study import Study, Task, analyse
+from vireport.text import Table, plain_text
 from vireport.trust import (
-    COLUMNS,
-    broken,
-    plain,
+    accuracy_data,
+    comparison_with_rigid,
+    compliance_data,
+    measurements,
+    ranking,
+    solvers_on_stiff_membranes,
 )
 
 if TYPE_CHECKING:
@@ -37,26 +36,31 @@ def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
 
 def text(study: Study, every: bool = False) -> str:
     """What was measured, for the terminal; with `every`, each run in a row."""
-    parts = [plain(study.work, every).rstrip("\n")] if study.work is not None else []
-    if study.compliance is not None:
-        from vireport.report import plain_text
+    return plain_text(_parts(study, every)).replace("*", "") + "\n"
 
-        lines = (broken(line, "    ") if len(line) > COLUMNS else line for line in plain_text(study.compliance))
-        parts.append("\n".join(["Compliant membranes", "", *lines]))
-    elif study.work is not None:
+
+def _parts(study: Study, every: bool) -> Iterator[str | Table]:
+    if study.work is None:
+        return
+    yield from measurements(study.work, every)
+    yield from ranking(study.work)
+    if study.compliance is None:
         why = next(step.why for step in study.plan.steps if step.task is Task.COMPLIANT)
-        parts.append(f"Compliant membranes: left out ({why})")
-    return "\n\n".join(parts) + "\n"
+        yield f"Compliant membranes: left out ({why})"
+        return
+    yield "Compliant membranes"
+    yield from comparison_with_rigid(study.compliance)
+    yield from solvers_on_stiff_membranes(study.compliance)
 
 
 def data(study: Study) -> bytes:
     """What was measured, as JSON."""
-    found = {
+    content = {
         "scenario_sha256": study.loaded.sha256,
         "accuracy": None if study.work is None else accuracy_data(study.work),
         "compliant": None if study.compliance is None else compliance_data(study.compliance),
     }
-    return (json.dumps(found, indent=1, allow_nan=False) + "\n").encode()
+    return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
 
 
 def files(study: Study) -> dict[str, bytes]:

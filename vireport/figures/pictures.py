@@ -62,7 +62,7 @@ def _simulated(study: Study) -> Iterator[Picture]:
 def measured_pictures(study: Study) -> Iterator[Picture]:
     """Draw what a study has measured, as its plan says: error against run time, and solvers on stiff membranes."""
     work, compliance = study.work, study.compliance
-    if study.plan.runs(Task.FIGURE_ACCURACY) and work is not None and work.yardstick is not None:
+    if study.plan.runs(Task.FIGURE_ACCURACY) and work is not None and work.quantities:
         from vireport.figures import accuracy
 
         yield accuracy.picture(work)

@@ -16,11 +16,11 @@ from vireport.trust import (
     FIXED,
     WRONG,
     Compliance,
-    Convergence,
     Outcome,
     SolverRun,
     factor_text,
     findings,
+    quantity_label,
 )
 
 HEIGHTS = 3.4, 2.7
@@ -99,12 +99,8 @@ def alt_text(study: Compliance) -> str:
 
 
 def _slopes(study: Compliance) -> str:
-    fitted = [f"{_quantity(study, x)} {significant(x.exponent, 4)}" for x in study.convergence if x.exponent]
+    fitted = [f"{quantity_label(study, x)} {significant(x.exponent, 4)}" for x in study.convergence if x.exponent]
     return f"Fitted exponents: {', '.join(fitted)}." if fitted else "No exponent could be fitted."
-
-
-def _quantity(study: Compliance, row: Convergence) -> str:
-    return study.critical.label if row.quantity == "critical value" and study.critical is not None else row.quantity
 
 
 def _errors(axes: Axes, study: Compliance, shown: list[float]) -> None:
@@ -140,6 +136,6 @@ def _rates(axes: Axes, study: Compliance) -> list[Label]:
         axes.plot(factors, distances[-1] * (factors / factors[-1]) ** -study.order, **THEORY)
         axes.plot(factors, distances, **MARK | {"color": color, "marker": marker})
         later = len(known) // 2
-        names.append(Label(_quantity(study, quantity), factors[later:], distances[later:]))
+        names.append(Label(quantity_label(study, quantity), factors[later:], distances[later:]))
     axes.minorticks_off()
     return names

@@ -18,7 +18,7 @@ from vireport.text import (
 from vireport.trust import (
     PAPER,
     ComparedRow,
-    Comparison,
+    PaperComparison,
 )
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def figures(pictures: Sequence[Picture]) -> Iterator[Block]:
         yield Figure(x.name, title, x.caption, x.alt, x.png, x.width, x.height)
 
 
-def paper(compared: Comparison | None) -> Iterator[Block]:
+def paper(compared: PaperComparison | None) -> Iterator[Block]:
     """The paper's numbers beside ours."""
     if compared is None:
         return
@@ -166,7 +166,7 @@ def _outcome(row: ComparedRow) -> str:
     return ": ".join(filter(None, ("agrees" if row.agrees else "differs", row.remark)))
 
 
-def left_out(study: Study, compared: Comparison | None) -> Iterator[Block]:
+def left_out(study: Study, compared: PaperComparison | None) -> Iterator[Block]:
     """What a reader might look for in vain."""
     rows = [(capital(words(step.what)), capital(words(step.why))) for step in study.plan.left_out]
     if compared is None:

@@ -1,6 +1,5 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
-from vireport.study.measured import accuracy_data, compliance_data
 from vireport.study.notebook import html_table
 from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Plan, Step, Task, plan
 from vireport.study.provenance import Provenance, provenance_of, with_pages
@@ -17,10 +16,8 @@ __all__ = [
     "Step",
     "Study",
     "Task",
-    "accuracy_data",
     "analyse",
     "branches_csv",
-    "compliance_data",
     "device_of",
     "html_table",
     "membrane_of",

@@ -30,7 +30,6 @@ from vireport.analysis import (
 )
 from vireport.physics import Voltages
 from vireport.scenario import to_dict
-from vireport.study.measured import accuracy_data, compliance_data, plain
 from vireport.study.provenance import Provenance, provenance_of
 from vireport.study.study import Study
 
@@ -253,10 +252,12 @@ def _measured(study: Study) -> dict[str, Any]:
     """What was measured or proved where that was asked for; null where not."""
     found: dict[str, Any] = {"accuracy": None, "compliant": None, "certificates": None}
     if study.work is not None:
+        from vireport.trust import accuracy_data, compliance_data
+
         found["accuracy"] = accuracy_data(study.work)
         found["compliant"] = None if study.compliance is None else compliance_data(study.compliance)
     if study.certificates is not None:
-        found["certificates"] = plain(study.certificates)
+        found["certificates"] = [asdict(one) for one in study.certificates]
     return found
 
 

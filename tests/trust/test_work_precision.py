@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
-from math import isfinite, radians, sin
+from math import inf, isfinite, radians, sin
 
+import numpy as np
 import pytest
 import reference
 from mpmath import mp, mpf
@@ -18,32 +20,33 @@ from vireport.physics.energy import Membrane
 from vireport.reference import reference_critical, reference_orbit, reference_voltage
 from vireport.report.accuracy import accuracy
 from vireport.scenario.parameters import Parameter
-from vireport.trust import accuracy_text
-from vireport.trust.contenders import (
+from vireport.text import Table, plain_text
+from vireport.trust import measurements, ranking
+from vireport.trust.benchmark import Benchmark, Guess, MethodTask, Target, benchmark_of
+from vireport.trust.flights import Budget, Model, explicit, integrated, runge_kutta, simulated
+from vireport.trust.methods import (
     CLOSED,
     EXPLICIT,
+    METHODS,
     NAMES,
     PRINTED,
     RK4,
     SETTLING,
     SIMULATED,
     WHOLE,
-    Contender,
-    contenders,
+    Knob,
+    Method,
+    settle,
+    shoot,
+    shoot_critical,
 )
-from vireport.trust.integrators import Budget, Case, LeftMotion, explicit, integrated, runge_kutta, simulated
-from vireport.trust.methods import settle, shoot
-from vireport.trust.quasinewton import quasi_newton
+from vireport.trust.rootfinding import solve
 from vireport.trust.timing import Machine, Spread
-from vireport.trust.workprecision import ACCURACIES, MethodRun, WorkPrecision, compare
-from vireport.trust.yardstick import yardstick
-
-pytest.importorskip("scipy")
+from vireport.trust.workprecision import ACCURACIES, MethodRun, WorkPrecision, compare, measure
 
 INCLINED = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 45.0)
 HORIZONTAL = Device(0.1245, 0.5, 9.8, None, 5.0, 2.0, 0.0)
-CASE = Case(0.4604, 0.1245 * 9.8 * sin(radians(45)) / 3, 0.5, 1)
-GUESS = (0.5727, 1.008)
+MODEL = Model(0.4604, 0.1245 * 9.8 * sin(radians(45)) / 3, 0.5, 1)
 
 
 def length(device: Device, d: float) -> float:
@@ -55,23 +58,28 @@ def ample() -> Budget:
 
 
 @pytest.fixture(scope="module")
-def inclined(study_of):
-    solution = study_of("inclined").solution
-    stick = yardstick(solution)
-    return stick, contenders(solution, stick.orbit, stick.critical, stick.point.label)[0]
+def inclined(study_of) -> Benchmark:
+    return benchmark_of(study_of("inclined").solution)
+
+
+def coarse(method: Method) -> Method:
+    """A few cheap settings of a method."""
+    kept = {Knob.STEPS: 8, Knob.RTOL: 9}.get(method.knob, len(method.settings))
+    return replace(method, settings=method.settings[:kept])
 
 
 @pytest.fixture(scope="module")
 def work(inclined) -> WorkPrecision:
     """A few cheap runs of each kind of method, each timed once."""
-    stick, tried = inclined
-    kept = {RK4: (2, 4, 5, 6), "SciPy RK45": (0, 2, 4), "SciPy DOP853": (0, 2, 4)}
-    chosen = [
-        replace(one, settings=tuple(one.settings[k] for k in kept.get(one.name, range(len(one.settings)))))
-        for one in tried
-        if not one.name.endswith(("Radau", "LSODA"))
-    ]
-    return compare(stick, chosen, (("SciPy Radau", "left out"),), 1)
+    return compare(inclined, [coarse(method) for method in METHODS if not method.name.endswith(("Radau", "LSODA"))], 1)
+
+
+@pytest.fixture(scope="module")
+def target() -> Target:
+    """The motion of the paper's Fig. 3 (c)-(d), at the printed d."""
+    s = length(INCLINED, 0.4604)
+    sweep = Sweep(replace(INCLINED, length_m=s), Parameter.LENGTH, 0.5, 0.8)
+    return Target(sweep, True, None, False, Guess(0.5727, 1.008, 0.589, s))
 
 
 def test_reference_orbit_has_the_known_digits() -> None:
@@ -133,71 +141,94 @@ def test_reference_voltage_has_forty_digits() -> None:
         assert abs(reference_voltage(orbit, membrane) / (sum(volts) / 2) - 1) < mpf(10) ** -40
 
 
+@pytest.fixture(scope="module")
+def exact():
+    return reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+
+
 @pytest.mark.parametrize("flight", [explicit, simulated])
-def test_exact_flights_find_the_orbit(flight) -> None:
+def test_exact_flights_find_the_orbit(flight, target, exact) -> None:
     if flight is simulated:
         pytest.importorskip("numba")
-    found = shoot(flight(1e-15), CASE, GUESS, ample())
-    exact = reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    found = shoot(flight, target, 1e-10, ample())
     assert abs(found.velocity - exact.velocity) < 1e-13
     assert abs(found.phase - exact.phase) < 1e-13
     assert abs(found.q - exact.q) < 1e-13
 
 
+def test_newton_on_the_return_map_is_quadratic(target, exact) -> None:
+    """The Jacobian is the exact one: each lap doubles the digits."""
+    errors = [abs(shoot(explicit, target, stop, ample()).velocity - exact.velocity) for stop in (1e-1, 1e-2, 1e-4)]
+    assert errors[1] < 50 * errors[0] ** 2
+    assert errors[2] < 1e-14
+
+
+@pytest.mark.parametrize("name", ["horizontal", "inclined"])
+def test_jacobian_of_the_conditions_at_a_critical_point_is_exact(name: str, study_of, monkeypatch) -> None:
+    """Against central differences, for a lap and for the half lap of symmetric motions."""
+    from vireport.trust import methods
+
+    critical = benchmark_of(study_of(name).solution).critical
+    conditions = {}
+    monkeypatch.setattr(
+        methods, "solve", lambda equations, start, *rest, **more: conditions.update(f=equations) or start
+    )
+    shoot_critical(explicit, critical, 1e-8, ample())
+    guess, unit = critical.guess, critical.guess.value
+    x, h = np.array([guess.phase, guess.velocity, guess.value / unit]), 1e-6
+    _, matrix = conditions["f"](x)
+    for k in range(3):
+        ahead, behind = (np.array(conditions["f"](x + sign * h * np.eye(3)[k])[0]) for sign in (1, -1))
+        assert matrix[:, k] == pytest.approx((ahead - behind) / (2 * h), rel=1e-6, abs=1e-7)
+
+
 def test_exact_flights_agree_flight_by_flight() -> None:
     pytest.importorskip("numba")
     for phase in (0.2, 0.5, 0.9, 1.4):
-        one, two = (method(0.0).fly(CASE, 1, 1.3, phase, ample()) for method in (explicit, simulated))
+        one, two = (method(0.0).fly(MODEL, 1, 1.3, phase, ample()) for method in (explicit, simulated))
         assert one == pytest.approx(two, rel=0, abs=1e-14)
 
 
-def test_transient_converges_with_its_tolerance() -> None:
+def test_transient_converges_with_its_tolerance(target, exact) -> None:
     pytest.importorskip("numba")
-    exact = shoot(explicit(1e-15), CASE, GUESS, ample())
-    errors = [abs(settle(CASE, GUESS, 10.0**-k, ample()).velocity - exact.velocity) for k in (4, 7, 10)]
+    errors = [abs(settle(target, 10.0**-k, ample()).velocity - exact.velocity) for k in (4, 7, 10)]
     assert errors[0] > 100 * errors[1] > 1e4 * errors[2]
 
 
-def test_runge_kutta_is_of_order_four() -> None:
-    exact = shoot(explicit(1e-15), CASE, GUESS, ample())
-    coarse, fine = (abs(shoot(runge_kutta(k), CASE, GUESS, ample()).phase - exact.phase) for k in (32, 128))
-    assert 3.7 < (coarse / fine) ** 0.5 / 2**0.0 / 4.0 < 4.6
+def test_runge_kutta_is_of_order_four(target, exact) -> None:
+    rough, fine = (abs(shoot(runge_kutta, target, steps, ample()).phase - exact.phase) for steps in (32, 128))
+    assert 3.7 < float(rough / fine) ** 0.25 < 4.3
 
 
 def test_a_missed_impact_is_told_from_one_that_is_not_there() -> None:
     # The ball rises beyond the top membrane and is back within a step of a period.
-    case = Case(0.05, 0.9, 0.5, 1)
-    with pytest.raises(NumericalError, match="missed the impact at the top") as caught:
-        runge_kutta(1.0).fly(case, 1, 1.0, 0.0, ample())
-    assert not isinstance(caught.value, LeftMotion)
-    assert explicit(0.0).fly(case, 1, 1.0, 0.0, ample())[1] < 0
-    with pytest.raises(LeftMotion, match="returns to the bottom"):
-        explicit(0.0).fly(replace(case, d=5.0), 1, 0.1, 0.0, ample())
+    model = Model(0.05, 0.9, 0.5, 1)
+    with pytest.raises(NumericalError, match="missed the impact at the top"):
+        runge_kutta(1.0).fly(model, 1, 1.0, 0.0, ample())
+    assert explicit(0.0).fly(model, 1, 1.0, 0.0, ample())[1] < 0
+    with pytest.raises(NumericalError, match="returns to the bottom"):
+        explicit(0.0).fly(replace(model, d=5.0), 1, 0.1, 0.0, ample())
 
 
-def test_a_spent_budget_ends_a_method() -> None:
+def test_a_spent_budget_ends_a_method(target) -> None:
     with pytest.raises(NumericalError, match="budget of 100 evaluations"):
-        shoot(integrated("RK45")(1e-9), CASE, GUESS, Budget(100))
+        shoot(partial(integrated, "RK45"), target, 1e-9, Budget(100))
 
 
-def test_the_iteration_knows_no_units() -> None:
-    def residual(scale):
-        return lambda x: [scale * (x[0] ** 2 + x[1] - 0.3), x[0] - 0.5 * x[1] - 0.1]
+@pytest.mark.parametrize("jacobian", [True, False])
+def test_the_iteration_refuses_what_has_no_solution(jacobian: bool) -> None:
+    def equations(x):
+        residual, matrix = [x[0] ** 2 + 0.1, x[1] - x[0]], [[2 * x[0], 0.0], [-1.0, 1.0]]
+        return (residual, matrix) if jacobian else residual
 
-    one, two = (quasi_newton(residual(scale), [0.4, 0.3], 1e-7, 1e-13, 1e-13) for scale in (1.0, 1e3))
-    assert one == pytest.approx(two, rel=0, abs=1e-12)
-    assert residual(1.0)(one) == pytest.approx([0.0, 0.0], abs=1e-13)
-
-
-def test_the_iteration_refuses_a_singular_problem() -> None:
-    with pytest.raises(NumericalError, match="singular"):
-        quasi_newton(lambda x: [1.0, x[0]], [0.4, 0.3], 1e-7, 1e-13, 1e-13)
+    with pytest.raises(NumericalError, match="did not settle"):
+        solve(equations, [0.4, 0.3], 1e-8, 1e-13, jacobian)
 
 
 def test_closed_form_reaches_rounding(work) -> None:
     for name in (CLOSED, WHOLE, PRINTED):
-        for task in ("orbit", "critical"):
-            least = min(run.error for run in work.runs if (run.method, run.task) == (name, task))
+        for task in MethodTask:
+            least = min(run.error for run in work.runs_of(name, task))
             assert least < 1e-13, (name, task)
 
 
@@ -211,13 +242,14 @@ def test_every_quantity_has_an_error_in_every_good_run(work) -> None:
 
 @pytest.mark.parametrize("method", [RK4, "SciPy RK45", "SciPy DOP853"])
 def test_finer_settings_are_more_accurate(work, method: str) -> None:
-    errors = [run.error for run in work.runs if (run.method, run.task) == (method, "orbit")]
+    errors = [run.error for run in work.runs_of(method, MethodTask.ORBIT)][::4]
+    assert len(errors) > 1
     assert all(fine < coarse for coarse, fine in pairwise(errors))
 
 
 def test_fitted_orders_are_those_of_theory(work) -> None:
     orders = {(one.method, one.task, one.against): one for one in work.orders}
-    for task in ("orbit", "critical"):
+    for task in MethodTask:
         one = orders[RK4, task, "step"]
         assert one.theory == (4.0,)
         assert one.fitted == pytest.approx(4.0, abs=0.5)
@@ -225,95 +257,90 @@ def test_fitted_orders_are_those_of_theory(work) -> None:
 
 
 def test_errors_and_counts_do_not_change_from_run_to_run(inclined) -> None:
-    stick, tried = inclined
-    some = [replace(one, settings=one.settings[:2]) for one in tried if one.name in (CLOSED, EXPLICIT, "SciPy LSODA")]
-    one, two = (compare(stick, some, (), 1) for _ in range(2))
-    told = [[(run.errors, run.evaluations, run.failed) for run in each.runs] for each in (one, two)]
-    assert told[0] == told[1]
+    some = [
+        replace(method, settings=method.settings[:2])
+        for method in METHODS
+        if method.name in (CLOSED, EXPLICIT, "SciPy LSODA")
+    ]
+    one, two = (
+        [(run.errors, run.evaluations, run.failed) for run in compare(inclined, some, 1).runs] for _ in range(2)
+    )
+    assert one == two
 
 
 def test_failures_are_shown(inclined) -> None:
-    stick, _ = inclined
-
-    def missing(setting: float, budget: Budget):
+    def missing(target: Target, setting: float, budget: Budget):
         raise NumericalError("missed the impact at the top")
 
-    def wrong(setting: float, budget: Budget) -> float:
-        return 2.0 * stick.critical.guess.value
+    def wrong(target: Target, setting: float, budget: Budget) -> float:
+        return 2.0 * target.guess.value
 
-    def spending(setting: float, budget: Budget):
+    def spending(target: Target, setting: float, budget: Budget):
         budget.spend(11)
 
-    one = Contender("SciPy RK45", "rtol", (1e-3, 1e-6), missing, wrong, 10)
-    two = Contender("SciPy Radau", "rtol", (1e-3, 1e-6), spending, None, 10)
-    found = compare(stick, (one, two), (), 1)
-    reasons = [row[-1] for row in accuracy_text.failures(found)]
+    one = Method("SciPy RK45", Knob.RTOL, (1e-3, 1e-6), missing, wrong, 10)
+    two = Method("SciPy Radau", Knob.RTOL, (1e-3, 1e-6), spending, None, 10)
+    found = compare(inclined, (one, two), 1)
+    reasons = [run.failed for run in found.runs]
     assert reasons[:2] == ["missed the impact at the top"] * 2
     assert all("found something else" in reason for reason in reasons[2:4])
     assert reasons[4:] == ["budget of 10 evaluations reached", "not tried: a coarser setting spent the budget"]
-    assert all(one.method == "" for one in found.fastest(1e-6))
-    assert "missed the impact at the top" in accuracy_text.plain(found, every=True)
+    assert found.fastest("orbit", 1e-6) == inf
+    assert "missed the impact at the top" in plain_text((*measurements(found, every=True), *ranking(found)))
     figure_accuracy(found)
 
 
-def ranked(*runs: tuple[str, float, float]) -> WorkPrecision:
-    """A study of runs of given method, error and time."""
-    made = tuple(MethodRun(m, "rtol", 1e-3, "orbit", {"phase": e}, Spread(t, t, t), 1) for m, e, t in runs)
-    return WorkPrecision("", None, made, (), (), Machine("", 1, "", "", ()), 1)
-
-
-def test_the_soonest_method_and_its_factors(inclined) -> None:
-    stick, _ = inclined
-    orbit_only = replace(stick, quantities=stick.quantities[:1])
-    study = replace(
-        ranked(("a", 1e-7, 2.0), ("a", 1e-10, 6.0), ("b", 1e-8, 4.0), ("c", 1e-3, 1.0), (WHOLE, 0.0, 0.1)),
-        yardstick=orbit_only,
-    )
-    (coarse,), (fine,) = study.fastest(1e-6), study.fastest(1e-9)
-    assert (coarse.method, coarse.factors, coarse.short) == ("a", (("b", 2.0),), ("c",))
-    assert (fine.method, fine.factors, fine.short) == ("a", (), ("b", "c"))
+def test_the_fastest_run_that_is_accurate_enough() -> None:
+    runs = tuple(
+        MethodRun(method, Knob.RTOL, 1e-3, MethodTask.ORBIT, {"phase": error}, Spread(time, time, time), 1)
+        for method, error, time in (
+            ("a", 1e-7, 2.0), ("a", 1e-10, 6.0), ("b", 1e-8, 4.0), ("c", 1e-3, 1.0), (WHOLE, 0.0, 0.1)
+        )
+    )  # fmt: skip
+    study = WorkPrecision("", None, runs, (), (), Machine("", 1, "", "", ()), 1)
+    assert [study.fastest("orbit", accuracy) for accuracy in (1e-6, 1e-9, 1e-12)] == [2.0, 6.0, inf]
+    assert study.best("b", "orbit", 1e-9) is None
+    assert study.best("a", "orbit", 1e-6).error == 1e-7
 
 
 def test_report_and_figure_name_every_method(work) -> None:
     blocks = list(accuracy(work))
     tables = {block.caption: block for block in blocks if block.kind == "table"}
     methods = {run.method for run in work.runs}
-    assert methods == {CLOSED, WHOLE, PRINTED, EXPLICIT, SIMULATED, SETTLING, RK4, "SciPy RK45", "SciPy DOP853"} & {
-        *NAMES
-    }
+    assert methods == {*NAMES} - {"SciPy Radau", "SciPy LSODA"}
     assert {row[0] for row in tables["Time to an accuracy: the motion"].rows} == methods
     assert {row[0] for row in tables["Time to an accuracy: B1 (period doubling)"].rows} == methods - {SETTLING}
     for table in tables.values():
         assert all(len(row) == len(table.columns) for row in table.rows)
-    said = " ".join(block.text for block in blocks if block.kind == "paragraph")
-    assert said.count("soonest by") == 2 * len(ACCURACIES)
-    assert "only numbers of this section that differ from run to run" in said
-    assert "SciPy Radau" in " ".join(row[0] for row in tables["Runs that failed"].rows)
+    factors = tables["Times over that of the fastest method"]
+    assert {row[0] for row in factors.rows} == methods
+    assert all("1" in column for column in list(zip(*factors.rows, strict=True))[1 : len(ACCURACIES)])
+    text = " ".join(block.text for block in blocks if block.kind == "paragraph")
+    assert "only numbers of this section that differ from run to run" in text
     assert all(method in alt_text(work) for method in methods)
     assert len(figure_accuracy(work).axes) == len(work.quantities)
 
 
+def test_report_and_terminal_say_the_same(work) -> None:
+    parts = [*measurements(work), *ranking(work)]
+    blocks = [block for block in accuracy(work) if block.kind != "subheading"]
+    assert [part if isinstance(part, Table) else None for part in parts] == [
+        block if block.kind == "table" else None for block in blocks
+    ]
+
+
 def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch) -> None:
-    import sys
-
-    from vireport.trust import contenders as module
-
-    stick, _ = inclined
-    monkeypatch.setattr(module, "find_spec", lambda name: None)
-    monkeypatch.setitem(sys.modules, "scipy.integrate", None)
-    tried, absent = contenders(stick.solution, stick.orbit, stick.critical, "B1")
-    assert {one.name for one in tried} == {CLOSED, WHOLE, PRINTED, EXPLICIT, RK4}
-    assert {name for name, _ in absent} == set(NAMES) - {one.name for one in tried}
-    assert all("pip install 'vireport[" in reason for _, reason in absent)
-    monkeypatch.setitem(sys.modules, "mpmath", None)
-    monkeypatch.delitem(sys.modules, "vireport.reference")
-    with pytest.raises(NumericalError, match=r"mpmath: pip install 'vireport\[accuracy\]'"):
-        yardstick(stick.solution)
+    monkeypatch.setattr("vireport.trust.workprecision.find_spec", lambda name: None)
+    some = [replace(method, settings=method.settings[:1]) for method in METHODS[:6]]
+    found = compare(inclined, some, 1)
+    assert {run.method for run in found.runs} == {CLOSED, WHOLE, PRINTED, EXPLICIT}
+    assert {name for name, _ in found.absent} == {SIMULATED, SETTLING}
+    assert all("pip install 'vireport[" in reason for _, reason in found.absent)
+    assert "not tried: needs the package numba" in plain_text(ranking(found))
 
 
 def test_nothing_to_compare_is_said(tmp_path) -> None:
     from vireport import analyse, load
-    from vireport.trust.workprecision import measure
 
     scenario = tmp_path / "none.yaml"
     scenario.write_text(
@@ -325,5 +352,5 @@ def test_nothing_to_compare_is_said(tmp_path) -> None:
     found = measure(analyse(load(scenario)).solution, 1)
     assert found.nothing
     assert found.runs == ()
-    assert "no stable" in accuracy_text.plain(found)
+    assert "no stable" in plain_text(measurements(found))
     assert [block.kind for block in accuracy(found)] == ["paragraph"]

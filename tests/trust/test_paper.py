@@ -8,8 +8,7 @@ import pytest
 
 from vireport.scenario.loading import load
 from vireport.study.study import analyse
-from vireport.trust.paper import comparison
-from vireport.trust.paper_cases import CASES
+from vireport.trust.paper import CASES, compare_with_paper
 
 # What is in print, what 40-digit arithmetic gives, and whether they agree.
 OURS = {
@@ -44,7 +43,7 @@ OURS = {
 
 @pytest.mark.parametrize("name", OURS)
 def test_both_columns(name: str, study_of) -> None:
-    compared = comparison(study_of(name).solution)
+    compared = compare_with_paper(study_of(name).solution)
     assert compared is not None
     rows = {row.quantity: row for row in compared.rows}
     for quantity, (printed, ours, agrees) in OURS[name].items():
@@ -58,7 +57,7 @@ def test_both_columns(name: str, study_of) -> None:
 @pytest.mark.parametrize(("name", "gbar"), [("horizontal", 0.0), ("inclined", None), ("inclined-forcing", None)])
 def test_our_motion_satisfies_the_equations_at_the_printed_d(name: str, gbar: float | None, study_of) -> None:
     study = study_of(name)
-    rows = [row for row in comparison(study.solution).rows if row.quantity.startswith("Fig. 3")]
+    rows = [row for row in compare_with_paper(study.solution).rows if row.quantity.startswith("Fig. 3")]
     velocity, phi, q = (float(row.ours) for row in rows[:3])
     d = float(rows[0].quantity.split("= ")[1].split(":")[0])
     force = 3.0 if name != "inclined-forcing" else 4 * 0.1245 * 0.75 * 4 / d
@@ -77,7 +76,7 @@ def test_our_motion_satisfies_the_equations_at_the_printed_d(name: str, gbar: fl
 
 def test_differences_are_stated_with_their_size(study_of) -> None:
     for name in OURS:
-        for row in comparison(study_of(name).solution).rows:
+        for row in compare_with_paper(study_of(name).solution).rows:
             if row.agrees is False:
                 size = float(row.remark.split(";")[0].removeprefix("by "))
                 assert size == pytest.approx(abs(float(row.ours) - float(row.printed)), rel=0.06)
@@ -94,20 +93,20 @@ def test_differences_are_stated_with_their_size(study_of) -> None:
     ],
 )
 def test_another_device_is_not_compared(override: str, example) -> None:
-    assert comparison(analyse(load(example("inclined"), [override])).solution) is None
+    assert compare_with_paper(analyse(load(example("inclined"), [override])).solution) is None
 
 
 def test_a_design_point_is_compared_where_it_is_the_papers(example) -> None:
     path = example("design-point")
-    assert comparison(analyse(load(path)).solution) is None
-    compared = comparison(analyse(load(path, ["device.length_m=0.6934"])).solution)
+    assert compare_with_paper(analyse(load(path)).solution) is None
+    compared = compare_with_paper(analyse(load(path, ["device.length_m=0.6934"])).solution)
     assert compared is not None
     assert [row.agrees for row in compared.rows] == [True, False, False, True]
 
 
 def test_a_sweep_that_misses_the_motion_leaves_it_out(example) -> None:
     study = analyse(load(example("inclined"), ["sweep.to=0.64", "device.length_m="]))
-    rows = comparison(study.solution).rows
+    rows = compare_with_paper(study.solution).rows
     assert any(row.quantity == "B1: *φ*" for row in rows)
     assert not any(row.quantity.startswith("Fig. 3") for row in rows)
 

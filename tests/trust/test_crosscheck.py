@@ -122,6 +122,7 @@ def test_without_a_simulation_block_nothing_of_it_is_imported(example) -> None:
     assert run.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 def test_the_simulated_example_writes_everything(example, tmp_path) -> None:
     run = subprocess.run(
         [sys.executable, "-m", "vireport", str(example("simulated")), "-o", str(tmp_path)],
