@@ -85,7 +85,9 @@ def motion(name: str) -> Portrait:
         frequency_hz=FREQUENCY, inclination_deg=angle, period_ratio=1,
     )  # fmt: skip
     starts = [Impact(BOTTOM, 0.7, 0.4)]
-    return portrait(device, Parameter.LENGTH, d * force / (4 * M * FREQUENCY**2), starts)
+    length = d * force / (4 * M * FREQUENCY**2)
+    groups = (float(group) for group in device.groups(Parameter.LENGTH, length))
+    return portrait(*groups, 0.5, starts, f"s = {Parameter.LENGTH.show(length)}")
 
 
 def curves(axes: Axes) -> list[Line2D]:

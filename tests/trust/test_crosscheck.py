@@ -145,7 +145,7 @@ def test_figure_3gh_is_the_period_4_motion(example) -> None:
     study = analyse(load(example("simulated")))
     portrait = study.crosscheck.portraits[1]
     cycle = portrait.attractor.cycle
-    assert portrait.value == 5.87
+    assert portrait.label == "F = 5.87 N"
     assert cycle.word == "BTBT"
     assert cycle.period == 2
     assert np.abs(np.abs(cycle.velocity) - 0.71495891).min() < 1e-5  # printed for d = 0.2545, which is F = 5.8699 N

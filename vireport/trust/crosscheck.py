@@ -166,8 +166,8 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     checked = [_check(motions, d[i], gbar[i], device) for i, motions in enumerate(orbits) if motions is not None]
     pairs = [pair for group, _ in checked for pair in group]
     trials, reached = _basin(orbits, found, device.period_ratio)
-    portraits = [portrait(device, parameter, value, starts) for value in asked.portraits]
-    displacements = [portrait(device, parameter, value, starts) for value in asked.displacement]
+    portraits = [_portrait(device, parameter, value, starts) for value in asked.portraits]
+    displacements = [_portrait(device, parameter, value, starts) for value in asked.displacement]
     drawn = diagram(d, gbar, device.restitution, starts, asked.impacts) if asked.diagram else None
     return CrossCheck(
         parameter=parameter,
@@ -187,6 +187,12 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
         portraits=tuple(portraits),
         displacements=tuple(displacements),
     )
+
+
+def _portrait(device: Device, parameter: Parameter, value: float, starts: Sequence[Impact]) -> Portrait:
+    d, gbar = (float(x) for x in device.groups(parameter, value))
+    label = f"{parameter.symbol} = {parameter.show(value)}"
+    return portrait(d, gbar, float(device.restitution), starts, label)
 
 
 def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | None]:

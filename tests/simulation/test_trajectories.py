@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from itertools import pairwise
 from math import acos, cos, pi, radians, sin
 
@@ -12,19 +10,23 @@ import pytest
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
-from vireport.simulation.cycles import jacobians, product
-from vireport.simulation.events import (
+from vireport.simulation import (
+    BOTTOM,
     FLIGHT,
     PHASE,
+    TOP,
     VELOCITY,
     WALL,
     Impact,
     InFlight,
+    Outcome,
     check_model,
     check_start,
     follow_one,
+    path,
+    simulate,
 )
-from vireport.simulation.trajectories import BOTTOM, TOP, Outcome, path, simulate
+from vireport.simulation.cycles import jacobians, product
 
 
 def gbar(force: float) -> float:
@@ -160,23 +162,6 @@ def test_the_record_cannot_be_changed() -> None:
 def test_at_least_one_impact() -> None:
     with pytest.raises(ValueError, match="impacts"):
         simulate(0.4, 0.1, 0.5, Impact(BOTTOM, 1.0, 0.0), 0)
-
-
-def test_the_compiler_is_not_paid_for_unless_something_is_simulated() -> None:
-    code = (
-        "import sys, vireport.simulation.attractors\n"
-        "sys.exit(bool({'numba', 'vireport.simulation.kernel'} & set(sys.modules)))"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_without_the_compiler_the_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    from vireport.errors import NumericalError
-
-    monkeypatch.setitem(sys.modules, "vireport.simulation.kernel", None)
-    monkeypatch.delattr("vireport.simulation.kernel", raising=False)
-    with pytest.raises(NumericalError, match="numba"):
-        simulate(0.4, 0.1, 0.5, Impact(BOTTOM, 1.0, 0.0), 5)
 
 
 CHAOS = (0.2545, 0.3, 0.5)

@@ -15,7 +15,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from vireport.simulation import events
 from vireport.simulation.events import (
     BOTTOM,
     FLIGHT,
@@ -28,6 +27,7 @@ from vireport.simulation.events import (
     WALL,
     Impact,
     InFlight,
+    as_start,
     check_model,
     check_start,
     follow,
@@ -391,7 +391,7 @@ def test_continuing_is_the_same_as_going_on() -> None:
     whole = follow_one(model, (1.0, 0.0, 0.7, 0.2), 500)[0]
     half = follow_one(model, (1.0, 0.0, 0.7, 0.2), 200, keep=7)[0]
     assert np.array_equal(half, whole[194:201])
-    rest = follow_one(model, events.as_start(half[-1]), 300)[0]
+    rest = follow_one(model, as_start(half[-1]), 300)[0]
     assert np.array_equal(rest[1:], whole[201:])
 
 

@@ -1,4 +1,4 @@
-"""What is known of each cell of a map, chunk by chunk, as tables without a NaN: what does not exist is null."""
+"""What is known of each cell of a map, as tables without a NaN: what does not exist is null."""
 
 from __future__ import annotations
 
@@ -9,20 +9,13 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.compute as pc  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from vireport.analysis import (
-    STABILITIES,
-    UNSTABLE,
-    classify,
-    find_motions,
-)
-from vireport.physics import voltages
-from vireport.scenario import Parameter
-from vireport.sweep.cells import MapPlan, cells_of
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from vireport.analysis import STABILITIES, UNSTABLE, classify, find_motions
+from vireport.physics import Membrane, voltages
+from vireport.scenario import MapSimulation, Parameter
+from vireport.sweep.cells import Floats, Ints, MapPlan, axis_ends, cell_values
 
 DECIMALS = 9
 """Of the impact velocity, up to which two motions are as fast: mirror images differ by rounding alone."""
@@ -80,24 +73,24 @@ def schema_of(plan: MapPlan) -> pa.Schema:
     return pa.schema([pa.field(name, kind, metadata={"unit": unit} if unit else None) for name, kind, unit in columns])
 
 
-def evaluate_chunk(plan: MapPlan, chunk: int) -> pa.Table:
-    """Compute all cells of a chunk.
+def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
+    """Compute cells of a map.
 
     Parameters
     ----------
     plan : MapPlan
-    chunk : int
-        0 to plan.chunks - 1.
+    numbers : ndarray of int, shape (n,)
+        Which cells.
 
     Returns
     -------
     pyarrow.Table
-        One row for each cell, in their order; the columns are those of `schema_of`.
+        One row for each cell; the columns are those of `schema_of`.
     """
-    values = dict(zip(plan.names, cells_of(plan, chunk), strict=True))
-    count = plan.rows(chunk)
-    swept = {name: value for name, value in values.items() if name not in ("restitution", "ball_mass_kg")}
-    device = replace(plan.device, **swept)  # type: ignore[arg-type]
+    values = dict(zip(plan.names, cell_values(plan, numbers), strict=True))
+    count = len(numbers)
+    varied = {name: value for name, value in values.items() if name not in ("restitution", "ball_mass_kg")}
+    device = replace(plan.device, **varied)  # type: ignore[arg-type]
     d, gbar = (
         np.broadcast_to(np.asarray(x, dtype=float), count) for x in device.groups(Parameter.LENGTH, device.length_m)
     )
@@ -106,35 +99,40 @@ def evaluate_chunk(plan: MapPlan, chunk: int) -> pa.Table:
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
         columns |= _motions(d, gbar, r, plan.device.period_ratio)
         if plan.membrane is not None:
-            columns |= _voltages(plan, values, device.velocity_unit(Parameter.LENGTH, None), columns)
+            unit = device.velocity_unit(Parameter.LENGTH, None)
+            columns |= _voltages(plan.membrane, values.get("ball_mass_kg"), unit, columns)
     if plan.simulate is not None:
-        columns |= _simulated(plan, d, gbar, r)
+        columns |= _simulated(plan, plan.simulate, d, gbar, r)
     schema = schema_of(plan)
-    return pa.Table.from_arrays([_array(columns[field.name], field.type) for field in schema], schema=schema)
+    return pa.Table.from_arrays([_column(columns[field.name], field.type) for field in schema], schema=schema)
 
 
-def _array(values: Any, kind: pa.DataType) -> pa.Array:
-    """A column; what is not finite is null.
+def _column(values: Any, kind: pa.DataType) -> pa.Array:
+    """A column of a table; a number that is not finite, and a code below zero of a type of stability, is null."""
+    if pa.types.is_dictionary(kind):
+        codes = _numbers(values, kind.index_type)
+        known = pc.if_else(pc.greater_equal(codes, 0), codes, pa.scalar(None, kind.index_type))
+        return pa.DictionaryArray.from_arrays(known, pa.array([str(word) for word in STABILITIES]))
+    if pa.types.is_floating(kind):
+        floats = _numbers(values, kind)
+        return pc.if_else(pc.is_finite(floats), floats, pa.scalar(None, kind))
+    return _numbers(values, kind) if isinstance(values, np.ndarray) else pa.array(values, type=kind)
 
-    Made of its buffers, because `pyarrow.array` of an array imports pandas where that is installed, which takes as
-    long as 100,000 cells.
-    """
-    if not isinstance(values, np.ndarray):
-        return values if isinstance(values, pa.Array) else pa.array(values, type=kind)
-    valid = np.isfinite(values)
-    bits = None if valid.all() else pa.py_buffer(np.packbits(valid, bitorder="little"))
-    data = np.ascontiguousarray(np.where(valid, values, 0), dtype=kind.to_pandas_dtype())
-    return pa.Array.from_buffers(kind, len(data), [bits, pa.py_buffer(data)])
+
+def _numbers(values: NDArray[Any], kind: pa.DataType) -> pa.Array:
+    """A column without nulls; `pyarrow.array` would import pandas first where that is installed (0.2 s a process)."""
+    data = np.ascontiguousarray(values, dtype=kind.to_pandas_dtype())
+    return pa.Array.from_buffers(kind, len(data), [None, pa.py_buffer(data)])
 
 
 def _motions(d: Floats, gbar: Floats, r: Any, n: int) -> dict[str, Any]:
     """Columns `motions`, `stable` and `MOTION`; NaN where there is no motion."""
-    found = find_motions(d, gbar, r, n)
-    real = np.flatnonzero(found.admissible)
-    cell, trace = found.cell[real], found.trace[real]
+    motions = find_motions(d, gbar, r, n)
+    real = np.flatnonzero(motions.admissible)
+    cell, trace = motions.cell[real], motions.trace[real]
     code = classify(trace, r[cell])
     stable = code != UNSTABLE
-    orbit = found.orbit
+    orbit = motions.orbit
     order = np.lexsort((orbit.u[real], -np.round(orbit.velocity_bottom[real], DECIMALS), ~stable, cell))
     first = np.ones(len(order), dtype=bool)
     first[1:] = cell[order][1:] != cell[order][:-1]
@@ -146,82 +144,57 @@ def _motions(d: Floats, gbar: Floats, r: Any, n: int) -> dict[str, Any]:
         whole[at] = values
         return whole
 
-    tr, one = trace[best], 1 + r[at] ** 4
+    tr, limit = trace[best], 1 + r[at] ** 4
     codes = np.full(len(d), -1, dtype=np.int8)
     codes[at] = code[best]
     return {
         "motions": np.bincount(cell, minlength=len(d)).astype(np.int16),
         "stable": np.bincount(cell[stable], minlength=len(d)).astype(np.int16),
-        "stability": _words(codes),
+        "stability": codes,
         "q": column(0.5 + orbit.u[row]),
         "phi_bottom_rad": column(np.mod(orbit.phi[row], 2 * np.pi)),
         "velocity_bottom": column(orbit.velocity_bottom[row]),
         "velocity_top": column(orbit.velocity_top[row]),
         "trace": column(tr),
-        "multiplier_margin": column(one - np.abs(tr)),
-        "period_doubling_margin": column(one + tr),
-        "fold_margin": column(one - tr),
-        "wall_gap": column(found.wall_gap[row]),
+        "multiplier_margin": column(limit - np.abs(tr)),
+        "period_doubling_margin": column(limit + tr),
+        "fold_margin": column(limit - tr),
+        "wall_gap": column(motions.wall_gap[row]),
     }
 
 
-def _words(codes: NDArray[np.int8]) -> pa.Array:
-    """Types of stability by their codes, null where that is negative."""
-    valid = pa.py_buffer(np.packbits(codes >= 0, bitorder="little"))
-    index = pa.Array.from_buffers(pa.int8(), len(codes), [valid, pa.py_buffer(np.maximum(codes, 0))])
-    ends = np.cumsum([0, *map(len, STABILITIES)]).astype(np.int32)
-    names = pa.StringArray.from_buffers(
-        len(STABILITIES), pa.py_buffer(ends), pa.py_buffer("".join(STABILITIES).encode())
-    )
-    return pa.DictionaryArray.from_arrays(index, names)
-
-
-def _voltages(plan: MapPlan, values: dict[str, Floats], unit: Any, columns: dict[str, Any]) -> dict[str, Floats]:
+def _voltages(membrane: Membrane, ball_mass_kg: Floats | None, unit: Any, columns: dict[str, Any]) -> dict[str, Floats]:
     """U_ave of the motion of each cell [V], Eq. (5.1), and the larger deflection of its two impacts [m], Eq. (5.5)."""
     bottom, top = columns["velocity_bottom"], columns["velocity_top"]
     at = np.flatnonzero(np.isfinite(bottom))
     unit = np.broadcast_to(unit, len(bottom))[at]
-    found = {name: np.full(len(bottom), np.nan) for name in ("u_ave_v", "deflection_m")}
-    if plan.membrane is not None:
-        membrane = plan.membrane
-        if "ball_mass_kg" in values:
-            membrane = replace(membrane, ball_mass_kg=values["ball_mass_kg"][at])  # type: ignore[arg-type]
-        each = voltages(unit * bottom[at], unit * top[at], membrane)
-        found["u_ave_v"][at], found["deflection_m"][at] = each.average_v, each.deflection_m
-    return found
+    if ball_mass_kg is not None:
+        membrane = replace(membrane, ball_mass_kg=ball_mass_kg[at])  # type: ignore[arg-type]
+    generated = voltages(unit * bottom[at], unit * top[at], membrane)
+    whole = {name: np.full(len(bottom), np.nan) for name in ("u_ave_v", "deflection_m")}
+    whole["u_ave_v"][at], whole["deflection_m"][at] = generated.average_v, generated.deflection_m
+    return whole
 
 
-def _simulated(plan: MapPlan, d: Floats, gbar: Floats, r: Floats) -> dict[str, Any]:
+def _simulated(plan: MapPlan, asked: MapSimulation, d: Floats, gbar: Floats, r: Floats) -> dict[str, Any]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
     from vireport.simulation import attractors
     from vireport.trust import is_one_to_one
 
-    if plan.simulate is None:
-        return {}
-    highest = max([plan.device.restitution, *(_ends(plan, "restitution"))])
-    starts = _starts(plan.simulate.starts, highest)
-    found = attractors(d, gbar, r, starts, plan.simulate.impacts, workers=1)
+    varied = [axis_ends(axis)[1] for axis, name in zip(plan.axes, plan.names, strict=True) if name == "restitution"]
+    starts = _starts(asked.starts, max([plan.device.restitution, *varied]))
     words, shares = [], np.empty(len(d))
-    for k, reached in enumerate(found):
-        counts = Counter(one.word or one.outcome.value for one in reached)
+    for k, reached in enumerate(attractors(d, gbar, r, starts, asked.impacts, workers=1)):
+        counts = Counter(attractor.word or attractor.outcome.value for attractor in reached)
         words.append(min(counts, key=lambda word: (-counts[word], word)))
-        shares[k] = sum(is_one_to_one(one, plan.device.period_ratio) for one in reached) / len(reached)
+        shares[k] = sum(is_one_to_one(attractor, plan.device.period_ratio) for attractor in reached) / len(reached)
     return {"word": words, "basin_share": shares}
-
-
-def _ends(plan: MapPlan, name: str) -> list[float]:
-    """Values between which a parameter varies; none where it is held."""
-    axes = [axis for axis, own in zip(plan.axes, plan.names, strict=True) if own == name]
-    return [float(x) for axis in axes for x in (axis.values or (axis.from_, axis.to)) if x is not None]
 
 
 @lru_cache(maxsize=1)
 def _starts(count: int, restitution: float) -> tuple[Any, ...]:
     """Impacts on the bottom at random phases and velocities, up to half as much again as the forcing alone gives."""
-    from vireport.simulation import (
-        BOTTOM,
-        Impact,
-    )
+    from vireport.simulation import BOTTOM, Impact
 
     rng = np.random.default_rng(SEED)
     fastest = 3 / (np.pi * max(1 - restitution, 0.1))

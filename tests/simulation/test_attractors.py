@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from vireport.simulation import cycles
-from vireport.simulation.attractors import SETTLED, attractors, diagram, ensemble, find_attractor
+from vireport.simulation.attractors import SETTLED, Outcome, attractors, diagram, find_attractor
 from vireport.simulation.cycles import exponent, jacobians, multipliers, product, refine, word_of
 from vireport.simulation.events import (
     BOTTOM,
     PHASE,
+    REST,
     RIDING,
+    RUNNING,
     SETTLING,
     TOP,
     VELOCITY,
@@ -26,7 +28,7 @@ from vireport.simulation.events import (
     follow,
     follow_one,
 )
-from vireport.simulation.trajectories import Outcome, simulate
+from vireport.simulation.trajectories import simulate
 
 INCLINED = 0.1245 * 9.8 * sin(radians(45)) / 3
 CHAOS = (0.2545, 0.3, 0.5)
@@ -267,21 +269,22 @@ def test_product_keeps_order_and_size() -> None:
 
 
 def test_results_do_not_depend_on_the_number_of_threads() -> None:
-    d = np.linspace(0.05, 0.6, 41)
-    one, two, five = (ensemble(d, INCLINED, 0.5, STARTS, 300, keep=20, workers=n) for n in (1, 2, 5))
-    for name in one.__dataclass_fields__:
-        assert np.array_equal(getattr(one, name), getattr(two, name), equal_nan=True)
-        assert np.array_equal(getattr(one, name), getattr(five, name), equal_nan=True)
-    assert one.velocity.shape == (41, 4, 20)
-    single = follow(check_model(d[7], INCLINED, 0.5), np.array([check_start(STARTS[2], d[7])]), 300, 20)[0]
-    assert np.array_equal(single[0, :, VELOCITY], one.velocity[7, 2])
+    model = check_model(np.repeat(np.linspace(0.05, 0.6, 41), len(STARTS)), INCLINED, 0.5)
+    starts = np.array([check_start(STARTS[i % len(STARTS)], d) for i, d in enumerate(model[:, 0])])
+    alone, two, five = (follow(model, starts, 300, 20, workers=count) for count in (1, 2, 5))
+    for rows, summary in (two, five):
+        assert np.array_equal(rows, alone[0], equal_nan=True)
+        assert np.array_equal(summary, alone[1])
+    single = follow(model[30:31], starts[30:31], 300, 20)[0]
+    assert np.array_equal(single[0], alone[0][30])
 
 
-def test_an_ensemble_that_ends_early_says_so() -> None:
-    found = ensemble([0.5, 0.5], [1.3, 0.2], 0.5, STARTS[:2], 200, keep=50)
-    assert found.ended.tolist() == [[True, True], [False, False]]
-    assert (found.impacts[0] < 100).all()
-    assert np.isfinite(found.velocity[1]).all()
+def test_trajectories_that_end_early_say_so() -> None:
+    model = check_model([0.5, 0.5], [1.3, 0.2], 0.5)
+    rows, summary = follow(model, np.array([check_start(STARTS[0], 0.5)] * 2), 200, keep=50)
+    assert summary[:, 2].tolist() == [REST, RUNNING]
+    assert summary[0, 0] < 100
+    assert np.isfinite(rows[1]).all()
 
 
 def test_many_attractors_are_those_found_one_by_one() -> None:
@@ -314,4 +317,4 @@ def test_a_diagram_does_not_mistake_a_slow_approach_for_a_longer_period() -> Non
 
 def test_an_empty_list_of_starts_is_refused() -> None:
     with pytest.raises(ValueError, match="start"):
-        ensemble(0.4, 0.2, 0.5, [], 10)
+        attractors(0.4, 0.2, 0.5, [], 10)
