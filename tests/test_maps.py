@@ -80,12 +80,13 @@ def test_pictures_show_the_cells(file: Path) -> None:
     """The colour of the picture at a cell is that of its type."""
     from PIL import Image
 
+    from vireport.sweep.cells import map_plan
     from vireport.sweep.figures import TYPES, map_figures
 
     out = file.parent / "out"
     summary = run_map(str(file), out, workers=1)
     assert all(str(out / f"map-{name}.png") in summary for name in ("stability", "margin", "voltage"))
-    axes = map_figures(map_plan(load_map(file)), out / "map.parquet")["map-stability"].axes[0]
+    axes = map_figures(map_plan(loads_map(TEXT)), out / "map.parquet")["map-stability"].axes[0]
     picture = Image.open(out / "map-stability.png").convert("RGB")
     rows = pq.read_table(out / "map.parquet").to_pylist()
     right = 0

@@ -59,8 +59,8 @@ def test_of_what_is_measured() -> None:
 
 def test_of_a_map(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
+    from vireport.sweep.cells import map_plan
     from vireport.sweep.figures import map_figures
-    from vireport.sweep.plan import map_plan
     from vireport.sweep.run import run_map
 
     text = (ROOT / "examples" / "maps" / "map.yaml").read_text(encoding="utf-8")
