@@ -80,19 +80,20 @@ def test_pictures_show_the_cells(file: Path) -> None:
     """The colour of the picture at a cell is that of its type."""
     from PIL import Image
 
-    from vireport.sweep.figures import DPI, PANEL, TYPES
+    from vireport.sweep.cells import map_plan
+    from vireport.sweep.figures import TYPES, map_figures
 
     out = file.parent / "out"
     summary = run_map(str(file), out, workers=1)
     assert all(str(out / f"map-{name}.png") in summary for name in ("stability", "margin", "voltage"))
-    picture = Image.open(out / "map-stability.png")
+    axes = map_figures(map_plan(loads_map(TEXT)), out / "map.parquet")["map-stability"].axes[0]
+    picture = Image.open(out / "map-stability.png").convert("RGB")
     rows = pq.read_table(out / "map.parquet").to_pylist()
     right = 0
     for row in rows:
-        x = PANEL[0] + PANEL[2] * (row["inclination_deg"] / 90 * 19 + 0.5) / 20
-        y = PANEL[1] + PANEL[3] * ((row["length_m"] - 0.2) / 0.7 * 24 + 0.5) / 25
-        pixel = picture.getpixel((round(x * DPI), round(picture.height - y * DPI)))
-        wanted = TYPES[row["stability"]] if row["stability"] else "#FFFFFF"
+        x, y = axes.transData.transform((row["inclination_deg"], row["length_m"]))
+        pixel = picture.getpixel((round(x), round(picture.height - y)))
+        wanted = TYPES[row["stability"]][1] if row["stability"] else "#FFFFFF"
         right += "#{:02X}{:02X}{:02X}".format(*pixel) == wanted
     assert right > 0.85 * len(rows)  # the others lie under a curve
 

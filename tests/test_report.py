@@ -491,7 +491,7 @@ def test_pages_are_numbered(reader) -> None:
 
 
 def test_a_real_report_is_small(study_of) -> None:
-    from vireport.figures.paper_figures import pictures
+    from vireport.figures import pictures
 
     study = study_of("horizontal")
     html = render_html(model_of(study, pictures(study)))

@@ -260,11 +260,11 @@ def test_the_papers_figures_are_there_panel_for_panel_on_shared_axes(name: str) 
     assert (len(limits), len(limits[0])) == PAPER_PANELS[name]
     for row in limits:
         assert len(set(row)) == 1
-    texts = [text.get_text() for text in figure.texts]
     rows, columns = PAPER_PANELS[name]
-    for k in range(rows * columns):
-        assert f"({'abcdefghi'[k]})" in texts
-    assert [text for text in texts if text in THREE] == list(THREE)
+    grid = np.array(figure.axes).reshape(rows, columns)
+    letters = [text.get_text() for axes in grid.T.ravel() for text in axes.texts if text.get_text().startswith("(")]
+    assert letters == [f"({letter})" for letter in "abcdefghi"[: rows * columns]]
+    assert [axes.get_title() for axes in grid[0]] == list(THREE)
 
 
 def test_a_column_draws_what_the_figure_of_its_scenario_draws() -> None:

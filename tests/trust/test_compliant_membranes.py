@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from vireport import analyse, loads
 from vireport.errors import NumericalError
-from vireport.figures.compliant import alt_text, caption, figure_stiffness
+from vireport.figures.stiffness import alt_text, caption, figure_stiffness
 from vireport.physics.contact import contacts, damping_number
 from vireport.report.compliant import compliant
 from vireport.scenario.parameters import Parameter

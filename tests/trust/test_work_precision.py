@@ -14,7 +14,7 @@ from mpmath import mp, mpf
 
 from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.figures.accuracy import figure_accuracy, words
+from vireport.figures.accuracy import alt_text, figure_accuracy
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.reference import reference_critical, reference_orbit, reference_voltage
@@ -317,7 +317,7 @@ def test_report_and_figure_name_every_method(work) -> None:
     assert all("1" in column for column in list(zip(*factors.rows, strict=True))[1 : len(ACCURACIES)])
     text = " ".join(block.text for block in blocks if block.kind == "paragraph")
     assert "only numbers of this section that differ from run to run" in text
-    assert all(method in words(work)[3] for method in methods)
+    assert all(method in alt_text(work) for method in methods)
     assert len(figure_accuracy(work).axes) == len(work.quantities)
 
 

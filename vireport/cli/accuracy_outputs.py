@@ -65,8 +65,6 @@ def data(study: Study) -> bytes:
 
 def files(study: Study) -> dict[str, bytes]:
     """The figures and accuracy.json, by their names."""
-    from vireport.figures import measured_figures, png_of, style
+    from vireport.figures import measured_pictures
 
-    with style():
-        figures = {f"{words[0]}.png": png_of(figure)[0] for words, figure in measured_figures(study)}
-    return {"accuracy.json": data(study), **figures}
+    return {"accuracy.json": data(study), **{f"{drawn.name}.png": drawn.png for drawn in measured_pictures(study)}}

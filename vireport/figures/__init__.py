@@ -1,81 +1,37 @@
-"""Every figure of a study, drawn from its numbers."""
+"""Every figure of a study, drawn from its numbers, with caption and alternative text."""
 
-from vireport.figures import sheet
-from vireport.figures.axes import BLACK, DPI, PURPLE, SMALL, VERMILION, WARNING, limits, prefix, style
-from vireport.figures.captions import OUTSIDE, TITLES, alt_text, column_caption, held, outside_geometry
-from vireport.figures.curves import Floats, Simulated, Stretch
-from vireport.figures.drawing import Drawing, point_legend
-from vireport.figures.grid import Column, grid, letters_along, panel_letter
-from vireport.figures.measured_figures import measured_figures
-from vireport.figures.overlay import simulated_points
-from vireport.figures.panel import Panel
-from vireport.figures.paper_figures import Picture, figure_2, figure_4, figure_7, pictures
-from vireport.figures.pixels import png_of
-from vireport.figures.rows import (
-    BRANCH_COLORS,
-    Row,
-    legend_2,
-    legend_4,
-    legend_7,
-    rows_2,
-    rows_4,
-    rows_7,
-    seen_7,
-    without_mirrors,
-)
-from vireport.figures.sheet import ROW, WIDTH, Entry, Page, Place, wrapped
-from vireport.figures.ticks import fitting_ticks
+from vireport.figures.captions import OUTSIDE, TITLES, alt_text, column_caption, held
+from vireport.figures.curves import Simulated, simulated_points
+from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
+from vireport.figures.pictures import measured_pictures, pictures
+from vireport.figures.style import Color, Look, Picture, png_of, style
+from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 __all__ = [
-    "BLACK",
-    "BRANCH_COLORS",
-    "DPI",
     "OUTSIDE",
-    "PURPLE",
-    "ROW",
-    "SMALL",
     "TITLES",
-    "VERMILION",
-    "WARNING",
-    "WIDTH",
-    "Column",
+    "Color",
     "Drawing",
     "Entry",
-    "Floats",
-    "Page",
-    "Panel",
+    "Look",
     "Picture",
-    "Place",
-    "Row",
     "Simulated",
-    "Stretch",
     "alt_text",
+    "blank",
     "column_caption",
+    "drawing_of",
     "figure_2",
     "figure_4",
     "figure_7",
-    "fitting_ticks",
-    "grid",
+    "finished",
     "held",
-    "legend_2",
-    "legend_4",
-    "legend_7",
-    "letters_along",
-    "limits",
-    "measured_figures",
-    "outside_geometry",
-    "panel_letter",
+    "letter_of",
+    "measured_pictures",
     "pictures",
     "png_of",
-    "point_legend",
     "prefix",
-    "rows_2",
-    "rows_4",
-    "rows_7",
-    "seen_7",
-    "sheet",
+    "round_ticks",
     "simulated_points",
     "style",
-    "without_mirrors",
-    "wrapped",
+    "sweep_figure",
 ]

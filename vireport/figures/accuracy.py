@@ -1,33 +1,18 @@
-"""Draws the work-precision diagram: error against run time, a panel for each quantity, a line for each method."""
+"""The work-precision diagram and its words: error against run time, a panel for each quantity, a line a method."""
 
 from __future__ import annotations
 
-from math import ceil, floor, log10
-from string import ascii_lowercase
+from itertools import zip_longest
+from math import ceil
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
 
-from vireport.figures.axes import (
-    BLACK,
-    BLUE,
-    DASH_DOTTED,
-    DASHED,
-    DOTTED,
-    GREEN,
-    GREY,
-    LIGHT,
-    ORANGE,
-    PURPLE,
-    SKY,
-    SOLID,
-    VERMILION,
-    WARNING,
-    style,
-)
-from vireport.figures.drawing import Look
-from vireport.figures.panel import Panel
-from vireport.figures.sheet import BOTTOM, LEFT, RIGHT, ROW, WIDTH, Entry, Page, Place, blank, wrapped
+from vireport.figures.layout import Entry, blank, finished, letter_of
+from vireport.figures.style import DASH_DOTTED, DASHED, DOTTED, GUIDE, Color, Look, Picture, style
+from vireport.study import Task
 from vireport.text import significant
 from vireport.trust import (
     ACCURACIES,
@@ -47,40 +32,41 @@ from vireport.trust import (
 )
 
 LOOKS: dict[str, Look] = {
-    CLOSED: {"color": VERMILION, "marker": "*", "markersize": 8.0, "linestyle": SOLID, "linewidth": 1.8},
-    WHOLE: {"color": VERMILION, "marker": "X", "markersize": 7.0, "linestyle": "none"},
-    PRINTED: {"color": BLACK, "marker": "o", "markersize": 4.0, "linestyle": SOLID},
-    EXPLICIT: {"color": GREEN, "marker": "s", "markersize": 4.0, "linestyle": SOLID},
-    SIMULATED: {"color": GREEN, "marker": "D", "markersize": 4.0, "linestyle": DASHED},
-    SETTLING: {"color": SKY, "marker": "P", "markersize": 5.0, "linestyle": SOLID},
-    RK4: {"color": BLUE, "marker": "v", "markersize": 4.5, "linestyle": SOLID},
-    "SciPy RK45": {"color": ORANGE, "marker": "^", "markersize": 4.5, "linestyle": SOLID},
-    "SciPy DOP853": {"color": PURPLE, "marker": "p", "markersize": 5.0, "linestyle": DASHED},
-    "SciPy Radau": {"color": GREY, "marker": "h", "markersize": 5.0, "linestyle": DASH_DOTTED},
-    "SciPy LSODA": {"color": WARNING, "marker": "d", "markersize": 5.0, "linestyle": DOTTED},
+    CLOSED: {"color": Color.VERMILION, "marker": "*", "markersize": 8.0, "linestyle": "-", "linewidth": 1.8},
+    WHOLE: {"color": Color.VERMILION, "marker": "X", "markersize": 7.0, "linestyle": "none"},
+    PRINTED: {"color": Color.BLACK, "marker": "o", "markersize": 4.0, "linestyle": "-"},
+    EXPLICIT: {"color": Color.GREEN, "marker": "s", "markersize": 4.0, "linestyle": "-"},
+    SIMULATED: {"color": Color.GREEN, "marker": "D", "markersize": 4.0, "linestyle": DASHED},
+    SETTLING: {"color": Color.SKY, "marker": "P", "markersize": 5.0, "linestyle": "-"},
+    RK4: {"color": Color.BLUE, "marker": "v", "markersize": 4.5, "linestyle": "-"},
+    "SciPy RK45": {"color": Color.ORANGE, "marker": "^", "markersize": 4.5, "linestyle": "-"},
+    "SciPy DOP853": {"color": Color.PURPLE, "marker": "p", "markersize": 5.0, "linestyle": DASHED},
+    "SciPy Radau": {"color": Color.GREY, "marker": "h", "markersize": 5.0, "linestyle": DASH_DOTTED},
+    "SciPy LSODA": {"color": Color.WARNING, "marker": "d", "markersize": 5.0, "linestyle": DOTTED},
 }
 """Of each method, apart by colour and by marker."""
 
 LINE: Look = {"linewidth": 1.0, "markeredgecolor": "white", "markeredgewidth": 0.4, "zorder": 3.0}
 FAILED: Look = {"linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 1.0, "zorder": 3.5}
-LEVEL: Look = {"color": LIGHT, "linewidth": 0.6, "zorder": 1.0}
 
 SMALLEST = 1e-17
 """Error as which a smaller one is drawn."""
 
-HIGHEST = 1.0
-"""Error at which the axis ends; runs that failed stand on it."""
+FAILED_AT = 2.5
+"""Error at which runs that failed are drawn."""
 
-HIGH, UNDER, APART = 2.35, 0.62, 0.62
-"""Height of a panel, room under it, and between two beside each other [in]."""
+LIMITS = 1.5e-18, 10.0
+"""Of the axis of errors."""
 
-RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+SPREAD = 1.1
+"""Ratio of the quartiles of the time from which they are drawn."""
 
-NAME, TITLE = "figure-accuracy", "Error against run time"
+HEIGHT = 2.9
+"""Of a row of panels [in]."""
 
 
 def figure_accuracy(work: WorkPrecision) -> Figure:
-    """The work-precision diagram of a study.
+    """Draw the work-precision diagram of a study.
 
     Parameters
     ----------
@@ -88,28 +74,26 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
         With something to compare.
     """
     names = [name for name in NAMES if any(run.method == name for run in work.runs)]
-    legend: list[Entry] = [(f" {name} ", LINE | LOOKS[name]) for name in names]
+    legend: list[Entry] = [(name, LINE | LOOKS[name]) for name in names]
     if any(run.failed and run.seconds for run in work.runs):
-        legend.append(("failed (open, at the top)", FAILED | {"color": BLACK, "marker": "o", "markersize": 5.0}))
+        legend.append(("failed (open, at the top)", FAILED | {"color": Color.BLACK, "marker": "o", "markersize": 5.0}))
+    rows = ceil(len(work.quantities) / 2)
     with style():
-        lines = wrapped([legend])
-        rows = max(1, ceil(len(work.quantities) / 2))
-        over = ROW * (1 + len(lines)) + 0.30
-        height = rows * (HIGH + UNDER) + (rows - 1) * 0.12 + over
-        page = Page(blank(height), height)
-        page.heading([(headline(work), BLACK)], lines)
-        across = (WIDTH - LEFT - RIGHT - APART) / 2
-        for k, one in enumerate(work.quantities):
-            row, column = divmod(k, 2)
-            bottom = height - over - HIGH - row * (HIGH + UNDER + 0.12)
-            place = (LEFT + column * (across + APART), max(bottom, BOTTOM), across, HIGH)
-            _panel(page, place, work, one.key, one.task, k)
-        return page.figure
+        figure, panels = blank(rows, 2)
+        for k, (axes, quantity) in enumerate(zip_longest(panels.ravel(), work.quantities)):
+            if quantity is None:
+                axes.remove()
+                continue
+            axes.set_title(f"({letter_of(k)})", loc="left")
+            axes.set_ylabel(_error_of(work, quantity.key))
+            axes.set_xlabel("time of one solution")
+            _draw(axes, [run for run in work.runs if run.task == quantity.task], quantity.key)
+        return finished(figure, HEIGHT * rows, [(headline(work), Color.BLACK)], [legend])
 
 
-def words(work: WorkPrecision) -> tuple[str, str, str, str]:
-    """Name, title, caption and alternative text of the diagram."""
-    return NAME, TITLE, caption(work), alt_text(work)
+def picture(work: WorkPrecision) -> Picture:
+    """The work-precision diagram with its words."""
+    return Picture(Task.FIGURE_ACCURACY, "Error against run time", caption(work), alt_text(work), figure_accuracy(work))
 
 
 def headline(work: WorkPrecision) -> str:
@@ -120,7 +104,7 @@ def headline(work: WorkPrecision) -> str:
 
 def caption(work: WorkPrecision) -> str:
     """The caption: what is drawn and how."""
-    what = ", ".join(f"({ascii_lowercase[k]}) {_error_of(work, one.key)}" for k, one in enumerate(work.quantities))
+    what = ", ".join(f"({letter_of(k)}) {_error_of(work, one.key)}" for k, one in enumerate(work.quantities))
     return (
         "Error against 40-digit arithmetic over the time of one solution, both on logarithmic axes; down and to the "
         f"left is better. {what}. "
@@ -153,34 +137,31 @@ def alt_text(work: WorkPrecision) -> str:
     return f"{count} line charts of error over run time, both logarithmic. {' '.join(told)}"
 
 
-def _panel(page: Page, place: Place, work: WorkPrecision, key: str, task: str, number: int) -> None:
-    runs = [run for run in work.runs if run.task == task and run.seconds is not None]
-    times = [log10(run.seconds.median) for run in runs if run.seconds is not None]
-    x = (floor(2 * min(times)) / 2 - 0.1, ceil(2 * max(times)) / 2 + 0.1)
-    panel = page.frame(place, x, (log10(SMALLEST) - 0.8, log10(HIGHEST) + 1.0), number == 0)
+def _draw(axes: Axes, runs: list[MethodRun], key: str) -> None:
+    """Draw the runs of one task on a panel with logarithmic axes."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_ylim(*LIMITS)
     for accuracy in ACCURACIES:
-        panel.level(log10(accuracy), **LEVEL)
+        axes.axhline(accuracy, **GUIDE)
     for name in reversed(NAMES):
-        _method(panel, [run for run in runs if run.method == name], key, LOOKS[name])
-    decades = [float(k) for k in range(ceil(x[0]), floor(x[1]) + 1)]
-    page.along_bottom(panel, place, (decades, [_time(k) for k in decades]), "time of one solution")
-    marks = [float(k) for k in range(-16, 1, 4)]
-    page.along_side(panel, place, (marks, [_power(round(k)) for k in marks]))
-    left, bottom, _, high = place
-    page.words(left, bottom + high + 0.07, f"({ascii_lowercase[number]}) {_error_of(work, key)}", va="bottom")
+        _method(axes, [run for run in runs if run.method == name], key, LOOKS[name])
+    axes.set_yticks([1e-16, 1e-12, 1e-8, 1e-4, 1.0])
+    axes.xaxis.set_major_formatter(EngFormatter("s"))
+    axes.minorticks_off()
 
 
-def _method(panel: Panel, runs: list[MethodRun], key: str, look: Look) -> None:
+def _method(axes: Axes, runs: list[MethodRun], key: str, look: Look) -> None:
+    """Draw one method: median times with their quartiles where these are apart, and at the top what failed."""
     good = [(run.seconds, max(run.errors[key], SMALLEST)) for run in runs if key in run.errors and run.seconds]
     if good:
-        spreads = [(np.log10([s.low, s.high]), np.log10([error, error])) for s, error in good if s.high > 1.1 * s.low]
-        panel.curves(spreads, color=look["color"], linewidth=0.8, zorder=2.0)
-        x, y = np.log10([s.median for s, _ in good]), np.log10([error for _, error in good])
-        panel.curves([(x, y)], **LINE | look)
-    lost = [run.seconds.median for run in runs if run.failed and run.seconds]
-    if lost:
-        open_look = {"color": look["color"], "marker": look["marker"], "markersize": look["markersize"]}
-        panel.marks(np.log10(lost), np.full(len(lost), log10(HIGHEST) + 0.4), **FAILED | open_look)
+        medians, errors = np.array([time.median for time, _ in good]), np.array([error for _, error in good])
+        apart = np.array([time.high > SPREAD * time.low for time, _ in good])
+        quartiles = np.array([[time.median - time.low, time.high - time.median] for time, _ in good]).T * apart
+        axes.errorbar(medians, errors, xerr=quartiles, elinewidth=0.8, **LINE | look)
+    failed = [run.seconds.median for run in runs if run.failed and run.seconds]
+    marker = {key: look[key] for key in ("color", "marker", "markersize")}
+    axes.plot(failed, [FAILED_AT] * len(failed), **FAILED | marker)
 
 
 def _error_of(work: WorkPrecision, key: str) -> str:
@@ -188,17 +169,5 @@ def _error_of(work: WorkPrecision, key: str) -> str:
     if key == "phase":
         return "error of the phase φ [rad]"
     if key == "critical" and work.benchmark is not None and work.benchmark.point is not None:
-        return f"relative error of {work.benchmark.motion.sweep.parameter.symbol} at {work.benchmark.point.label}"
-    return {"velocity": "relative error of |Ż|", "voltage": "relative error of the voltage"}[key]
-
-
-def _power(exponent: int) -> str:
-    """A power of ten, as a label."""
-    return f"10{str(exponent).translate(RAISED)}" if exponent else "1"
-
-
-def _time(exponent: float) -> str:
-    """A power of ten of seconds in a unit."""
-    k = round(exponent)
-    unit, power = next((u, k - p) for u, p in (("s", 0), ("ms", -3), ("µs", -6), ("ns", -9)) if k >= p or p == -9)
-    return f"{10**power:g} {unit}"
+        return f"relative error of {work.benchmark.motion.sweep.parameter.symbol} at {work.benchmark.point.label} [–]"
+    return {"velocity": "relative error of |Ż| [–]", "voltage": "relative error of the voltage [–]"}[key]

@@ -1,4 +1,4 @@
-"""What of a study is drawn, as plain arrays: stretches of motions, critical points, curves cut to an axis.
+"""What of a study is drawn along its sweep, as plain arrays: stretches of motions, critical points, simulated motions.
 
 Only admissible motions come out of here.
 """
@@ -7,67 +7,60 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import (
-    Branch,
-    CriticalPoint,
-    Motions,
-    Solution,
-    Stability,
-    Sweep,
-    eigenvalues,
-)
-from vireport.physics import Voltages
+from vireport.analysis import Branch, CriticalPoint, Motions, Solution, Stability, Sweep
+from vireport.physics import Voltages, deflection, generated_voltage
 from vireport.study import Study
+
+if TYPE_CHECKING:
+    from vireport.simulation import Attractor, Cycle
 
 Floats = NDArray[np.float64]
 Curve = tuple[Floats, Floats]
-Pairs = tuple[tuple[Floats, Floats], tuple[Floats, Floats], tuple[Floats, Floats]]
+ImpactPairs = tuple[tuple[Floats, Floats], tuple[Floats, Floats], tuple[Floats, Floats]]
+"""Impact velocity, phase and half the flight time, each at the bottom and at the top."""
 
 TURN = 2 * np.pi
 
 ROUNDING = 1e-9
 """Distance from a full turn that is rounding."""
 
+MOST_IMPACTS = 16
+"""Impacts in a period up to which a simulated motion is drawn as points; longer ones would be a cloud."""
+
+NO_PARTNER = np.nan
+"""Stands where an impact has no partner on the other membrane."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Simulated:
-    """Motions from a simulation, to be drawn over the analytic ones; arrays of one length.
+    """Periodic motions from a simulation, to be drawn over the analytic ones.
 
     Attributes
     ----------
-    sweep_value, d : ndarray
+    sweep_value, d : ndarray of shape (n,)
         Where they are.
-    velocity_bottom, velocity_top : ndarray
-        Before the impacts, of either sign.
-    phi_bottom, phi_top : ndarray
-        [rad], in [0, 2 pi).
-    flight_bottom, flight_top : ndarray
-        Half the flight times from the bottom and from the top.
+    velocity, phase, flight : ndarray of shape (2, n)
+        At the bottom and at the top: before the impacts, of either sign; [rad], in [0, 2 pi); half the flight times.
+        NaN where an impact has no partner on the other membrane.
     voltages : Voltages or None
     """
 
     sweep_value: Floats
     d: Floats
-    velocity_bottom: Floats
-    velocity_top: Floats
-    phi_bottom: Floats
-    phi_top: Floats
-    flight_bottom: Floats
-    flight_top: Floats
+    velocity: Floats
+    phase: Floats
+    flight: Floats
     voltages: Voltages | None = None
 
     @property
-    def pairs(self) -> Pairs:
+    def pairs(self) -> tuple[Floats, Floats, Floats]:
         """What figure 2 shows of them."""
-        return (
-            (np.abs(self.velocity_bottom), np.abs(self.velocity_top)),
-            (self.phi_bottom, self.phi_top),
-            (self.flight_bottom, self.flight_top),
-        )
+        return np.abs(self.velocity), self.phase, self.flight
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,22 +97,28 @@ class Event:
     places: tuple[tuple[Branch, int], ...]
 
 
-def solved(study: Study) -> tuple[Solution, Sweep]:
-    """The solution and the sweep of a study that has them."""
+def swept_solution(study: Study) -> tuple[Solution, Sweep]:
+    """The solution and the sweep of a study.
+
+    Raises
+    ------
+    ValueError
+        If the study has no sweep.
+    """
     if study.solution.sweep is None:
         raise ValueError("figures are drawn along a sweep, and this study has none")
     return study.solution, study.solution.sweep
 
 
 def stretches(solution: Solution) -> list[Stretch]:
-    """What of a solution is motion, unstable stretches first, so that stable ones are drawn over them."""
-    found = [
+    """The admissible motions of a solution, unstable stretches first, so that stable ones are drawn over them."""
+    parts = [
         Stretch(branch, slice(part.first, part.last + 1), part.stable, part.stability is Stability.STABLE_FOCUS)
         for branch in solution.branches
         for part in branch.segments()
         if part.admissible
     ]
-    return sorted(found, key=lambda stretch: stretch.stable)
+    return sorted(parts, key=lambda part: part.stable)
 
 
 def events(solution: Solution) -> list[Event]:
@@ -129,10 +128,10 @@ def events(solution: Solution) -> list[Event]:
         for row in range(len(branch.motions)):
             if (point := branch.critical_point(row)) is not None:
                 places[point].append((branch, row))
-    return [Event(point, tuple(found)) for point, found in places.items() if found]
+    return [Event(point, tuple(rows)) for point, rows in places.items() if rows]
 
 
-def pairs(motions: Motions, period_ratio: int) -> Pairs:
+def impact_pairs(motions: Motions, period_ratio: int) -> ImpactPairs:
     """What figure 2 shows of motions, at the bottom and at the top.
 
     The magnitude of the impact velocity, the phase, and half the flight time, which is the time in periods.
@@ -149,71 +148,87 @@ def _on_one_side(phi: Floats) -> Floats:
     """The phases, those that are 0 or 2 pi but for rounding written as the motion next to them has it."""
     if len(phi) < 2:
         return phi
-    beside = np.append(phi[1], phi[:-1])
-    even = np.minimum(phi, TURN - phi) < ROUNDING
-    return np.where(even, np.where(beside > np.pi, TURN, 0.0), phi)
+    neighbour = np.append(phi[1], phi[:-1])
+    full_turn = np.minimum(phi, TURN - phi) < ROUNDING
+    return np.where(full_turn, np.where(neighbour > np.pi, TURN, 0.0), phi)
+
+
+def voltage_curves(voltages: Voltages | None) -> list[Floats]:
+    """What figure 7 shows: the average and the voltages at the bottom and at the top; none without voltages."""
+    return [] if voltages is None else [voltages.average_v, voltages.bottom_v, voltages.top_v]
 
 
 def phase_curve(x: Floats, phi: Floats) -> list[Curve]:
     """A curve of phases in [0, 2 pi) in pieces, cut where the phase passes 0 so that no line jumps."""
     turns = -np.round(np.diff(phi) / TURN)
-    cuts = np.nonzero(turns)[0]
-    if not len(cuts):
-        return [(x, phi)]
-    found: list[Curve] = []
+    pieces: list[Curve] = []
     first, start = 0, (np.empty(0), np.empty(0))
-    for cut in cuts:
+    for cut in np.nonzero(turns)[0]:
         leaves, enters = (TURN, 0.0) if turns[cut] > 0 else (0.0, TURN)
         step = phi[cut + 1] + turns[cut] * TURN - phi[cut]
         at = x[cut] + (x[cut + 1] - x[cut]) * ((leaves - phi[cut]) / step if step else 0.0)
         rows = slice(first, cut + 1)
-        found.append((np.concatenate([start[0], x[rows], [at]]), np.concatenate([start[1], phi[rows], [leaves]])))
+        pieces.append((np.concatenate([start[0], x[rows], [at]]), np.concatenate([start[1], phi[rows], [leaves]])))
         first, start = int(cut) + 1, (np.array([at]), np.array([enters]))
-    found.append((np.append(start[0], x[first:]), np.append(start[1], phi[first:])))
-    return found
-
-
-def eigenvalue_curves(stretch: Stretch, x: Floats) -> Iterator[Curve]:
-    """Both eigenvalues, or their common real part where they are complex."""
-    motions = stretch.branch.motions
-    larger, smaller = eigenvalues(motions.trace[stretch.rows], motions.restitution)
-    yield x, larger
-    if not stretch.focus:
-        yield x, smaller
-
-
-def larger_first(values: tuple[Floats, Floats]) -> list[Floats]:
-    """The eigenvalues by size: the first is the one that decides."""
-    one, two = values
-    swap = np.abs(two) > np.abs(one)
-    return [np.where(swap, two, one), np.where(swap, one, two)]
+    pieces.append((np.append(start[0], x[first:]), np.append(start[1], phi[first:])))
+    return pieces
 
 
 def joined(parts: Sequence[Curve]) -> Curve:
     """Curves as one, with NaN between them."""
-    x = np.concatenate([np.append(part, np.nan) for part, _ in parts])
-    y = np.concatenate([np.append(part, np.nan) for _, part in parts])
+    x, y = (np.concatenate([np.append(part[k], np.nan) for part in parts]) for k in (0, 1))
     return x[:-1], y[:-1]
 
 
-def visible(curve: Curve, low: float, high: float) -> list[Curve]:
-    """The parts of a curve that are within limits, cut where it crosses them."""
-    x, y = curve
-    inside = (y >= low) & (y <= high)
-    if inside.all():
-        return [curve]
-    found: list[Curve] = []
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
-    for first, end in edges.reshape(-1, 2):
-        before = _crossing(x, y, first, first - 1, low, high) if first else None
-        after = _crossing(x, y, end - 1, end, low, high) if end < len(x) else None
-        parts = [p for p in (before, (x[first:end], y[first:end]), after) if p is not None]
-        found.append((np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])))
-    return found
+def simulated_points(study: Study) -> Simulated | None:
+    """Every periodic motion that the simulation of a sweep found, once at each value; None where there is no sweep.
+
+    An impact on the bottom shares a row with the impact on the top that follows it.
+    """
+    check = study.crosscheck
+    if check is None or study.solution.sweep is None:
+        return None
+    rows: list[tuple[float, float, Floats]] = []
+    motion: list[int] = []
+    for value, d, attractors in zip(check.values, check.d, check.found, strict=True):
+        for cycle in _distinct(attractors):
+            impacts = list(_paired(cycle))
+            motion += [motion[-1] + 1 if motion else 0] * len(impacts)
+            rows += [(value, d, impact) for impact in impacts]
+    values, d = np.array([row[:2] for row in rows]).reshape(-1, 2).T
+    velocity, phase, flight = np.moveaxis(np.array([row[2] for row in rows]).reshape(-1, 2, 3), 0, -1).swapaxes(0, 1)
+    voltages = _simulated_voltages(study.solution, values, velocity, np.array(motion, dtype=np.intp))
+    return Simulated(values, d, velocity, phase, flight, voltages)
 
 
-def _crossing(x: Floats, y: Floats, inner: int, outer: int, low: float, high: float) -> Curve:
-    """Where the line from a row inside the limits to one outside crosses them."""
-    limit = high if y[outer] > high else low
-    part = (limit - y[inner]) / (y[outer] - y[inner])
-    return np.array([x[inner] + part * (x[outer] - x[inner])]), np.array([limit])
+def _distinct(attractors: Sequence[Attractor]) -> list[Cycle]:
+    """The cycles among some attractors, each once; those that stick are left to the bifurcation diagram."""
+    cycles = {id(found.cycle): found.cycle for found in attractors if found.cycle is not None}
+    return [cycle for cycle in cycles.values() if not cycle.sticks and len(cycle.wall) <= MOST_IMPACTS]
+
+
+def _paired(cycle: Cycle) -> Iterator[Floats]:
+    """Velocity, phase and half the flight time of a bottom impact of a cycle, and of the top one that follows it."""
+    at_bottom = cycle.wall > 0
+    impact = np.stack([cycle.velocity, cycle.phase, np.roll(cycle.flight, -1) / 2], axis=1)
+    nothing = np.full(3, NO_PARTNER)
+    for i, bottom in enumerate(at_bottom):
+        after = (i + 1) % len(at_bottom)
+        if bottom:
+            yield np.stack([impact[i], nothing if at_bottom[after] else impact[after]])
+        elif not at_bottom[i - 1]:
+            yield np.stack([nothing, impact[i]])
+
+
+def _simulated_voltages(
+    solution: Solution, values: Floats, velocity: Floats, motion: NDArray[np.intp]
+) -> Voltages | None:
+    """Voltages of the simulated impacts; the average is over all impacts of a motion, as in Eq. (5.1)."""
+    if solution.membrane is None:
+        return None
+    unit = np.asarray(solution.device.velocity_unit(solution.parameter, values))
+    both = np.stack([generated_voltage(unit * side, solution.membrane) for side in velocity])
+    impacts = np.bincount(motion, np.sum(~np.isnan(both), axis=0))
+    average = (np.bincount(motion, np.nansum(both, axis=0)) / impacts)[motion]
+    speeds = unit * np.nanmax(np.abs(velocity), axis=0, initial=0.0)
+    return Voltages(both[0], both[1], average, deflection(speeds, solution.membrane))

@@ -1,81 +1,85 @@
-"""Draws what comes from simulation alone: phase portraits and displacements."""
+"""Figures 3 and 6: simulated motions in full, as phase portraits, time series and displacements, with their words."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from string import ascii_lowercase
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vireport.figures.axes import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    LETTERS_ALONG,
-    LIGHT,
-    SMALL,
-    VERMILION,
-    style,
-    widened,
-)
-from vireport.figures.curves import Floats
-from vireport.figures.diagrams import figure_diagram as figure_diagram
-from vireport.figures.drawing import GUIDE, Look
-from vireport.figures.panel import Panel
-from vireport.figures.sheet import ACROSS, BOTTOM, LEFT, ROW, WIDTH, Entry, Page, Place, blank, wrapped
-from vireport.figures.ticks import fitting_ticks
-from vireport.figures.traces import (
-    arrivals,
-    ball,
-    bottom,
-    capsule,
-    even_times,
-    flights,
-    motion_words,
-    moves,
-    periods,
-    rebounds,
-    rides,
-    setting,
-)
+from vireport.figures.curves import Curve, Floats, joined
+from vireport.figures.labels import Label
+from vireport.figures.layout import Entry, blank, finished, fit_vertically, letter_of, round_ticks, say, widened
+from vireport.figures.style import GUIDE, TEXT, Color, Look, style
+from vireport.study import Task
+from vireport.text import significant
 
 if TYPE_CHECKING:
     from vireport.simulation import Portrait
 
-Rows = Sequence["Portrait"]
 Samples = NDArray[np.intp]
+"""Indices of samples of a portrait."""
 
-LEFT_COLUMN, RIGHT_COLUMN = (LEFT, 2.4), (LEFT + 2.4 + 0.56, ACROSS - 2.4 - 0.56)
-"""Left ends and widths of figure 3's panels [in]."""
+AT_WALL = 1e-9
+"""Share of d within which a position is on a membrane."""
 
-TITLE, UNDER = 0.22, 0.22
-"""Heights of the line over a row of panels, and of the tick labels under it [in]."""
+RIDE = 1e-4
+"""Time from which a ball that leaves a membrane later than it came has ridden on it [t_c]."""
 
-HIGHEST = 7.2
-"""A figure of many rows becomes no higher, if its panels need not be lower than `PANEL[0]` [in]."""
+LEAST_MOTION = 1e-6
+"""Velocity up to which nothing is seen to move [y_c]."""
 
-PANEL = 0.42, 1.75
-"""Least and largest height of a panel [in]."""
+SAMPLES = 160
+"""Of the capsule's motion in a forcing period."""
+
+LONGEST_WORD = 14
+"""Letters of a word that is written in full."""
+
+MOST_SPEEDS = 6
+"""Impact velocities that a caption lists one by one."""
+
+HIGHEST = 7.0
+"""Rows of panels together become no higher, if each needs not be lower than `ROW_HEIGHT[0]` [in]."""
+
+ROW_HEIGHT = 0.85, 2.2
+"""Least and largest height of a row of panels with its title and ticks [in]."""
+
+WORDS_FROM = 1.6
+"""Height of a row from which the labels at its side have words [in]."""
+
+LEFT, RIGHT = 2.4, 2.9
+"""Widths of figure 3's panels [in]."""
 
 TIME = "time t [forcing periods]"
-NOTHING_TO_SHOW = "no motion was asked for"
 
-MOTION: Look = {"color": BLACK, "linewidth": 1.1, "zorder": 2.5}
-JUMP: Look = {"color": GREY, "linewidth": 0.8, "linestyle": (0, (3, 2)), "zorder": 2.3}
-WALL: Look = {"color": LIGHT, "linewidth": 3.6, "zorder": 1.2}
-BOTTOM_MEMBRANE: Look = {"color": BLUE, "linewidth": 2.8, "zorder": 2.2}
-TOP_MEMBRANE: Look = {"color": BLUE, "linewidth": 1.1, "zorder": 2.2}
-BALL: Look = {"color": VERMILION, "linewidth": 1.4, "zorder": 2.5}
+MOTION: Look = {"color": Color.BLACK, "linewidth": 1.1, "zorder": 2.5}
+REBOUND: Look = {"color": Color.GREY, "linewidth": 0.8, "linestyle": (0, (3, 2)), "zorder": 2.3}
+WALL: Look = {"color": Color.LIGHT, "linewidth": 3.6, "zorder": 1.2}
+BOTTOM_MEMBRANE: Look = {"color": Color.BLUE, "linewidth": 2.8, "zorder": 2.2}
+TOP_MEMBRANE: Look = {"color": Color.BLUE, "linewidth": 1.1, "zorder": 2.2}
+BALL: Look = {"color": Color.VERMILION, "linewidth": 1.4, "zorder": 2.5}
 MARK: Look = {"linestyle": "none", "zorder": 3.5, "markeredgecolor": "white", "markeredgewidth": 0.5}
-BOTTOM_IMPACT: Look = MARK | {"color": BLUE, "marker": "o", "markersize": 5.5}
-TOP_IMPACT: Look = MARK | {"color": GREEN, "marker": "^", "markersize": 6.0}
+BOTTOM_IMPACT: Look = MARK | {"color": Color.BLUE, "marker": "o", "markersize": 5.5}
+TOP_IMPACT: Look = MARK | {"color": Color.GREEN, "marker": "^", "markersize": 6.0}
+IMPACTS: list[Entry] = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT)]
+
+TITLES = {Task.FIGURE_3: "Phase portraits and time series", Task.FIGURE_6: "Displacement of the capsule and the ball"}
+
+ABOUT = {
+    Task.FIGURE_3: "Simulated motions. Left: relative velocity Ż over relative position Z = X − x, with the bottom "
+    "membrane at Z = +d/2 and the top one at −d/2; right: the same velocity over time. Dashed: Ż → −r Ż at an impact. "
+    "Circles, blue: impacts on the bottom; triangles, green: on the top, both just before the rebound. Units: "
+    "F/(4 M f²) of length and F/(2 M f) of velocity.",
+    Task.FIGURE_6: "Simulated motions. Blue: ends of the capsule X ± d/2, thick at the bottom; red: the ball x, which "
+    "touches them at the impacts (circles: bottom, triangles: top). X is taken without drift; "
+    "unit F/(4 M f²).",
+}
 
 
-def figure_3(portraits: Rows, held: str = "") -> Figure:
+def figure_3(portraits: Sequence[Portrait], held: str = "") -> Figure:
     """Phase portraits and time series of simulated motions, as in Fig. 3: a row for each.
 
     Parameters
@@ -84,154 +88,261 @@ def figure_3(portraits: Rows, held: str = "") -> Figure:
     held : str
         The parameters that they share, in words.
     """
-    legend: list[Entry] = [
-        ("impact, bottom", BOTTOM_IMPACT),
-        ("impact, top", TOP_IMPACT),
-        ("rebound Ż → −r Ż", JUMP),
-        ("membrane", WALL),
-    ]
+    height, ticks = _row_height(len(portraits))
     with style():
-        page, bottoms, high = _rows(len(portraits), held, legend)
-        for k, (portrait, low) in enumerate(zip(portraits, bottoms, strict=True)):
-            last = k + 1 == len(portraits)
-            left, right = ((x, low, across, high) for x, across in (LEFT_COLUMN, RIGHT_COLUMN))
-            _title(page, left, 2 * k, setting(portrait))
-            _title(page, right, 2 * k + 1, motion_words(portrait))
-            _phase_portrait(page, left, portrait, last)
-            _time_series(page, right, portrait, last)
-        return page.figure
+        figure, panels = blank(len(portraits), 2, sharey="row", width_ratios=(LEFT, RIGHT))
+        labels = []
+        for k, (portrait, (left, right)) in enumerate(zip(portraits, panels, strict=True)):
+            left.set_title(f"({letter_of(2 * k)}) {setting(portrait)}", loc="left")
+            right.set_title(f"({letter_of(2 * k + 1)}) {motion_words(portrait)}", loc="left")
+            left.set_ylabel("velocity Ż [–]" if height > WORDS_FROM else "Ż [–]")
+            _phase_portrait(left, portrait)
+            _time_series(right, portrait)
+            fit_vertically([left, right], ticks)
+            if moves(portrait):
+                labels.append((left, _membranes(left, portrait)))
+        left.set_xlabel("relative position Z [–]")
+        right.set_xlabel(TIME)
+        legend: list[Entry] = [*IMPACTS, ("rebound Ż → −r Ż", REBOUND), ("membrane", WALL)]
+        return finished(figure, height * len(portraits) + 0.3, _head(held), [legend], labels)
 
 
-def figure_6(portraits: Rows, held: str = "") -> Figure:
+def figure_6(portraits: Sequence[Portrait], held: str = "") -> Figure:
     """Absolute displacement of the capsule's ends and of the ball, as in Fig. 6: a panel for each motion.
 
     Parameters are those of `figure_3`.
     """
-    legend: list[Entry] = [
-        ("top X + d/2", TOP_MEMBRANE),
-        ("ball x", BALL),
-        ("bottom X − d/2", BOTTOM_MEMBRANE),
-        ("impact, bottom", BOTTOM_IMPACT),
-        ("impact, top", TOP_IMPACT),
-    ]
+    height, ticks = _row_height(len(portraits))
     with style():
-        page, bottoms, high = _rows(len(portraits), held, legend)
-        for k, (portrait, low) in enumerate(zip(portraits, bottoms, strict=True)):
-            place = (LEFT, low, ACROSS, high)
-            _title(page, place, k, f"{setting(portrait)}: {motion_words(portrait)}")
-            _displacement(page, place, portrait, k + 1 == len(portraits))
-        return page.figure
+        figure, panels = blank(len(portraits))
+        for k, (portrait, axes) in enumerate(zip(portraits, panels[:, 0], strict=True)):
+            axes.set_title(f"({letter_of(k)}) {setting(portrait)}: {motion_words(portrait)}", loc="left")
+            axes.set_ylabel("displacement X, x [–]" if height > WORDS_FROM else "X, x [–]")
+            _displacement(axes, portrait)
+            fit_vertically([axes], ticks)
+        axes.set_xlabel(TIME)
+        legend: list[Entry] = [
+            ("top X + d/2", TOP_MEMBRANE),
+            ("ball x", BALL),
+            ("bottom X − d/2", BOTTOM_MEMBRANE),
+            *IMPACTS,
+        ]
+        return finished(figure, height * len(portraits) + 0.3, _head(held), [legend])
 
 
-def _rows(count: int, held: str, legend: list[Entry]) -> tuple[Page, list[float], float]:
-    """An empty page for rows of panels: where the panels stand, from the top one down, and their height."""
-    lines = wrapped([legend])
-    head = [(held, BLACK)] if held else []
-    over = ROW * (len(head) + len(lines)) + 0.06
-    rest = BOTTOM + over + count * TITLE + max(count - 1, 0) * UNDER
-    high = float(np.clip((HIGHEST - rest) / max(count, 1), *PANEL))
-    page_height = rest + max(count, 1) * high
-    page = Page(blank(page_height), page_height)
-    page.heading(head, lines)
-    if not count:
-        page.words(WIDTH / 2, page_height / 2, NOTHING_TO_SHOW, ha="center", va="center")
-    step = high + TITLE + UNDER
-    return page, [BOTTOM + (count - 1 - k) * step for k in range(count)], high
+def _row_height(count: int) -> tuple[float, int]:
+    """Height of a row of panels [in], and how many ticks its vertical axis has."""
+    height = float(np.clip(HIGHEST / count, *ROW_HEIGHT))
+    return height, int(3 * height)
 
 
-def _title(page: Page, place: Place, number: int, text: str) -> None:
-    """Letter a panel, and write what is on it."""
-    letter = ascii_lowercase[number % 26] * (number // 26 + 1)
-    page.words(place[0], place[1] + place[3] + 0.05, f"({letter}) {text}", va="bottom", size=SMALL)
+def _head(held: str) -> list[tuple[str, str]]:
+    return [(held, Color.BLACK)] if held else []
 
 
-def _panel(
-    page: Page,
-    place: Place,
-    x: tuple[float, float],
-    y: tuple[float, float],
-    labels: tuple[str | None, str],
-    indent: float = 0.08,
-) -> Panel:
-    """A panel with ticks and labels on both its axes; the label of x may be left to the panel below."""
-    panel = page.frame(place, x, y, first=True)
-    letters = int(LETTERS_ALONG * place[2] / ACROSS)
-    page.along_bottom(panel, place, fitting_ticks(*x, letters, max(2, int(place[2] / 0.45))), labels[0] or "")
-    page.along_side(panel, place, fitting_ticks(*y, LETTERS_ALONG, max(3, int(place[3] / 0.22))))
-    page.words(indent, place[1] + place[3] / 2, labels[1], rotation=90, ha="left", va="center")
-    return panel
-
-
-def _fitting(label: str, place: Place) -> str:
-    """The label of an axis along the side, without its word where the panel is too low for that."""
-    return label if 0.068 * len(label) < place[3] + TITLE else label.partition(" ")[2]
-
-
-def _phase_portrait(page: Page, place: Place, portrait: Portrait, last: bool) -> None:
-    z, v = portrait.position, portrait.velocity
-    label = "relative position Z [–]" if last else None
-    x, labels = widened(-portrait.d / 2, portrait.d / 2, 0.09), (label, _fitting("velocity Ż [–]", place))
-    panel = _panel(page, place, x, _speeds(portrait), labels)
-    panel.upright(np.array([-portrait.d / 2, portrait.d / 2]), **WALL)
-    panel.level(0.0, **GUIDE)
+def _phase_portrait(axes: Axes, portrait: Portrait) -> None:
+    z, v, half = portrait.position, portrait.velocity, portrait.d / 2
+    axes.set_xlim(*widened(-half, half, 0.09))
+    axes.set_xticks(*round_ticks(*axes.get_xlim(), LEFT))
+    for wall in (-half, half):
+        axes.axvline(wall, **WALL)
+    axes.axhline(0.0, **GUIDE)
     if not moves(portrait):
         return
-    panel.curves([(z[rows], v[rows]) for rows in flights(portrait)], **MOTION)
-    panel.curves([(z[[i, i]], v[[i, i + 1]]) for i in rebounds(portrait)], **JUMP)
+    _lines(axes, [(z[rows], v[rows]) for rows in flights(portrait)], MOTION)
+    _lines(axes, [(z[[i, i]], v[[i, i + 1]]) for i in rebounds(portrait)], REBOUND)
     rows = arrivals(portrait)
     cycle = portrait.attractor.cycle
-    rows = rows[-len(cycle.wall) :] if cycle is not None and not cycle.sticks else rows
-    _impacts(panel, portrait, rows, z, v)
-    panel.tag("bottom", portrait.d / 2)
-    panel.tag("top", -portrait.d / 2)
+    _impacts(axes, portrait, rows[-len(cycle.wall) :] if cycle is not None and not cycle.sticks else rows, z, v)
 
 
-def _time_series(page: Page, place: Place, portrait: Portrait, last: bool) -> None:
+def _membranes(axes: Axes, portrait: Portrait) -> list[Label]:
+    """Names of the membranes, to stand anywhere along them."""
+    y = np.linspace(*axes.get_ylim(), 16)[1:-1]
+    half = np.full(len(y), portrait.d / 2)
+    return [Label("bottom", half, y, TEXT - 1.5, Color.GREY), Label("top", -half, y[::-1], TEXT - 1.5, Color.GREY)]
+
+
+def _time_series(axes: Axes, portrait: Portrait) -> None:
     t, v = periods(portrait.time), portrait.velocity
-    y = _speeds(portrait)
-    panel = _panel(page, place, _times(portrait), y, (TIME if last else None, "Ż [–]"), indent=place[0] - 0.50)
+    _time_axis(axes, portrait, RIGHT)
+    axes.axhline(0.0, **GUIDE)
     if not moves(portrait):
-        panel.say(portrait.attractor.outcome.value)
+        say(axes, portrait.attractor.outcome.value)
         return
-    panel.level(0.0, **GUIDE)
-    panel.curves([(t[rows], v[rows]) for rows in flights(portrait)], **MOTION)
-    panel.curves([(t[[i, i + 1]], np.zeros(2)) for i in rides(portrait)], **MOTION)
-    panel.curves([(t[[i, i]], v[[i, i + 1]]) for i in rebounds(portrait)], **JUMP)
-    _impacts(panel, portrait, arrivals(portrait), t, v)
+    _lines(axes, [(t[rows], v[rows]) for rows in flights(portrait)], MOTION)
+    _lines(axes, [(t[[i, i + 1]], np.zeros(2)) for i in rides(portrait)], MOTION)
+    _lines(axes, [(t[[i, i]], v[[i, i + 1]]) for i in rebounds(portrait)], REBOUND)
+    _impacts(axes, portrait, arrivals(portrait), t, v)
 
 
-def _displacement(page: Page, place: Place, portrait: Portrait, last: bool) -> None:
-    low, high = _times(portrait)
+def _displacement(axes: Axes, portrait: Portrait) -> None:
+    _time_axis(axes, portrait, LEFT + RIGHT)
+    low, high = axes.get_xlim()
     time = even_times(2 * low, 2 * high)
-    half, centre = portrait.d / 2, capsule(portrait, time)
-    y = widened(float(centre.min()) - half, float(centre.max()) + half, 0.06)
-    panel = _panel(page, place, (low, high), y, (TIME if last else None, _fitting("displacement X, x [–]", place)))
-    panel.curves([(periods(time), centre - half)], **BOTTOM_MEMBRANE)
-    panel.curves([(periods(time), centre + half)], **TOP_MEMBRANE)
-    if not moves(portrait):
-        if portrait.attractor.outcome.name == "REST":
-            panel.curves([(periods(time), centre - half)], **BALL)
-        return
-    at, x = ball(portrait)
-    panel.curves([(periods(at), x)], **BALL)
-    where = capsule(portrait, portrait.time) - portrait.position
-    _impacts(panel, portrait, arrivals(portrait), periods(portrait.time), where)
+    bottom_end, top_end = (capsule(portrait, time) + side * portrait.d / 2 for side in (-1, 1))
+    axes.plot(periods(time), bottom_end, **BOTTOM_MEMBRANE)
+    axes.plot(periods(time), top_end, **TOP_MEMBRANE)
+    axes.set_xlim(low, high)
+    if moves(portrait):
+        at, x = ball(portrait)
+        axes.plot(periods(at), x, **BALL)
+        displacement = capsule(portrait, portrait.time) - portrait.position
+        _impacts(axes, portrait, arrivals(portrait), periods(portrait.time), displacement)
+    elif portrait.attractor.outcome.name == "REST":
+        axes.plot(periods(time), bottom_end, **BALL)
 
 
-def _impacts(panel: Panel, portrait: Portrait, rows: Samples, x: Floats, y: Floats) -> None:
-    """Mark impacts, those on the two membranes apart."""
-    below = bottom(portrait)[rows]
-    for chosen, look in ((rows[below], BOTTOM_IMPACT), (rows[~below], TOP_IMPACT)):
-        panel.marks(x[chosen], y[chosen], **look)
-
-
-def _times(portrait: Portrait) -> tuple[float, float]:
-    """Range of the time axis [forcing periods]."""
+def _time_axis(axes: Axes, portrait: Portrait, width: float) -> None:
     end = float(periods(portrait.time[-1])) if moves(portrait) else 2.0
-    return widened(0.0, end, 0.02)
+    axes.set_xlim(*widened(0.0, end, 0.02))
+    axes.set_xticks(*round_ticks(*axes.get_xlim(), width))
 
 
-def _speeds(portrait: Portrait) -> tuple[float, float]:
-    """Range of the axis of velocities."""
-    v = portrait.velocity if moves(portrait) else np.array([-1.0, 1.0])
-    return widened(min(float(v.min()), 0.0), max(float(v.max()), 0.0), 0.09)
+def _lines(axes: Axes, parts: Sequence[Curve], look: Look) -> None:
+    if parts:
+        axes.plot(*joined(parts), **look)
+
+
+def _impacts(axes: Axes, portrait: Portrait, rows: Samples, x: Floats, y: Floats) -> None:
+    """Mark impacts, those on the two membranes apart."""
+    at_bottom = portrait.position[rows] > 0
+    for chosen, look in ((rows[at_bottom], BOTTOM_IMPACT), (rows[~at_bottom], TOP_IMPACT)):
+        axes.plot(x[chosen], y[chosen], **look)
+
+
+def moves(portrait: Portrait) -> bool:
+    """Whether there is motion to be drawn: not where the ball rests."""
+    return len(portrait.time) > 1 and bool(np.abs(portrait.velocity).max() > LEAST_MOTION)
+
+
+def arrivals(portrait: Portrait) -> Samples:
+    """Samples at which the ball has come to a membrane: an impact each, before its rebound."""
+    ends = rebounds(portrait)
+    last = len(portrait.time) - 1
+    return np.append(ends, last) if last >= 0 and _on_wall(portrait)[last] else ends
+
+
+def rebounds(portrait: Portrait) -> Samples:
+    """The arrivals after which the motion goes on: the last sample of each flight but the last."""
+    if len(portrait.time) < 2:
+        return np.empty(0, dtype=np.intp)
+    wall, step = _on_wall(portrait), np.diff(portrait.time)
+    side = np.sign(portrait.position)
+    stays = wall[1:] & wall[:-1] & (side[1:] == side[:-1])
+    return np.flatnonzero(stays & ((step == 0) | (step > RIDE)))
+
+
+def _on_wall(portrait: Portrait) -> NDArray[np.bool_]:
+    return np.asarray(np.abs(portrait.position) >= portrait.d * (0.5 - AT_WALL))
+
+
+def flights(portrait: Portrait) -> list[Samples]:
+    """Samples of each flight."""
+    return np.split(np.arange(len(portrait.time)), rebounds(portrait) + 1)
+
+
+def rides(portrait: Portrait) -> Samples:
+    """The arrivals after which the ball rides on the membrane."""
+    ends = rebounds(portrait)
+    return ends[portrait.time[ends + 1] - portrait.time[ends] > RIDE]
+
+
+def periods(time: Floats) -> Floats:
+    """Time in forcing periods, of which one is 2 t_c."""
+    return time / 2
+
+
+def capsule(portrait: Portrait, time: Floats) -> Floats:
+    """Displacement of the capsule's centre X [x_c] that solves X'' = cos(pi t + phi) without drift."""
+    return np.asarray(-np.cos(np.pi * time + portrait.phase) / np.pi**2)
+
+
+def ball(portrait: Portrait) -> Curve:
+    """Time and displacement x = X - Z of the ball [t_c, x_c], on the membrane where it rides."""
+    time, position = portrait.time, portrait.position
+    for i in rides(portrait)[::-1]:
+        between = even_times(float(time[i]), float(time[i + 1]))
+        time, position = np.insert(time, i + 1, between), np.insert(position, i + 1, np.full(len(between), position[i]))
+    return time, capsule(portrait, time) - position
+
+
+def even_times(start: float, end: float) -> Floats:
+    """Times from a start to an end [t_c], dense enough for a smooth curve."""
+    return np.linspace(start, end, int(np.ceil(SAMPLES * (end - start) / 2)) + 2)
+
+
+def motion_words(portrait: Portrait) -> str:
+    """What a motion is: its word and its period, or its kind."""
+    attractor = portrait.attractor
+    if attractor.cycle is None:
+        return attractor.outcome.value
+    every = "every forcing period" if attractor.period == 1 else f"every {attractor.period} forcing periods"
+    return f"{short(attractor.word)}, {every}"
+
+
+def setting(portrait: Portrait) -> str:
+    """The parameters of a portrait."""
+    return f"{portrait.label}, d = {significant(portrait.d, 4)}, ḡ = {significant(portrait.gbar, 4)}"
+
+
+def short(word: str) -> str:
+    """A word, a long one as its repeated part or its beginning.
+
+    Examples
+    --------
+    >>> short("BTBT"), short("BT" * 16), short("B" * 17 + "T")
+    ('BTBT', '(BT)×16', 'BBBBBBBBBBBBBB… (18)')
+    """
+    if len(word) <= LONGEST_WORD:
+        return word
+    unit = next(word[:k] for k in range(1, len(word) + 1) if word[:k] * (len(word) // k) == word)
+    if len(unit) <= LONGEST_WORD:
+        return f"({unit})×{len(word) // len(unit)}"
+    return f"{word[:LONGEST_WORD]}… ({len(word.replace('~', ''))})"
+
+
+def portrait_caption(figure: Task, portraits: Sequence[Portrait], held: str) -> str:
+    """The caption of figure 3 or 6: what is drawn, and each motion in numbers.
+
+    Parameters
+    ----------
+    figure : Task
+    portraits : sequence of Portrait
+    held : str
+        The parameters that they share, in words.
+    """
+    return " ".join([ABOUT[figure], *([f"{held}."] if held else []), *_motions(figure, portraits)])
+
+
+def portrait_alt(figure: Task, portraits: Sequence[Portrait]) -> str:
+    """A description of figure 3 or 6 for those who do not see it."""
+    kind = "phase portrait and time series" if figure == Task.FIGURE_3 else "displacement of capsule and ball over time"
+    count = f"{len(portraits)} simulated motion{'s' * (len(portraits) != 1)}"
+    return " ".join([f"Line charts, {kind} of {count}.", *_motions(figure, portraits)])
+
+
+def _motions(figure: Task, portraits: Sequence[Portrait]) -> Iterator[str]:
+    """Each motion in numbers, with the letters of its panels."""
+    for k, portrait in enumerate(portraits):
+        panels = f"{letter_of(2 * k)}, {letter_of(2 * k + 1)}" if figure == Task.FIGURE_3 else letter_of(k)
+        yield f"({panels}) {setting(portrait)}: {motion_words(portrait)}{_numbers(portrait)}."
+
+
+def _numbers(portrait: Portrait) -> str:
+    """Impact velocities, the phase of the first impact, how well the motion repeats and how fast it attracts."""
+    attractor = portrait.attractor
+    cycle = attractor.cycle
+    if cycle is None:
+        finite = np.isfinite(attractor.lyapunov)
+        return f", Lyapunov exponent {significant(attractor.lyapunov, 3)} per forcing period" if finite else ""
+    first = int(np.argmax(cycle.wall > 0))
+    speeds = np.abs(np.roll(cycle.velocity, -first))
+    if len(speeds) <= MOST_SPEEDS:
+        velocities = f"|Ż| = {', '.join(significant(float(speed), 5) for speed in speeds)}"
+    else:
+        low, high = (significant(float(end), 4) for end in (speeds.min(), speeds.max()))
+        velocities = f"{len(speeds)} impacts, |Ż| from {low} to {high}"
+    phase, residual = significant(float(cycle.phase[first]), 5), significant(cycle.residual, 2)
+    growth = "" if cycle.sticks else f", largest |λ| = {significant(cycle.growth, 3)}"
+    return f", {velocities}, φ = {phase} rad, residual {residual}{growth}"

@@ -112,15 +112,16 @@ def cores() -> int:
 
 def _draw(store: Store) -> list[Path]:
     """Draw the heat maps that are not there yet."""
+    from vireport.figures import png_of
     from vireport.files import write_whole
-    from vireport.sweep.figures import map_pictures, picture_names
+    from vireport.sweep.figures import map_figures, picture_names
     from vireport.sweep.store import writing
 
     paths = [store.folder / f"{name}.png" for name in picture_names(store.plan)]
     if not all(path.exists() for path in paths):
         with writing(store.folder):
-            for picture in map_pictures(store.plan, store.result):
-                write_whole(store.folder / f"{picture.name}.png", picture.png)
+            for name, figure in map_figures(store.plan, store.result).items():
+                write_whole(store.folder / f"{name}.png", png_of(figure))
     return paths
 
 

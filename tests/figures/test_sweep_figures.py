@@ -1,4 +1,4 @@
-"""The figures: what is drawn is what the study says, and it can be read by everyone, everywhere, the same."""
+"""Figures 2, 4 and 7: what is drawn is what the study says, and it can be read by everyone, everywhere, the same."""
 
 from __future__ import annotations
 
@@ -7,90 +7,22 @@ import os
 import re
 import subprocess
 import sys
-from functools import cache
 from io import BytesIO
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 import pytest
+from figure_cases import CASES, FIGURES, ROOT, curves, figure_of, labels, rows, study_of, texts_of, vertices
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from PIL import Image
 
-from vireport.figures.axes import along
-from vireport.figures.curves import TURN, Simulated, eigenvalue_curves, phase_curve, stretches, visible
-from vireport.figures.drawing import NO_MOTION
-from vireport.figures.paper_figures import BRANCH_COLORS, figure_2, figure_4, figure_7, pictures
-from vireport.figures.pixels import png_of
-from vireport.figures.ticks import fitting_ticks, tick_labels, ticks, uneven_ticks
-from vireport.physics.energy import Voltages
-from vireport.scenario.loading import load
-from vireport.study.study import Study, analyse
-
-ROOT = Path(__file__).parent.parent
-FIGURES = {"figure-2": figure_2, "figure-4": figure_4, "figure-7": figure_7}
-
-DESCENDER = 4
-"""Part of a letter's box below its foot, which is empty [px]."""
-
-SWEPT = ("device.length_m=",)
-
-# name: (example, overrides)
-CASES: dict[str, tuple[str, tuple[str, ...]]] = {
-    "horizontal": ("horizontal", ()),
-    "inclined": ("inclined", ()),
-    "inclined-forcing": ("inclined-forcing", ()),
-    "wide": ("inclined", ("sweep.from=0.01", "sweep.to=3")),
-    "horizontal-wide": ("horizontal", ("sweep.from=0.01", "sweep.to=3")),
-    "forcing-wide": ("inclined-forcing", ("inclination_deg=0", "sweep.from=0.5", "sweep.to=60")),
-    "frequency": ("inclined", ("sweep.parameter=frequency_hz", "sweep.from=1.5", "sweep.to=3")),
-    "inclination": ("inclined", ("sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=90")),
-    "empty": ("inclined", ("inclination_deg=80", "sweep.from=0.02", "sweep.to=0.1", "device.length_m=0.05")),
-    "narrow": ("inclined", ("sweep.from=0.6934", "sweep.to=0.69341")),
-    "lively": ("inclined", ("device.restitution=0.9", "inclination_deg=10", "sweep.from=0.05", "sweep.to=2")),
-    "slow": ("inclined", ("period_ratio=3", "inclination_deg=5", "sweep.from=0.26", "sweep.to=6")),
-    "small": ("horizontal", (*SWEPT, "sweep.from=2.6e-7", "sweep.to=7.5e-7", "excitation.amplitude_n=3e-6")),
-    "large": ("horizontal", (*SWEPT, "sweep.from=2.6e8", "sweep.to=7.5e8", "excitation.amplitude_n=3e9")),
-    "next": ("inclined", ("sweep.from=0.6934", "sweep.to=0.69340001")),
-}  # fmt: skip
-
-
-@cache
-def study_of(name: str) -> Study:
-    example, overrides = CASES[name]
-    return analyse(load(ROOT / "examples" / f"{example}.yaml", overrides))
-
-
-@cache
-def figure_of(name: str, figure: str) -> Figure:
-    return FIGURES[figure](study_of(name))
-
-
-def curves(axes: matplotlib.axes.Axes) -> list[Line2D]:
-    """The lines of a panel that show motions: neither markers, nor ticks, guides, bounds or leaders."""
-    return [line for line in axes.lines if 2.1 < line.get_zorder() < 3 and line.get_linestyle() != "None"]
-
-
-def vertices(lines: list[Line2D]) -> set[tuple[float, float]]:
-    return {(float(x), float(y)) for line in lines for x, y in zip(*line.get_data(), strict=True) if x == x}
-
-
-def letters(axes: matplotlib.axes.Axes) -> list[str]:
-    return [text.get_text() for text in axes.texts if text.get_text() not in ("design", NO_MOTION)]
-
-
-def rows(study: Study, admissible: bool) -> list[tuple[int, int]]:
-    """Branches and rows inside stretches, without the ends that two stretches share."""
-    return [
-        (branch.number - 1, row)
-        for branch in study.solution.branches
-        for part in branch.segments()
-        if part.admissible == admissible
-        for row in range(part.first + 1, part.last)
-    ]
-
+from vireport.figures import Simulated, figure_2, figure_7, pictures
+from vireport.figures.curves import TURN, phase_curve, stretches
+from vireport.figures.sweeps import BRANCH_COLORS, NO_MOTION
+from vireport.physics import Voltages
+from vireport.scenario import load
+from vireport.study import analyse
 
 # What is drawn
 
@@ -157,14 +89,14 @@ def test_stable_motions_are_solid_and_unstable_ones_broken(name: str) -> None:
 @pytest.mark.parametrize("figure", ["figure-2", "figure-4"])
 def test_every_critical_point_is_lettered_once_in_each_panel(name: str, figure: str) -> None:
     study = study_of(name)
-    labels = sorted(point.label for point in study.solution.critical_points)
+    expected = sorted(point.label for point in study.solution.critical_points)
     for k, panel in enumerate(figure_of(name, figure).axes):
         if figure == "figure-2":
-            assert sorted(letters(panel)) == labels
+            assert sorted(labels(panel)) == expected
         else:  # some are off the axes, but never those that decide stability
             kinds = {point.label: point.kind for point in study.solution.critical_points}
-            assert len(set(letters(panel))) == len(letters(panel))
-            off = set(labels) - set(letters(panel))
+            assert len(set(labels(panel))) == len(labels(panel))
+            off = set(expected) - set(labels(panel))
             assert {kinds[label] for label in off} <= {"grazing"}, k
 
 
@@ -186,15 +118,13 @@ def test_the_axes_hold_the_data(name: str, figure: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["horizontal", "wide", "lively", "slow"])
-def test_figure_4_is_cut_at_its_limits(name: str) -> None:
+def test_figure_4_shows_its_bounds_and_not_how_unstable_a_motion_is(name: str) -> None:
     panels = figure_of(name, "figure-4").axes
-    for panel, bounds in zip(panels, ((0.0,), (-1.0, 0.0, 1.0)), strict=True):
+    for panel, bounds, most in zip(panels, ((0.0,), (-1.0, 0.0, 1.0)), (3.0, 2.0), strict=True):
         low, high = panel.get_ylim()
-        assert all(low <= y <= high for _, y in vertices(curves(panel)))
-        levels = [line.get_ydata()[0] for line in panel.lines if line.get_zorder() == 1.5]
-        assert sorted(levels) == sorted(bounds)
-        assert low < bounds[0]
-        assert bounds[-1] < high
+        assert {line.get_ydata()[0] for line in panel.lines if line.get_zorder() == 1.5} == set(bounds)
+        assert low < bounds[0] <= bounds[-1] < high < most
+    assert low > -2
 
 
 def test_figure_4_is_thicker_where_the_eigenvalues_are_complex() -> None:
@@ -234,14 +164,6 @@ def test_a_phase_that_passes_a_full_turn_is_cut_there() -> None:
     assert len(phase_curve(np.arange(3.0), np.array([0.1, 3.0, 6.0]))) == 1
 
 
-def test_curves_are_cut_where_they_leave() -> None:
-    x, y = np.arange(6.0), np.array([5.0, 1.0, 0.0, -3.0, 0.5, 0.5])
-    parts = visible((x, y), -1.0, 2.0)
-    assert [list(part[1]) for part in parts] == [[2.0, 1.0, 0.0, -1.0], [-1.0, 0.5, 0.5]]
-    assert parts[0][0][0] == pytest.approx(0.75)
-    assert visible((x, np.full(6, 9.0)), -1.0, 2.0) == []
-
-
 @pytest.mark.parametrize("figure", list(FIGURES))
 def test_an_empty_sweep_says_so_in_every_panel(figure: str) -> None:
     assert not rows(study_of("empty"), True)
@@ -259,16 +181,22 @@ def test_the_design_point_is_marked() -> None:
         np.testing.assert_allclose(at, study.solution.design.motions.d[0], rtol=1e-12)
         filled = [line for line in marks if line.get_markerfacecolor() != "white"]
         assert len(filled) == 2
-    assert [text.get_text() for text in figure_of("inclined", "figure-2").axes[0].texts].count("design") == 1
+    assert texts_of(figure_of("inclined", "figure-2")).count("design point") == 1
     outside = analyse(load(ROOT / "examples" / "inclined.yaml", ("device.length_m=0.8",)))
-    assert "design" not in [text.get_text() for text in figure_2(outside).axes[0].texts]
+    assert "design point" not in texts_of(figure_2(outside))
+
+
+def test_the_design_point_never_hides_a_critical_point() -> None:
+    for panel in figure_of("inclined-forcing", "figure-2").axes:
+        order = {line.get_marker(): line.get_zorder() for line in panel.lines}
+        assert order["P"] < min(order["s"], order["^"])
 
 
 def test_simulated_motions_are_drawn_over() -> None:
     d = np.array([0.42, 0.45, 0.48])
-    speed, phase, flight = np.full(3, 0.9), np.full(3, 0.5), np.full(3, 0.6)
+    velocity, phase, flight = (np.outer(pair, np.ones(3)) for pair in ((0.9, -0.45), (0.5, 3.5), (0.6, 0.4)))
     volts = Voltages(np.full(3, 4e4), np.full(3, 3e4), np.full(3, 3.5e4), np.full(3, 0.01))
-    simulated = Simulated(d / 0.664, d, speed, -speed / 2, phase, phase + 3, flight, 1 - flight, volts)
+    simulated = Simulated(d / 0.664, d, velocity, phase, flight, volts)
     study = study_of("inclined")
     for panel in figure_2(study, simulated).axes:
         circles = [line for line in panel.lines if line.get_zorder() == 3.5]
@@ -281,91 +209,39 @@ def test_simulated_motions_are_drawn_over() -> None:
 # The axis along the sweep
 
 
+def top_axis(name: str, figure: str = "figure-2") -> tuple[str, list[float], list[str]]:
+    """Label, places and texts of the axis along the top."""
+    (top,) = figure_of(name, figure).axes[0].child_axes
+    texts = [text.get_text() for text in top.get_xticklabels()]
+    return top.get_xlabel(), list(top.get_xticks()), texts
+
+
 @pytest.mark.parametrize("name", ["inclined", "inclined-forcing", "frequency", "forcing-wide", "large"])
 def test_the_swept_parameter_stands_along_the_top(name: str) -> None:
-    study = study_of(name)
-    axis = along(study.solution.sweep)
-    assert len(axis.top) >= 3
-    for x, text in axis.top:
+    sweep = study_of(name).solution.sweep
+    label, places, texts = top_axis(name)
+    assert label in ("length s [m]", "force amplitude F [N]", "frequency f [Hz]")
+    assert figure_of(name, "figure-2").axes[-1].get_xlabel() == "distance d = 4 M s f² / F [–]"
+    assert len(places) >= 3
+    for x, text in zip(places, texts, strict=True):
         value = float(text.replace(" × 10⁸", "e8"))
-        assert study.solution.sweep.start <= value <= study.solution.sweep.end
-        assert x == pytest.approx(float(study.solution.sweep.coordinate_of(value)))
-    places = sorted(x for x, _ in axis.top)
-    assert min(np.diff(places)) > (axis.high - axis.low) / 15
-    texts = [text.get_text() for text in figure_of(name, "figure-2").texts]
-    assert "distance d = 4 M s f² / F [–]" in texts
-    assert {"length s [m]", "force amplitude F [N]", "frequency f [Hz]"} & set(texts)
+        assert sweep.start <= value <= sweep.end
+        assert x == pytest.approx(float(sweep.coordinate_of(value)))
+    low, high = sweep.coordinate_range
+    assert min(np.diff(sorted(places))) > (high - low) / 20
 
 
 def test_at_constant_d_the_inclination_is_the_axis() -> None:
-    study = study_of("inclination")
-    axis = along(study.solution.sweep)
-    assert (axis.low, axis.high) == (0, 90)
-    for x, text in axis.top:
-        assert float(text) == pytest.approx(float(study.solution.sweep.coordinate_of(x)), abs=1e-12)
-    texts = [text.get_text() for text in figure_of("inclination", "figure-4").texts]
-    assert {"inclination β [°]", "gravity ḡ = M g sin β / F [–]"} <= set(texts)
-
-
-def test_round_ticks() -> None:
-    assert ticks(0.26, 0.75, 8) == [0.3, 0.4, 0.5, 0.6, 0.7]
-    assert ticks(-0.07, 1.0, 6) == [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]
-    assert tick_labels([0.0, 0.5, 1.0]) == ["0", "0.5", "1.0"]
-    assert tick_labels([-0.25, 0.0]) == ["−0.25", "0"]
-    assert tick_labels([1e-7, 2e-7]) == ["1 × 10⁻⁷", "2 × 10⁻⁷"]
-    assert tick_labels([3e8, 3.5e8]) == ["3 × 10⁸", "3.5 × 10⁸"]
-    values, texts = fitting_ticks(0.4604176, 0.46042424, 60)
-    assert len(set(texts)) == len(texts) >= 3
-    assert [float(text) for text in texts] == pytest.approx(values, rel=1e-12)
-    assert sum(map(len, texts)) < 60
-
-
-def test_uneven_ticks_are_round_and_apart() -> None:
-    def place(value: np.ndarray) -> np.ndarray:
-        return 1.494 / value
-
-    assert uneven_ticks(3.0, 6.0, place, 0.02) == [3, 3.5, 4, 4.5, 5, 5.5, 6]
-    found = uneven_ticks(0.5, 60.0, place, 0.2)
-    assert {0.5, 1, 2, 5} <= set(found)
-    assert np.abs(np.diff(place(np.array(found)))).min() >= 0.2
+    sweep = study_of("inclination").solution.sweep
+    label, places, texts = top_axis("inclination", "figure-4")
+    for x, text in zip(places, texts, strict=True):
+        assert float(text) == pytest.approx(float(sweep.coordinate_of(x)), abs=1e-12)
+    bottom = figure_of("inclination", "figure-4").axes[-1]
+    assert (bottom.get_xlabel(), label) == ("inclination β [°]", "gravity ḡ = M g sin β / F [–]")
+    assert bottom.get_xlim() == pytest.approx((-1.35, 91.35))
 
 
 # How it looks
-
-
-@pytest.mark.parametrize(
-    "name", ["horizontal", "inclined", "inclined-forcing", "frequency", "inclination", "narrow", "large"]
-)
-@pytest.mark.parametrize("figure", list(FIGURES))
-def test_texts_are_on_the_sheet_and_clear_of_one_another(name: str, figure: str) -> None:
-    drawn = figure_of(name, figure)
-    drawn.canvas.draw()
-    renderer = drawn.canvas.get_renderer()
-    boxes = [text.get_window_extent(renderer) for text in drawn.texts if text.get_text()]
-    width, height = drawn.canvas.get_width_height()
-    assert all(box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height for box in boxes)
-    panels = [axes.get_window_extent(renderer) for axes in drawn.axes]
-    for i, box in enumerate(boxes):
-        assert not any(box.overlaps(other) for other in boxes[i + 1 :]), drawn.texts[i].get_text()
-        assert not any(box.overlaps(panel) for panel in panels)
-    for axes, panel in zip(drawn.axes, panels, strict=True):
-        marks = [text.get_window_extent(renderer) for text in axes.texts]
-        assert all(not a.overlaps(b) for i, a in enumerate(marks) for b in marks[i + 1 :])
-        inner = panel.padded(DESCENDER)
-        assert all(inner.contains(m.x0, m.y0) and inner.contains(m.x1, m.y1) for m in marks)
-
-
-def test_letters_keep_clear_of_the_curves() -> None:
-    for figure in ("figure-2", "figure-4"):
-        drawn = figure_of("horizontal", figure)
-        renderer = drawn.canvas.get_renderer()
-        for panel in drawn.axes:
-            for text in panel.texts:
-                box = text.get_window_extent(renderer).padded(-2)
-                for line in curves(panel):
-                    points = panel.transData.transform(np.column_stack(line.get_data()))
-                    inside = box.count_contains(points[np.isfinite(points).all(axis=1)])
-                    assert inside == 0, text.get_text()
 
 
 def test_the_two_impacts_differ_by_more_than_colour() -> None:
@@ -391,16 +267,16 @@ def test_voltages_outside_the_geometry_are_said_to_be() -> None:
     study = study_of("inclined")
     assert any(alert.code == "VR010" for alert in study.alerts)
     note = "Outside the membrane's geometry: ranking only"
-    assert note in [text.get_text() for text in figure_of("inclined", "figure-7").texts]
+    assert note in texts_of(figure_of("inclined", "figure-7"))
     soft = analyse(load(ROOT / "examples" / "inclined.yaml", ("device.ball_mass_kg=1e-7",)))
     assert not any(alert.code == "VR010" for alert in soft.alerts)
-    assert note not in [text.get_text() for text in figure_7(soft).texts]
+    assert note not in texts_of(figure_7(soft))
 
 
 def test_voltages_have_a_fitting_prefix() -> None:
     def label(mass: str) -> str:
         study = analyse(load(ROOT / "examples" / "inclined.yaml", (f"device.ball_mass_kg={mass}",)))
-        return next(text.get_text() for text in figure_7(study).texts if "generated" in text.get_text())
+        return figure_7(study).axes[0].get_ylabel()
 
     assert label("0.0041") == "generated voltage U [kV]"
     assert label("1e-7") in ("generated voltage U [V]", "generated voltage U [mV]")
@@ -416,24 +292,10 @@ def test_pictures_are_whole(name: str) -> None:
         assert (image.format, image.size) == ("PNG", (picture.width, picture.height))
         assert "Software" not in image.info
         assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
-        assert len(picture.png) < 100_000
         assert picture.title
         assert picture.caption.endswith(".")
         assert picture.alt.endswith(".")
         assert not re.search(r"\b(nan|inf|None)\b", picture.caption + picture.alt)
-
-
-def test_few_colours_are_enough() -> None:
-    drawn = figure_of("horizontal", "figure-2")
-    data, *size = png_of(drawn)
-    full = np.asarray(drawn.canvas.buffer_rgba())[:, :, :3].astype(int)
-    few = np.asarray(Image.open(BytesIO(data)).convert("RGB")).astype(int)
-    white = (full == 255).all(axis=2)
-    assert (few[white] == 255).all()
-    off = np.abs(few - full).max(axis=2)[~white]
-    assert off.mean() < 3
-    assert (off > 24).mean() < 0.002
-    assert size == [few.shape[1], few.shape[0]]
 
 
 def test_captions_tell_the_numbers() -> None:
@@ -445,7 +307,7 @@ def test_captions_tell_the_numbers() -> None:
         assert "B1" in picture.alt
     assert "B1 period doubling (d = 0.417960, s = 0.629457 m)" in two.caption
     assert "design point s = 0.6934 m" in two.caption
-    assert "branch 1 (asymmetric) reaches |λ| =" in four.caption
+    assert "beyond 1.6 it is off the axes" in four.caption
     assert "U_ave = 42.84 kV" in seven.caption
     assert "mirror" not in two.caption
     assert "mirror image" in pictures(study_of("horizontal"))[0].caption
@@ -456,10 +318,7 @@ def test_captions_tell_the_numbers() -> None:
 
 SCRIPT = """
 import hashlib, sys
-from vireport.figures.paper_figures import pictures
-from vireport.figures.pixels import png_of
-from vireport.scenario.loading import load
-from vireport.study.study import analyse
+from vireport import analyse, load, pictures
 for picture in pictures(analyse(load(sys.argv[1]))):
     print(hashlib.sha256(picture.png).hexdigest())
 assert "matplotlib.pyplot" not in sys.modules
@@ -496,10 +355,12 @@ def test_the_bytes_are_the_same_in_every_process_whatever_the_user_has_set(tmp_p
 
 
 def test_eigenvalue_curves_are_the_eigenvalues() -> None:
+    drawn = vertices(curves(figure_of("horizontal", "figure-4").axes[1]))
     for part in stretches(study_of("horizontal").solution):
-        motions = part.branch.motions
-        drawn = [y for _, y in eigenvalue_curves(part, motions.d[part.rows])]
-        assert len(drawn) == (1 if part.focus else 2)
-        if not part.focus:
-            inner = slice(part.rows.start + 1, part.rows.stop - 1)
-            np.testing.assert_allclose(drawn[0][1:-1] + drawn[1][1:-1], motions.trace[inner], rtol=1e-9, atol=1e-12)
+        motions, row = part.branch.motions, (part.rows.start + part.rows.stop) // 2
+        r, trace, d = motions.restitution, float(motions.trace[row]), float(motions.d[row])
+        if part.branch.mirror_of or abs(trace) > 100:  # not drawn; lost in rounding errors of the polynomial
+            continue
+        expected = [trace / 2] if part.focus else np.roots([1, -trace, r**4])
+        for value in expected:
+            assert any(x == d and y == pytest.approx(value, rel=1e-9, abs=1e-12) for x, y in drawn)

@@ -1,0 +1,66 @@
+"""Ticks and labels of the figures: round numbers that fit, and labels that stay clear of what is drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from figure_cases import boxes_of
+from matplotlib.figure import Figure
+
+from vireport.figures.labels import Label, write_labels
+from vireport.figures.layout import blank, finished, round_ticks, tick_labels, widened
+from vireport.figures.style import style
+
+
+def test_round_ticks() -> None:
+    assert round_ticks(0.26, 0.75, 6.0) == ([0.3, 0.4, 0.5, 0.6, 0.7], ["0.3", "0.4", "0.5", "0.6", "0.7"])
+    assert round_ticks(-0.07, 1.0, 6.0)[1] == ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]
+    assert len(round_ticks(0.26, 0.75, 1.0)[0]) < 5
+    values, texts = round_ticks(0.4604176, 0.46042424, 4.0)
+    assert len(set(texts)) == len(texts) >= 3
+    assert [float(text) for text in texts] == pytest.approx(values, rel=1e-12)
+
+
+def test_tick_labels_have_as_many_digits_as_tell_them_apart() -> None:
+    assert tick_labels([0.0, 0.5, 1.0]) == ["0", "0.5", "1.0"]
+    assert tick_labels([-0.25, 0.0]) == ["−0.25", "0"]
+    assert tick_labels([1e-7, 2e-7]) == ["1 × 10⁻⁷", "2 × 10⁻⁷"]
+    assert tick_labels([3e8, 3.5e8]) == ["3 × 10⁸", "3.5 × 10⁸"]
+
+
+def test_uneven_ticks_are_round_and_apart() -> None:
+    def place(value: np.ndarray) -> np.ndarray:
+        return (1.494 / value - 0.249) / (0.498 - 0.249)
+
+    assert round_ticks(3.0, 6.0, 6.0, place)[0] == [3, 3.5, 4, 4.5, 5, 5.5, 6]
+    values, _ = round_ticks(0.5, 60.0, 6.0, lambda value: (1 / value - 1 / 60) / (2 - 1 / 60))
+    assert {0.5, 1, 2, 5} <= set(values)
+
+
+def test_a_range_that_is_next_to_nothing_is_widened() -> None:
+    low, high = widened(0.5, 0.5 + 1e-15, 0.1)
+    assert 1e-7 < high - low < 1e-5
+    assert widened(0.0, 0.0, 0.0) == (-0.5, 0.5)
+    assert widened(1.0, 2.0, 0.1) == (0.9, 2.1)
+
+
+def test_labels_keep_clear_of_curves_markers_and_each_other() -> None:
+    x = np.linspace(0, 1, 200)
+    with style():
+        figure, ((axes,),) = blank(1)
+        axes.plot(x, x**2, zorder=2.5)
+        axes.plot([0.5, 0.52], [0.25, 0.52**2], "o", zorder=4)
+        finished(figure, 3.0, [], [])
+        points = [Label(name, np.array([at]), np.array([at**2])) for name, at in (("A1", 0.5), ("A2", 0.52))]
+        write_labels(axes, [*points, Label("A3", np.array([9.0]), np.array([9.0]))])
+    assert [text.get_text() for text in axes.texts] == ["A1", "A2"]
+    assert_clear(figure)
+
+
+def assert_clear(figure: Figure) -> None:
+    boxes = dict(boxes_of(figure))
+    assert not boxes["A1"].overlaps(boxes["A2"])
+    (axes,) = figure.axes
+    for line in axes.lines:
+        pixels = line.get_transform().transform(line.get_xydata())
+        assert not any(boxes[name].count_contains(pixels) for name in ("A1", "A2"))

@@ -1,0 +1,73 @@
+"""Every figure of every example and of the extreme sweeps can be read: no text is cut off or lies on another."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+from figure_cases import CASES, FIGURES, ROOT, assert_readable, figure_of, simulated_study
+
+import vireport
+from vireport import Comparison
+from vireport.figures import measured_pictures, pictures, simulated_points
+from vireport.scenario import load_map, loads
+from vireport.study import analyse
+
+EXAMPLES = ("horizontal", "inclined", "inclined-forcing")
+
+
+def path(name: str) -> str:
+    return str(ROOT / "examples" / f"{name}.yaml")
+
+
+@cache
+def comparison(kind: str) -> Comparison:
+    if kind == "inclinations":
+        return vireport.compare([path("inclined")], vary={"inclination_deg": [0, 15, 30, 45]})
+    return vireport.compare([path(name) for name in EXAMPLES])
+
+
+@pytest.mark.parametrize("name", list(CASES))
+@pytest.mark.parametrize("figure", list(FIGURES))
+def test_along_a_sweep(name: str, figure: str) -> None:
+    assert_readable(figure_of(name, figure))
+
+
+def test_from_simulation() -> None:
+    study = simulated_study()
+    for picture in pictures(study, simulated_points(study)):
+        assert_readable(picture.figure)
+
+
+@pytest.mark.parametrize("figure", list(FIGURES))
+@pytest.mark.parametrize("kind", ["scenarios", "inclinations"])
+def test_of_a_comparison(kind: str, figure: str) -> None:
+    for drawn in vireport.compare_figure(comparison(kind), figure):
+        assert_readable(drawn)
+
+
+@pytest.mark.slow
+def test_of_what_is_measured() -> None:
+    text = Path(path("inclined")).read_text(encoding="utf-8")
+    study = analyse(loads(f"{text}\naccuracy: {{repeats: 1, ladder: [1, 100]}}\n"), ["png"])
+    measured = list(measured_pictures(study))
+    assert [picture.name for picture in measured] == ["figure-accuracy", "figure-stiffness"]
+    for picture in measured:
+        assert_readable(picture.figure)
+
+
+def test_of_a_map(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    from vireport.sweep.cells import map_plan
+    from vireport.sweep.figures import map_figures
+    from vireport.sweep.run import run_map
+
+    text = (ROOT / "examples" / "maps" / "map.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "map.yaml"
+    file.write_text(text.replace("count: 60", "count: 12").replace("count: 80", "count: 16"), encoding="utf-8")
+    run_map(str(file), tmp_path / "out", workers=1, draw=False)
+    drawn = map_figures(map_plan(load_map(file)), tmp_path / "out" / "map.parquet")
+    assert list(drawn) == ["map-stability", "map-margin", "map-voltage"]
+    for figure in drawn.values():
+        assert_readable(figure)

@@ -1,0 +1,65 @@
+"""Draws the pictures of the README into `examples/pictures`.
+
+    python tools/make_pictures.py            all but what is measured
+    python tools/make_pictures.py --measure  also error against run time, which takes a minute of an idle machine
+
+Needs vireport with its extras for simulation, accuracy and maps.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from subprocess import run
+from tempfile import TemporaryDirectory
+
+import typst
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+PICTURES = EXAMPLES / "pictures"
+
+COMMANDS = {
+    "horizontal": ("run", "horizontal.yaml"),
+    "inclined": ("run", "inclined.yaml"),
+    "inclined-forcing": ("run", "inclined-forcing.yaml"),
+    "simulated": ("run", "simulated.yaml"),
+    "design-point": ("run", "design-point.yaml"),
+    "compare": ("compare", "horizontal.yaml", "inclined.yaml", "inclined-forcing.yaml"),
+    "map": ("sweep", "maps/map.yaml"),
+    "accuracy": ("accuracy", "inclined.yaml"),
+}
+
+SHOWN = {
+    "horizontal-figure-2": "horizontal/figure-2",
+    "horizontal-figure-7": "horizontal/figure-7",
+    "inclined-figure-7": "inclined/figure-7",
+    "inclined-forcing-figure-7": "inclined-forcing/figure-7",
+    "simulated-figure-2": "simulated/figure-2",
+    "simulated-figure-3": "simulated/figure-3",
+    "compare-figure-2": "compare/figure-2",
+    "map-stability": "map/map-stability",
+    "inclined-figure-accuracy": "accuracy/figure-accuracy",
+}
+"""Of each picture, the file that it is, without suffixes."""
+
+FIRST_PAGE = b'#set page(width: auto, height: auto, margin: 0pt)\n#image("report.pdf")'
+
+
+def main() -> None:
+    """Run the examples and copy what the README shows."""
+    left_out = () if "--measure" in sys.argv else ("accuracy",)
+    with TemporaryDirectory() as folder:
+        for name, (command, *files) in COMMANDS.items():
+            if name not in left_out:
+                scenarios = [str(EXAMPLES / file) for file in files]
+                out = str(Path(folder) / name)
+                run([sys.executable, "-m", "vireport", command, *scenarios, "-o", out], check=True)
+        for picture, file in SHOWN.items():
+            if file.partition("/")[0] not in left_out:
+                (PICTURES / f"{picture}.png").write_bytes((Path(folder) / f"{file}.png").read_bytes())
+        page = typst.Compiler(root=str(Path(folder) / "design-point")).compile(FIRST_PAGE, format="png", ppi=70.0)
+        (PICTURES / "design-point-report.png").write_bytes(page)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,186 @@
+"""The bifurcation diagram that comes from simulation alone, with its words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from vireport.figures.captions import conditions
+from vireport.figures.curves import Curve, Floats, impact_pairs, joined
+from vireport.figures.labels import Label
+from vireport.figures.layout import Entry, blank, finished, fit_vertically, say
+from vireport.figures.portraits import short
+from vireport.figures.style import GUIDE, TEXT, Color, Look, style
+from vireport.figures.sweeps import AXES_HEIGHT, NO_MOTION, Drawing, drawing_of
+from vireport.study import Study
+from vireport.text import significant
+
+if TYPE_CHECKING:
+    from vireport.simulation import Diagram
+
+TITLE = "Bifurcation diagram by simulation"
+
+HEIGHT = 3.5
+"""Of the panel [in]."""
+
+MOST_WORDS = 8
+"""Kinds of motion that the diagram tells apart."""
+
+OTHER_WORDS, NOT_PERIODIC = "other", "not periodic"
+
+POINTS: Look = {"linestyle": "none", "markeredgewidth": 0.5, "zorder": 3.0}
+WORDS: tuple[Look, ...] = tuple(
+    POINTS | {"color": color, "marker": marker, "markersize": size}
+    for color, marker, size in (
+        (Color.BLUE, "o", 3.4), (Color.VERMILION, "^", 3.8), (Color.GREEN, "s", 3.0), (Color.PURPLE, "v", 3.8),
+        (Color.ORANGE, "D", 2.8), (Color.SKY, "P", 4.0), (Color.BLACK, "X", 3.8), (Color.WARNING, "*", 5.0),
+    )
+)  # fmt: skip
+"""Looks of the words, the most frequent first."""
+OTHER: Look = POINTS | {"color": Color.GREY, "marker": "p", "markersize": 3.6}
+DOT: Look = POINTS | {
+    "color": Color.GREY, "marker": ".", "markersize": 1.6, "markeredgewidth": 0, "markerfacecolor": Color.GREY,
+}  # fmt: skip
+ANALYTIC: Look = {"color": Color.BLACK, "linewidth": 0.8, "zorder": 2.4}
+
+
+Group = tuple[str, NDArray[np.bool_]]
+"""The name of a kind of motion, and which points of a diagram belong to it."""
+
+
+def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) -> Figure:
+    """Velocities of all impacts of the motions found by simulation, over the stable analytic branches.
+
+    Parameters
+    ----------
+    study : Study
+        With a sweep.
+    diagram : Diagram
+    values, d : ndarray
+        Of the swept parameter and of d, to which the diagram's index refers.
+    """
+    drawing, looks = drawing_of(study), _looks(diagram)
+    analytic = _analytic(drawing)
+    x, speed = (values if drawing.axis.by_value else d)[diagram.index], np.abs(diagram.velocity)
+    with style():
+        figure, ((axes,),) = blank(1)
+        if analytic:
+            axes.plot(*joined(analytic), **ANALYTIC)
+        for (_, points), look in reversed(looks):
+            for wall, face in ((diagram.wall > 0, look["color"]), (diagram.wall < 0, "none")):
+                axes.plot(x[points & wall], speed[points & wall], **{"markerfacecolor": face} | look)
+        if not len(x) and not analytic:
+            say(axes, NO_MOTION)
+        axes.set_ylabel("impact velocity |Ż| [–]")
+        fit_vertically([axes])
+        drawing.axis.dress([axes])
+        labels = [(axes, _critical_points(axes, drawing))]
+        legends = _legends(looks, bool(analytic))
+        return finished(figure, HEIGHT + AXES_HEIGHT, [(conditions(study), Color.BLACK)], legends, labels)
+
+
+def _analytic(drawing: Drawing) -> list[Curve]:
+    """Impact velocities of the stable motions by the formulae."""
+    ratio = drawing.study.solution.device.period_ratio
+    return [
+        (drawing.axis.of(part.branch.motions)[part.rows], y[part.rows])
+        for part in drawing.parts
+        if part.stable
+        for y in impact_pairs(part.branch.motions, ratio)[0]
+    ]
+
+
+def _critical_points(axes: Axes, drawing: Drawing) -> list[Label]:
+    """Show where the critical points are, and return their labels, to stand anywhere along that line."""
+    low, high = axes.get_ylim()
+    y = np.linspace(low, high, 24)[1:-1]
+    labels = []
+    for event in drawing.events:
+        branch, row = event.places[0]
+        at = float(drawing.axis.of(branch.motions)[row])
+        axes.axvline(at, **GUIDE)
+        labels.append(Label(event.point.label, np.full(len(y), at), y, TEXT - 1.5, Color.GREY))
+    return labels
+
+
+def _legends(looks: Sequence[tuple[Group, Look]], analytic: bool) -> list[list[Entry]]:
+    words: list[Entry] = [
+        (name, look | {"markersize": max(1.4 * look["markersize"], 4.0)}) for (name, _), look in looks
+    ]
+    notes: list[Entry] = []
+    if looks:
+        ring = OTHER | {"marker": "o", "markersize": 4.8}
+        notes += [("bottom", ring), ("top", ring | {"markerfacecolor": "white"})]
+    if analytic:
+        notes.append(("stable 1:1 motion, analytic", ANALYTIC))
+    return [words, notes]
+
+
+def _looks(diagram: Diagram) -> list[tuple[Group, Look]]:
+    """The kinds of motion in a diagram, and how their points look."""
+    words = iter(WORDS)
+    special = {OTHER_WORDS: OTHER, NOT_PERIODIC: DOT}
+    return [(group, special.get(group[0]) or next(words)) for group in groups(diagram)]
+
+
+def groups(diagram: Diagram) -> list[Group]:
+    """The words of a diagram, those found at most values first, the rest of them, and what is not periodic."""
+    words = [(short(name), diagram.label == k) for k, name in enumerate(diagram.labels) if is_word(name)]
+    words = sorted((word for word in words if word[1].any()), key=lambda word: (-len(_values(diagram, word)), word[0]))
+    rest = np.logical_or.reduce([np.zeros(len(diagram.label), bool), *(points for _, points in words[MOST_WORDS:])])
+    loose = np.isin(diagram.label, [k for k, name in enumerate(diagram.labels) if not is_word(name)])
+    others = [(OTHER_WORDS, rest), (NOT_PERIODIC, loose)]
+    return words[:MOST_WORDS] + [group for group in others if group[1].any()]
+
+
+def is_word(label: str) -> bool:
+    """Whether a label of a diagram is a word of impacts."""
+    return bool(label) and set(label) <= set("BT~")
+
+
+def _values(diagram: Diagram, group: Group) -> NDArray[np.int64]:
+    """Indices of the values of the swept parameter at which a kind of motion was found."""
+    return np.unique(diagram.index[group[1]])
+
+
+def diagram_caption(study: Study, diagram: Diagram, values: Floats) -> str:
+    """The caption of the diagram: what is drawn, and at how many values each motion was found."""
+    about = (
+        "Velocity |Ż| of every impact of the motions that the simulation ends on, by the word of the motion: B and T "
+        "are the impacts of a period on the bottom and on the top, ~ chatter that ends in sticking. Filled: bottom; "
+        "open: top. Thin lines: the stable 1:1 motion by the formulae."
+    )
+    level = ["Where both impacts are equally fast, filled markers cover open ones."]
+    return " ".join(
+        [about, *(level if study.solution.horizontal else []), f"{conditions(study)}.", *_found(study, diagram, values)]
+    )
+
+
+def diagram_alt(study: Study, diagram: Diagram, values: Floats) -> str:
+    """A description of the diagram for those who do not see it."""
+    swept = study.solution.sweep.parameter.quantity if study.solution.sweep else "swept parameter"
+    return " ".join(
+        [f"Scatter chart of impact velocities over the {swept}, by simulation.", *_found(study, diagram, values)]
+    )
+
+
+def _found(study: Study, diagram: Diagram, values: Floats) -> Iterator[str]:
+    """At how many values each motion was found, and where."""
+    if not len(diagram.index):
+        yield "No motion was found that has impacts."
+        return
+    swept, where = study.solution.parameter, []
+    for group in groups(diagram):
+        found = values[_values(diagram, group)]
+        low, high = (significant(float(end), 4) for end in (found.min(), found.max()))
+        span = swept.with_unit(high) if low == high else f"{low} to {swept.with_unit(high)}"
+        where.append(f"{group[0]} at {len(found)} ({swept.symbol} = {span})")
+    yield f"Motions at {len(values)} value{'s' * (len(values) != 1)}: {'; '.join(where)}."
+    others = [label for label in diagram.labels if not is_word(label) and "periodic" not in label]
+    if others:
+        yield f"From some starts the ball ends {', or '.join(others)}, which has no impacts."

@@ -1,0 +1,164 @@
+"""Writes labels next to the points they belong to, clear of curves, markers and each other.
+
+Each label is tried at some distances around each of its points; the place that covers least is taken. What lies
+where is counted on a grid of small cells, which is read from the lines of the panel. Lengths are in points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.font_manager import FontProperties
+from matplotlib.lines import Line2D
+
+from vireport.figures.curves import Floats
+from vireport.figures.style import TEXT, Color, Look
+
+CELL = 2.5
+"""Side of a cell: about the width of a curve."""
+
+CLEARANCE, INSET = 2.0, 1.5
+"""Free room around a label, and between a label and the frame."""
+
+REACH = (5.0, 9.0, 14.0, 21.0, 32.0)
+"""Distances from the point to the edge of the label that are tried."""
+
+LEADER_FROM = 13.0
+"""Distance from which a line leads from the label to its point."""
+
+LEADER: Look = {"color": Color.BLACK, "linewidth": 0.5, "zorder": 5}
+
+DIRECTIONS = np.stack([np.cos(np.arange(12) * np.pi / 6), np.sin(np.arange(12) * np.pi / 6)], axis=1)
+
+# How bad it is to cover a cell of a line that only guides the eye, of a curve, a marker and another label.
+ON_GUIDE, ON_CURVE, ON_MARKER, ON_LABEL = 0.1, 1.0, 8.0, 40.0
+# How bad it is to stand nearer to the point of another label, to be far [1/pt], and to prefer a later point.
+NEARER_TO_OTHER, FAR, LATER = 6.0, 0.06, 0.3
+OFF_PANEL = 1e6
+
+GUIDES_UP_TO = 1.4
+"""Drawing order of the lines that only guide the eye."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Label:
+    """A text and the points in data coordinates that it may stand at, the preferred one first."""
+
+    text: str
+    x: Floats
+    y: Floats
+    size: float = TEXT
+    color: str = Color.BLACK
+
+
+def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
+    """Write each label where it covers least, in the order given; a label whose points are off the panel is left out.
+
+    The layout of the figure must be final.
+    """
+    panel = _Panel(axes)
+    anchors = [panel.inside(panel.points(np.column_stack([label.x, label.y]), axes.transData)) for label in labels]
+    for k, label in enumerate(labels):
+        if len(anchors[k]):
+            others = np.concatenate([np.empty((0, 2)), *anchors[:k], *anchors[k + 1 :]])
+            _write(panel, label, anchors[k], others)
+
+
+class _Panel:
+    """A panel, and for each of its cells how bad it is to cover it; points are taken from its lower left corner."""
+
+    def __init__(self, axes: Axes) -> None:
+        self.axes = axes
+        self.scale = 72 / axes.figure.dpi
+        self.size = np.array(axes.bbox.size) * self.scale
+        self.cost = np.zeros((self.size[::-1] / CELL).astype(np.intp) + 2)
+        for line in axes.lines:
+            points = self.points(np.asarray(line.get_xydata()), line.get_transform())
+            if line.get_linestyle() != "None" and len(points) > 1:
+                self.cover_segments(points, ON_GUIDE if line.get_zorder() <= GUIDES_UP_TO else ON_CURVE)
+            if line.get_marker() not in ("None", None, ""):
+                self.cover(points, ON_MARKER)
+
+    def points(self, values: Floats, transform: Any) -> Floats:
+        return np.asarray((transform.transform(values) - self.axes.bbox.p0) * self.scale)
+
+    def inside(self, points: Floats) -> Floats:
+        return points[((points >= 0) & (points <= self.size)).all(axis=1)]
+
+    def cover(self, points: Floats, cost: float) -> None:
+        column, row = (self.inside(points) / CELL).astype(np.intp).T
+        self.cost[row, column] = np.maximum(self.cost[row, column], cost)
+
+    def cover_segments(self, points: Floats, cost: float) -> None:
+        """Record lines between points, which are broken where they are NaN."""
+        steps = np.diff(points, axis=0)
+        lengths = np.hypot(*steps.T)
+        longest = lengths[lengths < 2 * self.size.sum()].max(initial=CELL)
+        part = np.arange(0, 1, CELL / longest)[:, None, None]
+        self.cover(np.concatenate([(points[:-1] + part * steps).reshape(-1, 2), points[-1:]]), cost)
+
+    def covered(self, low: Floats, high: Floats) -> Floats:
+        """How bad it is to cover each of some rectangles."""
+        total = np.pad(self.cost.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+        left, bottom, right, top = self._cells(low - CLEARANCE, high + CLEARANCE)
+        off = ((low < INSET) | (high > self.size - INSET)).any(axis=1)
+        inner = total[top, right] - total[bottom, right] - total[top, left] + total[bottom, left]
+        return np.asarray(inner + OFF_PANEL * off)
+
+    def crossed(self, starts: Floats, ends: Floats) -> Floats:
+        """How bad it is to draw each of some leaders, which may cross curves but no labels."""
+        points = starts + np.linspace(0.2, 0.8, 13)[:, None, None] * (ends - starts)
+        column, row = np.moveaxis(np.clip(points, 0, self.size) / CELL, -1, 0).astype(np.intp)
+        return np.asarray(ON_LABEL * (self.cost[row, column] >= ON_LABEL).any(axis=0))
+
+    def take(self, low: Floats, high: Floats) -> None:
+        left, bottom, right, top = self._cells(low, high)
+        self.cost[bottom:top, left:right] += ON_LABEL
+
+    def _cells(self, low: Floats, high: Floats) -> tuple[Any, Any, Any, Any]:
+        most = np.array(self.cost.shape[::-1]) - 1
+        left, bottom = np.clip(low / CELL, 0, most).astype(np.intp).T
+        right, top = np.clip(high / CELL, 0, most).astype(np.intp).T + 1
+        return left, bottom, right, top
+
+
+def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None:
+    """Write one label next to one of its points, and record it; `others` are the points of other labels."""
+    canvas: Any = panel.axes.figure.canvas
+    font = FontProperties(size=label.size)
+    width, height, descent = canvas.get_renderer().get_text_width_height_descent(label.text, font, False)
+    half = np.array([width, height - descent]) * panel.scale / 2
+    distance = np.array(REACH)[:, None, None] + (np.abs(DIRECTIONS) @ half)[None, :, None]
+    offsets = (distance * DIRECTIONS).reshape(-1, 2)
+    centres = (anchors[:, None, :] + offsets).reshape(-1, 2)
+    order = np.repeat(np.arange(len(anchors)), len(offsets))
+    far = np.tile(np.repeat(REACH, len(DIRECTIONS)), len(anchors))
+    own = np.hypot(*(centres - anchors[order]).T)
+    to_others = np.hypot(*(centres.T[:, :, None] - others.T[:, None])).min(axis=1, initial=np.inf)
+    cost = panel.covered(centres - half, centres + half) + FAR * far + LATER * order
+    cost += NEARER_TO_OTHER * (to_others < own + CLEARANCE) + panel.crossed(anchors[order], centres) * (
+        far >= LEADER_FROM
+    )
+    best = int(np.argmin(cost))
+    anchor, centre = anchors[order[best]], centres[best]
+    panel.take(centre - half, centre + half)
+    if far[best] >= LEADER_FROM:
+        to_edge = 1 - np.min(half / np.maximum(np.abs(centre - anchor), half))
+        leader = np.stack([anchor, anchor + to_edge * (centre - anchor)])
+        panel.cover_segments(leader, ON_CURVE)
+        panel.axes.add_artist(Line2D(*(leader / panel.size).T, transform=panel.axes.transAxes, **LEADER))
+    panel.axes.text(
+        centre[0] / panel.size[0],
+        centre[1] / panel.size[1],
+        label.text,
+        transform=panel.axes.transAxes,
+        ha="center",
+        va="center_baseline",
+        size=label.size,
+        color=label.color,
+        zorder=6,
+    )

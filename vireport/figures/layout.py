@@ -1,0 +1,298 @@
+"""What all figures are built from: panels in rows and columns, a heading with legends, ticks, the axis of a sweep.
+
+Matplotlib's constrained layout places everything; labels are written once it is final.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from string import ascii_lowercase
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, MaxNLocator
+from matplotlib.transforms import ScaledTranslation
+
+from vireport.analysis import Sweep
+from vireport.figures.curves import Floats
+from vireport.figures.labels import Label, write_labels
+from vireport.figures.style import SMALL, TEXT, WIDTH, Look, NotebookFigure
+from vireport.scenario import Parameter
+from vireport.text import MINUS, PREFIXES, TIMES, significant
+
+Entry = tuple[str, Look]
+"""Of a legend: a name, and the look of its line or marker."""
+
+EDGE, LINE_GAP = 0.07, 0.06
+"""Room at the edges of a figure, and between the lines of its heading [in]."""
+
+ACROSS = 5.75
+"""Width of a panel, or of the panels beside one another, for the choice of ticks [in]."""
+
+LETTER = 0.58 * SMALL / 72
+"""Mean width of a letter of the small size [in]."""
+
+TICK_DIGITS = 12
+"""Significant digits of tick labels: fewer than rounding errors leave alone."""
+
+ROUND_STEPS = (1, 2, 5, 10)
+MOST_TICKS = 8
+
+SEVERAL_DECADES = 5.0
+"""Ratio of the ends of a range from which 1, 2, 5, 10, ... are tried as ticks."""
+
+TOP_LABEL, LETTER_RISE = 13.0, 4.0
+"""Height of the label of the axis along the top over the ticks there, and of a panel's letter over its frame [pt]."""
+
+MARGIN_X, MARGIN_Y = 0.015, 0.07
+"""Room between what is drawn and the frame, as a share of the range; vertically for labels too."""
+
+LEAST_RANGE = 1e-6
+"""Range over size up to which values are the same but for rounding errors."""
+
+
+def blank(rows: int, columns: int = 1, **shared: Any) -> tuple[Figure, Any]:
+    """A figure with an array of empty panels; `shared` are arguments of `Figure.subplots`."""
+    figure = NotebookFigure(figsize=(WIDTH, WIDTH), layout="constrained", facecolor="white")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, squeeze=False, **shared)
+
+
+def finished(
+    figure: Figure,
+    height: float,
+    lines: Sequence[tuple[str, str]],
+    legends: Iterable[Sequence[Entry]],
+    labels: Sequence[tuple[Axes, Sequence[Label]]] = (),
+) -> Figure:
+    """Write the heading of a figure, lay the figure out and write the labels of its panels.
+
+    Parameters
+    ----------
+    figure : Figure
+    height : float
+        Of everything under the heading [in].
+    lines : sequence of (str, str)
+        Lines of text and their colours.
+    legends : iterable of sequence of Entry
+        Each begins a line.
+    labels : sequence of (Axes, sequence of Label)
+    """
+    heading: list[Artist] = [figure.text(0, 0, text, color=color, size=SMALL, va="top") for text, color in lines]
+    heading += [_legend(figure, entries) for entries in legends if entries]
+    heights = [item.get_window_extent().height / figure.dpi for item in heading]
+    total = height + sum(heights) + LINE_GAP * (len(heights) + 1)
+    figure.set_figheight(total)
+    top = total - LINE_GAP
+    for item, own in zip(heading, heights, strict=True):
+        place = EDGE / WIDTH, top / total
+        if isinstance(item, Legend):
+            item.set_bbox_to_anchor(place, transform=figure.transFigure)
+        else:
+            item.set(position=place)
+        top -= own + LINE_GAP
+    layout: Any = figure.get_layout_engine()
+    layout.set(rect=(0, 0, 1, top / total))
+    layout.execute(figure)
+    figure.set_layout_engine("none")
+    for axes, texts in labels:
+        write_labels(axes, texts)
+    return figure
+
+
+def _legend(figure: Figure, entries: Sequence[Entry]) -> Legend:
+    """A legend in as many columns as fit, to be read line by line."""
+    only_marks = all(look.get("linestyle") == "none" for _, look in entries)
+    for columns in range(len(entries), 0, -1):
+        ordered = [entry for k in range(columns) for entry in entries[k::columns]]
+        legend = figure.legend(
+            [Line2D([], [], **look) for _, look in ordered],
+            [name for name, _ in ordered],
+            ncols=columns,
+            loc="upper left",
+            bbox_to_anchor=(0, 1),
+            handlelength=1.0 if only_marks else None,
+        )
+        if columns == 1 or legend.get_window_extent().width <= (WIDTH - 2 * EDGE) * figure.dpi:
+            break
+        legend.remove()
+    return legend
+
+
+def letter_of(number: int) -> str:
+    """The letter of a panel: a to z, then aa, bb, ..."""
+    return ascii_lowercase[number % 26] * (number // 26 + 1)
+
+
+def letter_panels(panels: Sequence[Axes], first: int = 0) -> None:
+    """Letter panels that are above one another: the first beside the label of the axis along its top."""
+    for k, axes in enumerate(panels):
+        rise = LETTER_RISE if k else LETTER_RISE + TOP_LABEL
+        offset = ScaledTranslation(0, rise / 72, axes.figure.dpi_scale_trans)
+        axes.text(0, 1, f"({letter_of(first + k)})", transform=axes.transAxes + offset, size=SMALL)
+
+
+def say(axes: Axes, text: str) -> None:
+    """Write a sentence in the middle of a panel that shows nothing else."""
+    box = {"facecolor": "white", "edgecolor": "none"}
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", size=TEXT + 1, bbox=box)
+
+
+def widened(low: float, high: float, share: float) -> tuple[float, float]:
+    """A range with room at both ends; one that is next to nothing becomes wide enough to be drawn."""
+    least = LEAST_RANGE * max(abs(low), abs(high)) or 1.0
+    if high - low < least:
+        low, high = (low + high - least) / 2, (low + high + least) / 2
+    margin = share * (high - low)
+    return low - margin, high + margin
+
+
+def fit_vertically(panels: Sequence[Axes], ticks: int = 6) -> None:
+    """Let panels that share a vertical axis hold all that is drawn on them; where that is nothing, without ticks."""
+    low = min(float(axes.dataLim.y0) for axes in panels)
+    high = max(float(axes.dataLim.y1) for axes in panels)
+    if low <= high:
+        panels[0].set_ylim(*widened(low, high, MARGIN_Y))
+        # A number of ticks that does not depend on the height, which the layout has still to find.
+        panels[0].yaxis.set_major_locator(MaxNLocator(ticks, steps=ROUND_STEPS))
+    else:
+        panels[0].set_ylim(0.0, 1.0)
+        panels[0].set_yticks([])
+
+
+def prefix(values: Iterable[Floats]) -> int:
+    """Power of ten of the prefix that brings the largest value between 1 and 1000."""
+    largest = max((float(np.abs(y).max(initial=0.0, where=~np.isnan(y))) for y in values), default=0.0)
+    if largest == 0:
+        return 0
+    return int(np.clip(3 * np.floor(np.log10(largest) / 3), min(PREFIXES), max(PREFIXES)))
+
+
+def round_ticks(
+    low: float, high: float, width: float, place: Callable[[Floats], Floats] | None = None
+) -> tuple[list[float], list[str]]:
+    """Round numbers in a range, as many as there is room for, and their labels.
+
+    Parameters
+    ----------
+    low, high : float
+        The range, ascending.
+    width : float
+        Of the axis [in].
+    place : callable, optional
+        From values to shares of the width, where the axis is not linear.
+    """
+
+    def fit(values: Sequence[float], texts: Sequence[str]) -> bool:
+        x = np.array(values)
+        places = np.sort(place(x) if place else (x - low) / (high - low))
+        return bool((np.diff(places) * width >= (max(map(len, texts), default=0) + 2) * LETTER).all())
+
+    choices = []
+    for count in range(MOST_TICKS, 0, -1):
+        values = _within(MaxNLocator(count, steps=ROUND_STEPS).tick_values(low, high), low, high)
+        if fit(values, texts := tick_labels(values)):
+            choices.append((values, texts))
+            break
+    if place and high > SEVERAL_DECADES * low > 0:
+        values = []
+        for value in _within(LogLocator(subs=(1, 2, 5)).tick_values(low, high), low, high):
+            if fit([*values, value], [significant(value)]):
+                values.append(value)
+        choices.append((values, [significant(value) for value in values]))
+    return max(choices, key=lambda choice: len(choice[0]), default=([], []))
+
+
+def _within(values: Iterable[float], low: float, high: float) -> list[float]:
+    rounded = (float(f"{value:.{TICK_DIGITS}g}") for value in values)
+    return [value for value in rounded if low <= value <= high]
+
+
+def tick_labels(values: Sequence[float]) -> list[str]:
+    """Labels of ticks at even steps, all with the same number of decimals."""
+    texts = [significant(value, TICK_DIGITS) for value in values]
+    if any(TIMES in text for text in texts):
+        return texts
+    decimals = max((len(text.partition(".")[2]) for text in texts), default=0)
+    return [f"{value:.{decimals}f}".replace("-", MINUS) if value else "0" for value in values]
+
+
+@dataclass(frozen=True, slots=True)
+class SweepAxis:
+    """The axis along a sweep from `low` to `high`: d, or the inclination where that varies and d is held."""
+
+    sweep: Sweep
+    low: float
+    high: float
+
+    @property
+    def by_value(self) -> bool:
+        """Whether it is the swept parameter itself."""
+        return self.sweep.parameter is Parameter.INCLINATION
+
+    def of(self, motions: Any) -> Floats:
+        """Where motions (anything with `sweep_value` and `d`) stand."""
+        return np.asarray(motions.sweep_value if self.by_value else motions.d)
+
+    def of_value(self, value: float) -> float:
+        """Where a value of the swept parameter stands."""
+        return value if self.by_value else float(self.sweep.coordinate_of(value))
+
+    def dress(self, panels: Sequence[Axes], columns: int = 1, above: str = "") -> None:
+        """Give a column of panels its limits, ticks and labels: d below it and the swept parameter above.
+
+        Parameters
+        ----------
+        panels : sequence of Axes
+            From the top one down; they share this axis.
+        columns : int
+            How many are beside one another.
+        above : str
+            A line over the axis along the top.
+        """
+        swept, width = self.sweep.parameter, ACROSS / columns
+        group, formula = ("gravity ḡ", "M g sin β / F") if self.by_value else ("distance d", "4 M s f² / F")
+        quantity = swept.quantity.partition(" ")[0]
+        if columns == 1:
+            group, quantity = f"{group} = {formula}", swept.quantity
+        names = f"{group} [–]", f"{quantity} {swept.symbol} [{swept.unit}]"
+        below, over = reversed(names) if self.by_value else names
+        margin = MARGIN_X * (self.high - self.low)
+        panels[-1].set_xlim(self.low - margin, self.high + margin)
+        panels[-1].set_xticks(*round_ticks(self.low, self.high, width))
+        panels[-1].set_xlabel(below)
+        top = panels[0].secondary_xaxis("top")
+        top.set_xticks(*self._along_top(width))
+        top.set_xlabel(f"{above}\n{over}" if above else over)
+
+    def _along_top(self, width: float) -> tuple[Floats, list[str]]:
+        """Places and labels of the ticks of the swept parameter, or of gbar where the inclination varies."""
+        sweep = self.sweep
+        d, (start, end) = sweep.coordinate_of(sweep.start), sorted((float(sweep.start), float(sweep.end)))
+        if self.by_value:
+            start, end = (float(gbar) for gbar in sweep.coordinate_range)
+
+        def place(values: Floats) -> Floats:
+            return np.asarray(sweep.value(d, values) if self.by_value else sweep.coordinate_of(values))
+
+        def share(values: Floats) -> Floats:
+            return (place(values) - self.low) / (self.high - self.low)
+
+        linear = sweep.parameter is Parameter.LENGTH
+        values, texts = round_ticks(start, end, width, None if linear else share)
+        return place(np.array(values)), texts
+
+
+def sweep_axis(sweep: Sweep) -> SweepAxis:
+    """The axis along a sweep."""
+    low, high = sorted((float(sweep.start), float(sweep.end)))
+    if sweep.parameter is not Parameter.INCLINATION:
+        low, high = (float(d) for d in sweep.coordinate_range)
+    return SweepAxis(sweep, low, high)

@@ -1,0 +1,72 @@
+"""Which figures a study has, each drawn and with its words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from vireport.figures.captions import TITLES, alt_text, caption, conditions
+from vireport.figures.curves import Simulated
+from vireport.figures.style import Picture
+from vireport.figures.sweeps import figure_2, figure_4, figure_7
+from vireport.study import Study, Task
+
+
+def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture, ...]:
+    """Draw the figures that a study's plan runs, in the order of their names.
+
+    Parameters
+    ----------
+    study : Study
+    simulated : Simulated, optional
+        Motions from a simulation, drawn over the analytic ones.
+    """
+    drawn = [*_along_sweep(study, simulated), *_simulated(study), *measured_pictures(study)]
+    return tuple(sorted(drawn, key=lambda picture: picture.name))
+
+
+def _along_sweep(study: Study, simulated: Simulated | None) -> Iterator[Picture]:
+    draw = {
+        Task.FIGURE_2: lambda: figure_2(study, simulated),
+        Task.FIGURE_4: lambda: figure_4(study),
+        Task.FIGURE_7: lambda: figure_7(study, simulated),
+    }
+    for name, title in TITLES.items():
+        if study.plan.runs(name):
+            words = title, caption(study, name, simulated), alt_text(study, name, simulated)
+            yield Picture(name, *words, draw[name]())
+
+
+def _simulated(study: Study) -> Iterator[Picture]:
+    """What comes from simulation alone."""
+    check = study.crosscheck
+    if check is None:
+        return
+    from vireport.figures import diagram as bifurcation
+    from vireport.figures import portraits
+
+    held = conditions(study, check.parameter)
+    for name, draw, motions in (
+        (Task.FIGURE_3, portraits.figure_3, check.portraits),
+        (Task.FIGURE_6, portraits.figure_6, check.displacements),
+    ):
+        if study.plan.runs(name):
+            words = portraits.portrait_caption(name, motions, held), portraits.portrait_alt(name, motions)
+            yield Picture(name, portraits.TITLES[name], *words, draw(motions, held))
+    name, points = Task.FIGURE_DIAGRAM, check.diagram
+    if study.plan.runs(name) and points is not None:
+        about = study, points, check.values
+        words = bifurcation.diagram_caption(*about), bifurcation.diagram_alt(*about)
+        yield Picture(name, bifurcation.TITLE, *words, bifurcation.figure_diagram(*about, check.d))
+
+
+def measured_pictures(study: Study) -> Iterator[Picture]:
+    """Draw what a study has measured, as its plan says: error against run time, and solvers on stiff membranes."""
+    work, compliance = study.work, study.compliance
+    if study.plan.runs(Task.FIGURE_ACCURACY) and work is not None and work.quantities:
+        from vireport.figures import accuracy
+
+        yield accuracy.picture(work)
+    if study.plan.runs(Task.FIGURE_STIFFNESS) and compliance is not None and compliance.runs:
+        from vireport.figures import stiffness
+
+        yield stiffness.picture(compliance)

@@ -1,0 +1,141 @@
+"""Solvers on stiff membranes, and how the compliant motion tends to the rigid one: the figure and its words."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vireport.figures.labels import Label
+from vireport.figures.layout import Entry, blank, finished
+from vireport.figures.style import DASHED, GUIDE, Color, Look, Picture, style
+from vireport.study import Task
+from vireport.text import significant
+from vireport.trust import (
+    ADAPTIVE,
+    FIXED,
+    WRONG,
+    Compliance,
+    Outcome,
+    SolverRun,
+    factor_text,
+    findings,
+    quantity_label,
+)
+
+HEIGHTS = 3.4, 2.7
+"""Of the panels with their ticks and labels [in]."""
+
+MARKERS = dict(zip((FIXED, *ADAPTIVE), ("x", "o", "s", "^", "v", "D", "P"), strict=True))
+STIFFNESSES = (Color.BLUE, Color.ORANGE, Color.VERMILION)
+SIZES = (3.6, 5.0, 6.8)
+MARK: Look = {"linestyle": "none", "markersize": 5.0, "markeredgewidth": 1.0, "zorder": 3.0}
+HOLLOW = {"markerfacecolor": "white"}
+QUANTITIES = {"velocity": (Color.BLUE, "o"), "phase": (Color.GREEN, "s"), "critical value": (Color.PURPLE, "^")}
+THEORY: Look = {"color": Color.GREY, "linewidth": 0.9, "linestyle": DASHED, "zorder": 2.2}
+
+SMALLEST, LARGEST = 1e-16, 10.0
+"""Errors as which smaller and larger ones are drawn, the larger one also where a run did not reach the end."""
+
+SMALLEST_ON_AXIS = 1e-3
+"""The axis of errors reaches down at least to here."""
+
+
+def figure_stiffness(study: Compliance) -> Figure:
+    """Error against run time for each solver at three stiffnesses, and the distance from the rigid motion over K.
+
+    Parameters
+    ----------
+    study : Compliance
+        With runs.
+    """
+    shown = shown_factors(study)
+    solvers: list[Entry] = [(name, MARK | {"marker": marker, "color": Color.BLACK}) for name, marker in MARKERS.items()]
+    colors: list[Entry] = [
+        (f"K times {factor_text(f)}", MARK | {"marker": "o", "color": color, "markersize": size})
+        for f, color, size in zip(shown, STIFFNESSES, SIZES, strict=False)
+    ]
+    colors.append(("hollow or at the top: failed", MARK | HOLLOW | {"marker": "o", "color": Color.BLACK}))
+    with style():
+        figure, panels = blank(2, height_ratios=HEIGHTS)
+        (errors, rates) = panels[:, 0]
+        for axes, letter in ((errors, "a"), (rates, "b")):
+            axes.set_title(f"({letter})", loc="left")
+            axes.set_xscale("log")
+            axes.set_yscale("log")
+        _errors(errors, study, shown)
+        names = _rates(rates, study)
+        figure.align_ylabels([errors, rates])
+        return finished(figure, sum(HEIGHTS), [], [solvers, colors], [(rates, names)])
+
+
+def picture(study: Compliance) -> Picture:
+    """The figure with its words."""
+    title = "Solvers on stiff membranes, and the way to rigid impacts"
+    return Picture(Task.FIGURE_STIFFNESS, title, caption(study), alt_text(study), figure_stiffness(study))
+
+
+def shown_factors(study: Compliance) -> list[float]:
+    """The softest, middle and stiffest membrane that solvers were tried on."""
+    factors = sorted({run.factor for run in study.runs})
+    return sorted({factors[0], factors[len(factors) // 2], factors[-1]}) if factors else []
+
+
+def caption(study: Compliance) -> str:
+    """What is drawn and how."""
+    return (
+        "(a) Error of solvers that take the whole equation over one period in one go, in (Z, Z\u2032) at its end, "
+        "against run time: the shape of a marker is the solver, its colour and size the stiffness. A marker is hollow "
+        f"where the error exceeds {WRONG:g}, and at the top where the run did not reach the end; the fixed-step RK4 "
+        "is a cross. (b) Relative distance of the velocity at the bottom and of the critical point, and distance of "
+        "the phase [rad], from their rigid values; the dashed lines have the slope expected, "
+        f"K^({significant(-study.order, 3)}). {_slopes(study)}"
+    )
+
+
+def alt_text(study: Compliance) -> str:
+    """A description for those who do not see it."""
+    return " ".join(["Two scatter charts with logarithmic axes.", *findings(study), _slopes(study)])
+
+
+def _slopes(study: Compliance) -> str:
+    fitted = [f"{quantity_label(study, x)} {significant(x.exponent, 4)}" for x in study.convergence if x.exponent]
+    return f"Fitted exponents: {', '.join(fitted)}." if fitted else "No exponent could be fitted."
+
+
+def _errors(axes: Axes, study: Compliance, shown: list[float]) -> None:
+    axes.set_xlabel("run time [ms]")
+    axes.set_ylabel("error at the end of the period [–]")
+    for run in study.runs:
+        if run.factor in shown:
+            k = shown.index(run.factor)
+            look = MARK | {"marker": MARKERS[run.solver], "color": STIFFNESSES[k], "markersize": SIZES[k]}
+            look |= {} if run.outcome is Outcome.SOLVED else HOLLOW
+            axes.plot(1e3 * run.seconds, _height(run), **look)
+    axes.axhline(WRONG, **GUIDE)
+    low = min(axes.get_ylim()[0], SMALLEST_ON_AXIS)
+    axes.set_ylim(low, 2 * LARGEST)
+    axes.minorticks_off()
+
+
+def _height(run: SolverRun) -> float:
+    return LARGEST if run.error is None else min(max(run.error, SMALLEST), LARGEST)
+
+
+def _rates(axes: Axes, study: Compliance) -> list[Label]:
+    """Draw the distances from rigid impacts, and return the names of the lines."""
+    axes.set_xlabel("stiffness over the scenario's K [–]")
+    axes.set_ylabel("distance from rigid [–], [rad]")
+    names = []
+    for quantity in study.convergence:
+        known = [(rung.factor, d) for rung, d in zip(study.rungs, quantity.distances, strict=True) if d]
+        if not known:
+            continue
+        factors, distances = np.array(known).T
+        color, marker = QUANTITIES[quantity.quantity]
+        axes.plot(factors, distances[-1] * (factors / factors[-1]) ** -study.order, **THEORY)
+        axes.plot(factors, distances, **MARK | {"color": color, "marker": marker})
+        later = len(known) // 2
+        names.append(Label(quantity_label(study, quantity), factors[later:], distances[later:]))
+    axes.minorticks_off()
+    return names
