@@ -16,10 +16,7 @@ import pytest
 from junitparser import Failure, JUnitXml
 
 from vireport import analyse, load, loads
-from vireport.analysis.design import design_point
-from vireport.analysis.diagram import solve
-from vireport.analysis.endings import endings
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import Sweep, design_point, endings, solve
 from vireport.cli.app import main
 from vireport.gate.criteria import held, unmet
 from vireport.gate.requirements import assess, with_peaks

@@ -10,6 +10,7 @@ from math import inf
 import numpy as np
 
 from vireport.analysis import (
+    Held,
     Level,
     coefficients,
     level_terms,
@@ -197,7 +198,7 @@ def _on_surface(base: Base, u: float, gbar: float | None) -> Finding:
     if u == 0.0 or abs(u) > 0.49:
         phase = np.linspace(0.1, 3.0, 30)  # gbar is then what belongs to it: for q = 1/2 it is zero
     else:
-        a, b, c = (float(x) for x in level_terms(Level("gbar", own), coefficients(np.array(u), r, n), u, r, n))
+        a, b, c = (float(x) for x in level_terms(Level(Held.GBAR, own), coefficients(np.array(u), r, n), u, r, n))
         size = float(np.hypot(a, b))
         if size == 0 or abs(c) > size:
             return Finding("no solution at this q, on either sheet")

@@ -15,7 +15,6 @@ from vireport.analysis import (
     Family,
     motions_of,
     sample,
-    select,
 )
 from vireport.extremes.checks import (
     BOUND,
@@ -188,10 +187,10 @@ def _all_changes(base: Base) -> Finding:
         orbit = curve.at(np.full(TRACES, k), dense)
         within = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
         within &= (orbit.d >= curve.bounds[0]) & (orbit.d <= curve.bounds[1])
-        orbit = select(orbit, within)
+        orbit = orbit.select(within)
         place = np.flatnonzero(within)
         within = motions_of(curve.sweep, curve.level, orbit).admissible
-        orbit, place = select(orbit, within), place[within]
+        orbit, place = orbit.select(within), place[within]
         trace = exact.trace((orbit.velocity_bottom, orbit.phi, orbit.u), orbit.gbar, r, curve.n, np)
         focus = np.abs(trace) < 2 * r * r
         counted += int(np.sum((focus[1:] != focus[:-1]) & (np.diff(place) == 1)))

@@ -26,7 +26,6 @@ from vireport.analysis import (
     impact_velocities,
     solve,
     stable_ranges,
-    stable_runs,
 )
 from vireport.errors import NumericalError
 from vireport.gate.criteria import DIGITS, Criterion, Judgement, LineOf, criterion, held
@@ -223,7 +222,7 @@ def _spread(solution: Solution, asked: Requirements, limit: float) -> Judgement:
     bound = 0.0
     for branch, bounds in zip(diagram.branches, solution.bounds.branches, strict=True):
         volts = cast(Voltages, branch.voltages)
-        for first, last in stable_runs(branch):
+        for first, last in branch.stable_runs():
             rows = slice(first, last + 1)
             value, u_ave = with_peaks(branch.motions.sweep_value[rows], volts.average_v[rows])
             found.append(u_ave[(value >= low) & (value <= high)])

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from math import atan2, cos, pi, sin, sqrt
 
 from vireport.analysis import (
+    Held,
     Orbits,
     Sweep,
     coefficients,
@@ -133,7 +134,8 @@ def closed_critical(wanted: Wanted, stop: float, budget: Budget) -> float:
         start = [wanted.guess.q - 0.5, wanted.guess.phase]
         found = quasi_newton(residual, start, DIFFERENCE, stop, ROUNDING)
     end = orbit(found)
-    d, gbar = (level.value if level.kind == name else float(getattr(end, name)) for name in ("d", "gbar"))
+    d = level.value if level.held is Held.D else float(end.d)
+    gbar = level.value if level.held is Held.GBAR else float(end.gbar)
     return float(wanted.sweep.value(d, gbar))
 
 

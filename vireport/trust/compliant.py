@@ -22,13 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.errors import NumericalError
-from vireport.physics import (
-    Device,
-    Membrane,
-    contacts,
-    displacement,
-    velocity,
-)
+from vireport.physics import Device, Membrane, contacts
+from vireport.physics import flight as rigid_flight
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -225,10 +220,10 @@ def flight(model: Compliant, wall: int, leaving: float, phase: float) -> tuple[f
     start, sine, cosine, gbar = wall * model.d / 2, sin(phase), cos(phase), model.gbar
 
     def speed(t: float) -> float:
-        return float(velocity(t, leaving, sine, sin(pi * t + phase), gbar))
+        return float(rigid_flight.velocity(t, leaving, sine, sin(pi * t + phase), gbar))
 
     def beyond(t: float, side: int) -> float:
-        z = start + float(displacement(t, leaving, sine, cosine, cos(pi * t + phase), gbar))
+        z = start + float(rigid_flight.displacement(t, leaving, sine, cosine, cos(pi * t + phase), gbar))
         return side * z - model.d / 2
 
     for a, b in pairwise(_monotone(speed, phase, gbar, 2 * model.period)):

@@ -7,15 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vireport.analysis.kinds import STABILITIES
-from vireport.analysis.orbits import Orbits, orbits
-from vireport.analysis.stability import (
-    classify,
-    discriminant,
-    eigenvalues,
-    flight_jacobian,
-    trace_and_determinant,
-)
+from vireport.analysis import STABILITIES, classify, eigenvalues, flight_jacobian, orbits, trace_and_determinant
+from vireport.analysis.stability import discriminant
 from vireport.physics import flight
 
 
@@ -117,4 +110,3 @@ def test_symmetric_motion_is_a_square_of_its_half_map() -> None:
     o = orbits(np.zeros(40), phi, r, 1)
     a11, _, _, a22 = flight_jacobian(o.time_up, o.velocity_bottom, o.velocity_top, o.cos_phi, o.cos_top, r)
     np.testing.assert_allclose(trace_and_determinant(o, r)[0], (a11 - a22) ** 2 - 2 * r * r, rtol=1e-12)
-    assert isinstance(o, Orbits)
