@@ -12,8 +12,15 @@ from typing import Any
 import numpy as np
 
 from vireport import reference
-from vireport.analysis import CriticalKind, CriticalPoint, Family, Motions, Sweep, orbits, touches
+from vireport.analysis import CriticalKind, CriticalPoint, Family, Motions, Orbits, Sweep, orbits, touches
+from vireport.analysis.stability import flight_jacobians
 from vireport.reference import mp, mpf
+
+
+def return_determinant(orbit: Orbits, r: float) -> Any:
+    """Determinant of DP from the entries of both flights' Jacobians: r^4 for every motion."""
+    (a11, a12, a21, a22), (b11, b12, b21, b22) = flight_jacobians(orbit, r)
+    return (a11 * a22 - a12 * a21) * (b11 * b22 - b12 * b21)
 
 
 def unknowns(motions: Motions, row: int) -> list[float]:

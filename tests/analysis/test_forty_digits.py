@@ -22,7 +22,6 @@ def forty_digits():
         yield
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("batch", range(12))
 def test_branch_values(batch: int) -> None:
     checked = 0
@@ -44,7 +43,6 @@ def test_branch_values(batch: int) -> None:
     assert checked > 100
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("batch", range(12))
 def test_critical_points_within_their_bounds(batch: int) -> None:
     checked = 0

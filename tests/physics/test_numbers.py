@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from vireport.analysis import Orbits, coefficients, orbits, trace_and_determinant
+from vireport.analysis import Orbits, coefficients, orbits, return_trace
 from vireport.physics import ARRAYS, DIGITS, DecimalOps, Rounded, RoundedOps
 
 
@@ -58,7 +58,7 @@ def test_the_arithmetic_bounds_its_own_rounding() -> None:
             for name in Orbits.__slots__:
                 x, y = getattr(carried, name), getattr(exact, name)
                 assert abs(mpf(float(x.value)) - y) <= mpf(float(x.error)), name
-            trace, true = (trace_and_determinant(o, s)[0] for o, s in ((carried, Rounded(r)), (exact, mpf(r))))
+            trace, true = (return_trace(o, s) for o, s in ((carried, Rounded(r)), (exact, mpf(r))))
             assert abs(mpf(float(trace.value)) - true) <= mpf(float(trace.error))
 
 

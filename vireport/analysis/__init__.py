@@ -6,6 +6,8 @@ from vireport.analysis.critical import (
     CONDITIONS,
     Condition,
     PolishedMotion,
+    equations,
+    orbit_at,
     polish,
     pressing_condition,
     touch_condition,
@@ -28,7 +30,7 @@ from vireport.analysis.stability import (
     classify,
     eigenvalues,
     flight_jacobian,
-    trace_and_determinant,
+    return_trace,
 )
 from vireport.analysis.sweep import Held, Level, Sweep, level_residual, level_terms
 
@@ -67,6 +69,7 @@ __all__ = [
     "design_point",
     "eigenvalues",
     "endings",
+    "equations",
     "find_motions",
     "flight_jacobian",
     "impact_velocities",
@@ -75,10 +78,12 @@ __all__ = [
     "level_terms",
     "mass_elasticity",
     "motions_of",
+    "orbit_at",
     "orbits",
     "polish",
     "pressing_condition",
     "restitution_effect",
+    "return_trace",
     "rounded_up",
     "sample",
     "solution_of",
@@ -86,7 +91,6 @@ __all__ = [
     "stable_ranges",
     "touch_condition",
     "touches",
-    "trace_and_determinant",
     "turning_points",
     "value_condition",
 ]

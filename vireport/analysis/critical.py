@@ -6,7 +6,7 @@ grazing, where a turning point of the ball comes to touch a membrane and a branc
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cache
@@ -18,8 +18,8 @@ import numpy as np
 from vireport.analysis.admissibility import touches
 from vireport.analysis.kinds import StrandEvent
 from vireport.analysis.orbits import Orbits, orbits
-from vireport.analysis.stability import focus_border, stability_border, trace_and_determinant
-from vireport.analysis.sweep import Held, Level, Sweep, level_residual
+from vireport.analysis.stability import focus_border, return_trace, stability_border
+from vireport.analysis.sweep import Held, Sweep, level_residual
 from vireport.errors import NumericalError
 from vireport.physics import DIGITS, FLOATS, DecimalOps
 
@@ -47,6 +47,9 @@ expansion, for in doubles the distance covered is lost against the length of the
 
 Condition = Callable[[Orbits, Any, Any, Any], list[Any]]
 """(orbit, further unknowns, r, ops) -> residuals beyond that of the level."""
+
+Equations = Callable[[list[Any]], list[Any]]
+"""Unknowns -> residuals, as many of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +90,7 @@ POLISHED_NUMBERS = ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")
 
 def trace_condition(target: Callable[[Any], Any]) -> Condition:
     """The trace of DP equals a function of r: a change of type, a fold, a pitchfork or a period doubling."""
-    return lambda orbit, more, r, ops: [trace_and_determinant(orbit, r)[0] - target(r)]
+    return lambda orbit, more, r, ops: [return_trace(orbit, r) - target(r)]
 
 
 CONDITIONS: dict[StrandEvent, Condition] = {
@@ -124,9 +127,30 @@ def pressing_condition(upward: bool, acceleration: float) -> Condition:
 
     def condition(orbit: Orbits, more: Any, r: Any, ops: Any) -> list[Any]:
         way = orbit.flights(r)[0 if upward else 1]
-        return [-way.pressing(way.cosine) - type(r)(acceleration)]
+        return [-way.pressing(way.cosine) - ops.exact(acceleration)]
 
     return condition
+
+
+def orbit_at(sweep: Sweep, x: Sequence[Any], symmetric: bool, ops: Any) -> Orbits:
+    """The motion of some unknowns: q - 1/2 and phase, or the phase alone of a symmetric motion; others may follow."""
+    r, n = ops.exact(sweep.device.restitution), sweep.device.period_ratio
+    return orbits(0 * r, x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
+
+
+def equations(sweep: Sweep, condition: Condition, symmetric: bool, ops: Any) -> Equations:
+    """What the unknowns of `orbit_at`, and those of the condition behind them, have to fulfil: level and condition.
+
+    Among the symmetric motions of a horizontal capsule, u = 0 takes the place of the level.
+    """
+    r, level, own = ops.exact(sweep.device.restitution), sweep.level_in(ops), 1 if symmetric else 2
+
+    def residuals(x: list[Any]) -> list[Any]:
+        orbit = orbit_at(sweep, x, symmetric, ops)
+        held = [] if symmetric else [level_residual(level, orbit)]
+        return [*held, *condition(orbit, x[own:], r, ops)]
+
+    return residuals
 
 
 def polish(
@@ -150,44 +174,64 @@ def polish(
     NumericalError
         If the corrections do not settle.
     """
-    n, restitution = sweep.device.period_ratio, sweep.device.restitution
-
-    def residual(x: list[Any], r: Any, level: Level, ops: Any) -> list[Any]:
-        if symmetric:
-            return condition(orbits(0 * r, x[0], r, n, ops), x[1:], r, ops)
-        orbit = orbits(x[0], x[1], r, n, ops)
-        return [level_residual(level, orbit), *condition(orbit, x[2:], r, ops)]
-
+    place = f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g}"
     with localcontext() as context:
         context.prec = DIGITS
         ops = DecimalOps()
-        exact, double = (Decimal(restitution), sweep.level_in(ops), ops), (restitution, sweep.level, FLOATS)
-        start = x = [Decimal(float(value)) for value in ((phi, *more) if symmetric else (u, phi, *more))]
+        exact, double = (equations(sweep, condition, symmetric, numbers) for numbers in (ops, FLOATS))
+        guess = [Decimal(float(value)) for value in ((phi, *more) if symmetric else (u, phi, *more))]
         # u and the time since an impact are stepped and measured relative to themselves: their scale may be a tiny
         # gbar's or r's.
-        relative = {len(x) - 1} if more else set()
+        relative = {len(guess) - 1} if more else set()
         relative |= {0} if not symmetric and sweep.level.held is not Held.D else set()
-        for count in range(MOST_STEPS):
-            value = residual(x, *exact)
-            scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
-            if count < QUICK_STEPS:
-                at, widths = [float(v) for v in x], [float(v) for v in scale]
-                columns = _differences(lambda y: residual(y, *double), at, widths, STEP)
-            else:
-                columns = _differences(lambda y: residual(y, *exact), x, scale, FINE_STEP)
-            correction = _newton_correction(columns, value)
-            x = [a - b * s for a, b, s in zip(x, correction, scale, strict=True)]
-            size = max(abs(float(b)) for b in correction)
-            if size < POLISHED:
-                u_phi = (Decimal(0), x[0]) if symmetric else (x[0], x[1])
-                return _as_doubles(sweep, orbits(*u_phi, exact[0], n, ops), ops)
-            if max(abs(float(a - b)) for a, b in zip(x, start, strict=True)) > FARTHEST:
-                raise NumericalError(
-                    f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} was lost (correction {size:.1g})"
-                )
-        raise NumericalError(
-            f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} did not settle (last correction {size:.1g})"
-        )
+        x = _newton(exact, double, guess, relative, place)
+        return _as_doubles(sweep, orbit_at(sweep, x, symmetric, ops), ops)
+
+
+def _newton(exact: Equations, double: Equations, guess: list[Decimal], relative: set[int], place: str) -> list[Decimal]:
+    """Solve equations in decimals, with the Jacobian in doubles as long as that leads on.
+
+    Unknowns are stepped, and corrections measured, relative to the size of those in `relative`.
+    """
+    x = guess
+    for count in range(MOST_STEPS):
+        value = exact(x)
+        scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
+        if count < QUICK_STEPS:
+            columns = _differences(double, [float(v) for v in x], [float(v) for v in scale], STEP)
+        else:
+            columns = _differences(exact, x, scale, FINE_STEP)
+        correction = _correction(columns, value)
+        x = [a - b * s for a, b, s in zip(x, correction, scale, strict=True)]
+        size = max(abs(float(b)) for b in correction)
+        if size < POLISHED:
+            return x
+        if max(abs(float(a - b)) for a, b in zip(x, guess, strict=True)) > FARTHEST:
+            raise NumericalError(f"{place} was lost (correction {size:.1g})")
+    raise NumericalError(f"{place} did not settle (last correction {size:.1g})")
+
+
+def _differences(function: Equations, x: list[Any], scale: list[Any], step: Any) -> list[list[float]]:
+    """Columns of the Jacobian by central differences, each unknown stepped by its scale and divided by it."""
+    columns = []
+    for i, size in enumerate(scale):
+        ahead, behind = list(x), list(x)
+        ahead[i], behind[i] = x[i] + step * size, x[i] - step * size
+        columns.append([float((a - b) / (2 * step)) for a, b in zip(function(ahead), function(behind), strict=True)])
+    return columns
+
+
+def _correction(columns: list[list[float]], value: list[Decimal]) -> list[Decimal]:
+    """One Newton correction; the rows are first brought to one size."""
+    matrix = np.array(columns).T
+    size = np.max(np.abs(matrix), axis=1)
+    if not np.all(np.isfinite(matrix)) or not size.all():
+        raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
+    right = [float(v) / s for v, s in zip(value, size, strict=True)]
+    try:
+        return [Decimal(float(b)) for b in np.linalg.solve(matrix / size[:, None], right)]
+    except np.linalg.LinAlgError as error:
+        raise NumericalError("a critical point is degenerate: two of its conditions coincide") from error
 
 
 def _as_doubles(sweep: Sweep, orbit: Orbits, ops: DecimalOps) -> PolishedMotion:
@@ -214,31 +258,6 @@ def singled_out(
     rounding = (10 + 10 * n) * float(np.finfo(float).eps)
     top = {"phi_top": bounds["phi"] + 2 * np.pi * n * bounds["u"] + rounding}
     return PolishedMotion(**numbers, phi_top=phi_top, sweep_value=value, error_bound=error, bounds={**bounds, **top})
-
-
-def _differences(
-    function: Callable[[list[Any]], list[Any]], x: list[Any], scale: list[Any], step: Any
-) -> list[list[float]]:
-    """Columns of the Jacobian by central differences, each unknown stepped by its scale and divided by it."""
-    columns = []
-    for i, size in enumerate(scale):
-        ahead, behind = list(x), list(x)
-        ahead[i], behind[i] = x[i] + step * size, x[i] - step * size
-        columns.append([float((a - b) / (2 * step)) for a, b in zip(function(ahead), function(behind), strict=True)])
-    return columns
-
-
-def _newton_correction(columns: list[list[float]], value: list[Decimal]) -> list[Decimal]:
-    """One Newton correction; the rows are first brought to one size."""
-    matrix = np.array(columns).T
-    size = np.max(np.abs(matrix), axis=1)
-    if not np.all(np.isfinite(matrix)) or not size.all():
-        raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
-    right = [float(v) / s for v, s in zip(value, size, strict=True)]
-    try:
-        return [Decimal(float(b)) for b in np.linalg.solve(matrix / size[:, None], right)]
-    except np.linalg.LinAlgError as error:
-        raise NumericalError("a critical point is degenerate: two of its conditions coincide") from error
 
 
 def polish_grazing(sweep: Sweep, orbit: Orbits, symmetric: bool) -> PolishedMotion:

@@ -20,7 +20,7 @@ from vireport.analysis.design import DesignPoint, around_length
 from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import Orbits, coefficients, orbits_above
-from vireport.analysis.stability import discriminant, trace_and_determinant
+from vireport.analysis.stability import discriminant, return_trace
 from vireport.analysis.sweep import Held, Level, Sweep, level_terms
 from vireport.physics import (
     FUNCTION,
@@ -142,7 +142,7 @@ def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None
     delta_u, delta_phi = _distance(sweep.level, m, n) if given is None else given
     u, ops = Rounded(m.u, delta_u), RoundedOps()
     orbit = orbits_above(coefficients(u, r, n, ops), u, Rounded(m.phi_bottom, delta_phi), r, n, ops)
-    trace = trace_and_determinant(orbit, r)[0]
+    trace = return_trace(orbit, r)
     top = np.mod(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top + np.pi, 2 * np.pi) - np.pi
     phase_top = orbit.sin_top.error + orbit.cos_top.error + np.abs(top) + 2 * FUNCTION * np.pi
     d = GROUP_ERROR * m.d if given is not None or held is Held.D else _from(orbit.d, m.d)

@@ -18,7 +18,7 @@ from vireport.analysis.admissibility import wall_gap
 from vireport.analysis.kinds import StrandEvent
 from vireport.analysis.orbits import Orbits, coefficients, orbits_above
 from vireport.analysis.roots import bracketed_root, golden_minimum, may_hide_zeros
-from vireport.analysis.stability import discriminant, focus_border, stability_border, trace_and_determinant
+from vireport.analysis.stability import discriminant, focus_border, return_trace, stability_border
 from vireport.analysis.sweep import Level, Sweep, level_terms
 from vireport.errors import NumericalError
 
@@ -235,7 +235,7 @@ class Curve:
             (high - coordinate) / (high - low),
         ]
         with np.errstate(all="ignore"):
-            trace = trace_and_determinant(orbit, r)[0]
+            trace = return_trace(orbit, r)
         gap = np.full(trace.shape, np.nan)
         inside = (np.min(validity, axis=0) > 0) & with_gap
         if inside.any():

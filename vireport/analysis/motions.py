@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vireport.analysis.admissibility import wall_gap
 from vireport.analysis.orbits import Orbits
-from vireport.analysis.stability import STABILITIES, UNSTABLE, classify, discriminant, trace_and_determinant
+from vireport.analysis.stability import STABILITIES, UNSTABLE, classify, discriminant, return_trace
 from vireport.analysis.sweep import Held, Level, Sweep
 from vireport.physics import Device
 from vireport.scenario import Parameter
@@ -106,7 +106,7 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:
         gbar[:] = level.value
     elif level.held is Held.D:
         d[:] = level.value
-    trace = np.array(trace_and_determinant(orbit, r)[0])
+    trace = np.array(return_trace(orbit, r))
     gap = wall_gap(orbit, r, n)
     return Motions(
         sweep_value=np.array(sweep.value(d, gbar), dtype=float),

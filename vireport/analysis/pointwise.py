@@ -21,7 +21,7 @@ from vireport.analysis.admissibility import wall_gap
 from vireport.analysis.level_curve import largest_groups
 from vireport.analysis.orbits import Orbits, coefficients, orbits
 from vireport.analysis.roots import cubic_root, secant_root
-from vireport.analysis.stability import trace_and_determinant
+from vireport.analysis.stability import return_trace
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -161,7 +161,7 @@ def _evaluated(cell: Ints, u: Floats, phi: Floats, d: Floats, gbar: Floats, r: A
     right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
     orbit, cell = orbit.select(right), cell[right]
     orbit = replace(orbit, gbar=gbar[cell], d=d[cell])
-    trace = np.asarray(trace_and_determinant(orbit, r[cell])[0])
+    trace = np.asarray(return_trace(orbit, r[cell]))
     return PointwiseMotions(cell, orbit, trace, wall_gap(orbit, r[cell], n))
 
 

@@ -49,9 +49,13 @@ STABILITIES = tuple(Stability)
 NODE, FOCUS, UNSTABLE = (kind.code for kind in STABILITIES)
 
 
+Jacobian = tuple[Any, Any, Any, Any]
+"""Entries of a 2 by 2 matrix, row by row."""
+
+
 def flight_jacobian(
     duration: Any, velocity_before: Any, velocity_end: Any, acceleration_start: Any, acceleration_end: Any, r: Any
-) -> tuple[Any, Any, Any, Any]:
+) -> Jacobian:
     """Jacobian of one flight map (time, velocity) -> (next time, next velocity), row by row.
 
     Parameters
@@ -77,16 +81,19 @@ def flight_jacobian(
     )
 
 
-def trace_and_determinant(orbit: Orbits, r: Any) -> tuple[Any, Any]:
-    """Trace and determinant of DP = DP2 DP1 of Eq. (4.2).
-
-    The determinant is r^4 (A.3); it is evaluated here from the entries so that it can be checked.
-    """
+def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
+    """Jacobians of the flight from the bottom to the top impact of a motion, and of the flight back."""
     bottom, top = orbit.gbar + orbit.cos_phi, orbit.gbar + orbit.cos_top
-    a11, a12, a21, a22 = flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r)
-    b11, b12, b21, b22 = flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, top, bottom, r)
-    trace = b11 * a11 + b12 * a21 + b21 * a12 + b22 * a22
-    return trace, (a11 * a22 - a12 * a21) * (b11 * b22 - b12 * b21)
+    return (
+        flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r),
+        flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, top, bottom, r),
+    )
+
+
+def return_trace(orbit: Orbits, r: Any) -> Any:
+    """Trace of DP = DP2 DP1 of Eq. (4.2), whose determinant is r^4 (A.3)."""
+    (a11, a12, a21, a22), (b11, b12, b21, b22) = flight_jacobians(orbit, r)
+    return b11 * a11 + b12 * a21 + b21 * a12 + b22 * a22
 
 
 def focus_border(r: Any) -> Any:

@@ -57,10 +57,10 @@ LARGEST_STEP = 1e6
 """Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
 
 AT_SYMMETRY = 1e-9
-"""|u| below which an asymmetric branch of a horizontal capsule is at the symmetric motion, to the root of rounding."""
+"""|u| below which a sample of an asymmetric branch of a horizontal capsule is on the symmetric motion."""
 
 BEGINS_AT_SYMMETRY = 1e-12
-"""|u| at the end of a piece below which it begins at the symmetric motion: the end itself is known to rounding."""
+"""|u| at the end of a piece below which it begins at the symmetric motion; the end is known to rounding."""
 
 TURN_STEP = 1e-4
 """Step of w over which a turn of the sweep's coordinate is told from its going on."""

@@ -26,12 +26,14 @@ from vireport.analysis import (
     PolishedMotion,
     StrandEvent,
     Sweep,
+    equations,
     level_residual,
+    orbit_at,
     orbits,
     pressing_condition,
+    return_trace,
     touch_condition,
     touches,
-    trace_and_determinant,
 )
 from vireport.proofs.confinement import stays_between
 from vireport.proofs.enclosures import Ball, BallOps, Root, UnprovedError, ball, bounds, gradients, precision, prove
@@ -198,7 +200,7 @@ def _candidates(sweep: Sweep, kind: CriticalKind, point: PolishedMotion) -> Iter
     r, n = float(sweep.device.restitution), sweep.device.period_ratio
     orbit = orbits(np.array([point.u]), np.array([point.phi]), r, n)
     if kind is CriticalKind.NODE_FOCUS:
-        below = bool(trace_and_determinant(orbit, r)[0][0] < 0)
+        below = bool(return_trace(orbit, r)[0] < 0)
         yield Candidate(CONDITIONS[StrandEvent.FOCUS_BELOW if below else StrandEvent.FOCUS_ABOVE])
     elif kind is CriticalKind.PERIOD_DOUBLING:
         yield Candidate(CONDITIONS[StrandEvent.DOUBLING])
@@ -259,13 +261,14 @@ class Proof:
 
 def _prove(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Candidate) -> Proof:
     """Prove a point, or say by an `UnprovedError` why not."""
-    ops = BallOps()
-    level, r, n = sweep.level_in(ops), ball(sweep.device.restitution), sweep.device.period_ratio
-    root = _root(level, point, symmetric, candidate, r, n)
-    u, phi, *more = [ball(0.0), *root.box] if symmetric else root.box
-    orbit = _simplified(orbits(u, phi, r, n, ops), level, candidate.rest, r, n)
+    ops, r, n = BallOps(), ball(sweep.device.restitution), sweep.device.period_ratio
+    root = _root(sweep, point, symmetric, candidate)
+    (time,) = root.box[1 if symmetric else 2 :] or [None]
+    orbit = _simplified(orbit_at(sweep, root.box, symmetric, ops), sweep.level_in(ops), candidate.rest, r, n)
     _check_signs(orbit, candidate.rest)
-    if more and not 0 < more[0] < (orbit.time_up if candidate.touch and candidate.touch[0] else orbit.time_down):
+    if time is not None and not 0 < time < (
+        orbit.time_up if candidate.touch and candidate.touch[0] else orbit.time_down
+    ):
         raise UnprovedError("the touch of the membrane is not within the flight")
     value = sweep.value(orbit.d, orbit.gbar, ops)
     if not value.is_finite():
@@ -278,24 +281,17 @@ def _prove(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Cand
         orbit=orbit,
         value=value,
         root=root,
-        slope=0 if grazing or blurred else _slope(sweep, level, root.box, symmetric, r, n),
-        negative=not grazing and bool(trace_and_determinant(orbit, r)[0] < 0),
-        admissible=_admissible(orbit, r, candidate.touch, more[0] if more else None, symmetric),
+        slope=0 if grazing or blurred else _slope(sweep, root.box, symmetric),
+        negative=not grazing and bool(return_trace(orbit, r) < 0),
+        admissible=_admissible(orbit, r, candidate.touch, time, symmetric),
     )
 
 
-def _root(level: Level, point: PolishedMotion, symmetric: bool, candidate: Candidate, r: Ball, n: int) -> Root:
+def _root(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Candidate) -> Root:
     """The one solution near a point of the candidate's condition and the level; its unknowns are q, phase, and more."""
-    ops = BallOps()
-
-    def system(x: list[Any]) -> list[Any]:
-        if symmetric:
-            return candidate.condition(orbits(0 * r, x[0], r, n, ops), x[1:], r, ops)
-        orbit = orbits(x[0], x[1], r, n, ops)
-        return [level_residual(level, orbit), *candidate.condition(orbit, x[2:], r, ops)]
-
     unknowns = [("q", point.u, abs(point.u) or 1.0), ("phase", point.phi, 1.0)][1 if symmetric else 0 :]
     start, scale = [x for _, x, _ in unknowns], [size for _, _, size in unknowns]
+    system = equations(sweep, candidate.condition, symmetric, BallOps())
     root = prove(system, [*start, *candidate.more], [*scale, *(abs(t) or 1.0 for t in candidate.more)])
     for (name, stated, size), x in zip(unknowns, root.box, strict=False):
         if not abs(x - ball(stated)) <= PLACE * size:
@@ -337,14 +333,15 @@ def _admissible(
     return False if False in inside else None if None in inside else True
 
 
-def _slope(sweep: Sweep, level: Level, box: list[Ball], symmetric: bool, r: Ball, n: int) -> int:
+def _slope(sweep: Sweep, box: list[Ball], symmetric: bool) -> int:
     """Sign of d trace/d swept value along the curve; 0 where it is not proved, as at a fold."""
-    ops = BallOps()
+    ops, r = BallOps(), ball(sweep.device.restitution)
+    level = sweep.level_in(ops)
 
     def functions(x: list[Any]) -> list[Any]:
-        orbit = orbits(0 * r, x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
+        orbit = orbit_at(sweep, x, symmetric, ops)
         held = [] if symmetric else [level_residual(level, orbit)]
-        return [trace_and_determinant(orbit, r)[0], sweep.coordinate(orbit), *held]
+        return [return_trace(orbit, r), sweep.coordinate(orbit), *held]
 
     slopes = gradients(functions, box[: 1 if symmetric else 2])
     if symmetric:

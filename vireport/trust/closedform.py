@@ -20,7 +20,7 @@ from vireport.analysis import (
     flight_jacobian,
     level_residual,
     orbits,
-    trace_and_determinant,
+    return_trace,
 )
 from vireport.errors import NumericalError
 from vireport.trust.integrators import Budget
@@ -122,11 +122,11 @@ def closed_critical(wanted: Wanted, stop: float, budget: Budget) -> float:
     r, level, orbit = wanted.r, wanted.sweep.level, _surface(wanted, budget)
 
     def symmetric(x: list[float]) -> list[float]:
-        return [trace_and_determinant(orbit([0.0, x[0]]), r)[0] - wanted.trace]
+        return [return_trace(orbit([0.0, x[0]]), r) - wanted.trace]
 
     def residual(x: list[float]) -> list[float]:
         at = orbit(x)
-        return [level_residual(level, at), trace_and_determinant(at, r)[0] - wanted.trace]
+        return [level_residual(level, at), return_trace(at, r) - wanted.trace]
 
     if wanted.symmetric:
         found = [0.0, *quasi_newton(symmetric, [wanted.guess.phase], DIFFERENCE, stop, ROUNDING)]
