@@ -19,23 +19,17 @@ from vireport import analyse, load
 from vireport.figures.accuracy import NAME, figure_accuracy
 from vireport.figures.axes import style
 from vireport.figures.pixels import png_of
-from vireport.trust.accuracy_text import factor, plain, power, task_name
-from vireport.trust.workprecision import ACCURACIES, measure
+from vireport.text import plain_text
+from vireport.trust import measure, measurements, ranking
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
 
 def main() -> None:
-    """Print the study and the factors at equal error; draw the picture where it is asked for."""
+    """Print the study; draw the picture where it is asked for."""
     study = analyse(load(EXAMPLES / "inclined.yaml"))
     work = measure(study.solution, progress=lambda step: print(step, file=sys.stderr))
-    print(plain(work, every="--every" in sys.argv))
-    print("Factors at equal error, the soonest method being 1")
-    for accuracy in ACCURACIES:
-        for one in work.fastest(accuracy):
-            print(f"  {power(accuracy):>10}  {task_name(work, one.task)}")
-            for name, times in ((one.method, 1.0), *one.factors):
-                print(f"  {'':>10}    {name:<26}{factor(times):>8}")
+    print(plain_text((*measurements(work, every="--every" in sys.argv), *ranking(work))))
     if "--picture" in sys.argv:
         with style():
             data = png_of(figure_accuracy(work))[0]

@@ -21,8 +21,7 @@ import numpy as np
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from vireport.simulation.attractors import diagram, ensemble
-from vireport.simulation.events import (
+from vireport.simulation import (
     BOTTOM,
     PHASE,
     TOP,
@@ -31,6 +30,7 @@ from vireport.simulation.events import (
     InFlight,
     check_model,
     check_start,
+    diagram,
     follow,
     follow_one,
 )
@@ -179,7 +179,7 @@ def first_call(cache: str) -> tuple[float, float]:
     """Seconds a new process needs to import the compiled part, and for its first impact."""
     code = (
         "import time, numpy, vireport.simulation.events as e; a = time.perf_counter()\n"
-        "e._kernel(); b = time.perf_counter()\n"
+        "import vireport.simulation.kernel; b = time.perf_counter()\n"
         "e.follow(e.check_model(.4, .2, .5), numpy.array([[1., 0., 1., 0.]]), 1)\n"
         "print(b - a, time.perf_counter() - b)"
     )
@@ -204,21 +204,23 @@ def start_up() -> None:
 def on_all_cores() -> None:
     d = np.linspace(0.05, 0.6, 200)
     for gbar, name in ((0.0, "horizontal"), (GBAR, "45 deg, 3 N")):
+        model = check_model(np.repeat(d, len(FIGURE_2)), gbar, R)
+        starts = np.array([check_start(start, value) for value in d for start in FIGURE_2])
         rates = []
         for workers in (1, os.cpu_count() or 1):
             took = []
             for _ in range(3):
                 began = time.perf_counter()
-                found = ensemble(d, gbar, R, FIGURE_2, 10_000, workers=workers)
+                summary = follow(model, starts, 10_000, 64, workers)[1]
                 took.append(time.perf_counter() - began)
-            rates.append(f"{found.impacts.sum() / min(took) / 1e6:.1f} million/s on {workers}")
+            rates.append(f"{summary[:, 0].sum() / min(took) / 1e6:.1f} million/s on {workers}")
         took = []
         for _ in range(3):
             began = time.perf_counter()
             diagram(d, gbar, R, FIGURE_2, impacts=1000)
             took.append(time.perf_counter() - began)
         overlay = f"overlay of 200 x 4 x 1,000: {min(took):.2f} s"
-        print(f"figure 2, {name:12s}  ensemble {', '.join(rates)}; {overlay}")
+        print(f"figure 2, {name:12s}  impacts {', '.join(rates)}; {overlay}")
 
 
 def main() -> None:

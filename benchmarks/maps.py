@@ -19,10 +19,11 @@ import time
 from pathlib import Path
 from statistics import median
 
-from vireport.scenario.map_scenario import loads_map
-from vireport.sweep.mapping import evaluate_chunk
-from vireport.sweep.plan import map_plan
-from vireport.sweep.run import cores, run_map
+from vireport.scenario import loads_map
+from vireport.sweep import run_map
+from vireport.sweep.cells import map_plan
+from vireport.sweep.evaluation import evaluate
+from vireport.sweep.run import cores
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "maps" / "map.yaml"
 COUNTS = {10_000: (100, 100), 100_000: (250, 400), 1_000_000: (1000, 1000)}
@@ -114,7 +115,7 @@ def overheads(shape: tuple[int, int], repeats: int = 3) -> tuple[float, float]:
         whole, coarse = used(text), used(f"{text.rstrip()}\n  chunk_cells: 250000\n")
         began = time.process_time()
         for index in range(plan.chunks):
-            evaluate_chunk(plan, index)
+            evaluate(plan, plan.numbers(index))
         chunking.append(whole / coarse - 1)
         beside.append(1 - (time.process_time() - began) / whole)
     return median(chunking), median(beside)

@@ -28,8 +28,8 @@ def test_nothing_but_the_command_line_prints(module: Path) -> None:
 def imported_by(*arguments: str) -> set[str]:
     """Modules loaded when the command line has run."""
     code = (
-        "import sys; from vireport.__main__ import main; sys.argv = ['vireport', *sys.argv[1:]]\n"
-        "try: main()\n"
+        "import sys; from vireport.__main__ import entry\n"
+        "try: entry()\n"
         "finally: print('\\n'.join(sys.modules), file=sys.stderr)"
     )
     run = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
@@ -45,7 +45,7 @@ def test_json_imports_nothing_heavy(example) -> None:
     assert not loaded & HEAVY
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["schema"], ["run", "--help"]])
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["schema"], ["init", "-"], ["run", "--help"]])
 def test_help_imports_no_physics(arguments: list[str]) -> None:
     assert not imported_by(*arguments) & (HEAVY | {"numpy"})
 

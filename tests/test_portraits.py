@@ -39,9 +39,7 @@ from vireport.figures.traces import arrivals, ball, capsule, periodic_groups, ri
 from vireport.physics.device import Device
 from vireport.scenario.loading import load
 from vireport.scenario.parameters import Parameter
-from vireport.simulation.attractors import Diagram
-from vireport.simulation.events import BOTTOM, Impact
-from vireport.simulation.portraits import Portrait, portrait
+from vireport.simulation import BOTTOM, Diagram, Impact, Portrait, portrait
 from vireport.study.study import Study, analyse
 
 ROOT = Path(__file__).parent.parent
@@ -67,7 +65,9 @@ def made(name: str) -> Portrait:
         frequency_hz=FREQUENCY, inclination_deg=angle, period_ratio=1,
     )  # fmt: skip
     starts = [Impact(BOTTOM, 0.7, 0.4)]
-    return portrait(device, Parameter.LENGTH, d * force / (4 * M * FREQUENCY**2), starts)
+    length = d * force / (4 * M * FREQUENCY**2)
+    groups = (float(x) for x in device.groups(Parameter.LENGTH, length))
+    return portrait(*groups, 0.5, starts, f"s = {Parameter.LENGTH.show(length)}")
 
 
 @cache

@@ -47,8 +47,10 @@ def __getattr__(name: str) -> Any:
         from vireport import study as room
     elif name in ("figure_2", "figure_4", "figure_7", "pictures"):
         from vireport import figures as room
-    elif name in ("Comparison", "compare", "compare_figure", "diff"):
+    elif name in ("Comparison", "compare", "diff"):
         from vireport import comparison as room
+    elif name == "compare_figure":
+        from vireport.comparison import figures as room
     else:
         raise AttributeError(f"module 'vireport' has no attribute {name!r}")
     return getattr(room, name)

@@ -1,4 +1,4 @@
-"""How long work tells what it is doing: a function that is told each step as it begins."""
+"""Reports of progress: long work calls a function with the name of each step as it begins."""
 
 from __future__ import annotations
 

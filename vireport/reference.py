@@ -1,9 +1,10 @@
-"""The model in 40-digit arithmetic, from the printed equations alone: the yardstick and the judge of the package.
+"""The model in 40-digit arithmetic, from the printed equations alone: what the package's answers are judged by.
 
 It shares no line with the solution or the simulation: motions are closed by the maps (3.3)-(3.6) and not by the
 equations (3.9)-(3.12) that the solution makes of them, traces are by (A.4) and voltages by (5.1)-(5.5) as printed.
 Numbers of the package enter as the exact values of their doubles. A state is (velocity before the bottom impact,
-phase there, u = q - 1/2). Needs mpmath.
+phase there, u = q - 1/2). Without a guess, motions and turning points are sampled in doubles and then taken to 40
+digits. Imports mpmath: to be imported where it is used.
 """
 
 from __future__ import annotations
@@ -12,15 +13,16 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from mpmath import mp as mp  # type: ignore[import-untyped]
+from mpmath import mpf as mpf
+from numpy.typing import NDArray
+
 from vireport.errors import NumericalError
 from vireport.physics import Device, Membrane
 from vireport.scenario import Parameter
 
-try:
-    from mpmath import mp as mp  # type: ignore[import-untyped]
-    from mpmath import mpf as mpf
-except ImportError as error:
-    raise NumericalError("40-digit arithmetic needs the package mpmath: pip install 'vireport[accuracy]'") from error
+Floats = NDArray[np.float64]
 
 DIGITS = 60
 """Working precision: 40 digits are left where twenty cancel, as they do for a gbar of 1e-16."""
@@ -33,6 +35,12 @@ MOST_STEPS = 40
 
 VOLTAGE_DIGITS = 420
 """Of a voltage: at 1e-300 m/s the deflection is 1e-168 m, and the formulae subtract its square from 1."""
+
+SHORTEST = 1e-10
+"""Time after an impact from which turning points are looked for; a ball that hardly rebounds turns at once."""
+
+OFF_CENTRE = 1 - 1.7e-9
+"""Factor that keeps the samples of q off the round values at which the three equations are dependent."""
 
 State = tuple[Any, Any, Any]
 """Velocity before the bottom impact [y_c], phase there [rad], q - 1/2; of mpf."""
@@ -128,15 +136,9 @@ def reference_critical(device: Device, parameter: Parameter, kind: str, guess: S
     """
     with precise():
         velocity, phase, q, value = (mpf(number) for number in guess)
-        r, n = mpf(device.restitution), device.period_ratio
-        target = (-1 if kind == "period_doubling" else 1) * (1 + r**4)
         start = [velocity, phase, q - mpf(1) / 2, value]
-
-        def condition(state: State, d: Any, gbar: Any) -> list[Any]:
-            return [trace(state, gbar, r, n) - target]
-
         try:
-            *state, value = special_motion(device, parameter, condition, start, kind == "pitchfork")
+            *state, value = with_trace(device, parameter, kind, start, kind == "pitchfork")
         except ArithmeticError as error:
             raise NumericalError(str(error)) from error
         return _orbit(device, parameter, (state[0], state[1], state[2]), value)
@@ -288,6 +290,22 @@ def special_motion(
     return newton(equations, guess)
 
 
+def with_trace(device: Device, parameter: Parameter, kind: str, guess: list[Any], symmetric: bool) -> list[Any]:
+    """The motion of a sweep whose trace is that of a kind of critical point: state and swept value.
+
+    The trace is -(1 + r^4) at a period doubling, 2 r^2 or -2 r^2, whichever is nearer, at a change between node and
+    focus, and 1 + r^4 at a fold or pitchfork.
+    """
+    r, n = mpf(device.restitution), device.period_ratio
+    target = 1 + r**4
+    if kind == "period_doubling":
+        target = -target
+    elif kind == "node_focus":
+        near = trace((guess[0], guess[1], guess[2]), groups(device, parameter, guess[3])[1], r, n)
+        target = 2 * r * r if near >= 0 else -2 * r * r
+    return special_motion(device, parameter, lambda x, d, gbar: [trace(x, gbar, r, n) - target], guess, symmetric)
+
+
 def motion(guess: list[Any], d: Any, gbar: Any, r: Any, n: int) -> State:
     """The motion near a guess of (velocity, phase, u) for given d and gbar."""
     velocity, phase, u = newton(lambda x: periodicity((x[0], x[1], x[2]), d, gbar, r, n), guess)
@@ -328,3 +346,116 @@ def voltage(speed: Any, membrane: Membrane) -> tuple[Any, Any]:
         cosine = (-2 * rb * (delta - rb) + 2 * rc * root) / (2 * (rc**2 + (delta - rb) ** 2))
         area = 2 * mp.pi * rb**2 * (1 - cosine) + (mp.pi * rc**2 - mp.pi * rb**2 * (1 - cosine**2)) / cosine
         return delta, (area / (mp.pi * rc**2)) ** 2 * uin - uin
+
+
+def turning_points(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[tuple[Any, int, Any]]:
+    """Zeros of Z' in the flights: gap to the nearer wall, flight, time.
+
+    Z' is monotone between the zeros of Z'' = gbar + cos, so that each interval between those has one zero or none.
+    """
+    found = []
+    for k, (start, speed, phase, duration) in enumerate(flights(state, d, gbar, r, n)):
+
+        def rate(t: Any, start: Any = start, speed: Any = speed, phase: Any = phase) -> Any:
+            return flight(t, start, speed, phase, gbar)[1]
+
+        for zero in _zeros(rate, _bends(phase, gbar, duration)):
+            z = flight(zero, start, speed, phase, gbar)[0]
+            found.append((min(d / 2 - z, d / 2 + z), k, zero))
+    return found
+
+
+def _bends(phase: Any, gbar: Any, duration: Any) -> list[Any]:
+    """The ends of a flight, but for its first instant, and the zeros of Z'' between them."""
+    times = [mpf(SHORTEST), duration]
+    if gbar < 1:
+        for side in (1, -1):
+            first = (side * mp.acos(-gbar) - phase) / mp.pi
+            times += [first + 2 * k for k in range(int(mp.ceil(-first / 2)), int((duration - first) / 2) + 1)]
+    return sorted(t for t in times if SHORTEST <= t <= duration)
+
+
+def _zeros(function: Callable[[Any], Any], ends: Sequence[Any]) -> Iterator[Any]:
+    """Zeros where a function changes its sign from one end to the next."""
+    values = [function(t) for t in ends]
+    for low, high, before, after in zip(ends, ends[1:], values, values[1:], strict=False):
+        if (before > 0) != (after > 0):
+            yield mp.findroot(function, (low, high), solver="anderson", verify=False)
+
+
+def pressing(state: State, gbar: Any, n: int, at_top: bool) -> Any:
+    """Acceleration Z'' at an impact, which changes its sign where a wall begins to hold the ball."""
+    later = mp.pi * 2 * n * (mpf(1) / 2 + state[2]) if at_top else 0
+    return gbar + mp.cos(state[1] + later)
+
+
+def short_touch(state: State, gbar: Any, r: Any, n: int, which: int) -> tuple[Any, Any]:
+    """Pressing acceleration, and time after the impact, at which a ball that hardly rebounds touches the wall again.
+
+    Its distance from the wall, v t - a t^2/2 - j t^3/6, and its velocity vanish where a = (-8 j v/3)^(1/2) and
+    t = -3 a/(2 j).
+    """
+    velocity, phase, u = state
+    later = mp.pi * 2 * n * (mpf(1) / 2 + u) if which else 0
+    jerk = (1 if which else -1) * mp.pi * mp.sin(phase + later)
+    speed = r * abs(velocity_top(state, gbar, r, n) if which else velocity)
+    press = mp.sqrt(max(-8 * jerk * speed / 3, 0))
+    return press, -3 * press / (2 * jerk)
+
+
+def wall_gap(state: State, d: Any, gbar: Any, r: Any, n: int) -> Any:
+    """Smallest distance to a membrane at the turning points, d where the ball never turns back."""
+    return min([d, *(gap for gap, _, _ in turning_points(state, d, gbar, r, n))])
+
+
+def all_motions(d: Any, gbar: Any, r: Any, n: int) -> list[State]:
+    """Every solution of (3.9)-(3.11) for given d and gbar with impacts of the right sign, found without a guess.
+
+    For each q the three equations are linear in the velocity, sin(phi) and cos(phi); q solves the problem where
+    sin^2 + cos^2 = 1. That is sampled in doubles, in every decade next to q = 0, 1/2 and 1; the zeros are then taken
+    to 40 digits. Two solutions that nearly meet (a fold) may fall between two samples.
+    """
+    found = [*symmetric_motions(d, r, n)] if gbar == 0 and n % 2 else []
+    for guess in _crossings(float(d), float(gbar), float(r), n):
+        try:
+            found.append(motion(guess, d, gbar, r, n))
+        except ArithmeticError:
+            continue  # next to q = 0 or 1 the equations degenerate; what is lost there passes through a membrane
+    return [state for state in found if state[0] > 0 > velocity_top(state, gbar, r, n)]
+
+
+def _crossings(d: float, gbar: float, r: float, n: int) -> Iterator[list[float]]:
+    """Guesses of (velocity, phase, u), in doubles, where sin^2 + cos^2 - 1 changes its sign along q."""
+    smallest = max(gbar * 1e-3, 1e-13) if gbar else 1e-7
+    decades = np.geomspace(smallest, 1e-3, 400)
+    edge = 0.5 - np.geomspace(1e-8, 1e-3, 120)
+    u = np.sort(np.concatenate([OFF_CENTRE * np.linspace(-0.5, 0.5, 8000 * n)[1:-1], decades, -decades, edge, -edge]))
+    excess, _ = _linear(u, d, gbar, r, n)
+    index = np.flatnonzero((excess[1:] > 0) != (excess[:-1] > 0))
+    low, high = u[index], u[index + 1]
+    rising = excess[index + 1] > 0
+    for _ in range(60):
+        middle = (low + high) / 2
+        upper = (_linear(middle, d, gbar, r, n)[0] > 0) == rising
+        low, high = np.where(upper, low, middle), np.where(upper, middle, high)
+    for x, (velocity, sine, cosine) in zip(high, _linear(high, d, gbar, r, n)[1], strict=True):
+        yield [float(velocity), float(np.arctan2(sine, cosine)), float(x)]
+
+
+def _linear(u: Floats, d: float, gbar: float, r: float, n: int) -> tuple[Floats, Floats]:
+    """sin^2 + cos^2 - 1, and (velocity, sin, cos), from (3.9)-(3.11) at each u, in doubles."""
+    if not u.size:
+        return u, np.empty((0, 3))
+    period, pi, one = 2 * n, np.pi, np.ones_like(u)
+    up, down, a = n + period * u, n - period * u, pi * (n + period * u)
+    reach = up * down / (2 * period)
+    matrix = np.array(
+        [
+            [(r - 1) * one, -(np.cos(a) - 1) / pi, -np.sin(a) / pi],
+            [r * up - down, period / pi * one, 0 * one],
+            [2 * (1 + r) * reach, -np.sin(a) / pi**2, (np.cos(a) - 1) / pi**2],
+        ]
+    ).transpose(2, 0, 1)
+    right = np.array([-gbar * (period / (1 + r) - up), period / 2 * (up - down) * gbar, d + reach * gbar * period]).T
+    solution = np.linalg.solve(matrix, right[..., None])[..., 0]
+    return np.sum(solution[:, 1:] ** 2, axis=1) - 1, solution

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from decimal import Decimal
 
 import numpy as np
@@ -28,7 +28,6 @@ from vireport.proofs.certificates import certify, certify_point
 from vireport.proofs.confinement import stays_between
 from vireport.proofs.enclosures import BallOps, UnprovedError, ball, bounds, gradients, precision, prove
 from vireport.report.certificates import certification, certify_text, plus_minus
-from vireport.study.measured import plain
 
 NARROW = Decimal("1e-20")
 SCENARIOS = {
@@ -337,7 +336,7 @@ def test_what_is_told_of_it(case) -> None:
     assert [block.kind for block in blocks] == ["paragraph", "paragraph", "table", "table"]
     for block in blocks[2:]:
         assert all(len(row) == len(block.columns) for row in block.rows)
-    data = json.loads(json.dumps(plain(certificates), allow_nan=False))
+    data = json.loads(json.dumps([asdict(one) for one in certificates], allow_nan=False))
     assert data[0]["sweep_value"] == list(certificates[0].sweep_value)
     failed = replace(certificates[0], proved=False, reason="it is degenerate", sweep_value=None)
     blocks = list(certification((failed,), Parameter.LENGTH))

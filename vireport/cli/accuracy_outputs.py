@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.files import write_files
 from vireport.scenario import Accuracy, Loaded
-from vireport.study import (
-    Study,
-    accuracy_data,
-    analyse,
-    compliance_data,
-)
+from vireport.study import Study, Task, analyse
+from vireport.text import Table, plain_text
 from vireport.trust import (
-    COLUMNS,
-    broken,
-    plain,
+    accuracy_data,
+    comparison_with_rigid,
+    compliance_data,
+    measurements,
+    ranking,
+    solvers_on_stiff_membranes,
 )
 
 if TYPE_CHECKING:
@@ -31,49 +29,44 @@ def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
     Simulation and requirements are left out: they are not what is asked for here.
     """
     block = loaded.scenario.accuracy or Accuracy()
-    scenario = replace(loaded.scenario, accuracy=block, simulation=None, requirements=None)
-    study = analyse(replace(loaded, scenario=scenario), ("png", "json"), progress)
-    if progress is not None:
-        progress("")
-    return study
+    changes = {"accuracy": block, "simulation": None, "requirements": None}
+    scenario = loaded.scenario.model_copy(update=changes)
+    return analyse(replace(loaded, scenario=scenario), (Task.PNG, Task.JSON), progress)
 
 
 def text(study: Study, every: bool = False) -> str:
     """What was measured, for the terminal; with `every`, each run in a row."""
-    parts = [plain(study.work, every).rstrip("\n")] if study.work is not None else []
-    if study.compliance is not None:
-        from vireport.report import plain_text
+    return plain_text(_parts(study, every)).replace("*", "") + "\n"
 
-        lines = (broken(line, "    ") if len(line) > COLUMNS else line for line in plain_text(study.compliance))
-        parts.append("\n".join(["Compliant membranes", "", *lines]))
-    elif study.work is not None:
-        why = next(step.why for step in study.plan.steps if step.name == "compliant")
-        parts.append(f"Compliant membranes: left out ({why})")
-    return "\n\n".join(parts) + "\n"
+
+def _parts(study: Study, every: bool) -> Iterator[str | Table]:
+    if study.work is None:
+        return
+    yield from measurements(study.work, every)
+    yield from ranking(study.work)
+    if study.compliance is None:
+        why = next(step.why for step in study.plan.steps if step.task is Task.COMPLIANT)
+        yield f"Compliant membranes: left out ({why})"
+        return
+    yield "Compliant membranes"
+    yield from comparison_with_rigid(study.compliance)
+    yield from solvers_on_stiff_membranes(study.compliance)
 
 
 def data(study: Study) -> bytes:
     """What was measured, as JSON."""
-    found = {
+    content = {
         "scenario_sha256": study.loaded.sha256,
         "accuracy": None if study.work is None else accuracy_data(study.work),
         "compliant": None if study.compliance is None else compliance_data(study.compliance),
     }
-    return (json.dumps(found, indent=1, allow_nan=False) + "\n").encode()
+    return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
 
 
-def write(study: Study, folder: Path) -> str:
-    """Write the figures and accuracy.json, and say so.
-
-    Raises
-    ------
-    UsageError
-        If the folder cannot be written to.
-    """
+def files(study: Study) -> dict[str, bytes]:
+    """The figures and accuracy.json, by their names."""
     from vireport.figures import measured_figures, png_of, style
 
-    files = {"accuracy.json": data(study)}
     with style():
-        files |= {f"{told[0]}.png": png_of(figure)[0] for told, figure in measured_figures(study)}
-    write_files(folder, files)
-    return f"wrote {', '.join(str(folder / name) for name in files)}"
+        figures = {f"{words[0]}.png": png_of(figure)[0] for words, figure in measured_figures(study)}
+    return {"accuracy.json": data(study), **figures}

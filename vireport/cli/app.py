@@ -1,4 +1,4 @@
-"""The command line: reads options, calls one function, says what was done, returns an exit code.
+"""The command line: each command reads its options, makes one call, and delivers what comes of it.
 
 Exit codes: 0 done; 1 done, but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the
 numbers could not be had, or an internal error; 130 interrupted.
@@ -6,42 +6,48 @@ numbers could not be had, or an internal error; 130 interrupted.
 
 from __future__ import annotations
 
+import json as plain_json
 import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-os.environ.setdefault(
-    "PYDANTIC_DISABLE_PLUGINS", "__all__"
-)  # Typer would load every plugin installed: milliseconds, and not ours
-
 import typer
 from typer.core import TyperGroup
 
-from vireport.cli.options import (
-    Formats,
-    Json,
-    Overrides,
-    Quiet,
-    ScenarioFile,
-    Templates,
-    command_of,
-    emit,
-    formats_of,
-    load,
-    show,
-)
+from vireport.cli.outcome import Outcome, deliver, progress
 from vireport.errors import ScenarioError, UsageError, VireportError
 from vireport.version import __version__
 
 if TYPE_CHECKING:
-    from vireport.gate import Criterion
+    from vireport.scenario import Loaded
+    from vireport.study import Task
 
 EPILOG = (
     "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, "
     "but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had, or "
     "an internal error; 130 interrupted."
 )
+
+ScenarioFile = Annotated[str, typer.Argument(metavar="SCENARIO", help="A YAML file, or - for standard input.")]
+Folder = Annotated[Path | None, typer.Option("--output", "-o", metavar="DIR", help="Where to write.")]
+Overrides = Annotated[
+    list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Set a value over the file's; may be repeated.")
+]
+Formats = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--format",
+        metavar="FORMAT",
+        help="Write only these: html, pdf, png, json, csv; junit, markdown, github for CI; commas, or repeated.",
+    ),
+]
+Templates = Annotated[
+    Path | None,
+    typer.Option("--templates", metavar="DIR", help="A folder whose report templates replace ours, file by file."),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")]
 
 
 class DefaultGroup(TyperGroup):
@@ -110,63 +116,43 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Solve a scenario and write its report, figures and results."""
-    loaded = load(scenario, set_)
+    loaded = _loaded(scenario, set_)
+    _refuse_files_beside_json(json, "results", output, format_)
+    from vireport.cli.outputs import results_outcome, run_outcome
+
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
-    command = command_of("run", [scenario], *options)
+    command = _command("run", [scenario], *options)
     if json:
-        if output is not None or format_:
-            raise UsageError("--json prints the results and writes no file: leave out --output and --format")
-        from vireport.study import (
-            analyse,
-            provenance_of,
-            results_json,
-            with_certificates,
-        )
-
-        study = analyse(loaded, ("json",))
-        if certify:
-            study = with_certificates(study)
-        emit(results_json(study, provenance_of(loaded, command)))
-        _exit_by(study.criteria, said=False)
+        deliver(results_outcome(loaded, command, certify))
         return
-    from vireport.cli.outputs import default_folder, write_outputs
-
-    folder = output or default_folder(scenario)
-    progress = None if quiet or not sys.stderr.isatty() else show
-    written = write_outputs(loaded, folder, formats_of(format_), command, templates, progress, certify)
-    if written.printed:
-        emit(written.printed.encode())
-    if not quiet:
-        print(written.summary, file=sys.stderr)
-    _exit_by(written.criteria, said=not quiet)
+    with progress(quiet) as say:
+        outcome = run_outcome(loaded, _formats(format_), command, templates, say, certify)
+    deliver(outcome, output or _default_folder(scenario), quiet)
 
 
 @app.command()
 def validate(scenario: ScenarioFile, set_: Overrides = None) -> None:
     """Check a scenario and say what is wrong with it; compute nothing."""
-    loaded = load(scenario, set_)
-    print(f"{loaded.document.name}: valid", file=sys.stderr)
+    deliver(Outcome(summary=f"{_loaded(scenario, set_).document.name}: valid"))
 
 
 @app.command()
 def schema() -> None:
     """Print the JSON Schema of scenarios, for editors."""
-    import json
+    from vireport.scenario import schema as schema_of_scenarios
 
-    from vireport.scenario import schema as build
-
-    print(json.dumps(build(), indent=2, ensure_ascii=False))
+    deliver(Outcome(plain_json.dumps(schema_of_scenarios(), indent=2, ensure_ascii=False) + "\n"))
 
 
 @app.command()
 def init(
-    path: Annotated[str, typer.Argument(metavar="[FILE]", help="Where to write it; - prints it.")] = "scenario.yaml",
+    path: Annotated[str, typer.Argument(metavar="FILE", help="Where to write it; - prints it.")] = "scenario.yaml",
 ) -> None:
     """Write a commented scenario to start from; an existing file is left alone."""
     from vireport.scenario import init_text
 
     if path == "-":
-        print(init_text(), end="")
+        deliver(Outcome(init_text()))
         return
     try:
         with open(path, "x", encoding="utf-8") as file:
@@ -175,43 +161,193 @@ def init(
         raise UsageError(f"{path} exists already; name another file, or - to print the scenario") from error
     except OSError as error:
         raise UsageError(f"{path} cannot be written: {error.strerror}") from error
-    print(f"wrote {path}; next: vireport {path}", file=sys.stderr)
+    deliver(Outcome(summary=f"wrote {path}; next: vireport {path}"))
 
 
-@app.command(name="plan")
-def show_plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats = None) -> None:
+@app.command()
+def plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats = None) -> None:
     """Print what a run would do, what it would leave out, and why; compute nothing."""
-    from vireport.study import plan
+    from vireport.study import plan as plan_of
 
-    steps = plan(load(scenario, set_).scenario, formats_of(format_)).steps
-    width = max(len(step.name) for step in steps)
-    for step in steps:
-        print(f"{'run ' if step.runs else 'skip'}  {step.name:<{width}}  {step.what} ({step.why})")
-
-
-def _exit_by(criteria: tuple[Criterion, ...], said: bool) -> None:
-    """Leave with 1 where something that is required is not met, and say what, unless that is said already."""
-    if all(criterion.passed for criterion in criteria):
-        return
-    if not said:
-        from vireport.gate import unmet
-
-        print(f"vireport: {unmet(criteria)}", file=sys.stderr)
-    raise typer.Exit(1)
+    steps = plan_of(_loaded(scenario, set_).scenario, _formats(format_)).steps
+    width = max(len(step.task) for step in steps)
+    rows = [f"{'run ' if step.runs else 'skip'}  {step.task:<{width}}  {step.what} ({step.why})\n" for step in steps]
+    deliver(Outcome("".join(rows)))
 
 
-def _runs(arguments: list[str]) -> bool:
-    """Whether it is plainly a run that is asked for: the other commands, each some work to set up, are not needed."""
-    return bool(arguments) and (arguments[0] in ("run", "-") or arguments[0].endswith((".yaml", ".yml")))
+@app.command()
+def accuracy(
+    scenario: ScenarioFile,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write the figures and accuracy.json here too.")
+    ] = None,
+    json: Json = False,
+    every: Annotated[bool, typer.Option("--all", help="A row for every run, not only the best.")] = False,
+    set_: Overrides = None,
+    quiet: Quiet = False,
+) -> None:
+    """Measure error against run time of every method, and the compliant membrane beside the rigid one."""
+    loaded = _loaded(scenario, set_)
+    from vireport.cli import accuracy_outputs
+
+    with progress(quiet) as say:
+        study = accuracy_outputs.measured(loaded, say)
+        files = accuracy_outputs.files(study) if output is not None else {}
+    deliver(
+        Outcome(accuracy_outputs.data(study) if json else accuracy_outputs.text(study, every), files), output, quiet
+    )
+
+
+@app.command()
+def compare(
+    scenarios: Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Two or more, or one with --vary.")],
+    vary: Annotated[
+        list[str] | None,
+        typer.Option("--vary", metavar="PATH=A,B,...", help="Values of a key; several of them make a grid."),
+    ] = None,
+    output: Folder = None,
+    json: Json = False,
+    set_: Overrides = None,
+    format_: Formats = None,
+    templates: Templates = None,
+    quiet: Quiet = False,
+) -> None:
+    """Compare scenarios, or variants of one: figures on shared axes, and what differs, most changed first."""
+    _refuse_files_beside_json(json, "comparison", output, format_)
+    from vireport.cli.outputs import compare_outcome
+    from vireport.comparison import compare as compare_scenarios
+    from vireport.comparison import comparison_provenance, outputs
+
+    options = (("--vary", vary), ("--json", json), ("--set", set_), ("--format", format_))
+    command = _command("compare", scenarios, *options)
+    with progress(quiet) as say:
+        comparison = compare_scenarios(scenarios, vary or None, overrides=set_ or (), progress=say)
+        if not json:
+            outcome = compare_outcome(comparison, _formats(format_), command, templates, say)
+    if json:
+        outcome = Outcome(outputs.compare_json(comparison, comparison_provenance(comparison, command)))
+    deliver(outcome, output or Path(outputs.FOLDER), quiet)
+
+
+@app.command()
+def diff(
+    baseline: Annotated[str, typer.Argument(metavar="RESULTS.json", help="The results.json of an earlier run.")],
+    scenario: ScenarioFile,
+    tolerance: Annotated[
+        float, typer.Option(metavar="SHARE", min=0.0, help="Relative change up to which nothing has changed.")
+    ] = 1e-6,
+    markdown: Annotated[bool, typer.Option("--markdown", help="As a table for a pull request.")] = False,
+    json: Json = False,
+    set_: Overrides = None,
+) -> None:
+    """Say what has changed since earlier results, beyond the tolerance; exit code 1 if anything has."""
+    from vireport.comparison import baseline as earlier
+    from vireport.study import analyse
+
+    before = earlier.read_baseline(baseline)
+    changes = earlier.diff(before, analyse(_loaded(scenario, set_), ("json",)), relative=tolerance)
+    if json:
+        printed = earlier.diff_json(changes, tolerance)
+    else:
+        render = earlier.diff_markdown if markdown else earlier.diff_text
+        printed = render(changes, Path(baseline).name).rstrip("\n").encode() + b"\n"
+    deliver(Outcome(printed, exit_code=1 if changes else 0))
+
+
+@app.command()
+def explain(
+    code: Annotated[str | None, typer.Argument(metavar="CODE", help="Of an alert, such as VR010; else all.")] = None,
+) -> None:
+    """Say what an alert means, what causes it, and what to do."""
+    from vireport.gate import explanation
+
+    deliver(Outcome(explanation(code)))
+
+
+@app.command()
+def extremes(
+    scenario: Annotated[
+        str | None, typer.Argument(metavar="SCENARIO", help="Whose device is taken to extremes; else the paper's.")
+    ] = None,
+    json: Json = False,
+    set_: Overrides = None,
+    quiet: Quiet = False,
+) -> None:
+    """Run the catalogue of extreme cases against 40-digit arithmetic; exit code 1 if one fails."""
+    from vireport.extremes import run_catalogue, table_data, table_text
+
+    if scenario is None and set_:
+        raise UsageError("--set needs a scenario to set it over")
+    loaded = None if scenario is None else _loaded(scenario, set_)
+    with progress(quiet) as say:
+        outcomes = run_catalogue(loaded, say)
+    printed = f"{plain_json.dumps(table_data(outcomes), allow_nan=False)}\n" if json else table_text(outcomes)
+    deliver(Outcome(printed, exit_code=1 if any(outcome.verdict == "failed" for outcome in outcomes) else 0))
+
+
+@app.command()
+def sweep(
+    map_file: Annotated[str, typer.Argument(metavar="MAP", help="A YAML file with a map block.")],
+    output: Folder = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="A Dask scheduler whose workers compute.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Processes on this machine; by default one a core.")
+    ] = None,
+    figures: Annotated[bool, typer.Option(help="Whether to draw heat maps.")] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Compute a map over two or more parameters; begun anew, it resumes where it was interrupted."""
+    # One process works on each core: threads of the linear algebra would be in their way. Before numpy is imported.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from vireport.sweep import run_map, terminal_progress
+
+    shown = None if quiet or not sys.stderr.isatty() else terminal_progress()
+    summary = run_map(map_file, output or _default_folder(map_file), scheduler, workers, shown, figures)
+    deliver(Outcome(summary=summary), quiet=quiet)
+
+
+def _loaded(scenario: str, overrides: list[str] | None) -> Loaded:
+    from vireport.scenario import load
+
+    return load(scenario, overrides or ())
+
+
+def _formats(asked: list[str] | None) -> tuple[Task, ...]:
+    """The outputs asked for, the usual ones where none are."""
+    from vireport.study import ALL_FORMATS, FORMATS
+
+    words = [word.strip() for part in asked or [] for word in part.split(",") if word.strip()]
+    unknown = [word for word in words if word not in ALL_FORMATS]
+    if unknown:
+        raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} (allowed: {', '.join(ALL_FORMATS)})")
+    return tuple(task for task in ALL_FORMATS if task in words) or FORMATS
+
+
+def _refuse_files_beside_json(json: bool, what: str, output: Path | None, formats: list[str] | None) -> None:
+    if json and (output is not None or formats):
+        raise UsageError(f"--json prints the {what} and writes no file: leave out --output and --format")
+
+
+def _default_folder(scenario: str) -> Path:
+    """Folder named after the scenario, in the current one."""
+    return Path("stdin" if scenario == "-" else Path(scenario).stem or "report")
+
+
+def _command(command: str, files: list[str], *options: tuple[str, list[str] | bool | None]) -> str:
+    """The command for the record: without the folders, which do not change the results."""
+    from shlex import join
+
+    words = ["vireport", command, *(name if name == "-" else Path(name).name for name in files)]
+    for option, values in options:
+        words += [option] if values is True else [word for value in values or [] for word in (option, value)]
+    return join(words)
 
 
 def main(arguments: list[str]) -> int:
     """Run the command line on `arguments` and return the exit code."""
     try:
-        if not _runs(arguments):
-            from vireport.cli.commands import register
-
-            register(app)
         app(args=arguments, prog_name="vireport")
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else 0

@@ -1,163 +1,127 @@
-"""Runs a scenario to its files: study, pictures, report, results; each file is whole or is not there."""
+"""What the commands `run` and `compare` come to: results on standard output, or reports, figures and tables as files.
+
+Only what the formats asked for need is imported.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.files import write_files
+from vireport.cli.outcome import Outcome
 from vireport.scenario import Loaded
-from vireport.study import (
-    Study,
-    analyse,
-    provenance_of,
-    with_certificates,
-)
+from vireport.study import FIGURES, Study, Task, analyse, branches_csv, provenance_of, results_json, with_certificates
 
 if TYPE_CHECKING:
-    from vireport.figures import Picture, Simulated
-    from vireport.gate import Criterion
+    from vireport.comparison import Comparison
+    from vireport.figures import Picture
     from vireport.progress import Progress
 
 
-@dataclass(frozen=True, slots=True)
-class Written:
-    """What a run comes to, once its files are there.
-
-    Attributes
-    ----------
-    summary : str
-        In words.
-    printed : str
-        For standard output: annotations and proven enclosures, "" where neither is asked for.
-    criteria : tuple of Criterion
-        What the scenario requires.
-    """
-
-    summary: str
-    printed: str
-    criteria: tuple[Criterion, ...]
+def results_outcome(loaded: Loaded, command: str, certify: bool) -> Outcome:
+    """The results of a scenario, on standard output."""
+    study = analyse(loaded, (Task.JSON,))
+    if certify:
+        study = with_certificates(study)
+    return _judged(study, printed=results_json(study, provenance_of(loaded, command)))
 
 
-def default_folder(scenario: str) -> Path:
-    """Folder named after the scenario, in the current one."""
-    return Path("stdin" if scenario == "-" else Path(scenario).stem or "report")
-
-
-def write_outputs(
-    loaded: Loaded,
-    folder: Path,
-    formats: Iterable[str],
-    command: str,
-    templates: Path | None = None,
-    progress: Progress | None = None,
-    certify: bool = False,
-) -> Written:
-    """Study a scenario, write the outputs asked for, and return what it comes to.
+def run_outcome(
+    loaded: Loaded, formats: Sequence[Task], command: str, templates: Path | None, say: Progress, certify: bool
+) -> Outcome:
+    """The files of a scenario, what is for standard output beside them, and the verdict.
 
     Parameters
     ----------
     loaded : Loaded
-    folder : Path
-        Created if it is not there.
-    formats : iterable of str
-        Among `plan.ALL_FORMATS`.
+    formats : sequence of Task
+        Among `study.ALL_FORMATS`.
     command : str
         For the record.
     templates : Path, optional
         A folder whose report templates replace the package's.
-    progress : callable, optional
+    say : callable
         Told each step as it begins.
     certify : bool
         Whether to prove the critical points.
-
-    Raises
-    ------
-    UsageError
-        If the folder cannot be written to.
     """
-    say = progress or (lambda what: None)
     say("solving")
     study = analyse(loaded, formats, say)
     if certify:
         say("proving the critical points")
         study = with_certificates(study)
-    files = render(study, command, templates, say)
-    say("writing")
-    write_files(folder, files)
-    say("")
-
-    wrote = f"\nwrote {', '.join(str(folder / name) for name in files)}" if files else ""
-    return Written(f"{study.verdict.headline}{wrote}", _printed(study), study.criteria)
-
-
-def _printed(study: Study) -> str:
-    text = ""
-    if study.certificates is not None and study.solution.sweep is not None:
-        from vireport.report import certify_text
-
-        text += certify_text(study.certificates, study.solution.sweep.parameter).rstrip() + "\n"
-    elif study.certificates is not None:
-        text += "No critical point to prove: there is no sweep.\n"
-    if study.plan.runs("github"):
+    printed = _certificates(study)
+    if study.plan.runs(Task.GITHUB):
         from vireport.report import github
 
-        text += github(study)
-    return text
+        printed += github(study)
+    files = run_files(study, command, templates, say)
+    return _judged(study, printed, files, study.verdict.headline)
 
 
-def render(study: Study, command: str, templates: Path | None, say: Progress) -> dict[str, bytes]:
-    """The files of a study by their names, in memory; only what its plan asks for is imported."""
-    plan, provenance, files = study.plan, provenance_of(study.loaded, command), {}
-    drawn: tuple[Picture, ...] = ()
-    if any(step.runs for step in plan.steps if step.name.startswith("figure-")):
+def run_files(study: Study, command: str, templates: Path | None, say: Progress) -> dict[str, bytes]:
+    """The files of a study by their names."""
+    plan, provenance, files = study.plan, provenance_of(study.loaded, command), dict[str, bytes]()
+    pictures: tuple[Picture, ...] = ()
+    if plan.runs(*FIGURES):
         say("drawing")
-        from vireport.figures import pictures
-
-        drawn = pictures(study, _overlay(study))
-    if plan.runs("html") or plan.runs("pdf"):
+        pictures = _pictures(study)
+    if plan.runs(Task.HTML, Task.PDF):
         say("setting the report")
-        from vireport.report import (
-            build_report,
-            render_html,
-            render_pdf,
-        )
+        from vireport.report import build_report, render_html, render_pdf
 
-        model = build_report(study, drawn, provenance)
-        if plan.runs("html"):
-            files["report.html"] = render_html(model, templates)
-        if plan.runs("pdf"):
-            files["report.pdf"] = render_pdf(model, templates)
-    if plan.runs("png"):
-        files |= {f"{picture.name}.png": picture.png for picture in drawn}
-    if plan.runs("json") or plan.runs("csv"):
-        from vireport.study import (
-            branches_csv,
-            results_json,
-        )
+        report = build_report(study, pictures, provenance)
+        if plan.runs(Task.HTML):
+            files["report.html"] = render_html(report, templates)
+        if plan.runs(Task.PDF):
+            files["report.pdf"] = render_pdf(report, templates)
+    if plan.runs(Task.PNG):
+        files |= {f"{picture.name}.png": picture.png for picture in pictures}
+    if plan.runs(Task.JSON):
+        files["results.json"] = results_json(study, provenance)
+    if plan.runs(Task.CSV):
+        files["branches.csv"] = branches_csv(study)
+    if plan.runs(Task.JUNIT, Task.MARKDOWN):
+        from vireport.report import junit, markdown
 
-        if plan.runs("json"):
-            files["results.json"] = results_json(study, provenance)
-        if plan.runs("csv"):
-            files["branches.csv"] = branches_csv(study)
-    if plan.runs("junit") or plan.runs("markdown"):
-        from vireport.report import (
-            junit,
-            markdown,
-        )
-
-        if plan.runs("junit"):
+        if plan.runs(Task.JUNIT):
             files["junit.xml"] = junit(study)
-        if plan.runs("markdown"):
+        if plan.runs(Task.MARKDOWN):
             files["summary.md"] = markdown(study, provenance).encode()
     return files
 
 
-def _overlay(study: Study) -> Simulated | None:
-    if study.crosscheck is None:
-        return None
-    from vireport.figures import simulated_points
+def compare_outcome(
+    comparison: Comparison, formats: Sequence[Task], command: str, templates: Path | None, say: Progress
+) -> Outcome:
+    """The files of a comparison, and what differs."""
+    from vireport.comparison import outputs
 
-    return simulated_points(study)
+    files = outputs.render_comparison(comparison, set(formats), command, templates, say)
+    return Outcome(files=files, summary=outputs.summary(comparison))
+
+
+def _judged(study: Study, printed: str | bytes, files: dict[str, bytes] | None = None, summary: str = "") -> Outcome:
+    """The outcome of a study, with the exit code that what its scenario requires makes it."""
+    if all(criterion.passed for criterion in study.criteria):
+        return Outcome(printed, files or {}, summary)
+    from vireport.gate import unmet
+
+    return Outcome(printed, files or {}, summary, unmet(study.criteria), exit_code=1)
+
+
+def _certificates(study: Study) -> str:
+    if study.certificates is None:
+        return ""
+    if study.solution.sweep is None:
+        return "No critical point to prove: there is no sweep.\n"
+    from vireport.report import certify_text
+
+    return certify_text(study.certificates, study.solution.sweep.parameter).rstrip() + "\n"
+
+
+def _pictures(study: Study) -> tuple[Picture, ...]:
+    from vireport.figures import pictures, simulated_points
+
+    return pictures(study, None if study.crosscheck is None else simulated_points(study))

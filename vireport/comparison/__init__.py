@@ -3,14 +3,12 @@
 from vireport.comparison import baseline, outputs
 from vireport.comparison.baseline import diff
 from vireport.comparison.comparison import Comparison, compare
-from vireport.comparison.figures import compare_figure
-from vireport.comparison.pages import comparison_provenance
+from vireport.comparison.outputs import comparison_provenance
 
 __all__ = [
     "Comparison",
     "baseline",
     "compare",
-    "compare_figure",
     "comparison_provenance",
     "diff",
     "outputs",

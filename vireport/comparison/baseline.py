@@ -1,26 +1,28 @@
 """What changed since a baseline: results.json of an earlier run against a scenario as it is now, for pull requests.
 
 Numbers count as the same within a relative tolerance and what their error bounds leave open. A critical point that
-has another number, because there is one more before it, is the same point.
+has another label, because there is one more before it, is the same point.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from vireport.comparison.changes import Change, changes, shown, shown_apart
+from vireport.analysis import Stability
+from vireport.comparison.differences import differences, digits_apart, printed
+from vireport.comparison.quantities import Axes, Group, axes_of, quantities_of, same_setting, settings_of
 from vireport.errors import UsageError
 from vireport.study import SCHEMA_VERSION, Study
 from vireport.text import (
     ABSENT,
+    markdown_table,
+    markdown_text,
     percent,
 )
-
-__all__ = ["Change", "check_baseline", "diff", "diff_json", "diff_markdown", "diff_text", "read_baseline"]
 
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""
@@ -29,6 +31,53 @@ LARGEST = 1 << 30
 """Bytes of a baseline beyond which it is no results.json."""
 
 NEEDED = ("schema_version", "scenario", "branches", "critical_points", "stable_range", "design_point", "alerts")
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One thing that is not as it was.
+
+    Attributes
+    ----------
+    group : Group
+    what : str
+        Which quantity.
+    before, after : float, str or None
+        None where there was or is none.
+    unit : str
+        Of the numbers, or "".
+    change : float or None
+        Relative to the value before, where both are numbers and that is not zero.
+    """
+
+    group: Group
+    what: str
+    before: float | str | None
+    after: float | str | None
+    unit: str = ""
+    change: float | None = None
+
+    @property
+    def sides(self) -> tuple[str, str]:
+        """Both sides as text, numbers with so many digits that they differ."""
+        sides = (self.before, self.after)
+        numbers = [value for value in sides if isinstance(value, float)]
+        digits = digits_apart(numbers, self.unit or "1")
+        before, after = (
+            printed(value, self.unit or "1", digits) if isinstance(value, float) else value or "none" for value in sides
+        )
+        return before, after
+
+    @property
+    def sentence(self) -> str:
+        """The change in words."""
+        before, after = self.sides
+        if self.before is None:
+            return f"{self.what}: new, {after}."
+        if self.after is None:
+            return f"{self.what}: gone, was {before}."
+        size = f" ({percent(self.change, signed=True)})" if self.change is not None else ""
+        return f"{self.what}: {before} to {after}{size}."
 
 
 def read_baseline(path: str | Path) -> dict[str, Any]:
@@ -49,11 +98,11 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
         raise UsageError(f"{path}: cannot be read ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{path}: is no JSON ({error}); a baseline is the results.json of an earlier run") from error
-    check_baseline(baseline, str(path))
+    _check(baseline, str(path))
     return dict(baseline)
 
 
-def check_baseline(baseline: Any, name: str = "baseline") -> None:
+def _check(baseline: Any, name: str = "baseline") -> None:
     """Raise UsageError, saying what is missing, unless this is results.json of a version that is understood."""
     if not isinstance(baseline, Mapping):
         raise UsageError(f"{name}: is no results.json (a block of keys)")
@@ -81,51 +130,156 @@ def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) 
     UsageError
         Where the baseline is no results.json, or lacks something that is compared.
     """
-    check_baseline(baseline)
+    _check(baseline)
     now = study.to_dict()
     try:
-        return tuple(changes(baseline, now, relative))
+        return changes(baseline, now, relative)
     except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
         what = f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error)
         raise UsageError(f"baseline: is no results.json of vireport: {what}") from error
 
 
-def diff_text(found: Sequence[Change], baseline: str = "the baseline") -> str:
+def changes(old: Mapping[str, Any], new: Mapping[str, Any], relative: float = RELATIVE) -> tuple[Change, ...]:
+    """What is not the same in two results, as data; by groups, of each what changed most first.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        Where one lacks what results.json has.
+    """
+    order = list(Group)
+    changed = [*_changed_numbers(old, new, relative), *_changed_statements(old, new)]
+    return tuple(sorted(changed, key=lambda x: (order.index(x.group), x.what if x.group is Group.ALERT else "")))
+
+
+def _changed_numbers(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> Iterator[Change]:
+    members = quantities_of({"before": _relabelled(old, new, relative), "after": new})
+    axes = axes_of(members.values(), relative)
+    for difference in differences(members, Axes(axes.always), relative):
+        before, after = difference.values
+        gone_or_new = (before is None) != (after is None) and all(entry.comparable for entry in difference.entries)
+        if difference.group is not Group.DESIGN_POINT and (difference.differs or gone_or_new):
+            unit = "" if difference.unit == "1" else difference.unit
+            size = None if difference.group is Group.MARGIN else _relative(before, after)
+            yield Change(difference.group, difference.quantity, before, after, unit, size)
+
+
+def _changed_statements(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
+    before, after = dict(_statements(old)), dict(_statements(new))
+    for key in dict.fromkeys([*before, *after]):
+        group, what = key[0], (after.get(key) or before[key])[0]
+        was, now = (statements[key][1] if key in statements else None for statements in (before, after))
+        if not same_setting(was, now):
+            yield Change(group, what, _plain(was), _plain(now), "", _relative(_plain(was), _plain(now)))
+
+
+def _statements(results: Mapping[str, Any]) -> Iterator[tuple[tuple[Group, str], tuple[str, Any]]]:
+    """What results say that is no quantity: by its group and key, what it is in words and its value."""
+    for path, value in settings_of(results["scenario"]).items():
+        yield (Group.SCENARIO, path), (path, value)
+    if (design := results["design_point"]) is not None:
+        rows = zip(design["family"], design["stability"], design["admissible"], strict=True)
+        stable = [f"{family} {word}" for family, word, admissible in rows if admissible and Stability(word).attracts]
+        what = "stable 1:1 motion at the design point"
+        yield (Group.DESIGN_POINT, ""), (what, ", ".join(sorted(stable)) or "none")
+    for alert in results["alerts"]:
+        yield (Group.ALERT, alert["code"]), (f"{alert['code']} {alert['title']}", alert["severity"])
+    for criterion in (results.get("requirements") or {}).get("criteria", ()):
+        what = f"requirements.{criterion['key']}"
+        yield (Group.REQUIREMENT, criterion["key"]), (what, "met" if criterion["passed"] else "not met")
+
+
+def _plain(value: Any) -> float | str | None:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    if isinstance(value, list | tuple):
+        return ", ".join(map(str, value))
+    return None if value is None else str(value)
+
+
+def _relative(before: float | str | None, after: float | str | None) -> float | None:
+    return (after - before) / abs(before) if isinstance(before, float) and isinstance(after, float) and before else None
+
+
+Point = Mapping[str, Any]
+
+
+def _relabelled(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> dict[str, Any]:
+    """The old results with the labels that the same critical points have in the new ones.
+
+    A point that is gone keeps its label, unless another point has it now.
+    """
+    taken = [_name(point) for point in new["critical_points"]]
+    clashing = [point["label"] for point in old["critical_points"] if _name(point) in taken]
+    labels = {label: f"{label} of the baseline" for label in clashing}
+    labels |= {point["label"]: match["label"] for point, match in _paired(old, new, relative)}
+
+    def named(points: Sequence[Point]) -> list[Point]:
+        return [{**point, "label": labels.get(point["label"], point["label"])} for point in points]
+
+    relabelled = {**old, "critical_points": named(old["critical_points"])}
+    if old["scenario"].get("sweep") and old["design_point"] is not None:
+        relabelled["design_point"] = {**old["design_point"], "margins": named(old["design_point"]["margins"])}
+    return relabelled
+
+
+def _name(point: Point) -> tuple[str, str, str]:
+    return point["label"], point["kind"], point["family"]
+
+
+def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> list[tuple[Point, Point]]:
+    """Which critical point now is which of before: first those in the same place, then those of the same label."""
+    swept = [(results["scenario"].get("sweep") or {}).get("parameter") for results in (old, new)]
+    axis = "sweep_value" if swept[0] == swept[1] else "d"
+
+    def bound(point: Point) -> float:
+        """In d, which goes with the square of a frequency at the most, a bound counts twice in proportion."""
+        value, error = float(point["sweep_value"]), float(point["error_bound"])
+        return error if axis == "sweep_value" else 2 * error * abs(float(point["d"]) / value) if value else 0.0
+
+    def same_place(point: Point, other: Point) -> bool:
+        x, y = float(point[axis]), float(other[axis])
+        return abs(y - x) <= relative * max(abs(x), abs(y)) + bound(point) + bound(other)
+
+    left, right = list(old["critical_points"]), list(new["critical_points"])
+    pairs: list[tuple[Point, Point]] = []
+    for same in (same_place, lambda point, other: _name(point) == _name(other)):
+        for point in list(left):
+            alike = (other for other in right if _name(other)[1:] == _name(point)[1:])
+            match = next((other for other in alike if same(point, other)), None)
+            if match is not None:
+                pairs.append((point, match))
+                left.remove(point)
+                right.remove(match)
+    return pairs
+
+
+def diff_text(changed: Sequence[Change], baseline: str = "the baseline") -> str:
     """The changes in lines of plain text, grouped; without a newline at the end."""
-    if not found:
+    if not changed:
         return f"No change beyond tolerance since {baseline}."
-    lines = [f"{len(found)} change{'s' * (len(found) != 1)} since {baseline}:"]
-    lines += [f"  {change.group}: {change.sentence}" for change in found]
-    return "\n".join(lines)
+    return "\n".join([f"{_count(changed, baseline)}:", *(f"  {change.group}: {change.sentence}" for change in changed)])
 
 
-def diff_markdown(found: Sequence[Change], baseline: str = "the baseline") -> str:
+def diff_markdown(changed: Sequence[Change], baseline: str = "the baseline") -> str:
     """The changes as a Markdown table, for a comment on a pull request."""
-    if not found:
-        return f"No change beyond tolerance since {_cell(baseline)}.\n"
-    lines = [
-        f"**{len(found)} change{'s' * (len(found) != 1)} since {_cell(baseline)}**",
-        "",
-        "| | what | before | now | change |",
-        "|---|---|---:|---:|---:|",
+    name = markdown_text(baseline)
+    if not changed:
+        return f"No change beyond tolerance since {name}.\n"
+    sizes = (ABSENT if change.change is None else percent(change.change, signed=True) for change in changed)
+    rows = [
+        map(markdown_text, (change.group, change.what, *change.sides, size))
+        for change, size in zip(changed, sizes, strict=True)
     ]
-    for change in found:
-        before, after = shown(change.before, change.unit), shown(change.after, change.unit)
-        if change.before is not None and change.after is not None:
-            before, after = shown_apart(change.before, change.after, change.unit)
-        size = percent(change.change, signed=True) if change.change is not None else ABSENT
-        lines.append(f"| {' | '.join(map(_cell, (change.group, change.what, before, after, size)))} |")
-    return "\n".join(lines) + "\n"
+    head, align = ("group", "what", "before", "now", "change"), ("left", "left", "right", "right", "right")
+    return f"**{_count(changed, name)}**\n\n{markdown_table(head, align, [tuple(row) for row in rows])}"
 
 
-def diff_json(found: Sequence[Change], relative: float = RELATIVE) -> bytes:
+def _count(changed: Sequence[Change], baseline: str) -> str:
+    return f"{len(changed)} change{'s' * (len(changed) != 1)} since {baseline}"
+
+
+def diff_json(changed: Sequence[Change], relative: float = RELATIVE) -> bytes:
     """The changes as JSON."""
-    data = {"changed": bool(found), "tolerance": relative, "changes": [asdict(change) for change in found]}
+    data = {"changed": bool(changed), "tolerance": relative, "changes": [asdict(change) for change in changed]}
     return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
-
-
-def _cell(text: str) -> str:
-    """A text that is no markup of Markdown."""
-    for mark in "\\`*_|<>[]":
-        text = text.replace(mark, f"\\{mark}")
-    return " ".join(text.split())

@@ -9,37 +9,34 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vireport.comparison.differences import Difference, Member
-from vireport.comparison.quantities import differences
-from vireport.comparison.variants import Variant, variants
+from vireport.comparison.differences import SAME, Difference, differences
+from vireport.comparison.quantities import Axes, axes_of, quantities_of, same_setting, settings_of
+from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.errors import NumericalError, UsageError
-from vireport.scenario import (
-    Loaded,
-    to_dict,
-)
+from vireport.scenario import to_dict
 from vireport.study import (
     SCHEMA_VERSION,
     Study,
     analyse,
+    html_table,
+)
+from vireport.text import (
+    ABSENT,
+    significant,
 )
 
 if TYPE_CHECKING:
     from vireport.progress import Progress
-Item = str | Path | Loaded | Study
-Vary = Sequence[str] | Mapping[str, Sequence[object]]
-
-MOST = 48
-"""Scenarios in one comparison: twelve rows of figures; more are the matter of a map, not of a comparison."""
-
-NOT_COMPARED = ("schema_version", "title")
-"""Keys of a scenario that have no part in its results."""
-
 
 FIGURES = ("figure-2", "figure-4", "figure-7")
 """Those of which there is one for all scenarios."""
+
+MOST_ROWS = 20
+"""Differences shown in a notebook; `Comparison.rows` has all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +64,8 @@ class Comparison:
     names : tuple of str
         One for each scenario, no two alike.
     studies : tuple of Study
+    axes : Axes
+        In what places along the sweeps are compared.
     quantities : tuple of Difference
         All that is compared, what changed most first.
     settings : tuple of Setting
@@ -75,18 +74,14 @@ class Comparison:
 
     names: tuple[str, ...]
     studies: tuple[Study, ...]
+    axes: Axes
     quantities: tuple[Difference, ...]
     settings: tuple[Setting, ...]
-
-    @property
-    def members(self) -> tuple[Member, ...]:
-        """Names and studies together."""
-        return tuple(Member(name, study) for name, study in zip(self.names, self.studies, strict=True))
 
     @cached_property
     def differences(self) -> tuple[Difference, ...]:
         """The quantities that differ by more than rounding."""
-        return tuple(one for one in self.quantities if one.differs)
+        return tuple(quantity for quantity in self.quantities if quantity.differs)
 
     def to_dict(self) -> dict[str, Any]:
         """The comparison as plain data, ready for JSON."""
@@ -103,29 +98,36 @@ class Comparison:
         return {
             "schema_version": SCHEMA_VERSION,
             "scenarios": scenarios,
-            "settings": [{"path": one.path, "values": _plain(one.values)} for one in self.settings],
-            "quantities": [one.to_dict() for one in self.quantities],
+            "settings": [{"path": setting.path, "values": list(setting.values)} for setting in self.settings],
+            "quantities": [quantity.to_dict() for quantity in self.quantities],
         }
 
     def rows(self) -> list[dict[str, Any]]:
         """A row for each quantity, for a data frame; the scenarios are columns by their names."""
         return [
             {
-                "quantity": one.quantity,
-                "group": one.group,
-                "unit": one.unit,
-                **dict(zip(self.names, one.values, strict=True)),
-                "change": one.change,
-                "differs": one.differs,
-                "sentence": one.sentence,
+                "quantity": quantity.quantity,
+                "group": quantity.group,
+                "unit": quantity.unit,
+                **dict(zip(self.names, quantity.values, strict=True)),
+                "change": quantity.change,
+                "differs": quantity.differs,
+                "sentence": quantity.sentence,
             }
-            for one in self.quantities
+            for quantity in self.quantities
         ]
 
     def _repr_html_(self) -> str:
-        from vireport.comparison.notebook import comparison_html
-
-        return comparison_html(self)
+        """What differs, the largest first, for a notebook."""
+        rows = []
+        for difference in self.differences[:MOST_ROWS]:
+            cells = [ABSENT if value is None else significant(value) for value in difference.values]
+            rows.append((difference.heading, *cells, difference.apart))
+        table = html_table(("Quantity", *self.names, "Apart"), rows) if rows else ""
+        count = len(self.differences)
+        more = f"<p>{count - len(rows)} more differ.</p>" if count > len(rows) else ""
+        lead = escape(f"{count} of {len(self.quantities)} quantities differ.")
+        return f"<p><strong>{lead}</strong></p>\n{table}{more}"
 
 
 def compare(
@@ -160,20 +162,19 @@ def compare(
     NumericalError
         Where a scenario cannot be solved; it is named.
     """
-    given = [items] if isinstance(items, str | Path | Loaded | Study) else list(items)
-    found = variants(given, vary, names, overrides, MOST)
-    if len(found) < 2:
+    chosen = variants(items, vary, names, overrides)
+    if len(chosen) < 2:
         raise UsageError("a comparison needs at least two scenarios, or one and values to vary (--vary key=1,2,3)")
     say = progress or (lambda what: None)
     studies = []
-    for k, variant in enumerate(found, 1):
-        say(f"solving {k} of {len(found)}: {variant.name}")
+    for number, variant in enumerate(chosen, 1):
+        say(f"solving {number} of {len(chosen)}: {variant.name}")
         studies.append(variant.study or _solved(variant, say))
-    members = [Member(variant.name, study) for variant, study in zip(found, studies, strict=True)]
-    scenarios = [study.scenario for study in studies]
-    return Comparison(
-        tuple(member.name for member in members), tuple(studies), differences(members), settings_of(scenarios)
-    )
+    results = {variant.name: study.to_dict() for variant, study in zip(chosen, studies, strict=True)}
+    members = quantities_of(results)
+    axes = axes_of(members.values(), SAME)
+    settings = _settings([data["scenario"] for data in results.values()])
+    return Comparison(tuple(members), tuple(studies), axes, differences(members, axes), settings)
 
 
 def _solved(variant: Variant, say: Progress) -> Study:
@@ -183,39 +184,22 @@ def _solved(variant: Variant, say: Progress) -> Study:
         raise NumericalError(f"{variant.name}: {error}") from error
 
 
-def settings_of(scenarios: Sequence[Any]) -> tuple[Setting, ...]:
+def _settings(scenarios: Sequence[Mapping[str, Any]]) -> tuple[Setting, ...]:
     """The values by which scenarios differ, in the order of the scenario format."""
-    flat = [flattened(to_dict(scenario)) for scenario in scenarios]
+    flat = [settings_of(scenario) for scenario in scenarios]
     paths = dict.fromkeys(path for values in flat for path in values)
-    found = []
-    for path in paths:
-        values = tuple(one.get(path) for one in flat)
-        if path not in NOT_COMPARED and any(value != values[0] for value in values):
-            found.append(Setting(path, values))
-    return tuple(found)
+    columns = ((path, tuple(values.get(path) for values in flat)) for path in paths)
+    return tuple(
+        Setting(path, values) for path, values in columns if not all(same_setting(values[0], value) for value in values)
+    )
 
 
 def left_out(comparison: Comparison, figure: str) -> list[tuple[str, str]]:
     """The scenarios that a figure, one of `FIGURES`, does not show, and why."""
-    found = []
+    missing = []
     for name, study in zip(comparison.names, comparison.studies, strict=True):
         if study.solution.sweep is None:
-            found.append((name, "it has no sweep"))
+            missing.append((name, "it has no sweep"))
         elif figure == "figure-7" and study.solution.membrane is None:
-            found.append((name, "device.ball_mass_kg is not given"))
-    return found
-
-
-def flattened(block: Mapping[str, Any], path: str = "") -> dict[str, Any]:
-    """The values of nested blocks by their dotted paths; what is not given is left out."""
-    found: dict[str, Any] = {}
-    for key, value in block.items():
-        if isinstance(value, Mapping):
-            found |= flattened(value, f"{path}{key}.")
-        elif value is not None:
-            found[f"{path}{key}"] = value
-    return found
-
-
-def _plain(values: Sequence[Any]) -> list[Any]:
-    return [list(value) if isinstance(value, tuple) else value for value in values]
+            missing.append((name, "device.ball_mass_kg is not given"))
+    return missing

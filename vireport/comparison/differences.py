@@ -1,36 +1,31 @@
-"""One quantity of several scenarios: a number for each, how far they are apart, and a sentence that says so."""
+"""The quantities of several scenarios side by side: how far they are apart, and a sentence that says so."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from operator import itemgetter
+from typing import Any
 
+from vireport.comparison.quantities import Axes, Entry, Group, Quantities, Quantity
 from vireport.gate import capital
-from vireport.study import Study
 from vireport.text import (
+    ABSENT,
     MOST_DIGITS,
     percent,
+    quantity,
+    significant,
 )
 
 SAME = 1e-9
 """Relative difference up to which two numbers are the same: polished ones agree to far more, and no device is made
 to less."""
 
-SAMPLED = 1e-5
-"""The same for the extremes of a curve, which are taken of its samples."""
-
 TOLD_ONE_BY_ONE = 4
 """Scenarios up to which a sentence has the number of each."""
 
 FEWEST_DIGITS = 6
-"""Of a number in a sentence."""
-
-GROUPS = ("design point", "critical point", "stable range", "margin", "voltage")
-Group = Literal["design point", "critical point", "stable range", "margin", "voltage"]
-
-Printed = Callable[[float, int], str]
-"""Writes a value with so many digits, and its unit."""
+"""Of a number in a sentence; a share has three fewer, a voltage two."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,16 +34,9 @@ class Difference:
 
     Attributes
     ----------
-    quantity : str
-        What it is, in words.
-    group : str
-        One of `GROUPS`.
-    unit : str
-        "1" where it has none.
-    values : tuple of float or None
+    of : Quantity
+    entries : tuple of Entry
         One for each scenario, in their order.
-    notes : tuple of str
-        Why a value is None, or what there is to say about it; "" else.
     change : float or None
         Largest difference over the largest size, from 0 to 2; None where there are no two values to compare, or
         where the quantity exists in some scenarios and not in others.
@@ -57,145 +45,148 @@ class Difference:
     sentence : str
     """
 
-    quantity: str
-    group: Group
-    unit: str
-    values: tuple[float | None, ...]
-    notes: tuple[str, ...]
+    of: Quantity
+    entries: tuple[Entry, ...]
     change: float | None
     differs: bool
     sentence: str
 
+    @property
+    def quantity(self) -> str:
+        """What is compared, in words."""
+        return self.of.name
+
+    @property
+    def group(self) -> Group:
+        """Kind of what is compared."""
+        return self.of.group
+
+    @property
+    def unit(self) -> str:
+        """Of the values; "1" where they have none."""
+        return self.of.unit
+
+    @property
+    def values(self) -> tuple[float | None, ...]:
+        """One for each scenario."""
+        return tuple(entry.value for entry in self.entries)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Why a value is None, or what there is to say about it; "" else."""
+        return tuple(entry.note for entry in self.entries)
+
+    @property
+    def heading(self) -> str:
+        """The quantity with its unit, for the head of a row."""
+        return capital(self.quantity) + ("" if self.unit == "1" else f" [{self.unit}]")
+
+    @property
+    def apart(self) -> str:
+        """How far apart the values are, in words."""
+        if self.change is None:
+            return "only some" if self.differs else ABSENT
+        return percent(self.change) if self.change else "type" if self.differs else "0 %"
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data, ready for JSON."""
-        plain = {name: getattr(self, name) for name in self.__slots__}
+        names = ("quantity", "group", "unit", "values", "notes", "change", "differs", "sentence")
+        plain = {name: getattr(self, name) for name in names}
         return plain | {"values": list(self.values), "notes": list(self.notes)}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Member:
-    """A scenario of a comparison."""
-
-    name: str
-    study: Study
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A quantity of one scenario.
-
-    Attributes
-    ----------
-    value : float or None
-    note : str
-        Why there is none, or a remark.
-    absent : bool
-        Whether that there is none is a finding, and not only something that was not asked for.
-    bound : float
-        Error bound of the value.
-    """
-
-    value: float | None
-    note: str = ""
-    absent: bool = False
-    bound: float = 0.0
-
-
-def rank(one: Difference) -> tuple[bool, bool, float, int]:
-    """Order of quantities: what only some scenarios have, then what changed most, then what did not."""
-    only_some = one.differs and one.change is None
-    return not only_some, not one.differs, -(one.change or 0.0), GROUPS.index(one.group)
-
-
-def difference(
-    subject: str,
-    symbol: str,
-    group: Group,
-    unit: str,
-    members: Sequence[Member],
-    entries: Sequence[Entry],
-    printed: Printed,
-    missing: str = "",
-    tolerance: float = SAME,
-) -> Iterator[Difference]:
-    """A quantity, where any scenario has it.
+def differences(members: Mapping[str, Quantities], axes: Axes, tolerance: float = SAME) -> tuple[Difference, ...]:
+    """Compare all that can be compared: what only some scenarios have first, then what changed most.
 
     Parameters
     ----------
-    subject, symbol : str
-        What it is, and what stands for its number ("" where nothing does).
-    group, unit : str
-    members : sequence of Member
-    entries : sequence of Entry
-        One for each.
-    printed : callable
-    missing : str
-        What is said of scenarios that do not have it, before their names.
+    members : mapping of str to Quantities
+        By the names of the scenarios.
+    axes : Axes
+        In which places are compared.
     tolerance : float
-        Relative difference that is none.
+        Relative difference that is none; error bounds are added to it.
     """
-    known = [entry.value for entry in entries if entry.value is not None]
-    if not known:
-        return
-    absent = any(entry.absent for entry in entries)
-    spread, size = max(known) - min(known), max(abs(value) for value in known)
-    bounds = sum(sorted(entry.bound for entry in entries)[-2:])
-    apart = spread > tolerance * size + bounds
+    compared = []
+    for of in dict.fromkeys(of for member in members.values() for of in member.entries):
+        entries = {name: member.entry(of) for name, member in members.items()}
+        known = sum(entry.value is not None for entry in entries.values())
+        if known and (of.axis is None or of.axis in axes.always):
+            compared.append(_difference(of, entries, tolerance))
+        elif known > 1 and of.axis in axes.shared:
+            entries = {name: replace(entry, finding=False) for name, entry in entries.items()}
+            compared.append(_difference(of, entries, tolerance))
+    order = (None, *axes.always, *axes.shared)
+    return tuple(sorted(compared, key=lambda x: (*_rank(x), x.of.subject, order.index(x.of.axis))))
+
+
+def _rank(difference: Difference) -> tuple[bool, bool, float, int]:
+    """Order: what only some scenarios have, then what changed most, then what did not."""
+    differs, change = difference.differs, difference.change
+    return not (differs and change is None), not differs, -(change or 0.0), list(Group).index(difference.group)
+
+
+def _difference(of: Quantity, entries: Mapping[str, Entry], tolerance: float) -> Difference:
+    known = [entry for entry in entries.values() if entry.value is not None]
+    values = [entry.value for entry in known if entry.value is not None]
+    absent = any(entry.finding for entry in entries.values())
+    spread, size = max(values) - min(values), max(map(abs, values))
+    scale, bounds = max(size, *(entry.scale for entry in known)), sum(sorted(entry.bound for entry in known)[-2:])
+    apart = spread > max(tolerance, of.tolerance) * scale + bounds
     change = spread / size if apart else 0.0
-    kinds = {entry.note for entry in entries if entry.value is not None}
-    yield Difference(
-        f"{subject}, {symbol}" if symbol else subject,
-        group,
-        unit,
-        tuple(entry.value for entry in entries),
-        tuple(entry.note for entry in entries),
+    types = of.group is Group.DESIGN_POINT and len({entry.note for entry in known}) > 1
+    return Difference(
+        of,
+        tuple(entries.values()),
         None if absent or len(known) < 2 else change,
-        absent or apart or (group == "design point" and len(kinds) > 1),
-        _sentence(subject, symbol, [member.name for member in members], entries, printed, missing, change),
+        absent or apart or types,
+        _sentence(of, entries, change),
     )
 
 
-def _sentence(
-    subject: str,
-    symbol: str,
-    names: Sequence[str],
-    entries: Sequence[Entry],
-    printed: Printed,
-    missing: str,
-    change: float,
-) -> str:
-    """The numbers by name, and how far they are apart; of many scenarios the least and the largest."""
-    having = [(who, entry.note, entry.value) for who, entry in zip(names, entries, strict=True)]
-    found = [(who, note, value) for who, note, value in having if value is not None]
-    digits = _digits([value for _, _, value in found], printed)
-    lead = f"{symbol} = " * bool(symbol)
-    if not change and found and len(found) > 1:
-        notes = {note: [who for who, other, _ in found if other == note] for _, note, _ in found}
-        number = printed(found[0][2], digits)
-        told = lead + "; ".join(_told(number, listed(whose), note) for note, whose in notes.items())
-    elif len(found) <= TOLD_ONE_BY_ONE:
-        told = lead + listed([_told(printed(value, digits), who, note) for who, note, value in found])
-    else:
-        ends = min(found, key=lambda one: one[2]), max(found, key=lambda one: one[2])
-        low, high = (_told(printed(value, digits), who, note) for who, note, value in ends)
-        told = f"{symbol} " * bool(symbol) + f"from {low} to {high}"
-    text = f"{capital(subject)}: {told}" + (f" ({percent(change)} apart)" if change else "")
-    lacking = [who for who, entry in zip(names, entries, strict=True) if entry.absent]
-    if not lacking:
-        return f"{text}."
-    others = len(lacking) > TOLD_ONE_BY_ONE and len(lacking) + len(found) == len(entries)
-    return f"{text}; {missing} {f'the {len(lacking)} others' if others else listed(lacking)}."
+def printed(value: float, unit: str, digits: int = FEWEST_DIGITS) -> str:
+    """Print a value with its unit, "1" for none."""
+    if unit == "%":
+        return percent(value / 100, digits - 3, signed=True)
+    if unit == "V":
+        return quantity(value, unit, digits - 2)
+    separator = "" if unit in ("°", "1") else " "
+    return f"{significant(value, digits)}{separator}{unit if unit != '1' else ''}"
 
 
-def _told(number: str, who: str, note: str) -> str:
-    return f"{number} in {who} ({note})" if note else f"{number} in {who}"
-
-
-def _digits(values: Sequence[float], printed: Printed) -> int:
-    """As many digits as set apart the numbers that differ."""
+def digits_apart(values: Sequence[float], unit: str) -> int:
+    """As many digits as tell apart the numbers that differ."""
     apart = len({float(f"{value:.14g}") for value in values})
     digits = range(FEWEST_DIGITS, MOST_DIGITS)
-    return next((k for k in digits if len({printed(value, k) for value in values}) >= apart), MOST_DIGITS)
+    return next((k for k in digits if len({printed(value, unit, k) for value in values}) >= apart), MOST_DIGITS)
+
+
+def _sentence(of: Quantity, entries: Mapping[str, Entry], change: float) -> str:
+    """The numbers by name, and how far they are apart; of many scenarios the least and the largest."""
+    known = [(name, entry.note, entry.value) for name, entry in entries.items() if entry.value is not None]
+    digits = digits_apart([value for _, _, value in known], of.unit)
+    numbers = {name: printed(value, of.unit, digits) for name, _, value in known}
+    lead = f"{of.symbol} = " * bool(of.symbol)
+    if not change and len(known) > 1:
+        names = {note: [name for name, other, _ in known if other == note] for _, note, _ in known}
+        number = numbers[known[0][0]]
+        text = lead + "; ".join(_in(number, listed(whose), note) for note, whose in names.items())
+    elif len(known) <= TOLD_ONE_BY_ONE:
+        text = lead + listed([_in(numbers[name], name, note) for name, note, _ in known])
+    else:
+        ends = (choose(known, key=itemgetter(2)) for choose in (min, max))
+        low, high = (_in(numbers[name], name, note) for name, note, _ in ends)
+        text = f"{of.symbol} " * bool(of.symbol) + f"from {low} to {high}"
+    text = f"{capital(of.subject)}: {text}" + (f" ({percent(change)} apart)" if change else "")
+    lacking = [name for name, entry in entries.items() if entry.finding]
+    if not lacking:
+        return f"{text}."
+    others = len(lacking) > TOLD_ONE_BY_ONE and len(lacking) + len(known) == len(entries)
+    return f"{text}; {of.missing} {f'the {len(lacking)} others' if others else listed(lacking)}."
+
+
+def _in(number: str, name: str, note: str) -> str:
+    return f"{number} in {name} ({note})" if note else f"{number} in {name}"
 
 
 def listed(parts: Sequence[str]) -> str:

@@ -6,13 +6,14 @@ import csv
 import io
 import json
 from collections.abc import Iterable
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.comparison.comparison import Comparison
 from vireport.files import write_files
-from vireport.study import FORMATS, Provenance
+from vireport.study import FORMATS, Provenance, provenance_of
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""
+
+FEW_NAMES = 3
+"""Files up to which their names stand in the provenance, and scenarios up to which theirs stand in the title."""
 
 
 def write_comparison(
@@ -61,18 +65,15 @@ def write_comparison(
 
 def summary(comparison: Comparison) -> str:
     """What differs, a line for each difference, the largest first."""
-    found = comparison.differences
-    if not found:
+    if not comparison.differences:
         return f"No difference in {len(comparison.quantities)} quantities."
-    return "\n".join(one.sentence for one in found)
+    return "\n".join(difference.sentence for difference in comparison.differences)
 
 
 def render_comparison(
     comparison: Comparison, formats: set[str], command: str, templates: Path | None, say: Progress
 ) -> dict[str, bytes]:
     """The files of a comparison by their names, in memory; only what they need is imported."""
-    from vireport.comparison.pages import comparison_provenance
-
     provenance, files = comparison_provenance(comparison, command), {}
     drawn: tuple[Picture, ...] = ()
     if formats & {"html", "pdf", "png"}:
@@ -100,6 +101,25 @@ def render_comparison(
     if "csv" in formats:
         files["compare.csv"] = compare_csv(comparison)
     return files
+
+
+def comparison_provenance(comparison: Comparison, command: str) -> Provenance:
+    """Record where a comparison comes from; its hash is that of the hashes of its scenarios, each on a line.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    command : str
+        As given, without folders.
+    """
+    each = [provenance_of(study.loaded, command) for study in comparison.studies]
+    files = list(dict.fromkeys(origin.scenario_name for origin in each))
+    name = ", ".join(files) if len(files) <= FEW_NAMES else f"{len(files)} files"
+    hashes = "".join(f"{origin.scenario_sha256}\n" for origin in each)
+    libraries = tuple(sorted({library for origin in each for library in origin.libraries}))
+    return replace(
+        each[0], scenario_name=name, scenario_sha256=sha256(hashes.encode()).hexdigest(), libraries=libraries
+    )
 
 
 def compare_json(comparison: Comparison, provenance: Provenance) -> bytes:

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from hashlib import sha256
 from itertools import pairwise
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from vireport.comparison.comparison import FIGURES, Comparison, Setting, left_out
-from vireport.comparison.differences import Difference, listed
-from vireport.comparison.quantities import HELD, NO_DESIGN, NO_MASS, NO_SWEEP, axes_of
-from vireport.figures import (
-    OUTSIDE,
-    outside_geometry,
-)
+from vireport.comparison.differences import Difference, digits_apart, listed
+from vireport.comparison.outputs import FEW_NAMES
+from vireport.comparison.quantities import Entry
+from vireport.figures import OUTSIDE
 from vireport.gate import (
     SWEEP_END,
+    AlertCode,
     Fact,
+    Severity,
+    Status,
     Verdict,
     capital,
 )
@@ -36,14 +35,11 @@ from vireport.report import (
 from vireport.report import context as context_pages
 from vireport.study import (
     Provenance,
-    provenance_of,
     with_pages,
 )
 from vireport.text import (
     ABSENT,
-    MOST_DIGITS,
     exact,
-    percent,
     significant,
     words,
 )
@@ -53,11 +49,6 @@ if TYPE_CHECKING:
 
 ACROSS = 4
 """Scenarios beside one another in a table or a figure; of more there are several."""
-
-FEW_NAMES = 3
-"""Files up to which their names stand in the head of the report."""
-
-ONLY_SOME = "only some"
 
 
 def build_comparison_report(comparison: Comparison, pictures: Sequence[Picture], provenance: Provenance) -> ReportModel:
@@ -71,7 +62,7 @@ def build_comparison_report(comparison: Comparison, pictures: Sequence[Picture],
     provenance : Provenance
         Of `comparison_provenance`.
     """
-    made = with_pages(provenance, drawn=bool(pictures))
+    origin = with_pages(provenance, drawn=bool(pictures))
     return ReportModel(
         title=_title(comparison),
         verdict=comparison_verdict(comparison),
@@ -82,57 +73,31 @@ def build_comparison_report(comparison: Comparison, pictures: Sequence[Picture],
             *section("figures", "Figures", context_pages.figures(pictures)),
             *section("alerts", "Alerts", _alerts(comparison)),
             *section("left-out", "Left out, and why", _left_out(comparison)),
-            *section("provenance", "Provenance", _provenance(comparison, made)),
+            *section("provenance", "Provenance", _provenance(comparison, origin)),
         ),
         scenario_text=_scenario_text(comparison),
-        provenance=made,
-    )
-
-
-def comparison_provenance(comparison: Comparison, command: str) -> Provenance:
-    """Record where a comparison comes from; its hash is that of the hashes of its scenarios, each on a line.
-
-    Parameters
-    ----------
-    comparison : Comparison
-    command : str
-        As given, without folders.
-    """
-    each = [provenance_of(study.loaded, command) for study in comparison.studies]
-    files = list(dict.fromkeys(one.scenario_name for one in each))
-    name = ", ".join(files) if len(files) <= FEW_NAMES else f"{len(files)} files"
-    hashes = "".join(f"{one.scenario_sha256}\n" for one in each)
-    libraries = tuple(sorted({library for one in each for library in one.libraries}))
-    return replace(
-        each[0], scenario_name=name, scenario_sha256=sha256(hashes.encode()).hexdigest(), libraries=libraries
+        provenance=origin,
     )
 
 
 def comparison_verdict(comparison: Comparison) -> Verdict:
     """What a comparison comes to: how much differs, what most, and the verdict on each scenario."""
-    found, count = comparison.differences, len(comparison.quantities)
-    facts = []
-    for name, study in zip(comparison.names, comparison.studies, strict=True):
-        one = study.verdict
-        facts.append(Fact(name, one.word, one.headline, one.status))
-    if not found:
+    verdicts = [(name, study.verdict) for name, study in zip(comparison.names, comparison.studies, strict=True)]
+    facts = tuple(Fact(name, verdict.word, verdict.headline, verdict.status) for name, verdict in verdicts)
+    differing, count = len(comparison.differences), len(comparison.quantities)
+    if not differing:
         headline = f"All {count} quantities are the same in all scenarios."
-        return Verdict("neutral", "No difference", headline, tuple(facts))
-    return Verdict("neutral", f"{len(found)} of {count} quantities differ", _plain(_headline(found)), tuple(facts))
+        return Verdict(Status.NEUTRAL, "No difference", headline, facts)
+    word = f"{differing} of {count} quantities differ"
+    return Verdict(Status.NEUTRAL, word, _plain(_headline(comparison.differences)), facts)
 
 
-def _headline(found: Sequence[Difference]) -> str:
+def _headline(differences: Sequence[Difference]) -> str:
     """What only some scenarios have, in short, and what changed most of the rest."""
-    some = list(dict.fromkeys(_short(one) for one in found if one.change is None))
-    told = f"In some scenarios only: {listed(some)}. " if some else ""
-    rest = next((one for one in found if one.change is not None), None)
-    return f"{told}{rest.sentence}" if rest else told.strip()
-
-
-def _short(one: Difference) -> str:
-    """A critical point by its label and kind, anything else by its name without the symbol."""
-    name = one.quantity.rpartition(", ")[0] if one.group in ("critical point", "stable range") else one.quantity
-    return name.partition(" of the ")[0].replace(",", "") if one.group == "critical point" else name
+    some = list(dict.fromkeys(x.of.brief or x.of.subject for x in differences if x.change is None))
+    lead = f"In some scenarios only: {listed(some)}. " if some else ""
+    sentences = (difference.sentence for difference in differences if difference.change is not None)
+    return f"{lead}{next(sentences, '')}".strip()
 
 
 def _title(comparison: Comparison) -> str:
@@ -156,32 +121,25 @@ def _differences(comparison: Comparison) -> Iterator[Block]:
     )
     yield Paragraph(_places(comparison))
     pairs = zip(comparison.names, comparison.studies, strict=True)
-    if outside := [name for name, study in pairs if outside_geometry(study)]:
+    if outside := [name for name, study in pairs if not study.solution.within_membrane]:
         which = "all scenarios" if len(outside) == len(comparison.names) else listed(outside)
-        yield Paragraph(_plain(f"Voltages of {which}: {OUTSIDE} (VR010)."))
-    rows = tuple((_apart(one), _plain(one.sentence)) for one in comparison.differences)
+        yield Paragraph(_plain(f"Voltages of {which}: {OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})."))
+    rows = tuple((difference.apart, _plain(difference.sentence)) for difference in comparison.differences)
     yield Table("Differences, the largest first", (*numbers("Apart"), *texts("In words")), rows)
-
-
-def _apart(one: Difference) -> str:
-    if one.change is None:
-        return ONLY_SOME if one.differs else ABSENT
-    return percent(one.change) if one.change else "type" if one.differs else "0 %"
 
 
 def _places(comparison: Comparison) -> str:
     """In what places along the sweep are compared."""
-    axes = axes_of(comparison.members)
-    if not axes:
+    sweeps = [study.solution.sweep for study in comparison.studies if study.solution.sweep is not None]
+    axis, also = comparison.axes.always[0], comparison.axes.shared
+    if not sweeps:
         return "No scenario has a sweep: the design points and their margins are compared."
-    if axes[0] != "d":
-        text = f"All sweep the {axes[0].quantity}, in which their critical points are compared"
-        return f"{text}; also in *d*, which is not the same multiple of it in all." if len(axes) > 1 else f"{text}."
-    swept = dict.fromkeys(
-        study.solution.sweep.parameter.quantity for study in comparison.studies if study.solution.sweep
-    )
-    text = f"The sweeps are of different parameters ({listed(list(swept))}): places are compared in *d*, which all have"
-    shared = [f"the {axis.quantity}" for axis in axes[1:] if axis != "d"]
+    if axis != "d":
+        text = f"All sweep the {axis.quantity}, in which their critical points are compared"
+        return f"{text}; also in *d*, which is not the same multiple of it in all." if also else f"{text}."
+    swept = list(dict.fromkeys(sweep.parameter.quantity for sweep in sweeps))
+    text = f"The sweeps are of different parameters ({listed(swept)}): places are compared in *d*, which all have"
+    shared = [f"the {axis.quantity}" for axis in also if axis != "d"]
     return f"{text}, and in {listed(shared)} where scenarios share that." if shared else f"{text}."
 
 
@@ -195,7 +153,7 @@ def columns(count: int) -> list[slice]:
 def _side_by_side(comparison: Comparison) -> Iterator[Block]:
     names = comparison.names
     for chosen in columns(len(names)):
-        rows = tuple(_row(one, chosen) for one in comparison.quantities)
+        rows = tuple(_row(quantity, chosen) for quantity in comparison.quantities)
         part = f": {listed(names[chosen])}" if len(names) > ACROSS else ""
         reasons = _reasons(comparison, chosen)
         yield Table(
@@ -206,40 +164,28 @@ def _side_by_side(comparison: Comparison) -> Iterator[Block]:
         )
 
 
-def _row(one: Difference, chosen: slice) -> tuple[str, ...]:
-    digits = _digits([value for value in one.values if value is not None])
-    cells = [_cell(one, value, note, digits) for value, note in zip(one.values[chosen], one.notes[chosen], strict=True)]
-    unit = "" if one.unit == "1" else f" [{one.unit}]"
-    return (_plain(f"{capital(one.quantity)}{unit}"), *cells, _apart(one))
+def _row(quantity: Difference, chosen: slice) -> tuple[str, ...]:
+    digits = digits_apart([value for value in quantity.values if value is not None], "1")
+    cells = [_cell(entry, digits) for entry in quantity.entries[chosen]]
+    return (_plain(quantity.heading), *cells, quantity.apart)
 
 
-def _digits(values: Sequence[float]) -> int:
-    apart = len({float(f"{value:.14g}") for value in values})
-    return next((k for k in range(6, MOST_DIGITS) if len({significant(v, k) for v in values}) >= apart), MOST_DIGITS)
-
-
-def _cell(one: Difference, value: float | None, note: str, digits: int) -> str:
-    if value is None:
-        return "none" if _is_finding(one, note) else ABSENT
-    short = "sweep" if note == SWEEP_END else note
-    return f"{significant(value, digits)} ({short})" if short else significant(value, digits)
-
-
-def _is_finding(one: Difference, note: str) -> bool:
-    """Whether a missing value says something of the device, and not of what was asked."""
-    return one.differs and one.change is None and note not in (NO_SWEEP, NO_DESIGN, NO_MASS, HELD)
+def _cell(entry: Entry, digits: int) -> str:
+    if entry.value is None:
+        return "none" if entry.finding else ABSENT
+    note = "sweep" if entry.note == SWEEP_END else entry.note
+    return f"{significant(entry.value, digits)} ({note})" if note else significant(entry.value, digits)
 
 
 def _reasons(comparison: Comparison, chosen: slice) -> str:
     """Why there are dashes."""
-    found: dict[str, dict[str, None]] = {}
-    for one in comparison.quantities:
-        cells = zip(comparison.names[chosen], one.values[chosen], one.notes[chosen], strict=True)
-        for name, value, note in cells:
-            if value is None and not _is_finding(one, note):
-                found.setdefault(note, {})[name] = None
-    told = "; ".join(f"{note} ({listed(list(names))})" for note, names in found.items())
-    return f"A dash: {told}." if told else ""
+    reasons: dict[str, dict[str, None]] = {}
+    for quantity in comparison.quantities:
+        for name, entry in zip(comparison.names[chosen], quantity.entries[chosen], strict=True):
+            if entry.value is None and not entry.finding:
+                reasons.setdefault(entry.note, {})[name] = None
+    texts = "; ".join(f"{reason} ({listed(list(names))})" for reason, names in reasons.items())
+    return f"A dash: {texts}." if texts else ""
 
 
 def _settings(comparison: Comparison) -> Iterator[Block]:
@@ -248,13 +194,13 @@ def _settings(comparison: Comparison) -> Iterator[Block]:
         return
     names = comparison.names
     for chosen in columns(len(names)):
-        rows = tuple((one.path, *_written(one, chosen)) for one in comparison.settings)
+        rows = tuple((setting.path, *_written(setting, chosen)) for setting in comparison.settings)
         head = (Column("Key", "code"), *numbers(*map(_plain, names[chosen])))
         yield Table("Values that are not the same in all scenarios", head, rows)
 
 
-def _written(one: Setting, chosen: slice) -> Iterator[str]:
-    for value in one.values[chosen]:
+def _written(setting: Setting, chosen: slice) -> Iterator[str]:
+    for value in setting.values[chosen]:
         if value is None:
             yield ABSENT
         elif isinstance(value, float):
@@ -264,17 +210,15 @@ def _written(one: Setting, chosen: slice) -> Iterator[str]:
 
 
 def _alerts(comparison: Comparison) -> Iterator[Block]:
-    found: dict[tuple[str, str, str], list[str]] = {}
+    names: dict[tuple[bool, str, str, str], list[str]] = {}
     for name, study in zip(comparison.names, comparison.studies, strict=True):
         for alert in study.alerts:
-            found.setdefault((alert.severity, alert.code, alert.title), []).append(name)
-    if not found:
+            key = (alert.severity is not Severity.WARNING, alert.code, capital(alert.severity), words(alert.title))
+            names.setdefault(key, []).append(name)
+    if not names:
         yield Paragraph("None.")
         return
-    ordered = sorted(found.items(), key=lambda item: (item[0][0] != "warning", item[0][1]))
-    rows = tuple(
-        (code, capital(severity), words(title), _plain(listed(names))) for (severity, code, title), names in ordered
-    )
+    rows = tuple((*key[1:], _plain(listed(whose))) for key, whose in sorted(names.items()))
     note = "The report of a scenario by itself has the cause with its numbers, and the remedy."
     yield Table("Alerts of the scenarios", texts("Code", "Severity", "Alert", "Scenarios"), rows, note)
 
@@ -285,7 +229,7 @@ def _left_out(comparison: Comparison) -> Iterator[Block]:
     yield Table("Not in this report", texts("What", "Why"), tuple((_plain(what), capital(why)) for what, why in rows))
 
 
-def _provenance(comparison: Comparison, made: Provenance) -> Iterator[Block]:
+def _provenance(comparison: Comparison, provenance: Provenance) -> Iterator[Block]:
     pairs = list(zip(comparison.names, comparison.studies, strict=True))
     if any(study.loaded.overrides for _, study in pairs):
         columns = (*texts("Scenario"), Column("File", "code"), Column("Set over it", "code"))
@@ -297,7 +241,7 @@ def _provenance(comparison: Comparison, made: Provenance) -> Iterator[Block]:
     hashes = [(_plain(name), study.loaded.sha256) for name, study in pairs]
     caption = "SHA-256 of the scenarios, with what was set over them"
     yield Table(caption, (*texts("Scenario"), Column("SHA-256", "code")), tuple(hashes))
-    yield context_pages.made_with(made, [("SHA-256 of the lines above", made.scenario_sha256)])
+    yield context_pages.made_with(provenance, [("SHA-256 of the lines above", provenance.scenario_sha256)])
 
 
 def _file(name: str) -> str:

@@ -1,288 +1,377 @@
-"""What of several scenarios is compared: motions, critical points, stable ranges, margins and voltages.
+"""What can be compared of one scenario: motions, critical points, stable ranges, margins and voltages.
 
-A place along the sweep is given in the swept parameter where all scenarios sweep the same one, and in d where they
-do not; critical points are the same where their label, kind and family are.
+All is taken from the data of results.json, so that a study and the results of an earlier run are the same here. A
+place along the sweep is given in the swept parameter and in d, which scenarios with different sweeps share.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any, Literal
 
-import numpy as np
-
-from vireport.analysis import (
-    CriticalKind,
-    CriticalPoint,
-    Family,
-    Margin,
-)
-from vireport.comparison.differences import SAME, SAMPLED, Difference, Entry, Member, Printed, difference, rank
-from vireport.gate import SWEEP_END
+from vireport.analysis import CriticalKind, Stability
+from vireport.physics import Device
 from vireport.scenario import Parameter
-from vireport.study import Study
-from vireport.text import (
-    percent,
-    quantity,
-    significant,
-)
+
+SAMPLED = 1e-5
+"""Relative difference up to which extremes of a curve are the same: they are taken of its samples."""
+
+SAME_INPUT = 1e-12
+"""Relative difference up to which a value of the scenario is the same: it is read from a text, and only rounding is
+forgiven."""
+
+NOT_COMPARED = ("schema_version", "title")
+"""Keys of a scenario that have no part in its results."""
+
+SAME_VOLTAGE = 1e-9
+"""Relative difference up to which two motions, such as mirror images, have one voltage."""
 
 NO_SWEEP, NO_DESIGN, NO_MASS = "no sweep", "no design point", "device.ball_mass_kg is not given"
 NO_STABLE, HELD = "no stable 1:1 motion", "the sweep holds d"
 
 Axis = Parameter | Literal["d"]
-Key = tuple[str, CriticalKind, Family]
-"""Of a critical point: label, kind and family."""
-
-Ends = tuple[tuple[float, str], tuple[float, str]]
-"""Of a stable range: values, ascending, and what ends it there."""
+"""What places are given in."""
 
 
-def differences(members: Sequence[Member]) -> tuple[Difference, ...]:
-    """Compare all that can be compared: what only some scenarios have first, then what changed most.
+class Group(StrEnum):
+    """Kinds of what is compared, in the order in which they are told."""
+
+    SCENARIO = "scenario"
+    DESIGN_POINT = "design point"
+    CRITICAL_POINT = "critical point"
+    STABLE_RANGE = "stable range"
+    MARGIN = "margin"
+    VOLTAGE = "voltage"
+    ALERT = "alert"
+    REQUIREMENT = "requirement"
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number that scenarios can have.
+
+    Attributes
+    ----------
+    group : Group
+    subject : str
+        What it is, in words.
+    unit : str
+        "1" where it has none.
+    axis : Parameter, "d" or None
+        Along which it is a place, or a distance.
+    symbol : str
+        What stands for the number, or "".
+    missing : str
+        What is said of scenarios that do not have it, before their names.
+    brief : str
+        The subject in fewer words, or "".
+    family : str
+        Of the motion that a margin's critical point is of, where the subject does not say it.
+    tolerance : float
+        Relative difference that is none, whatever is asked for.
+    """
+
+    group: Group
+    subject: str
+    unit: str
+    axis: Axis | None = None
+    symbol: str = ""
+    missing: str = ""
+    brief: str = ""
+    family: str = ""
+    tolerance: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """What it is, with the symbol that tells it from the same in another unit."""
+        return f"{self.subject}, {self.symbol}" if self.symbol else self.subject
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A quantity of one scenario.
+
+    Attributes
+    ----------
+    value : float or None
+    note : str
+        Why there is none, or a remark.
+    finding : bool
+        Whether that there is none says something of the device, and not only of what was asked for.
+    comparable : bool
+        Whether the scenario could have it: False where its sweep is of something else.
+    bound : float
+        Error bound of the value.
+    scale : float
+        Size that a relative tolerance is a share of, where that is larger than the value's.
+    """
+
+    value: float | None
+    note: str = ""
+    finding: bool = False
+    comparable: bool = True
+    bound: float = 0.0
+    scale: float = 0.0
+
+
+Items = Iterator[tuple[Quantity, Entry]]
+
+
+@dataclass(frozen=True, eq=False)
+class Quantities:
+    """The quantities of one scenario.
+
+    Attributes
+    ----------
+    device : Device
+    swept : Parameter or None
+    start : float
+        Of the sweep.
+    stable_at_design : bool or None
+        Whether a motion at the design point is stable; None where there is no design point.
+    entries : mapping of Quantity to Entry
+    """
+
+    device: Device
+    swept: Parameter | None
+    start: float
+    stable_at_design: bool | None
+    entries: Mapping[Quantity, Entry]
+
+    def entry(self, quantity: Quantity) -> Entry:
+        """The quantity, or why there is none."""
+        return self.entries.get(quantity) or self._absence(quantity.group, quantity.axis)
+
+    def _absence(self, group: Group, axis: Axis | None) -> Entry:
+        others = any(quantity.group is group and quantity.axis == axis for quantity in self.entries)
+        if group is Group.MARGIN and self.stable_at_design is None:
+            return Entry(None, NO_DESIGN)
+        if group is Group.MARGIN and others:
+            return Entry(None, "does not end the stable range")
+        if self.swept is not None and axis not in (self.swept, "d"):
+            return Entry(None, f"sweeps the {self.swept.quantity}", comparable=False)
+        if self.swept is Parameter.INCLINATION and axis == "d" and group is not Group.CRITICAL_POINT:
+            return Entry(None, HELD, comparable=False)
+        if group is Group.MARGIN:
+            stable = "no critical point ends the stable range"
+            return Entry(None, stable if self.stable_at_design else f"{NO_STABLE} at the design point")
+        if self.swept is None:
+            return Entry(None, NO_SWEEP)
+        if group is Group.CRITICAL_POINT:
+            return Entry(None, "none in the sweep", finding=True)
+        return Entry(None, "no further stable range" if others else NO_STABLE, finding=True)
+
+
+def quantities_of(members: Mapping[str, Mapping[str, Any]]) -> dict[str, Quantities]:
+    """Take the quantities from the results of several scenarios, whose stable ranges have numbers if any has several.
 
     Parameters
     ----------
-    members : sequence of Member
-        At least one.
+    members : mapping of str to mapping
+        Results as results.json has them, by the names of the scenarios.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        Where something is missing, or is not what results.json has.
     """
-    found = [*_motions(members), *_critical_points(members), *_stable_ranges(members), *_margins(members)]
-    return tuple(sorted([*found, *_voltages(members)], key=rank))
+    several = any(len(results["stable_range"]) > 1 for results in members.values())
+    return {name: _quantities(results, several) for name, results in members.items()}
 
 
-def axes_of(members: Sequence[Member]) -> list[Axis]:
-    """In what places are compared: first that which all swept scenarios have, then what some of them share.
-
-    d comes beside a swept parameter that all share only where it is not the same multiple of it in all of them.
-    """
-    sweeps = [member.study.solution.sweep for member in members if member.study.solution.sweep is not None]
-    swept = [sweep.parameter for sweep in sweeps]
-    if not swept:
-        return []
-    if len(set(swept)) > 1:
-        return ["d", *(name for name in Parameter if swept.count(name) > 1)]
-    if swept[0] == "inclination_deg":
-        return [swept[0]]
-    at = float(sweeps[0].start)
-    scales = [float(sweep.device.groups(sweep.parameter, at)[0]) for sweep in sweeps]
-    return [swept[0]] if max(scales) - min(scales) <= SAME * max(scales) else [swept[0], "d"]
+def _quantities(results: Mapping[str, Any], several: bool) -> Quantities:
+    scenario, design = results["scenario"], results["design_point"]
+    sweep = scenario.get("sweep")
+    swept, start = (Parameter(sweep["parameter"]), float(sweep["from"])) if sweep else (None, 0.0)
+    device = _device(scenario)
+    items = [
+        _stable_motions(design),
+        *(_critical_points(results["critical_points"], swept) if swept else ()),
+        *(_stable_ranges(results["stable_range"], swept, device, several) if swept else ()),
+        *(_margins(design["margins"], device, swept is not None) if design is not None else ()),
+        *_voltages(results, swept),
+    ]
+    return Quantities(device, swept, start, None if design is None else any(_stable(design)), dict(items))
 
 
-def _symbol(axis: Axis) -> str:
-    return "d" if axis == "d" else axis.symbol
-
-
-def _unit(axis: Axis) -> str:
-    return "1" if axis == "d" else axis.unit
-
-
-def _printer(axis: Axis) -> Printed:
-    return significant if axis == "d" else axis.show
-
-
-def _motions(members: Sequence[Member]) -> Iterator[Difference]:
+def _stable_motions(design: Mapping[str, Any] | None) -> tuple[Quantity, Entry]:
     """How many stable motions there are at the design point."""
-    name = "stable 1:1 motions at the design point"
-    entries = [_stable_motions(member.study) for member in members]
-    yield from difference(name, "", "design point", "1", members, entries, significant, "none in")
+    subject = "stable 1:1 motions at the design point"
+    quantity = Quantity(Group.DESIGN_POINT, subject, "1", missing="none in")
+    if design is None:
+        return quantity, Entry(None, NO_DESIGN)
+    words = [word for word, stable in zip(design["stability"], _stable(design), strict=True) if stable]
+    if not words:
+        return quantity, Entry(None, NO_STABLE, finding=True)
+    return quantity, Entry(float(len(words)), " and ".join(dict.fromkeys(words)))
 
 
-def _stable_motions(study: Study) -> Entry:
-    if study.solution.design is None:
-        return Entry(None, NO_DESIGN)
-    stable = study.solution.design.motions.stable
-    if not stable.any():
-        return Entry(None, NO_STABLE, absent=True)
-    return Entry(
-        float(stable.sum()), " and ".join(dict.fromkeys(np.array(study.solution.design.motions.words)[stable]))
+def _critical_points(points: Sequence[Mapping[str, Any]], swept: Parameter) -> Items:
+    for point in points:
+        kind, value, d = CriticalKind(point["kind"]).words, float(point["sweep_value"]), float(point["d"])
+        bound = float(point["error_bound"])
+        held = HELD if swept is Parameter.INCLINATION else ""
+        # d goes with the square of a frequency, and with the first power of a length or of the inverse of a force.
+        in_d = Entry(d, held, bound=2 * bound / abs(value) * d if value else 0.0)
+        along: tuple[tuple[Axis, Entry], ...] = ((swept, Entry(value, bound=bound)), ("d", in_d))
+        for axis, entry in along:
+            subject, brief = f"{point['label']}, {kind} of the {point['family']} motion", f"{point['label']} {kind}"
+            yield _place(Group.CRITICAL_POINT, subject, axis, "none in the sweep of", brief), entry
+
+
+def _stable_ranges(parts: Sequence[Mapping[str, Any]], swept: Parameter, device: Device, several: bool) -> Items:
+    def in_d(value: float, note: str, bound: float) -> tuple[float, str, float]:
+        d = _d(device, swept, value)
+        return d, note, 2 * bound / abs(value) * d if value else 0.0
+
+    ranges = [[_end(part, end) for end in ("from", "to")] for part in parts]
+    places: list[tuple[Axis, list[list[tuple[float, str, float]]]]] = [(swept, ranges)]
+    if swept is not Parameter.INCLINATION:
+        places.append(("d", [[in_d(*end) for end in ends] for ends in ranges]))
+    for axis, along in places:
+        for number, ends in enumerate(sorted(map(sorted, along)), 1):
+            which, missing = "stable range", "no stable range in"
+            if several:
+                which, missing = f"stable range {number}", "no such stable range in"
+            for word, (value, note, bound) in zip(("from", "to"), ends, strict=True):
+                yield _place(Group.STABLE_RANGE, f"{which} {word}", axis, missing), Entry(value, note, bound=bound)
+
+
+def _place(group: Group, subject: str, axis: Axis, missing: str, brief: str = "") -> Quantity:
+    unit, symbol = ("1", "d") if axis == "d" else (axis.unit, axis.symbol)
+    return Quantity(group, subject, unit, axis, symbol, missing, brief)
+
+
+def _end(part: Mapping[str, Any], end: str) -> tuple[float, str, float]:
+    """Value, reason and error bound of one end of a stable range."""
+    return float(part[end]), str(part[f"{end}_reason"]), float(part.get(f"{end}_error_bound") or 0.0)
+
+
+def _margins(margins: Sequence[Mapping[str, Any]], device: Device, swept: bool) -> Items:
+    """Distances to the critical points that end the stable motion of the design point, in per cent of its value."""
+    for margin in margins:
+        parameter, kind = Parameter(margin["parameter"]), CriticalKind(margin["kind"]).words
+        critical = float(margin["sweep_value"])
+        design = critical - float(margin["distance"])
+        if not margin["ends_stability"] or margin["relative"] is None:
+            continue
+        shares: list[tuple[Axis, float]] = [(parameter, float(margin["relative"]))]
+        if swept and parameter is not Parameter.INCLINATION:
+            d = _d(device, parameter, design)
+            shares.append(("d", (_d(device, parameter, critical) - d) / d))
+        for axis, share in shares:
+            symbol = "d" if axis == "d" else axis.symbol
+            subject = f"margin from the design point to {margin['label']}, {kind}, in {symbol}"
+            quantity = Quantity(Group.MARGIN, subject, "%", axis, family=margin["family"])
+            # The critical value and the design value may both be off; what is compared is their ratio, less 1.
+            bound, ratio = 100 * float(margin["error_bound"]) / abs(design), abs(critical / design)
+            yield quantity, Entry(100 * share, bound=bound, scale=200 * ratio)
+
+
+def _voltages(results: Mapping[str, Any], swept: Parameter | None) -> Items:
+    evaluated = results["scenario"]["device"].get("ball_mass_kg") is not None
+    subject, missing = "U_ave of the stable motion at the design point", "no stable motion there in"
+    yield Quantity(Group.VOLTAGE, subject, "V", missing=missing), _design_voltage(results["design_point"], evaluated)
+    volts = list(_stable_voltages(results["branches"])) if evaluated else []
+    for word, choose in (("highest", max), ("lowest", min)):
+        entry = Entry(None, f"{NO_STABLE} in the sweep", finding=True)
+        if swept is None or not evaluated:
+            entry = Entry(None, NO_SWEEP if swept is None else NO_MASS)
+        elif volts:
+            entry = Entry(choose(volts))
+        subject, missing = f"{word} U_ave over the stable range", "no stable motion in"
+        yield Quantity(Group.VOLTAGE, subject, "V", missing=missing, tolerance=SAMPLED), entry
+
+
+def _design_voltage(design: Mapping[str, Any] | None, evaluated: bool) -> Entry:
+    if design is None or not evaluated:
+        return Entry(None, NO_DESIGN if design is None else NO_MASS)
+    bounds = design["error_bounds"]["u_ave_v"]
+    rows = zip(design["u_ave_v"], bounds, _stable(design), strict=True)
+    volts = [(float(u), float(bound or 0.0)) for u, bound, stable in rows if stable]
+    if not volts:
+        return Entry(None, f"{NO_STABLE} at the design point", finding=True)
+    (highest, bound), lowest = max(volts), min(volts)[0]
+    several = highest - lowest > SAME_VOLTAGE * highest
+    return Entry(highest, f"the higher of {len(volts)}" if several else "", bound=bound)
+
+
+def _device(scenario: Mapping[str, Any]) -> Device:
+    device, excitation = scenario["device"], scenario["excitation"]
+    return Device(
+        capsule_mass_kg=device["capsule_mass_kg"],
+        restitution=device["restitution"],
+        gravity_m_s2=scenario["gravity_m_s2"],
+        length_m=device.get("length_m"),
+        amplitude_n=excitation.get("amplitude_n"),
+        frequency_hz=excitation.get("frequency_hz"),
+        inclination_deg=scenario.get("inclination_deg"),
+        period_ratio=scenario["period_ratio"],
     )
 
 
-def _critical_points(members: Sequence[Member]) -> Iterator[Difference]:
-    axes = axes_of(members)
-    for key in sorted({_key(point) for member in members for point in _points(member.study)}):
-        label, kind, family = key
-        for axis in axes:
-            entries = [_point_entry(member.study, key, axis, axis == axes[0]) for member in members]
-            if axis == axes[0] or _known(entries) > 1:
-                yield from difference(
-                    f"{label}, {kind.words} of the {family} motion",
-                    _symbol(axis),
-                    "critical point",
-                    _unit(axis),
-                    members,
-                    entries,
-                    _printer(axis),
-                    "none in the sweep of",
-                )
+def _stable(motions: Mapping[str, Any]) -> list[bool]:
+    """Which motions of a branch or of a design point are stable and admissible."""
+    rows = zip(motions["stability"], motions["admissible"], strict=True)
+    return [bool(admissible) and Stability(word).attracts for word, admissible in rows]
 
 
-def _known(entries: Sequence[Entry]) -> int:
-    return sum(entry.value is not None for entry in entries)
+def _stable_voltages(branches: Iterable[Mapping[str, Any]]) -> Iterator[float]:
+    """U_ave of the stable motions of branches, and of the critical points beside them."""
+    for branch in branches:
+        stable = _stable(branch)
+        for k, (u, label) in enumerate(zip(branch["u_ave_v"], branch["critical_point"], strict=True)):
+            if stable[k] or (label and any(stable[max(k - 1, 0) : k + 2])):
+                yield float(u)
 
 
-def _points(study: Study) -> tuple[CriticalPoint, ...]:
-    return study.solution.critical_points
+def _d(device: Device, parameter: Parameter, value: float) -> float:
+    return float(device.groups(parameter, value)[0])
 
 
-def _key(point: CriticalPoint) -> Key:
-    return point.label, point.kind, point.family
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """In what places are compared: along the first ones always, along the others where several scenarios have them."""
+
+    always: tuple[Axis, ...]
+    shared: tuple[Axis, ...] = ()
 
 
-def _point_entry(study: Study, key: Key, axis: Axis, first: bool) -> Entry:
-    if study.solution.sweep is None:
-        return Entry(None, NO_SWEEP)
-    if axis not in ("d", study.solution.sweep.parameter):
-        return Entry(None, _sweeps(study))
-    point = next((one.point for one in _points(study) if _key(one) == key), None)
-    if point is None:
-        return Entry(None, "none in the sweep", absent=first)
-    if axis != "d":
-        return Entry(point.sweep_value, bound=point.error_bound)
-    note = HELD if study.solution.sweep.parameter == "inclination_deg" else ""
-    relative = point.error_bound / abs(point.sweep_value) if point.sweep_value else 0.0
-    # d goes with the square of a frequency, and with the first power of a length or of the inverse of a force.
-    return Entry(point.d, note, bound=2 * relative * point.d)
+def axes_of(members: Iterable[Quantities], same: float) -> Axes:
+    """Choose in what the places of several scenarios are compared.
+
+    A swept parameter, where no scenario sweeps another, with d beside it only where d is not the same multiple of it
+    in all of them, to a relative difference `same`. Otherwise d, and the parameters that some share. Without any sweep
+    there are only margins, in all parameters.
+    """
+    swept = [(member.swept, member) for member in members if member.swept is not None]
+    parameters = [parameter for parameter, _ in swept]
+    if not swept:
+        return Axes(tuple(Parameter))
+    if len(set(parameters)) > 1:
+        return Axes(("d",), tuple(parameter for parameter in Parameter if parameters.count(parameter) > 1))
+    parameter, at = parameters[0], swept[0][1].start
+    if parameter is Parameter.INCLINATION:
+        return Axes((parameter,))
+    multiples = [_d(member.device, parameter, at) for _, member in swept]
+    return Axes((parameter,), () if max(multiples) - min(multiples) <= same * max(multiples) else ("d",))
 
 
-def _sweeps(study: Study) -> str:
-    return f"sweeps the {study.solution.sweep.parameter.quantity}" if study.solution.sweep else NO_SWEEP
+def settings_of(scenario: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    """The values of a scenario by their dotted paths; what is not given, or has no part in results, is left out."""
+    values: dict[str, Any] = {}
+    for key, value in scenario.items():
+        if isinstance(value, Mapping):
+            values |= settings_of(value, f"{path}{key}.")
+        elif value is not None and f"{path}{key}" not in NOT_COMPARED:
+            values[f"{path}{key}"] = value
+    return values
 
 
-def _stable_ranges(members: Sequence[Member]) -> Iterator[Difference]:
-    axes = axes_of(members)
-    for axis in axes:
-        ranges = [_ranges(member.study, axis) for member in members]
-        most = max((len(one) for one in ranges if one is not None), default=0)
-        which, missing = (" {}", "no such stable range in") if most > 1 else ("", "no stable range in")
-        for k in range(most):
-            for end, word in enumerate(("from", "to")):
-                pairs = zip(members, ranges, strict=True)
-                entries = [_range_entry(member.study, one, k, end, axis, axis == axes[0]) for member, one in pairs]
-                if axis == axes[0] or _known(entries) > 1:
-                    name = f"stable range{which.format(k + 1)} {word}"
-                    show = _printer(axis)
-                    yield from difference(
-                        name, _symbol(axis), "stable range", _unit(axis), members, entries, show, missing
-                    )
-
-
-def _range_entry(study: Study, ranges: list[Ends] | None, k: int, end: int, axis: Axis, first: bool) -> Entry:
-    if ranges is None:
-        return Entry(None, NO_SWEEP if study.solution.sweep is None else HELD if axis == "d" else _sweeps(study))
-    if k < len(ranges):
-        return Entry(*ranges[k][end])
-    return Entry(None, "no further stable range" if ranges else NO_STABLE, absent=first)
-
-
-def _ranges(study: Study, axis: Axis) -> list[Ends] | None:
-    """The stable ranges along an axis, ascending; None where the sweep is not along it."""
-    if study.solution.sweep is None or axis not in ("d", study.solution.sweep.parameter):
-        return None
-    if axis == "d" and study.solution.sweep.parameter == "inclination_deg":
-        return None
-
-    def along(value: float) -> float:
-        return float(study.solution.device.groups(part.parameter, value)[0]) if axis == "d" else value
-
-    found: list[Ends] = []
-    for part in study.solution.stable_ranges:
-        ends = ((along(value), point.label if point is not None else SWEEP_END) for value, point in part.ends)
-        low, high = sorted(ends)
-        found.append((low, high))
-    return sorted(found)
-
-
-def _margins(members: Sequence[Member]) -> Iterator[Difference]:
-    """How far the design points are from the critical points that end their stable ranges, as shares."""
-    axes = axes_of(members) or list(Parameter)
-    for axis in axes:
-        found = [_limits(member.study, axis) for member in members]
-        for key in sorted({key for one in found for key in one}):
-            pairs = zip(members, found, strict=True)
-            entries = [
-                Entry(one[key]) if key in one else Entry(None, _no_margin(member.study, one, axis))
-                for member, one in pairs
-            ]
-            if axis == axes[0] or _known(entries) > 1 or all(member.study.solution.sweep is None for member in members):
-                name = f"margin from the design point to {key[0]}, {key[1].words}, in {_symbol(axis)}"
-                yield from difference(name, "", "margin", "%", members, entries, _percent)
-
-
-def _percent(value: float, digits: int) -> str:
-    return percent(value / 100, digits - 3, signed=True)
-
-
-def _limits(study: Study, axis: Axis) -> dict[Key, float]:
-    """Distances to the critical points that end the stable range, in per cent of the design value."""
-    found: dict[Key, float] = {}
-    for margin in study.solution.design.margins if study.solution.design is not None else ():
-        share = _share(study, margin, axis)
-        if margin.ends_stability and share is not None:
-            found[margin.label, margin.kind, margin.point.family] = 100 * share
-    return found
-
-
-def _share(study: Study, margin: Margin, axis: Axis) -> float | None:
-    if axis == margin.parameter:
-        return margin.relative
-    if axis != "d" or study.solution.sweep is None or margin.parameter == "inclination_deg":
-        return None
-    at = float(study.solution.device.groups(margin.parameter, margin.sweep_value - margin.distance)[0])
-    return (float(study.solution.device.groups(margin.parameter, margin.sweep_value)[0]) - at) / at
-
-
-def _no_margin(study: Study, limits: dict[Key, float], axis: Axis) -> str:
-    if study.solution.design is None:
-        return NO_DESIGN
-    if limits:
-        return "does not end the stable range"
-    if study.solution.sweep is not None and axis not in ("d", study.solution.sweep.parameter):
-        return _sweeps(study)
-    if not study.solution.design.motions.stable.any():
-        return f"{NO_STABLE} at the design point"
-    return "no critical point ends the stable range"
-
-
-def _voltages(members: Sequence[Member]) -> Iterator[Difference]:
-    entries = [_design_voltage(member.study) for member in members]
-    name, none = "U_ave of the stable motion at the design point", "no stable motion there in"
-    yield from difference(name, "", "voltage", "V", members, entries, _volts, none)
-    extremes: tuple[tuple[str, Callable[[Any], Any]], ...] = (("highest", np.max), ("lowest", np.min))
-    for word, choose in extremes:
-        entries = [_extreme_voltage(member.study, choose) for member in members]
-        name, none = f"{word} U_ave over the stable range", "no stable motion in"
-        yield from difference(name, "", "voltage", "V", members, entries, _volts, none, SAMPLED)
-
-
-def _volts(value: float, digits: int) -> str:
-    return quantity(value, "V", digits - 2)
-
-
-def _design_voltage(study: Study) -> Entry:
-    if study.solution.design is None:
-        return Entry(None, NO_DESIGN)
-    if study.solution.design.voltages is None:
-        return Entry(None, NO_MASS)
-    stable = study.solution.design.voltages.average_v[study.solution.design.motions.stable]
-    if not len(stable):
-        return Entry(None, f"{NO_STABLE} at the design point", absent=True)
-    highest = float(stable.max())
-    several = highest - float(stable.min()) > SAME * highest
-    return Entry(highest, f"the higher of {len(stable)}" if several else "")
-
-
-def _extreme_voltage(study: Study, choose: Callable[[Any], Any]) -> Entry:
-    if study.solution.sweep is None:
-        return Entry(None, NO_SWEEP)
-    if study.solution.membrane is None:
-        return Entry(None, NO_MASS)
-    parts = [
-        branch.voltages.average_v[part.first : part.last + 1]
-        for branch in study.solution.branches
-        for part in branch.segments()
-        if part.stable and branch.voltages is not None
-    ]
-    if not parts:
-        return Entry(None, f"{NO_STABLE} in the sweep", absent=True)
-    return Entry(float(choose(np.concatenate(parts))))
+def same_setting(value: Any, other: Any) -> bool:
+    """Whether two values of a scenario are the same but for rounding."""
+    if any(isinstance(x, bool) or not isinstance(x, int | float) for x in (value, other)):
+        return bool(value == other)
+    return bool(abs(other - value) <= SAME_INPUT * max(abs(value), abs(other)))

@@ -17,6 +17,12 @@ from vireport.scenario import (
 )
 from vireport.study import Study
 
+Item = str | Path | Loaded | Study
+Vary = Sequence[str] | Mapping[str, Sequence[object]]
+
+MOST = 48
+"""Scenarios in one comparison: twelve rows of figures; more are the matter of a map, not of a comparison."""
+
 RESERVED = ("quantity", "group", "unit", "change", "differs", "sentence")
 """Columns of compare.csv that are no scenarios."""
 
@@ -25,15 +31,7 @@ OPENING, CLOSING = "[{", "]}"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Variant:
-    """A scenario of a comparison.
-
-    Attributes
-    ----------
-    name : str
-    loaded : Loaded
-    study : Study or None
-        Where it is solved already.
-    """
+    """A scenario of a comparison, with its study where it is solved already."""
 
     name: str
     loaded: Loaded
@@ -41,21 +39,17 @@ class Variant:
 
 
 def variants(
-    items: Sequence[str | Path | Loaded | Study],
-    vary: Sequence[str] | Mapping[str, Sequence[object]] | None,
+    items: Sequence[Item] | Item,
+    vary: Vary | None,
     names: Sequence[str] | None,
     overrides: str | Sequence[str] | Mapping[str, object],
-    most: int,
 ) -> list[Variant]:
     """Load every scenario in every variant; all mistakes are told at once, those of a variant with its name.
 
     Parameters
     ----------
-    items : sequence of str, Path, Loaded or Study
-    vary, names, overrides
+    items, vary, names, overrides
         As in `comparison.compare`.
-    most : int
-        How many there may be.
 
     Raises
     ------
@@ -64,43 +58,45 @@ def variants(
     ScenarioError
         Where one cannot be used.
     """
+    given = [items] if isinstance(items, str | Path | Loaded | Study) else list(items)
     axes, over = _axes(vary), as_texts(overrides)
-    count = len(items) * prod(len(values) for _, values in axes)
-    if count > most:
-        raise UsageError(f"{count} scenarios are too many to compare (allowed: at most {most})")
-    grid = [tuple(f"{path}={text}" for (path, _), text in zip(axes, texts, strict=True)) for texts in _texts(axes)]
-    found, failures = [], []
-    for item in items:
+    count = len(given) * prod(len(values) for _, values in axes)
+    if count > MOST:
+        raise UsageError(f"{count} scenarios are too many to compare (allowed: at most {MOST})")
+    grid = [
+        tuple(f"{path}={text}" for (path, _), text in zip(axes, texts, strict=True))
+        for texts in product(*(texts for _, texts in axes))
+    ]
+    loaded, failures = [], []
+    for item in given:
         for extra in grid:
             try:
-                found.append(_variant(item, over, extra))
+                loaded.append(_variant(item, over, extra))
             except ScenarioError as error:
                 failures.append((_words(extra), error))
     if failures:
         raise _all_mistakes(failures)
     if names is None:
-        return _renamed(found, _default_names(found, grid, len(items)))
-    if len(names) == len(found):
-        return _renamed(found, names)
-    if len(names) == len(items):
-        return _renamed(found, [_joined(name, _words(extra)) for name in names for extra in grid])
-    raise UsageError(f"{len(names)} names for {len(found)} scenarios")
+        return _renamed(loaded, _default_names(loaded, grid, len(given)))
+    if len(names) == len(loaded):
+        return _renamed(loaded, names)
+    if len(names) == len(given):
+        return _renamed(loaded, [_joined(name, _words(extra)) for name in names for extra in grid])
+    raise UsageError(f"{len(names)} names for {len(loaded)} scenarios")
 
 
-def _axes(vary: Sequence[str] | Mapping[str, Sequence[object]] | None) -> list[tuple[str, list[str]]]:
+def _axes(vary: Vary | None) -> list[tuple[str, list[str]]]:
     """Paths and the values of each, as texts."""
-    if not vary:
-        return []
     axes = []
     if isinstance(vary, Mapping):
         for path, values in vary.items():
             axes.append((path, [as_texts({path: value})[0].partition("=")[2] for value in values]))
     else:
-        for text in [vary] if isinstance(vary, str) else vary:
-            path, sign, values = text.partition("=")
+        for text in [vary] if isinstance(vary, str) else vary or ():
+            path, sign, listed = text.partition("=")
             if not sign or not path.strip():
                 raise UsageError(f"--vary {text}: not of the form key=value,value (such as inclination_deg=0,15,30)")
-            axes.append((path.strip(), _split(values)))
+            axes.append((path.strip(), _split(listed)))
     for k, (path, texts) in enumerate(axes):
         if not texts or not all(texts):
             raise UsageError(f"--vary {path}: a value is missing (such as {path}=1,2,3)")
@@ -128,11 +124,7 @@ def _split(text: str) -> list[str]:
     return [part.strip() for part in parts]
 
 
-def _texts(axes: Sequence[tuple[str, Sequence[str]]]) -> Iterable[tuple[str, ...]]:
-    return product(*(texts for _, texts in axes))
-
-
-def _variant(item: str | Path | Loaded | Study, over: tuple[str, ...], extra: tuple[str, ...]) -> Variant:
+def _variant(item: Item, over: tuple[str, ...], extra: tuple[str, ...]) -> Variant:
     if isinstance(item, str | Path):
         return Variant("", load(item, (*over, *extra)))
     loaded = item.loaded if isinstance(item, Study) else item
@@ -144,24 +136,18 @@ def _variant(item: str | Path | Loaded | Study, over: tuple[str, ...], extra: tu
 
 def _all_mistakes(failures: Sequence[tuple[str, ScenarioError]]) -> ScenarioError:
     """One error with the mistakes of all scenarios, each once; those of what is set, with the variant's name."""
-    found: dict[tuple[str, Mistake], None] = {}
+    files: dict[str, dict[Mistake, None]] = {}
     for words, error in failures:
         for mistake in error.mistakes:
             if not mistake.line and words:
                 mistake = replace(mistake, message=f"{mistake.message} [in the variant {words}]")
-            found[error.name, mistake] = None
-    files = dict.fromkeys(name for name, _ in found)
-    if len(files) == 1:
-        return ScenarioError(next(iter(files)), [mistake for _, mistake in found])
-    return _SeveralFiles([(name, [one for other, one in found if other == name]) for name in files])
-
-
-class _SeveralFiles(ScenarioError):
-    """The mistakes of several files, file by file."""
-
-    def __init__(self, files: Sequence[tuple[str, Sequence[Mistake]]]) -> None:
-        super().__init__(files[0][0], [mistake for _, mistakes in files for mistake in mistakes])
-        self.args = ("\n".join(str(ScenarioError(name, mistakes)) for name, mistakes in files),)
+            files.setdefault(error.name, {})[mistake] = None
+    errors = [ScenarioError(name, mistakes) for name, mistakes in files.items()]
+    if len(errors) == 1:
+        return errors[0]
+    several = ScenarioError(errors[0].name, [mistake for error in errors for mistake in error.mistakes])
+    several.args = ("\n".join(map(str, errors)),)
+    return several
 
 
 def _words(extra: Iterable[str]) -> str:
@@ -177,37 +163,33 @@ def _joined(*parts: str) -> str:
     return ", ".join(filter(None, parts))
 
 
-def _default_names(found: Sequence[Variant], grid: Sequence[tuple[str, ...]], items: int) -> list[str]:
+def _default_names(loaded: Sequence[Variant], grid: Sequence[tuple[str, ...]], items: int) -> list[str]:
     """Files by their names without suffix, variants by their values; what is set over a file where files agree."""
-    stems = [_stem(variant.loaded.document.name) for variant in found]
     if items == 1 and grid != [()]:
         return [_words(extra) for extra in grid]
+    files = [variant.loaded.document.name for variant in loaded]
+    stems = [name.strip("<>") if name.startswith("<") else Path(name).stem or name for name in files]
     words = [_words(extra) for extra in grid] * items
     names = [_joined(stem, each) for stem, each in zip(stems, words, strict=True)]
-    folders = [Path(variant.loaded.document.name).parent.name for variant in found]
+    folders = [Path(name).parent.name for name in files]
     longer = (
-        [_joined(stem, _words(variant.loaded.overrides)) for stem, variant in zip(stems, found, strict=True)],
+        [_joined(stem, _words(variant.loaded.overrides)) for stem, variant in zip(stems, loaded, strict=True)],
         [f"{folder}/{name}" if folder else name for folder, name in zip(folders, names, strict=True)],
     )
     for other in longer:
-        told = [long if names.count(name) > 1 else name for name, long in zip(names, other, strict=True)]
-        names = told if len(set(told)) > len(set(names)) else names
+        distinct = [long if names.count(name) > 1 else name for name, long in zip(names, other, strict=True)]
+        names = distinct if len(set(distinct)) > len(set(names)) else names
     return names
 
 
-def _stem(name: str) -> str:
-    return name.strip("<>") if name.startswith("<") else Path(name).stem or name
-
-
-def _renamed(found: Sequence[Variant], names: Sequence[str]) -> list[Variant]:
+def _renamed(loaded: Sequence[Variant], names: Sequence[str]) -> list[Variant]:
     """Give names, numbered where they would be alike."""
     taken = set(RESERVED)
-    result = []
-    for variant, name in zip(found, names, strict=True):
-        unique = name
-        number = 2
+    named = []
+    for variant, name in zip(loaded, names, strict=True):
+        unique, number = name, 2
         while unique in taken:
             unique, number = f"{name} ({number})", number + 1
         taken.add(unique)
-        result.append(replace(variant, name=unique))
-    return result
+        named.append(replace(variant, name=unique))
+    return named

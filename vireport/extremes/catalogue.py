@@ -1,74 +1,37 @@
-"""The catalogue of extreme cases: each answered within its bound, or refused with the reason, and no third way.
-
-An exception other than a refusal, a warning of numpy, a number that is not finite and an error beyond its bound all
-make a case fail, with its text in place of what was found.
-"""
+"""The catalogue of extreme cases around a harvester, and its outcomes as a table and as plain data."""
 
 from __future__ import annotations
 
-import re
-import warnings
-from collections.abc import Iterable
-from dataclasses import dataclass
-from importlib.util import find_spec
-from math import isfinite
-from time import perf_counter
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from textwrap import shorten
+from typing import TYPE_CHECKING, Any
 
 from vireport.analysis import SMALLEST_LOSS
-from vireport.errors import NumericalError, VireportError
-from vireport.extremes.cases import motion_cases
-from vireport.extremes.checks import Case, Finding, NotThereError, base_of
+from vireport.errors import NumericalError
 from vireport.extremes.critical import critical_cases
+from vireport.extremes.harvester import harvester_of
+from vireport.extremes.judge import Case, Outcome, Verdict, judge
+from vireport.extremes.motions import motion_cases
 from vireport.extremes.simulation import simulation_cases
 from vireport.scenario import Loaded
+from vireport.text import Column, Table, plain_table
 
 if TYPE_CHECKING:
     from vireport.progress import Progress
 
-__all__ = ["Case", "Finding", "Outcome", "catalogue", "judge", "run_catalogue"]
+COLUMNS = (
+    Column("case", width=26),
+    Column("expected", width=28),
+    Column("found", width=34),
+    Column("error", width=8),
+    Column("time", width=6),
+    Column("verdict", width=8),
+)
+"""With two spaces between them a line is 120 characters."""
 
-INSTALL = {"numba": "pip install 'vireport[simulation]'", "mpmath": "pip install 'vireport[accuracy]'"}
-"""How to get the packages that cases need."""
-
-ABSENT = "does not occur"
-"""How the text of a case begins that does not apply to the device, and passes."""
-
-LONGEST = 60.0
-"""Seconds after which a case counts as hanging; none takes more than three."""
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What became of a case.
-
-    Attributes
-    ----------
-    case : Case
-    found : str
-        The answer, the reason of the refusal, or what went wrong.
-    error : float or None
-        Relative, against 40 digits; None where it is a refusal or an invariant.
-    bound : float or None
-        That the error may have.
-    seconds : float
-    passed : bool
-    needs : str
-        Why it was left out; empty if it was run.
-    """
-
-    case: Case
-    found: str
-    error: float | None
-    bound: float | None
-    seconds: float
-    passed: bool
-    needs: str = ""
-
-    @property
-    def verdict(self) -> str:
-        """``passed``, ``failed`` or ``left out``."""
-        return "left out" if self.needs else "passed" if self.passed else "failed"
+LONGEST_CELL = 190
+"""Characters of what was found that the table shows: of a refusal the reason, not all that it says; JSON has all."""
 
 
 def catalogue(loaded: Loaded | None = None) -> tuple[Case, ...]:
@@ -79,13 +42,13 @@ def catalogue(loaded: Loaded | None = None) -> tuple[Case, ...]:
     NumericalError
         If the device is itself one of those that are refused.
     """
-    base = base_of(loaded)
-    if 1 - base.device.restitution < SMALLEST_LOSS:
+    harvester = harvester_of(loaded)
+    if 1 - harvester.device.restitution < SMALLEST_LOSS:
         raise NumericalError(
-            f"device.restitution: {base.device.restitution!r} is itself an extreme that is refused: impacts with "
+            f"device.restitution: {harvester.device.restitution!r} is itself an extreme that is refused: impacts with "
             f"hardly any loss (allowed here: at most 1 - {SMALLEST_LOSS:g})"
         )
-    return (*motion_cases(base), *critical_cases(base), *simulation_cases(base))
+    return (*motion_cases(harvester), *critical_cases(harvester), *simulation_cases(harvester))
 
 
 def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None) -> tuple[Outcome, ...]:
@@ -98,49 +61,59 @@ def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None
     progress : callable, optional
         Told each case as it begins.
     """
-    return _judged(catalogue(loaded), progress)
-
-
-def _judged(cases: Iterable[Case], progress: Progress | None) -> tuple[Outcome, ...]:
-    found = []
-    for case in cases:
+    outcomes = []
+    for case in catalogue(loaded):
         if progress is not None:
             progress(f"{case.group}: {case.name}")
-        found.append(judge(case))
-    return tuple(found)
+        outcomes.append(judge(case))
+    return tuple(outcomes)
 
 
-def judge(case: Case) -> Outcome:
-    """Run one case, with every warning an error, and decide whether it passed."""
-    missing = [name for name in case.needs if find_spec(name) is None]
-    if missing:
-        why = f"needs {' and '.join(missing)}: {', '.join(INSTALL.get(name, name) for name in missing)}"
-        return Outcome(case, "", None, None, 0.0, False, why)
-    start = perf_counter()
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            found = case.run()
-        passed, text = _passed(case, found), found.text
-    except VireportError as refusal:
-        found, text = Finding(""), " ".join(str(refusal).split())
-        passed = bool(case.refusal) and re.search(case.refusal, text) is not None
-        text = f"refused: {text}"
-    except NotThereError as absent:
-        found, text, passed = Finding(""), f"{ABSENT}: {absent}", True
-    except Exception as fault:
-        # Whatever it is, it is the finding: a catalogue that stops at the first fault would not show the next.
-        found, text, passed = Finding(""), f"{type(fault).__name__}: {fault}", False
-    seconds = perf_counter() - start
-    if seconds > LONGEST:
-        text, passed = f"took {seconds:.0f} s: {text}", False
-    return Outcome(case, text, found.error, found.bound, seconds, passed)
+def table_text(outcomes: Sequence[Outcome]) -> str:
+    """A table for each group of cases, and a last line that counts the verdicts."""
+    parts = []
+    for group, members in groupby(outcomes, key=lambda outcome: outcome.case.group):
+        table = Table(group.upper(), COLUMNS, tuple(_row(outcome) for outcome in members))
+        parts.append(f"{table.caption}\n{plain_table(table)}")
+    return "\n\n".join((*parts, summary(outcomes))) + "\n"
 
 
-def _passed(case: Case, found: Finding) -> bool:
-    """Whether an answer is right: one was asked for, nothing else is wrong with it, and its error is in its bound."""
-    if case.refusal and not case.answers:
-        return False
-    if found.error is None:
-        return found.right
-    return found.right and isfinite(found.error) and found.bound is not None and found.error <= found.bound
+def summary(outcomes: Sequence[Outcome]) -> str:
+    """How many cases there are of each verdict, the largest share of a bound that was used, and the time.
+
+    A line for each failure, and for each reason to leave cases out, follows.
+    """
+    verdicts = [outcome.verdict for outcome in outcomes]
+    shares = [o.error / o.bound for o in outcomes if o.verdict is Verdict.PASSED and o.error is not None and o.bound]
+    counted = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in Verdict if verdict in verdicts)
+    used = f"; the largest error of those passed is {max(shares):.2g} of its bound" if shares else ""
+    lines = [f"{len(outcomes)} cases: {counted}{used}; {sum(o.seconds for o in outcomes):.1f} s"]
+    lines += [f"failed: {o.case.group}: {o.case.name}" for o in outcomes if o.verdict is Verdict.FAILED]
+    lines += sorted({f"left out: {o.found}" for o in outcomes if o.verdict is Verdict.LEFT_OUT})
+    return "\n".join(lines)
+
+
+def table_data(outcomes: Iterable[Outcome]) -> list[dict[str, Any]]:
+    """The outcomes as plain data, ready for JSON: a dictionary a case, its text not cut."""
+    return [
+        {
+            "group": outcome.case.group,
+            "case": outcome.case.name,
+            "expected": outcome.case.expected,
+            "found": "" if outcome.verdict is Verdict.LEFT_OUT else outcome.found,
+            "error": outcome.error,
+            "bound": outcome.bound,
+            "seconds": round(outcome.seconds, 3),
+            "verdict": outcome.verdict,
+            "needs": outcome.found if outcome.verdict is Verdict.LEFT_OUT else None,
+        }
+        for outcome in outcomes
+    ]
+
+
+def _row(outcome: Outcome) -> tuple[str, ...]:
+    """The cells of one case, its error over its bound."""
+    error = "" if outcome.error is None else f"{outcome.error:.1e} <{outcome.bound or 0:.0e}"
+    verdict = "FAILED" if outcome.verdict is Verdict.FAILED else outcome.verdict
+    found = shorten(outcome.found, LONGEST_CELL, placeholder=" ...")
+    return (outcome.case.name, outcome.case.expected, found, error, f"{outcome.seconds:.2f} s", verdict)

@@ -2,33 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from vireport.analysis import (
-    CriticalKind,
-    CriticalPoint,
-    Family,
-    motions_of,
-    sample,
-)
-from vireport.extremes.checks import (
+from vireport.analysis import CriticalKind, CriticalPoint, Family, Motions, Solution, motions_of, sample
+from vireport.extremes.harvester import Harvester
+from vireport.extremes.judge import (
     BOUND,
     UNIT,
-    Base,
     Case,
     Finding,
     NotThereError,
+    combined,
     count,
+    distance_to,
     exact_value,
     examine,
     point_error,
 )
+from vireport.physics import Device
 from vireport.scenario import Parameter
+from vireport.study import Study
 
 SLIGHT = 0.01
 """gbar at which the pitchfork has opened into a fold that lies apart from it."""
@@ -36,11 +34,17 @@ SLIGHT = 0.01
 NEAR = 0.1
 """Distance in velocity, q and phase up to which two critical points belong together."""
 
+MET = 1e-4
+"""The same, where their two lines are followed to within `ASIDE` of where they meet."""
+
 TWINS = 1e-5
 """Distance up to which a motion is the one looked for: less than that of the two, 1e-9 of d inside a fold."""
 
 ASIDE = 1e-6
 """Relative distance in gbar from a codimension-two point at which both of its lines must be found."""
+
+BEND_STEP = 1e-4
+"""Step of the phase in which the bend of a fold is taken [rad]."""
 
 TRACES = 200_001
 """Of one strand, to count changes of its type by."""
@@ -48,212 +52,224 @@ TRACES = 200_001
 GAP_BOUND = 2e-15
 """Absolute error of a distance to a membrane: rounding of positions, times and phases of the order of 1."""
 
+MOST_POINTS = 3
+"""Points of one kind that a device is put on."""
 
-def critical_cases(base: Base) -> Iterator[Case]:
+MEETING_GBARS = np.geomspace(0.003, 1.2, 50)
+"""At which a period doubling next to a graze is looked for."""
+
+CUSP_GBARS = (1e-6, 1e-9, 1e-12)
+"""At which the fold is followed towards the pitchfork."""
+
+CUSP_ORDER, ORDER_BOUND = 2 / 3, 0.01
+"""Power of gbar with which it approaches, and how far a fitted one may be off."""
+
+GROUP = "critical points"
+
+
+def critical_cases(harvester: Harvester) -> Iterator[Case]:
     """Every case of critical points."""
-    flat, slight = base.with_device(inclination_deg=0.0), base.with_groups(gbar=SLIGHT)
-    places = (
-        ("pitchfork", flat),
-        ("fold", slight),
-        ("double eigenvalue (Delta = 0)", slight),
-        ("period doubling", slight),
-        ("grazing", slight),
-    )
-    for name, where in places:
-        kind = {"double eigenvalue (Delta = 0)": "node_focus"}.get(name, name.replace(" ", "_"))
+    flat, slight = harvester.with_device(inclination_deg=0.0), harvester.with_groups(gbar=SLIGHT)
+    for name, kind, where in (
+        ("pitchfork", CriticalKind.PITCHFORK, flat),
+        ("fold", CriticalKind.FOLD, slight),
+        ("double eigenvalue (Delta = 0)", CriticalKind.NODE_FOCUS, slight),
+        ("period doubling", CriticalKind.PERIOD_DOUBLING, slight),
+        ("grazing", CriticalKind.GRAZING, slight),
+    ):
         expected = "each in the sweep within its stated bound, as in 40 digits"
-        yield Case(f"{name} in a sweep", "critical points", expected, partial(_points, where, kind))
+        check = partial(_check_points, where.device)
+        yield Case(GROUP, f"{name} in a sweep", expected, partial(_points, where, kind), check)
         expected = "a device standing on it is answered"
-        yield Case(f"{name} as the design point", "critical points", expected, partial(_standing, where, kind))
+        yield Case(GROUP, f"{name} as the design point", expected, partial(_standing, where, kind), _check_standing)
     for inside in (1e-3, 1e-4, 1e-6, 1e-9):
-        expected = "the two motions that meet at the fold, as in 40 digits"
-        for title, where in (("", base), (", gbar = 0.01", slight)):
-            beside = partial(_beside_fold, where, inside)
-            yield Case(f"{inside:g} inside a fold{title}", "critical points", expected, beside)
-    expected = "every change between node and focus is found, as by 200,001 traces by (A.4)"
+        for title, where in (("", harvester), (f", gbar = {SLIGHT:g}", slight)):
+            expected = "the two motions that meet at the fold, as in 40 digits"
+            answer = partial(_beside_folds, where, inside)
+            yield Case(GROUP, f"{inside:g} inside a fold{title}", expected, answer, _check_twins)
     for gbar in (1e-4, 3e-4, 7e-4, 1e-3, 1e-2):
-        yield Case(
-            f"narrow range of foci, gbar = {gbar:g}",
-            "critical points",
-            expected,
-            partial(_all_changes, base.with_groups(gbar=gbar)),
-        )
+        expected = "every change between node and focus is found, as by 200,001 traces by (A.4)"
+        where = harvester.with_groups(gbar=gbar)
+        yield Case(GROUP, f"narrow range of foci, gbar = {gbar:g}", expected, where.over, _check_changes)
     expected = "to one side both are found, as in 40 digits, and to the other the graze alone"
-    yield Case("period doubling meets grazing", "two at once", expected, partial(_meeting, base))
+    yield Case("two at once", "period doubling meets grazing", expected, partial(_meeting, harvester), _check_meeting)
     expected = "the folds of gbar and -gbar meet in a cusp at the pitchfork: distance ~ gbar^(2/3)"
-    yield Case("cusp at the pitchfork", "two at once", expected, partial(_cusp, base))
+    yield Case("two at once", "cusp at the pitchfork", expected, partial(_cusp, harvester), _check_cusp)
     for name, gap in (("0", 0.0), ("+1e-14", 1e-14), ("-1e-14", -1e-14)):
         expected = "the gap as in 40 digits, and admissible only where it is positive"
-        yield Case(f"gap {name}", "grazing", expected, partial(_gap, slight, gap))
+        yield Case("grazing", f"gap {name}", expected, partial(_grazing, slight, gap), _check_gaps)
 
 
-def _found(base: Base, kind: str) -> list[CriticalPoint]:
-    solution = base.over().solution
-    points = [point for point in solution.critical_points if point.kind == kind]
+def _points(harvester: Harvester, kind: CriticalKind) -> list[CriticalPoint]:
+    points = [point for point in harvester.over().solution.critical_points if point.kind is kind]
     if not points:
         raise NotThereError(f"this device has no {kind.replace('_', ' ')} there")
     return points
 
 
-def _points(base: Base, kind: str) -> Finding:
-    worst, right = 0.0, True
-    points = _found(base, kind)
-    for point in points:
-        error, stated = point_error(point, base.device, Parameter.LENGTH)
-        worst, right = max(worst, error), right and error <= max(stated, UNIT)
+def _check_points(device: Device, points: Sequence[CriticalPoint]) -> Finding:
+    errors = [point_error(point, device, Parameter.LENGTH) for point in points]
     text = ", ".join(f"{point.label} at d = {point.point.d:.10g}" for point in points)
-    return Finding(text, worst, 2 * UNIT, right)
+    right = all(error <= max(stated, UNIT) for error, stated in errors)
+    return Finding(text, max(error for error, _ in errors), 2 * UNIT, right)
 
 
-def _standing(base: Base, kind: str) -> Finding:
+def _standing(harvester: Harvester, kind: CriticalKind) -> list[Study]:
     """The device at each such point, and one spacing of doubles to either side."""
-    said, worst = [], 0.0
-    for point in _found(base, kind)[:3]:
-        value = point.point.sweep_value
-        for length in (value, float(np.nextafter(value, 0)), float(np.nextafter(value, np.inf))):
-            finding = examine(base.with_device(length_m=length).study(), degenerate=True)
-            worst = max(worst, finding.error or 0.0)
-            if not finding.right:
-                return finding
-            said.append(finding.text.split()[0])
-    return Finding(f"{' '.join(said)} motions at and beside the points", worst, BOUND)
+    values = [point.point.sweep_value for point in _points(harvester, kind)[:MOST_POINTS]]
+    lengths = [length for x in values for length in (x, float(np.nextafter(x, 0)), float(np.nextafter(x, np.inf)))]
+    return [harvester.with_device(length_m=length).study() for length in lengths]
 
 
-def _beside_fold(base: Base, inside: float) -> Finding:
-    """A device with a length so little inside each fold: the two motions must be among those of its design point."""
-    said, worst = [], 0.0
-    for point in _found(base, "fold"):
-        there, states = _twins(base, point, inside)
-        found = there.study().solution.design
-        assert found is not None
-        m = found.motions
-        for velocity, phase, u in states:
-            apart = np.abs(m.velocity_bottom - float(velocity)) + np.abs(m.q - 0.5 - float(u))
-            apart = apart + np.abs(np.angle(np.exp(1j * (m.phi_bottom - float(phase)))))
-            worst = max(worst, float(np.min(apart, initial=np.inf)))
-        said.append(
-            f"{count(len(m), 'motion')} at d = {m.d[0] if len(m) else there.device.length_m / base.length(1):.6g}"
-        )
-    if worst > TWINS:
-        return Finding(f"{', '.join(said)}: a motion next to a fold was not found", right=False)
-    return Finding(", ".join(said), worst, BOUND)
+def _check_standing(studies: Sequence[Study]) -> Finding:
+    findings = [examine(study, degenerate=True) for study in studies]
+    counts = " ".join(finding.text.split()[0] for finding in findings)
+    return combined(findings, f"{counts} motions at and beside the points")
 
 
-def _twins(base: Base, point: CriticalPoint, inside: float) -> tuple[Base, list[Any]]:
-    """A device so little inside a fold, and the two motions that meet there, in 40 digits."""
+def _beside_folds(harvester: Harvester, inside: float) -> list[tuple[Motions, list[Any], float]]:
+    """Devices so little inside each fold: their motions, the two that must be among them, and d."""
+    answers = []
+    for point in _points(harvester, CriticalKind.FOLD):
+        beside, states = _twins(harvester, point, inside)
+        design = beside.study().solution.design
+        assert design is not None
+        answers.append((design.motions, states, beside.device.length_m / harvester.length(1)))
+    return answers
+
+
+def _check_twins(answers: Sequence[tuple[Motions, list[Any], float]]) -> Finding:
+    apart = [distance_to(motions, state) for motions, states, _ in answers for state in states]
+    text = ", ".join(
+        f"{count(len(motions), 'motion')} at d = {motions.d[0] if len(motions) else d:.6g}" for motions, _, d in answers
+    )
+    if max(apart) > TWINS:
+        return Finding(f"{text}: a motion next to a fold was not found", right=False)
+    return Finding(text, max(apart), BOUND)
+
+
+def _twins(harvester: Harvester, point: CriticalPoint, inside: float) -> tuple[Harvester, list[Any]]:
+    """A device so little inside a fold, and the two motions that meet in it, in 40 digits."""
     from vireport import reference as exact
 
-    n, p = base.device.period_ratio, point.point
+    n, p = harvester.device.period_ratio, point.point
+
+    def device_beside(bend: Any) -> tuple[Harvester, Any]:
+        beside = harvester.with_device(length_m=p.sweep_value * (1 + inside * (1 if bend > 0 else -1)))
+        return beside, exact.groups(beside.device, Parameter.LENGTH, beside.device.length_m)[0]
+
     with exact.precise():
-        r, gbar = exact.mpf(base.device.restitution), exact.groups(base.device, Parameter.LENGTH, 1)[1]
-        fold = [exact.mpf(x) for x in (p.velocity_bottom, p.u, p.d)]
-        step, phase = exact.mpf(10) ** -4, exact.mpf(p.phi)
+        r = exact.mpf(harvester.device.restitution)
+        gbar = exact.groups(harvester.device, Parameter.LENGTH, 1)[1]
+        if point.family is Family.SYMMETRIC:
+            beside, d = device_beside(-1)  # (1+r) Zd/2 - 2 cos(phi)/pi^2 is largest at the fold
+            return beside, list(exact.symmetric_motions(d, r, n))
+        fold, phase = [exact.mpf(x) for x in (p.velocity_bottom, p.u, p.d)], exact.mpf(p.phi)
 
         def at_phase(phase: Any) -> list[Any]:
-            found: list[Any] = exact.newton(
-                lambda x: exact.periodicity((x[0], phase, x[1]), x[2], gbar, r, n), fold, [1, 1, 1]
-            )
-            return found
+            def closed(x: list[Any]) -> list[Any]:
+                return exact.periodicity((x[0], phase, x[1]), x[2], gbar, r, n)
 
-        def device(bend: Any) -> tuple[Base, Any]:
-            there = base.with_device(length_m=p.sweep_value * (1 + inside * (1 if bend > 0 else -1)))
-            return there, exact.groups(there.device, Parameter.LENGTH, there.device.length_m)[0]
+            return exact.newton(closed, fold, [1, 1, 1])
 
-        if point.family is Family.SYMMETRIC:
-            there, d = device(-1)  # (1+r) Zd/2 - 2 cos(phi)/pi^2 is largest there
-            return there, list(exact.symmetric_motions(d, r, n))
-        bend = (at_phase(phase + step)[2] + at_phase(phase - step)[2]) / 2 - fold[2]
-        there, d = device(bend)
-        reach, states = step * exact.mp.sqrt(abs((d - fold[2]) / bend)), []
+        bend = (at_phase(phase + BEND_STEP)[2] + at_phase(phase - BEND_STEP)[2]) / 2 - fold[2]
+        beside, d = device_beside(bend)
+        reach, states = BEND_STEP * exact.mp.sqrt(abs((d - fold[2]) / bend)), []
         for aside in (phase + reach, phase - reach):
             velocity, u, _ = at_phase(aside)
-            guess = [velocity, aside, u]
-            states.append(exact.motion(guess, d, gbar, r, n))
-        return there, states
+            states.append(exact.motion([velocity, aside, u], d, gbar, r, n))
+        return beside, states
 
 
-def _all_changes(base: Base) -> Finding:
+def _check_changes(study: Study) -> Finding:
     """Count the changes of type by the printed trace along the whole curve, and compare with the points found."""
+    counted = _counted_changes(study.solution)
+    points = [p for p in study.solution.critical_points if p.kind is CriticalKind.NODE_FOCUS]
+    found = sum(1 if p.mirror is None else 2 for p in points)
+    errors = [point_error(p, study.solution.device, Parameter.LENGTH)[0] for p in points]
+    text = f"{count(found, 'change')} found, {counted} counted"
+    return Finding(text, max(errors, default=0.0), 2 * UNIT, found == counted)
+
+
+def _counted_changes(solution: Solution) -> int:
     from vireport import reference as exact
 
-    study = base.over()
-    assert study.solution.diagram is not None
-    curve, r = study.solution.diagram.curve, float(base.device.restitution)
-    samples = sample(curve)
-    counted = 0
+    assert solution.diagram is not None
+    curve, r = solution.diagram.curve, float(solution.device.restitution)
+    samples, counted = sample(curve), 0
     for k in range(len(curve.strands)):
         w = samples.w[samples.which == k]
         dense = np.interp(np.linspace(0, len(w) - 1, TRACES), np.arange(len(w)), w)  # as unevenly as the samples lie
         orbit = curve.at(np.full(TRACES, k), dense)
         within = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
         within &= (orbit.d >= curve.bounds[0]) & (orbit.d <= curve.bounds[1])
-        orbit = orbit.select(within)
-        place = np.flatnonzero(within)
-        within = motions_of(curve.sweep, curve.level, orbit).admissible
-        orbit, place = orbit.select(within), place[within]
+        orbit, place = orbit.select(within), np.flatnonzero(within)
+        admissible = motions_of(curve.sweep, curve.level, orbit).admissible
+        orbit, place = orbit.select(admissible), place[admissible]
         trace = exact.trace((orbit.velocity_bottom, orbit.phi, orbit.u), orbit.gbar, r, curve.n, np)
         focus = np.abs(trace) < 2 * r * r
         counted += int(np.sum((focus[1:] != focus[:-1]) & (np.diff(place) == 1)))
-    points = [p for p in study.solution.critical_points if p.kind is CriticalKind.NODE_FOCUS]
-    found = sum(1 if p.mirror is None else 2 for p in points)
-    error = max([point_error(p, base.device, Parameter.LENGTH)[0] for p in points], default=0.0)
-    text = f"{count(found, 'change')} found, {counted} counted"
-    return Finding(text, error, 2 * UNIT, found == counted)
+    return counted
 
 
-def _meeting(base: Base) -> Finding:
-    """Where a period doubling comes to graze, solved in 40 digits; then what is found beside it and there."""
-    pairs = [pair for gbar in np.geomspace(0.003, 1.2, 50) if (pair := _nearest(base.with_groups(gbar=float(gbar))))]
-    pairs = [pair for pair in pairs if _distance(*pair) < NEAR]
-    if not pairs:
+Pair = tuple[CriticalPoint, CriticalPoint]
+"""A period doubling and a graze."""
+
+Meeting = tuple[float, list[tuple[Pair, Device]], Study]
+"""The gbar at which both meet, the pairs found beside it with their devices, and the study at that gbar."""
+
+
+def _meeting(harvester: Harvester) -> Meeting:
+    """Where a period doubling comes to graze, solved in 40 digits; then what is found beside it and at it."""
+    pairs = [pair for gbar in MEETING_GBARS if (pair := _nearest_pair(harvester.with_groups(gbar=float(gbar))))]
+    close = [pair for pair in pairs if _distance(*pair) < NEAR]
+    if not close:
         raise NotThereError("no period doubling of this device meets a grazing point")
-    _, grazing = min(pairs, key=lambda pair: _distance(*pair))
+    _, grazing = min(close, key=lambda pair: _distance(*pair))
     try:
-        gbar = _codimension_two(base, grazing)
+        gbar = _codimension_two(harvester, grazing)
     except ArithmeticError as error:
         raise NotThereError("no period doubling of this device meets a grazing point") from error
-    distances = []
-    worst = 0.0
-    for factor in (1 - ASIDE, 1 + ASIDE):
-        there = base.with_groups(gbar=gbar * factor)
-        pair = _nearest(there)
-        if pair is not None and _distance(*pair) < NEAR * 1e-3:
-            distances.append(_distance(*pair))
-            worst = max(worst, *(point_error(point, there.device, Parameter.LENGTH)[0] for point in pair))
-    there = base.with_groups(gbar=gbar, d=grazing.point.d)
-    standing = examine(there.over(), degenerate=True)
+    beside = [harvester.with_groups(gbar=gbar * factor) for factor in (1 - ASIDE, 1 + ASIDE)]
+    pairs_beside = [(pair, near.device) for near in beside if (pair := _nearest_pair(near)) is not None]
+    return gbar, pairs_beside, harvester.with_groups(gbar=gbar, d=grazing.point.d).over()
+
+
+def _check_meeting(answer: Meeting) -> Finding:
+    gbar, pairs_beside, study = answer
+    met = [(pair, device) for pair, device in pairs_beside if _distance(*pair) < MET]
+    distances = [_distance(*pair) for pair, _ in met]
+    errors = [point_error(point, device, Parameter.LENGTH)[0] for pair, device in met for point in pair]
     text = f"at gbar = {gbar:.12g}; {ASIDE:g} beside it they are {min(distances, default=np.inf):.1e} apart"
-    right = len(distances) == 1 and standing.right
-    return Finding(text if standing.right else standing.text, max(worst, standing.error or 0.0), BOUND, right)
+    one_side = Finding(text, max(errors, default=0.0), right=len(distances) == 1)
+    return combined((one_side, examine(study, degenerate=True)), text)
 
 
-def _distance(one: CriticalPoint, two: CriticalPoint) -> float:
+def _distance(first: CriticalPoint, second: CriticalPoint) -> float:
     """Between the motions at two critical points."""
-    a, b = one.point, two.point
+    a, b = first.point, second.point
     turned = float(abs(np.angle(np.exp(1j * (a.phi - b.phi)))))
     return max(abs(a.velocity_bottom - b.velocity_bottom), abs(a.u - b.u), turned)
 
 
-def _nearest(base: Base) -> Any:
+def _nearest_pair(harvester: Harvester) -> Pair | None:
     """The period doubling and the graze whose motions are nearest to each other; None where there is none."""
-    solution = base.over().solution
-    points = solution.critical_points
+    points = harvester.over().solution.critical_points
     doubling = [point for point in points if point.kind is CriticalKind.PERIOD_DOUBLING]
     grazing = [point for point in points if point.kind is CriticalKind.GRAZING and not point.change.at_rest]
     return min(((a, b) for a in doubling for b in grazing), key=lambda pair: _distance(*pair), default=None)
 
 
-def _codimension_two(base: Base, near: CriticalPoint) -> float:
+def _codimension_two(harvester: Harvester, near: CriticalPoint) -> float:
     """The gbar at which a motion both grazes and has lambda = -1."""
     from vireport import reference as exact
-    from vireport.extremes.search import turning_points
 
-    n, p = base.device.period_ratio, near.point
+    n, p = harvester.device.period_ratio, near.point
     with exact.precise():
-        r = exact.mpf(base.device.restitution)
+        r = exact.mpf(harvester.device.restitution)
         guess = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi), exact.mpf(p.u))
-        turns = turning_points(guess, exact.mpf(p.d), exact.mpf(p.gbar), r, n)
-        _, which, time = min(turns, key=lambda one: abs(one[0]))
+        turns = exact.turning_points(guess, exact.mpf(p.d), exact.mpf(p.gbar), r, n)
+        _, which, time = min(turns, key=lambda turn: abs(turn[0]))
 
         def residual(x: list[Any]) -> list[Any]:
             state, d, gbar, t = (x[0], x[1], x[2]), x[3], x[4], x[5]
@@ -265,50 +281,58 @@ def _codimension_two(base: Base, near: CriticalPoint) -> float:
         return float(exact.newton(residual, [*guess, p.d, p.gbar, time])[4])
 
 
-def _cusp(base: Base) -> Finding:
-    """The fold at smaller and smaller gbar: its distance from the pitchfork falls by 100 where gbar does by 1000."""
-    flat = base.with_device(inclination_deg=0.0)
-    pitchfork = _found(flat, "pitchfork")[0]
-    d0 = pitchfork.point.d
-    distances, worst = [], point_error(pitchfork, flat.device, Parameter.LENGTH)[0]
-    gbars = (1e-6, 1e-9, 1e-12)
-    for gbar in gbars:
-        slight = base.with_groups(gbar=gbar)
-        fold = min(_found(slight, "fold"), key=lambda point: abs(point.point.d - d0))
-        worst = max(worst, point_error(fold, slight.device, Parameter.LENGTH)[0])
-        distances.append(d0 - fold.point.d)
+def _cusp(harvester: Harvester) -> list[tuple[CriticalPoint, Device]]:
+    """The pitchfork, and the fold next to it at smaller and smaller gbar, each with its device."""
+    flat = harvester.with_device(inclination_deg=0.0)
+    pitchfork = _points(flat, CriticalKind.PITCHFORK)[0]
+    points = [(pitchfork, flat.device)]
+    for gbar in CUSP_GBARS:
+        slight = harvester.with_groups(gbar=gbar)
+        folds = _points(slight, CriticalKind.FOLD)
+        points.append((min(folds, key=lambda point: abs(point.point.d - pitchfork.point.d)), slight.device))
+    return points
+
+
+def _check_cusp(points: Sequence[tuple[CriticalPoint, Device]]) -> Finding:
+    """The distance from the pitchfork falls by 100 where gbar does by 1000."""
+    errors = [point_error(point, device, Parameter.LENGTH)[0] for point, device in points]
+    d0 = points[0][0].point.d
+    distances = [d0 - fold.point.d for fold, _ in points[1:]]
     orders = [float(np.log10(a / b)) / 3 for a, b in pairwise(distances)]
-    right = all(abs(order - 2 / 3) < 0.01 for order in orders)
-    said = ", ".join(f"{x:.3g}" for x in distances)
-    return Finding(f"{said} from C1 at gbar = 1e-6, 1e-9, 1e-12; order {orders[-1]:.4f}", worst, 4 * UNIT, right)
+    right = all(abs(order - CUSP_ORDER) < ORDER_BOUND for order in orders)
+    texts = ", ".join(f"{x:.3g}" for x in distances)
+    text = f"{texts} from C1 at gbar = 1e-6, 1e-9, 1e-12; order {orders[-1]:.4f}"
+    return Finding(text, max(errors), 4 * UNIT, right)
 
 
-def _gap(base: Base, gap: float) -> Finding:
-    """A device whose ball passes a membrane at this distance."""
-    from vireport import reference as exact
-    from vireport.extremes.search import wall_gap
-
-    points = [p for p in _found(base, "grazing") if not p.change.at_rest]
-    if not points or base.device.restitution == 0:
+def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Device]]:
+    """Devices whose ball passes a membrane at this distance: their motions, and which of them it is."""
+    points = [p for p in _points(harvester, CriticalKind.GRAZING) if not p.change.at_rest]
+    if not points or harvester.device.restitution == 0:
         raise NotThereError("the ball of this device touches no membrane but the one that it is leaving")
-    n, said, worst, right = base.device.period_ratio, [], 0.0, True
-    for point in points[:3]:
+    answers = []
+    for point in points[:MOST_POINTS]:
+        graze = harvester.with_device(length_m=float(exact_value(point, harvester.device, Parameter.LENGTH, gap)))
+        design = graze.study().solution.design
+        assert design is not None
+        m, p = design.motions, point.point
+        near = int(np.argmin(np.abs(m.velocity_bottom - p.velocity_bottom) + np.abs(m.q - 0.5 - p.u)))
+        answers.append((m, near, graze.device))
+    return answers
+
+
+def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> Finding:
+    from vireport import reference as exact
+
+    texts, errors, right = [], [], True
+    for m, near, device in answers:
         with exact.precise():
-            length = float(exact_value(point, base.device, Parameter.LENGTH, gap))
-            there = base.with_device(length_m=length)
-            r = exact.mpf(there.device.restitution)
-            d, gbar = exact.groups(there.device, Parameter.LENGTH, length)
-            motions = there.study().solution.design
-            assert motions is not None
-            near = np.argmin(
-                np.abs(motions.motions.velocity_bottom - point.point.velocity_bottom)
-                + np.abs(motions.motions.q - 0.5 - point.point.u)
-            )
-            m = motions.motions
+            r, n = exact.mpf(device.restitution), device.period_ratio
+            d, gbar = exact.groups(device, Parameter.LENGTH, device.length_m)
             start = [float(m.velocity_bottom[near]), float(m.phi_bottom[near]), float(m.q[near]) - 0.5]
-            x = exact.motion(start, d, gbar, r, n)
-            true = float(wall_gap((x[0], x[1], x[2]), d, gbar, r, n))
-        worst = max(worst, abs(float(m.wall_gap[near]) - true))
+            true = float(exact.wall_gap(exact.motion(start, d, gbar, r, n), d, gbar, r, n))
+        found = float(m.wall_gap[near])
+        errors.append(abs(found - true))
         right = right and (abs(true) < GAP_BOUND or bool(m.admissible[near]) == (true > 0))
-        said.append(f"{float(m.wall_gap[near]):.2e} for {true:.2e}")
-    return Finding(f"{', '.join(said)} (absolute error)", worst, GAP_BOUND, right)
+        texts.append(f"{found:.2e} for {true:.2e}")
+    return Finding(f"{', '.join(texts)} (absolute error)", max(errors), GAP_BOUND, right)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from math import pi
 from typing import Any
 
 import numpy as np
 
-from vireport.extremes.checks import UNIT, Base, Case, Finding, NotThereError, count, require_finite
-from vireport.scenario import Parameter
+from vireport.extremes.harvester import Harvester
+from vireport.extremes.judge import UNIT, Case, Finding, NotThereError, count, require_finite
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -18,6 +18,7 @@ from vireport.simulation import (
     PHASE,
     REST,
     RIDING,
+    RUNNING,
     SETTLING,
     TOP,
     TURN,
@@ -31,20 +32,36 @@ from vireport.simulation import (
     follow_one,
 )
 
-NEEDS = ("numba", "mpmath")
-
 FLIGHT_BOUND = 1e-13
 """Relative error of a flight time where the ball does not nearly graze."""
 
 SETTLING_BOUND = 1e-14
 """Absolute error of the time in which chatter dies out [t_c]: the kernel sums what is below 1e-15 in closed form."""
 
+APEX_BOUND = 1e-6
+"""Absolute error of the time at which a ball grazes, which has half the digits."""
+
+RESIDUAL_BOUND = 1e-14
+"""Of an impact among very many, in position, velocity and phase."""
+
 PULLING = 2.5
 """Phase [rad] at which the bottom membrane moves away from the ball, for a gbar up to 0.8."""
+
+PRESSING = 0.3
+"""Phase [rad] at which it presses against the ball."""
+
+SLOW = 1e-300
+"""Velocity of an impact [y_c] that hardly is one."""
+
+SLOWEST_REBOUND = 1e-6
+"""Velocity after an impact [y_c] below which a flight must start where the membrane moves away."""
 
 IMPACTS = 10_000_000
 KEPT = 2000
 COMPARED = 40
+
+EARLIER = 500
+"""Times in a flight at which the ball must be between the membranes."""
 
 SMALLEST_HOP = 1e-26
 """Velocity at which the reference stops adding up hops one by one: what it then neglects is its square."""
@@ -55,54 +72,84 @@ HOP_DIGITS = 110
 HOP = 1e-40
 """Relative error of the time of a hop."""
 
-MOST_HOPS = 2000
+MOST_HOPS, MOST_CORRECTIONS = 2000, 60
+"""Of one chatter, and of the time of one hop."""
+
+Model = tuple[float, float, float]
+"""d, gbar and r."""
+
+Start = Impact | InFlight
+
+Rows = tuple[Any, Any]
+"""Rows of impacts, and the summary, of `simulation.follow_one`."""
 
 
-def simulation_cases(base: Base) -> Iterator[Case]:
+def simulation_cases(harvester: Harvester) -> Iterator[Case]:
     """Every case of the simulation."""
-    d, gbar = (float(x) for x in base.device.groups(Parameter.LENGTH, base.device.length_m))
-    r = float(base.device.restitution)
+    (d, gbar), r = harvester.groups, float(harvester.device.restitution)
+    slight, bouncing = min(gbar, 0.5), min(max(r, 0.1), 0.9)
 
-    def case(name: str, expected: str, run: partial[Finding]) -> Case:
-        return Case(name, "simulation", expected, run, NEEDS)
+    def case(name: str, expected: str, answer: Callable[[], Any], check: Callable[[Any], Finding]) -> Case:
+        return Case("simulation", name, expected, answer, check, needs="numba")
 
-    first = "the first impact, as in 40 digits"
-    for distance in (1e-9, 1e-3, 1.0, 1e3):
-        yield case(f"flight, d = {distance:g}", first, partial(_one_flight, (distance, gbar, r), 0.7, 0.2))
-    for restitution in (0.0, 1e-12, 1.0):
-        yield case(f"flight, r = {restitution:g}", first, partial(_one_flight, (d, gbar, restitution), 0.7, 0.2))
-    for name, tilt in (("1e-14", 1e-14), ("1 - 1.1e-16", 1 - UNIT / 2), ("1", 1.0), ("1 + 2.2e-16", 1 + UNIT)):
-        yield case(f"flight, gbar = {name}", first, partial(_one_flight, (d, tilt, r), 0.7, 0.2))
-    pulled = "it leaves the membrane: the first impact, as in 40 digits"
-    yield case("impact at 1e-300, membrane pulling away", pulled, partial(_slow_leaving, (d, min(gbar, 0.5), r)))
-    pressed = "it settles in no time, and rides until the release arccos(-gbar)"
-    yield case("impact at 1e-300, membrane pressing", pressed, partial(_slow_settling, (d, min(gbar, 0.5), r)))
-    apex = "the top is met where the apex lies beyond it, and not where it does not"
-    for gap in (0.0, 1e-14, -1e-14):
-        yield case(f"apex {gap:+g} from the membrane", apex, partial(_apex, gbar, gap))
-    accumulating = "the hops die out just before the release: time to rest as in 40 digits"
-    for left in (1e-1, 1e-3):
-        run = partial(_chatter_before_release, (d, min(gbar, 0.5), min(max(r, 0.1), 0.9)), left)
-        yield case(f"chatter {left:g} before the release", accumulating, run)
-    for name, tilt, expected in (
-        ("1 - 1e-12", 1 - 1e-12, "released again, however slowly"),
-        ("1", 1.0, "at rest on the bottom for ever"),
-        ("1 + 1e-12", 1 + 1e-12, "at rest on the bottom for ever"),
+    def follows(name: str, expected: str, model: Model, start: Start, impacts: int, check: Any) -> Case:
+        return case(name, expected, partial(_followed, model, start, impacts), check)
+
+    for name, model, start in (
+        *((f"flight, d = {x:g}", (x, gbar, r), None) for x in (1e-9, 1e-3, 1.0, 1e3)),
+        *((f"flight, r = {x:g}", (d, gbar, x), None) for x in (0.0, 1e-12, 1.0)),
+        ("flight, gbar = 1e-14", (d, 1e-14, r), None),
+        ("flight, gbar = 1 - 1.1e-16", (d, 1 - UNIT / 2, r), None),
+        ("flight, gbar = 1", (d, 1.0, r), None),
+        ("flight, gbar = 1 + 2.2e-16", (d, 1 + UNIT, r), None),
+        ("impact at 1e-300, membrane pulling away", (d, slight, r), Impact(BOTTOM, SLOW, PULLING)),
     ):
-        yield case(f"a slow ball at gbar = {name}", expected, partial(_resting, (d, tilt, min(r, 0.9)), tilt >= 1))
-    expected = "in flight for ever, and said to be so"
-    yield case("no gravity, no drift, d = 1000", expected, partial(_free, r))
+        thrown = start or _thrown(model)
+        expected = "the first impact, as in 40 digits"
+        yield follows(name, expected, model, thrown, 1, partial(_check_flight, model, thrown))
+    expected = "it settles in no time, and rides until the release arccos(-gbar)"
+    check = partial(_check_settling, slight)
+    pressed = Impact(BOTTOM, SLOW, PRESSING)
+    yield follows("impact at 1e-300, membrane pressing", expected, (d, slight, r), pressed, 3, check)
+    for gap in (0.0, 1e-14, -1e-14):
+        expected = "the top is met where the apex lies beyond it, and not where it does not"
+        yield case(f"apex {gap:+g} from the membrane", expected, partial(_apex, gbar, gap), _check_apex)
+    for left in (1e-1, 1e-3):
+        expected = "the hops die out just before the release: time to rest as in 40 digits"
+        model = (d, slight, bouncing)
+        answer, check = partial(_chatter, model, left), partial(_check_chatter, model, left)
+        yield case(f"chatter {left:g} before the release", expected, answer, check)
+    slow, rest = Impact(BOTTOM, 1e-3, 0.0), "at rest on the bottom for ever"
+    for name, model, begin, end, expected in (
+        ("a slow ball at gbar = 1 - 1e-12", (d, 1 - 1e-12, min(r, 0.9)), slow, RUNNING, "released, however slowly"),
+        ("a slow ball at gbar = 1", (d, 1.0, min(r, 0.9)), slow, REST, rest),
+        ("a slow ball at gbar = 1 + 1e-12", (d, 1 + 1e-12, min(r, 0.9)), slow, REST, rest),
+        ("no gravity, no drift, d = 1000", (1e3, 0.0, r), InFlight(0.0, 0.0, 0.0), FREE, "in flight for ever"),
+    ):
+        yield follows(name, expected, model, begin, 1000, partial(_check_end, end))
     expected = "the last flights satisfy the equations like the first ones, in 40 digits"
-    yield case("10,000,000 impacts", expected, partial(_many_impacts, (d, gbar, r)))
+    own = (d, gbar, r)
+    yield case(f"{IMPACTS:,} impacts", expected, partial(_many_impacts, own), partial(_check_many, own))
 
 
-def _first(model: tuple[float, float, float], start: Impact | InFlight) -> Any:
-    rows, summary = follow_one(check_model(*model)[0], check_start(start, model[0]), 1)
-    require_finite(rows[:, : VELOCITY + 1], "the impact")
-    return rows[-1] if summary[0] else None
+def _followed(model: Model, start: Start, impacts: int) -> Rows:
+    rows, summary = follow_one(check_model(*model)[0], check_start(start, model[0]), impacts)
+    require_finite(rows[:, : VELOCITY + 1], "an impact")
+    return rows, summary
 
 
-def _exact_flight(model: tuple[float, float, float], velocity: float, phase: float, row: Any) -> tuple[float, bool]:
+def _thrown(model: Model) -> Impact:
+    """An impact on the bottom at which the forcing throws the ball upwards."""
+    d, gbar, r = model
+    velocity, phase = 0.7, 0.2
+    if r * velocity < SLOWEST_REBOUND or gbar >= 1:
+        phase = PULLING
+    if d >= 1 and r > 0:
+        velocity = max(velocity, 1.5 * (1 + float(np.sqrt(2 * gbar * d))) / r)
+    return Impact(BOTTOM, velocity, phase)
+
+
+def _exact_flight(model: Model, start: Impact, row: Any) -> tuple[float, bool]:
     """Error of the time, phase and velocity of an impact that follows one on the bottom, and whether it is the first.
 
     Relative to the time and to 1 + |velocity|.
@@ -111,61 +158,47 @@ def _exact_flight(model: tuple[float, float, float], velocity: float, phase: flo
 
     with exact.precise():
         d, gbar, r = (exact.mpf(x) for x in model)
-        start, speed, angle = d / 2, -r * exact.mpf(velocity), exact.mpf(phase)
-        wall = d / 2 * int(row[WALL])
-        guess = float(row[FLIGHT])
-        time = exact.newton(lambda x: [exact.flight(x[0], start, speed, angle, gbar)[0] - wall], [guess])[0]
-        rate = exact.flight(time, start, speed, angle, gbar)[1]
+        left, speed, angle = d / 2, -r * exact.mpf(start.velocity), exact.mpf(start.phase)
+        wall, found = d / 2 * int(row[WALL]), float(row[FLIGHT])
+        time = exact.newton(lambda x: [exact.flight(x[0], left, speed, angle, gbar)[0] - wall], [found])[0]
+        rate = exact.flight(time, left, speed, angle, gbar)[1]
         turned = (angle + exact.mp.pi * time - exact.mpf(float(row[PHASE]))) / (2 * exact.mp.pi)
         off = abs(turned - exact.mp.nint(turned)) * 2 * exact.mp.pi
-        error = max(abs(guess - time) / time, off / (1 + time), abs(float(row[VELOCITY]) - rate) / (1 + abs(rate)))
-        earlier = [exact.mpf(x) * time / 500 for x in range(1, 500)]
-        inside = all(abs(exact.flight(t, start, speed, angle, gbar)[0]) <= d / 2 for t in earlier)
+        error = max(abs(found - time) / time, off / (1 + time), abs(float(row[VELOCITY]) - rate) / (1 + abs(rate)))
+        earlier = (exact.mpf(x) * time / EARLIER for x in range(1, EARLIER))
+        inside = all(abs(exact.flight(t, left, speed, angle, gbar)[0]) <= d / 2 for t in earlier)
     return float(error), inside
 
 
-def _one_flight(model: tuple[float, float, float], velocity: float, phase: float) -> Finding:
-    """From the bottom, at a phase where the forcing throws the ball upwards (or holds it there, which is said)."""
-    d, gbar, r = model
-    if r * velocity < 1e-6 or gbar >= 1:
-        phase = PULLING
-    if d >= 1 and r > 0:
-        velocity = max(velocity, 1.5 * (1 + float(np.sqrt(2 * gbar * d))) / r)
-    row = _first(model, Impact(BOTTOM, velocity, phase))
-    if row is None:
-        return Finding("no further impact: the ball stays on the membrane", right=gbar >= 1)
-    if r * velocity == 0 and gbar + np.cos(phase) > 0:
+def _check_flight(model: Model, start: Impact, answer: Rows) -> Finding:
+    rows, summary = answer
+    rebound = model[2] * start.velocity
+    if not summary[0]:
+        return Finding("no further impact: the ball stays on the membrane", right=model[1] >= 1)
+    row = rows[-1]
+    if rebound == 0 and model[1] + np.cos(start.phase) > 0:
         return Finding(f"held until the membrane lets it go, then {row[FLIGHT]:.3g} t_c of flight")
     if row[FLIGHT] == 0:
         return Finding("the impact follows at once", right=False)
-    released = r * velocity == 0
-    error, first = _exact_flight(model, velocity, phase, row)
-    where = "top" if row[WALL] == TOP else "bottom"
-    text = f"{where} after {row[FLIGHT]:.6g} t_c at {row[VELOCITY]:.6g} y_c{', from rest' if released else ''}"
+    error, first = _exact_flight(model, start, row)
+    where, rest = "top" if row[WALL] == TOP else "bottom", ", from rest" if rebound == 0 else ""
+    text = f"{where} after {row[FLIGHT]:.6g} t_c at {row[VELOCITY]:.6g} y_c{rest}"
     return Finding(text if first else f"{text}, but an earlier impact was missed", error, FLIGHT_BOUND, first)
 
 
-def _slow_leaving(model: tuple[float, float, float]) -> Finding:
-    velocity, phase = 1e-300, PULLING
-    row = _first(model, Impact(BOTTOM, velocity, phase))
-    error, first = _exact_flight(model, velocity, phase, row)
-    return Finding(f"{row[FLIGHT]:.6g} t_c later", error, FLIGHT_BOUND, first and row[FLIGHT] > 1e-3)
-
-
-def _slow_settling(model: tuple[float, float, float]) -> Finding:
+def _check_settling(gbar: float, answer: Rows) -> Finding:
     from vireport import reference as exact
 
-    rows, _ = follow_one(check_model(*model)[0], check_start(Impact(BOTTOM, 1e-300, 0.3), model[0]), 3)
-    require_finite(rows[:, : VELOCITY + 1], "an impact")
+    start = answer[0][0]
     with exact.precise():
-        release = (exact.mp.acos(-exact.mpf(model[1])) - exact.mpf(0.3)) / exact.mp.pi
-        error = float(abs(rows[0, SETTLING] + rows[0, RIDING] - release) / release)
-    text = f"settled in {rows[0, SETTLING]:.1e}, rode {rows[0, RIDING]:.6g} t_c"
-    return Finding(text, error, FLIGHT_BOUND, rows[0, SETTLING] < 1e-290)
+        release = (exact.mp.acos(-exact.mpf(gbar)) - exact.mpf(PRESSING)) / exact.mp.pi
+        error = float(abs(start[SETTLING] + start[RIDING] - release) / release)
+    text = f"settled in {start[SETTLING]:.1e}, rode {start[RIDING]:.6g} t_c"
+    return Finding(text, error, FLIGHT_BOUND, start[SETTLING] < 1e-290)
 
 
-def _apex(gbar: float, gap: float) -> Finding:
-    """A flight from the middle whose highest point is a hair inside or outside the top membrane, at -d/2."""
+def _apex(gbar: float, gap: float) -> tuple[Rows, float, float]:
+    """A flight from the middle whose highest point is so far inside the top membrane: impacts, time and excess."""
     from vireport import reference as exact
 
     phase, velocity = 2.0, -0.2
@@ -180,16 +213,21 @@ def _apex(gbar: float, gap: float) -> Finding:
         peak = -exact.flight(time, 0, v, p, g)[0]
         d = float(2 * (peak + exact.mpf(gap)))
         beyond = float(peak - exact.mpf(d) / 2)
-    row = _first((d, gbar, 0.5), InFlight(0.0, velocity, phase))
-    touched = row is not None and row[WALL] == TOP and abs(row[FLIGHT] - float(time)) < 1e-5
-    right = touched == (beyond >= 0) or abs(beyond) < UNIT
-    text = f"apex {beyond:+.1e} beyond it, {'met' if touched else 'not met'}"
-    if not touched:
+    return _followed((d, gbar, 0.5), InFlight(0.0, velocity, phase), 1), float(time), beyond
+
+
+def _check_apex(answer: tuple[Rows, float, float]) -> Finding:
+    (rows, summary), time, beyond = answer
+    row = rows[-1]
+    met = bool(summary[0]) and row[WALL] == TOP and abs(row[FLIGHT] - time) < 10 * APEX_BOUND
+    right = met == (beyond >= 0) or abs(beyond) < UNIT
+    text = f"apex {beyond:+.1e} beyond it, {'met' if met else 'not met'}"
+    if not met:
         return Finding(text, right=right)
-    return Finding(f"{text} at {abs(row[VELOCITY]):.1e} y_c", abs(float(row[FLIGHT] - time)), 1e-6, right)
+    return Finding(f"{text} at {abs(row[VELOCITY]):.1e} y_c", abs(float(row[FLIGHT]) - time), APEX_BOUND, right)
 
 
-def _hops(model: tuple[float, float, float], velocity: float, phase: float) -> Any:
+def _hops(model: Model, velocity: float, phase: float) -> Any:
     """Time in which hops on the bottom die out, added up one by one in 40 digits; None where the ball gets away."""
     from vireport import reference as exact
 
@@ -203,29 +241,40 @@ def _hops(model: tuple[float, float, float], velocity: float, phase: float) -> A
                 return None
             if speed < SMALLEST_HOP:
                 return total + 2 * speed / ((1 - r) * press)
-            t = 2 * speed / press
-            for _ in range(60):
-                # Divided by t, the trivial zero at the start is gone.
-                z, rate = exact.flight(t, mpf(0), -speed, angle, g)
-                step = z / t / (rate / t - z / t**2)
-                t -= step
-                if not 0 < t < 2:
-                    return None
-                if abs(step) < HOP * t:
-                    break
-            else:
+            time = _hop(2 * speed / press, speed, angle, g)
+            if time is None:
                 return None
-            lowest = exact.flight(t / 2, mpf(0), -speed, angle, g)[0]
-            if not -d < lowest < 0 or rate <= 0:
+            rate = exact.flight(time, mpf(0), -speed, angle, g)[1]
+            if not -d < exact.flight(time / 2, mpf(0), -speed, angle, g)[0] < 0 or rate <= 0:
                 return None
-            speed, angle, total = r * rate, angle + mp.pi * t, total + t
+            speed, angle, total = r * rate, angle + mp.pi * time, total + time
     return None
 
 
-def _chatter_before_release(model: tuple[float, float, float], left: float) -> Finding:
+def _hop(guess: Any, speed: Any, angle: Any, gbar: Any) -> Any:
+    """Time until a ball that left the bottom is back there; None where it does not come back soon."""
+    from vireport import reference as exact
+
+    t = guess
+    for _ in range(MOST_CORRECTIONS):
+        # Divided by t, the trivial zero at the start is gone.
+        z, rate = exact.flight(t, exact.mpf(0), -speed, angle, gbar)
+        step = z / t / (rate / t - z / t**2)
+        t -= step
+        if not 0 < t < 2:
+            return None
+        if abs(step) < HOP * t:
+            return t
+    return None
+
+
+Chatter = tuple[Any, float, float]
+"""Rows of impacts, and the velocity and phase of the first."""
+
+
+def _chatter(model: Model, left: float) -> Chatter:
     """The fastest ball that still settles before the release: found in 40 digits, then simulated."""
-    turn = float(np.arccos(-model[1]))
-    phase = turn - pi * left
+    phase = float(np.arccos(-model[1])) - pi * left
     low, high = 0.0, 10 * left * left
     for _ in range(24):
         middle = (low + high) / 2
@@ -233,45 +282,45 @@ def _chatter_before_release(model: tuple[float, float, float], left: float) -> F
     if low == 0:
         raise NotThereError("no ball settles so shortly before the release")
     low *= 1 - 1e-4
-    exact = _hops(model, low, phase)
-    rows, _ = follow_one(check_model(*model)[0], check_start(Impact(BOTTOM, low, phase), model[0]), 400)
-    require_finite(rows[:, : VELOCITY + 1], "an impact")
+    return _followed(model, Impact(BOTTOM, low, phase), 400)[0], low, phase
+
+
+def _check_chatter(model: Model, left: float, answer: Chatter) -> Finding:
+    rows, velocity, phase = answer
     held = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
     if not held.size:
         return Finding("the ball never settled", right=False)
-    found = float(rows[1 : held[0] + 1, FLIGHT].sum() + rows[held[0], SETTLING])
+    exact, hops = _hops(model, velocity, phase), int(held[0])
+    found = float(rows[1 : hops + 1, FLIGHT].sum() + rows[hops, SETTLING])
     # The nearer the release, the more a rounding of the phase changes the rest of the hops: each hop may make one.
-    rounding = _hops(model, low, float(np.nextafter(phase, 0)))
-    condition = abs(float(rounding - exact)) if rounding is not None else 1.0
-    text = f"settled after {held[0]} hops and {found:.9g} t_c, {left - found:.2g} before the release"
-    return Finding(text, abs(found - float(exact)), SETTLING_BOUND + 2 * int(held[0]) * condition)
+    rounded = _hops(model, velocity, float(np.nextafter(phase, 0)))
+    condition = abs(float(rounded - exact)) if rounded is not None else 1.0
+    text = f"settled after {hops} hops and {found:.9g} t_c, {left - found:.2g} before the release"
+    return Finding(text, abs(found - float(exact)), SETTLING_BOUND + 2 * hops * condition)
 
 
-def _resting(model: tuple[float, float, float], rests: bool) -> Finding:
-    rows, summary = follow_one(check_model(*model)[0], check_start(Impact(BOTTOM, 1e-3, 0.0), model[0]), 1000)
+def _check_end(expected: int, answer: Rows) -> Finding:
+    """Whether the trajectory ends as it must, a count known beforehand."""
+    impacts, end = int(answer[1][0]), int(answer[1][2])
+    words = {REST: "at rest", FREE: "in flight for ever", RUNNING: f"{count(impacts, 'impact')}, in motion"}
+    return Finding(words[end], right=end == expected)
+
+
+def _many_impacts(model: Model) -> Rows:
+    """The last of ten million impacts, made at once."""
+    rings, summary = follow(check_model(*model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
+    rows = rings[0][max(0, len(rings[0]) - int(summary[0, 0]) - 1) :]
     require_finite(rows[:, : VELOCITY + 1], "an impact")
-    resting = summary[2] == REST
-    text = "at rest" if resting else f"{count(int(summary[0]), 'impact')}, in motion"
-    return Finding(text, right=bool(resting) == rests)
+    return rows, summary[0]
 
 
-def _free(r: float) -> Finding:
-    _, summary = follow_one(check_model(1e3, 0.0, r)[0], check_start(InFlight(0.0, 0.0, 0.0), 1e3), 5)
-    free = summary[2] == FREE
-    return Finding("in flight for ever" if free else "an impact", right=bool(free))
-
-
-def _many_impacts(model: tuple[float, float, float]) -> Finding:
-    """Ten million impacts at once; of the last flights, the residual of (2.12) in 40 digits."""
+def _check_many(model: Model, answer: Rows) -> Finding:
+    """Of the last flights, the residual of (2.12) in 40 digits."""
     from vireport import reference as exact
 
-    kept, summary = follow(check_model(*model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
-    rows, made = kept[0], int(summary[0, 0])
-    rows = rows[max(0, len(rows) - made - 1) :]
-    require_finite(rows[:, : VELOCITY + 1], "an impact")
-    if made < IMPACTS:
-        word = {REST: "at rest", FREE: "in flight for ever"}.get(int(summary[0, 2]), "stopped")
-        return Finding(f"{word} after {count(made, 'impact')}", right=int(summary[0, 2]) in (REST, FREE))
+    rows, summary = answer
+    if summary[2] != RUNNING:
+        return _check_end(int(summary[2]), answer)
     plain = [i for i in range(1, len(rows)) if rows[i - 1, RIDING] + rows[i - 1, SETTLING] == 0]
     worst = 0.0
     with exact.precise():
@@ -283,4 +332,4 @@ def _many_impacts(model: tuple[float, float, float]) -> Finding:
             off = abs(turned - exact.mp.nint(turned))
             worst = max(worst, float(abs(z - after[WALL] * d / 2)), float(abs(rate - after[VELOCITY])), float(off))
     inside = bool((np.sign(rows[1:, VELOCITY]) == rows[1:, WALL]).all())
-    return Finding(f"{made:,} impacts", worst, 1e-14, inside)
+    return Finding(f"{int(summary[0]):,} impacts", worst, RESIDUAL_BOUND, inside)

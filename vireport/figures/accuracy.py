@@ -187,8 +187,8 @@ def _error_of(work: WorkPrecision, key: str) -> str:
     """What the vertical axis of a panel is."""
     if key == "phase":
         return "error of the phase φ [rad]"
-    if key == "critical" and work.yardstick is not None and work.yardstick.point is not None:
-        return f"relative error of {work.yardstick.orbit.sweep.parameter.symbol} at {work.yardstick.point.label}"
+    if key == "critical" and work.benchmark is not None and work.benchmark.point is not None:
+        return f"relative error of {work.benchmark.motion.sweep.parameter.symbol} at {work.benchmark.point.label}"
     return {"velocity": "relative error of |Ż|", "voltage": "relative error of the voltage"}[key]
 
 

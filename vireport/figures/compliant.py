@@ -18,11 +18,11 @@ from vireport.trust import (
     FIXED,
     WRONG,
     Compliance,
-    Convergence,
     Outcome,
     SolverRun,
     factor_text,
     findings,
+    quantity_label,
 )
 
 NAME, TITLE = "figure-stiffness", "Solvers on stiff membranes, and the way to rigid impacts"
@@ -94,12 +94,8 @@ def alt_text(made: Compliance) -> str:
 
 
 def _slopes(made: Compliance) -> str:
-    fitted = [f"{_quantity(made, one)} {significant(one.exponent, 4)}" for one in made.convergence if one.exponent]
+    fitted = [f"{quantity_label(made, one)} {significant(one.exponent, 4)}" for one in made.convergence if one.exponent]
     return f"Fitted exponents: {', '.join(fitted)}." if fitted else "No exponent could be fitted."
-
-
-def _quantity(made: Compliance, one: Convergence) -> str:
-    return made.critical.label if one.quantity == "critical value" and made.critical is not None else one.quantity
 
 
 def _errors(page: Page, made: Compliance, shown: list[float]) -> None:
@@ -136,7 +132,7 @@ def _rates(page: Page, made: Compliance) -> None:
         logs = np.log10(factors[at]), np.log10(np.array([float(one.distances[k] or 1.0) for k in at]))
         panel.curves([(logs[0], logs[1][-1] - made.order * (logs[0] - logs[0][-1]))], **THEORY)
         panel.marks(*logs, **MARK | {"color": colour, "marker": marker})
-        names.append((_quantity(made, one), logs[0][len(at) // 2 :], logs[1][len(at) // 2 :]))
+        names.append((quantity_label(made, one), logs[0][len(at) // 2 :], logs[1][len(at) // 2 :]))
     panel.letters(names)
 
 

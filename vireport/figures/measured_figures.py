@@ -8,14 +8,14 @@ from matplotlib.figure import Figure
 
 from vireport.figures import accuracy as accuracy_figure
 from vireport.figures import compliant as compliant_figure
-from vireport.study import Study
+from vireport.study import Study, Task
 
 
 def measured_figures(study: Study) -> Iterator[tuple[tuple[str, str, str, str], Figure]]:
     """Draw what a study has measured, as its plan says; each with its name, title, caption and alternative text."""
     work, made = study.work, study.compliance
-    if study.plan.runs("figure-accuracy") and work is not None and work.yardstick is not None:
+    if study.plan.runs(Task.FIGURE_ACCURACY) and work is not None and work.quantities:
         yield accuracy_figure.words(work), accuracy_figure.figure_accuracy(work)
-    if study.plan.runs("figure-stiffness") and made is not None and made.runs:
+    if study.plan.runs(Task.FIGURE_STIFFNESS) and made is not None and made.runs:
         told = compliant_figure.NAME, compliant_figure.TITLE, compliant_figure.caption(made)
         yield (*told, compliant_figure.alt_text(made)), compliant_figure.figure_stiffness(made)

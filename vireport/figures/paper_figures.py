@@ -30,7 +30,7 @@ from vireport.figures.rows import (
 )
 from vireport.figures.sheet import Sheet
 from vireport.figures.simulated_figures import Words, simulated_figures
-from vireport.study import Study
+from vireport.study import Study, Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,10 +65,10 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
     simulated : Simulated, optional
         Motions from a simulation, drawn over the analytic ones.
     """
-    draw: dict[str, Callable[[], Figure]] = {
-        "figure-2": partial(_figure_2, study, simulated),
-        "figure-4": partial(_figure_4, study),
-        "figure-7": partial(_figure_7, study, simulated),
+    draw: dict[Task, Callable[[], Figure]] = {
+        Task.FIGURE_2: partial(_figure_2, study, simulated),
+        Task.FIGURE_4: partial(_figure_4, study),
+        Task.FIGURE_7: partial(_figure_7, study, simulated),
     }
 
     def words(name: str) -> Words:

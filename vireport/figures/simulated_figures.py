@@ -16,7 +16,7 @@ from vireport.figures.portrait_captions import (
     portrait_caption,
 )
 from vireport.figures.portraits import figure_3, figure_6
-from vireport.study import Study
+from vireport.study import Study, Task
 
 Words = tuple[str, str, str, str]
 """Name, title, caption and alternative text of a figure."""
@@ -29,13 +29,13 @@ def simulated_figures(study: Study) -> Iterator[tuple[Words, Figure]]:
         return
     held = conditions(study, check.parameter)
     for name, draw, portraits in (
-        ("figure-3", figure_3, check.portraits),
-        ("figure-6", figure_6, check.displacements),
+        (Task.FIGURE_3, figure_3, check.portraits),
+        (Task.FIGURE_6, figure_6, check.displacements),
     ):
         if study.plan.runs(name):
             about, alt = portrait_caption(name, portraits, held), portrait_alt(name, portraits)
             yield (name, PORTRAIT_TITLES[name], about, alt), draw(portraits, held)
-    name, diagram, values = "figure-diagram", check.diagram, check.values
+    name, diagram, values = Task.FIGURE_DIAGRAM, check.diagram, check.values
     if study.plan.runs(name) and diagram is not None:
         about, alt = diagram_caption(study, diagram, values), diagram_alt(study, diagram, values)
         yield (name, PORTRAIT_TITLES[name], about, alt), figure_diagram(study, diagram, values, check.d)

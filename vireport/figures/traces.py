@@ -105,9 +105,7 @@ def motion_words(portrait: Portrait) -> str:
 
 def setting(portrait: Portrait) -> str:
     """The parameters of a portrait."""
-    swept = portrait.parameter
-    groups = f"d = {significant(portrait.d, 4)}, ḡ = {significant(portrait.gbar, 4)}"
-    return f"{swept.symbol} = {swept.show(portrait.value)}, {groups}"
+    return f"{portrait.label}, d = {significant(portrait.d, 4)}, ḡ = {significant(portrait.gbar, 4)}"
 
 
 def short(word: str) -> str:

@@ -1,17 +1,19 @@
 """What a study comes to: requirements, alerts and the verdict."""
 
-from vireport.gate.alerts import Alert, alerts
-from vireport.gate.criteria import Criterion, unmet
-from vireport.gate.explanations import explanation
-from vireport.gate.requirements import assess
-from vireport.gate.verdict import Fact, Verdict, verdict_of
-from vireport.gate.wording import SWEEP_END, capital, range_text
+from vireport.gate.alerts import Alert, AlertCode, Severity, alerts, explanation
+from vireport.gate.requirements import Criterion, Remark, assess, unmet
+from vireport.gate.verdict import SWEEP_END, Fact, Question, Status, Verdict, capital, range_text, verdict_of
 
 __all__ = [
     "SWEEP_END",
     "Alert",
+    "AlertCode",
     "Criterion",
     "Fact",
+    "Question",
+    "Remark",
+    "Severity",
+    "Status",
     "Verdict",
     "alerts",
     "assess",

@@ -1,14 +1,16 @@
 """The acceptance table: each requirement of a scenario with its limit, the value it is held against, and the outcome.
 
-A requirement is met only where that is certain: what an error bound leaves open, what a failed cross-check puts in
+Each requirement is a row of `REQUIREMENTS`: its keys, its title, the kind and unit of its limit, and the function that
+judges it. It is met only where that is certain: what an error bound leaves open, what a failed cross-check puts in
 doubt and what cannot be evaluated is not met, and says why.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from functools import cache, partial
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -28,95 +30,292 @@ from vireport.analysis import (
     stable_ranges,
 )
 from vireport.errors import NumericalError
-from vireport.gate.criteria import DIGITS, Criterion, Judgement, LineOf, criterion, held
 from vireport.physics import (
     Membrane,
     Voltages,
     voltages,
 )
-from vireport.scenario import MARGINS, Loaded, Parameter, Requirements
+from vireport.scenario import Loaded, Parameter, Requirements
 
 if TYPE_CHECKING:
     from vireport.trust import CrossCheck
 
-
 Floats = NDArray[np.float64]
-Names = tuple[str, ...]
 
-UNITS = {parameter: "deg" if parameter is Parameter.INCLINATION else parameter.unit for parameter in Parameter}
+Remark = tuple[str, ...]
+"""Parts of a sentence; a `Parameter` among them is its key in a text and its symbol and unit on a page."""
+
+DIGITS = 6
+"""Significant digits of a value; more where it would look like a limit that it is not."""
 
 ROUNDING = 1e-12
 """Relative error up to which the end of a stable range is taken to be known where no error bound is stated."""
 
+DISAGREEMENT = "the simulation does not agree with the solution"
+"""Why nothing is met where the cross-check fails."""
+
+
+class LimitKind(Enum):
+    """How a value is held against a limit; the value is the text of the limit."""
+
+    AT_LEAST = "at least {0:.12g} {unit}"
+    AT_MOST = "at most {0:.12g} {unit}"
+    RANGE = "from {0:.12g} to {1:.12g} {unit}"
+    AGREEMENT = "every stable orbit found again to {0:.12g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """What is required: a number or the ends of a range, ascending, with their unit."""
+
+    kind: LimitKind
+    numbers: tuple[float, ...]
+    unit: str
+
+    @property
+    def text(self) -> str:
+        """The limit in words, with its unit."""
+        return self.kind.value.format(*self.numbers, unit=self.unit)
+
+    @property
+    def value(self) -> float:
+        """The number of the limit; of a range, its width."""
+        return self.numbers[-1] - self.numbers[0] if self.kind is LimitKind.RANGE else self.numbers[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a requirement comes to.
+
+    Attributes
+    ----------
+    value : float or None
+        None where there is none, or what is required is not known. Of a range, how much of it is covered.
+    text : str
+        The value, with its unit, or what there is instead.
+    margin : float or None
+        How far the value is on the right side of the limit, in the limit's unit, negative on the wrong one; of a
+        range, how far stable motion goes beyond it.
+    passed : bool
+    remark : tuple of str
+        Where the value comes from, or why the requirement is not met.
+    error_bound : float
+        Of the value, and so of the margin; a requirement that it leaves undecided is not met.
+    """
+
+    value: float | None
+    text: str
+    margin: float | None
+    passed: bool
+    remark: Remark = ()
+    error_bound: float = 0.0
+
+    @property
+    def why(self) -> str:
+        """The remark as a sentence, parameters by their keys."""
+        return "".join(self.remark)
+
+
+@dataclass(frozen=True, slots=True)
+class Criterion:
+    """A line of the acceptance table.
+
+    `key` is the first where two belong together; `line` that in the scenario's file, None where the limit was set over
+    the file.
+    """
+
+    key: str
+    title: str
+    limit: Limit
+    outcome: Outcome
+    line: int | None
+
+    @property
+    def passed(self) -> bool:
+        """Whether the requirement is met."""
+        return self.outcome.passed
+
+    @property
+    def margin_text(self) -> str:
+        """The margin with its sign and unit, "" where there is none."""
+        margin = self.outcome.margin
+        if margin is None:
+            return ""
+        digits = max(3, len(f"{abs(margin):.0f}")) if abs(margin) < 1e6 else 3
+        return f"{margin:+.{digits}g} {self.limit.unit}".rstrip()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The line as results.json has it."""
+        limit, outcome = self.limit, self.outcome
+        return {
+            "key": self.key,
+            "title": self.title,
+            "limit": limit.text,
+            "limit_value": limit.value,
+            "unit": limit.unit,
+            "value": outcome.value,
+            "value_text": outcome.text,
+            "margin": outcome.margin,
+            "passed": outcome.passed,
+            "why": outcome.why,
+            "error_bound": outcome.error_bound,
+            "line": self.line,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """What requirements are judged by."""
+
+    solution: Solution
+    required: Requirements
+    crosscheck: CrossCheck | None
+
+    @cached_property
+    def endings(self) -> Endings:
+        """Where the stable motions of the design point end, as far as any margin is required."""
+        self.stable()
+        reach = max(getattr(self.required, key) or 0.0 for key in MARGINS) / 100
+        return endings(self.solution.device, self.solution.diagram, reach)
+
+    def stable(self) -> NDArray[np.bool_]:
+        """Which motions at the design point are stable.
+
+        Raises
+        ------
+        NumericalError
+            Where none is.
+        """
+        if self.solution.design is None or not self.solution.design.motions.stable.any():
+            raise NumericalError("there is no stable 1:1 motion at the design point")
+        return self.solution.design.motions.stable
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """A row of the table of what can be required.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        Of the scenario's block; two where they are the ends of a range.
+    unit : str or None
+        None for that of the swept parameter.
+    judge : callable
+        Holds the results against the limit. May raise NumericalError, which then is the remark.
+    """
+
+    keys: tuple[str, ...]
+    title: str
+    kind: LimitKind
+    unit: str | None
+    judge: Callable[[Results, Limit], Outcome]
+
+    def limit(self, results: Results) -> Limit | None:
+        """What the scenario requires; None where it does not."""
+        given = [getattr(results.required, key) for key in self.keys]
+        if self.kind is LimitKind.AGREEMENT:
+            given = [results.crosscheck.tolerance if given[0] and results.crosscheck is not None else None]
+        if None in given:
+            return None
+        return Limit(
+            self.kind, tuple(sorted(given)), _unit(results.solution.parameter) if self.unit is None else self.unit
+        )
+
 
 def assess(loaded: Loaded, solution: Solution, crosscheck: CrossCheck | None) -> tuple[Criterion, ...]:
     """Hold results against what their scenario requires; () where that is nothing."""
-    asked, line_of = loaded.scenario.requirements, loaded.line_of
-    if asked is None:
+    required = loaded.scenario.requirements
+    if required is None:
         return ()
-    found = [
-        *_ranges(solution, asked, line_of),
-        *_margins(solution, asked, line_of),
-        *_voltages(solution, asked, line_of),
-        *_crosscheck(crosscheck, asked, line_of),
-    ]
-    if crosscheck is None or crosscheck.passed:
-        return tuple(found)
-    doubt = "the simulation does not agree with the solution"
-    return tuple(one if not one.passed else replace(one, passed=False, why=doubt) for one in found)
+    results = Results(solution, required, crosscheck)
+    criteria = []
+    for requirement in REQUIREMENTS:
+        limit = requirement.limit(results)
+        if limit is not None:
+            lines = (loaded.line_of(f"requirements.{key}") for key in requirement.keys)
+            line = next((line for line in lines if line is not None), None)
+            outcome = _outcome(results, requirement, limit)
+            criteria.append(Criterion(requirement.keys[0], requirement.title, limit, outcome, line))
+    return tuple(criteria)
 
 
-def _ranges(solution: Solution, asked: Requirements, line_of: LineOf) -> Iterator[Criterion]:
-    diagram = solution.diagram
-    if asked.stable_from is not None and asked.stable_to is not None and diagram is not None:
-        ends = (asked.stable_from, asked.stable_to)
-        unit = UNITS[diagram.sweep.parameter]
-        keys = ("stable_from", "stable_to")
-        yield criterion(
-            line_of, keys, "Stable 1:1 motion over the range", _range_limit(ends, unit), lambda: _covered(diagram, ends)
-        )
-    if asked.inclination_from_deg is not None and asked.inclination_to_deg is not None:
-        angles = (asked.inclination_from_deg, asked.inclination_to_deg)
-        keys = ("inclination_from_deg", "inclination_to_deg")
-        yield criterion(
-            line_of,
-            keys,
-            "Stable 1:1 motion over the inclinations",
-            _range_limit(angles, "deg"),
-            lambda: _covered(_over_angles(solution, angles), angles),
-        )
+def _outcome(results: Results, requirement: Requirement, limit: Limit) -> Outcome:
+    """Judge a requirement; one that cannot be judged, or rests on a solution in doubt, is not met."""
+    try:
+        outcome = requirement.judge(results, limit)
+    except NumericalError as error:
+        return Outcome(None, "not known", None, False, (str(error),))
+    if outcome.passed and results.crosscheck is not None and not results.crosscheck.passed:
+        return replace(outcome, passed=False, remark=(DISAGREEMENT,))
+    return outcome
 
 
-def _range_limit(ends: tuple[float, float], unit: str) -> tuple[str, float, str]:
-    low, high = sorted(ends)
-    return f"from {low:.12g} to {high:.12g} {unit}", high - low, unit
+def unmet(criteria: Sequence[Criterion]) -> str:
+    """Name what is not met, without a full stop; "" where all is."""
+    failed = [criterion for criterion in criteria if not criterion.passed]
+    if not failed:
+        return ""
+    names = "; ".join(f"{criterion.title} ({criterion.limit.text})" for criterion in failed)
+    return f"{len(failed)} of {len(criteria)} requirements {'is' if len(failed) == 1 else 'are'} not met: {names}"
 
 
-def _over_angles(solution: Solution, angles: tuple[float, float]) -> BifurcationDiagram:
-    """The motions of the design over a range of inclination: those of the scenario's sweep, if it is one of it."""
-    diagram = solution.diagram
+def held(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) -> Outcome:
+    """Hold a number, known to within a bound, against a limit that it must reach or must not exceed."""
+    required = limit.value
+    margin = value - required if limit.kind is LimitKind.AT_LEAST else required - value
+    if margin >= 0 > margin - bound:
+        remark = (f"not decided: known to within {bound:.1g} {limit.unit} only; ", *remark)
+    return Outcome(value, f"{_apart(value, required)} {limit.unit}", margin, margin - bound >= 0, remark, bound)
+
+
+def _apart(value: float, limit: float) -> str:
+    """Print a number with as many digits as it takes to tell it from the limit that it is not."""
+    for digits in range(DIGITS, 18):
+        text = f"{value:.{digits}g}"
+        if value == limit or float(text) != limit:
+            return text
+    return repr(value)
+
+
+def _unit(parameter: Parameter) -> str:
+    return "deg" if parameter is Parameter.INCLINATION else parameter.unit
+
+
+def _stable_over_sweep(results: Results, limit: Limit) -> Outcome:
+    return _covered(_swept(results), limit)
+
+
+def _swept(results: Results) -> BifurcationDiagram:
+    if results.solution.diagram is None:
+        raise NumericalError("there is no sweep")
+    return results.solution.diagram
+
+
+def _stable_over_inclinations(results: Results, limit: Limit) -> Outcome:
+    """Judged by the scenario's own sweep where that is of the inclination and goes as far, else by another."""
+    diagram, (low, high) = results.solution.diagram, limit.numbers
     if diagram is not None and diagram.sweep.parameter is Parameter.INCLINATION:
-        given = diagram.sweep.start, diagram.sweep.end
-        if min(given) <= min(angles) and max(angles) <= max(given):
-            return diagram
-    return solve(Sweep(solution.device, Parameter.INCLINATION, 0.0, 90.0))
+        start, end = sorted((diagram.sweep.start, diagram.sweep.end))
+        if start <= low and high <= end:
+            return _covered(diagram, limit)
+    return _covered(solve(Sweep(results.solution.device, Parameter.INCLINATION, 0.0, 90.0)), limit)
 
 
-def _covered(diagram: BifurcationDiagram, ends: tuple[float, float]) -> Judgement:
+def _covered(diagram: BifurcationDiagram, limit: Limit) -> Outcome:
     """Whether one stable range holds a range of the parameter, and ends outside of it for certain."""
-    (low, high), parameter = sorted(ends), diagram.sweep.parameter
-    unit, parts = UNITS[parameter], stable_ranges(diagram)
-    shared = [part for part in parts if min(part.end, high) > max(part.start, low)]
+    (low, high), unit = limit.numbers, limit.unit
+    shared = [part for part in stable_ranges(diagram) if min(part.end, high) > max(part.start, low)]
     if not shared:
-        return Judgement(0.0, "nowhere", None, False, "there is no stable 1:1 motion in the range")
-    best = max(shared, key=lambda part: min(part.end, high) - max(part.start, low))
-    sides = list(_beyond(diagram, best, low, high))
+        return Outcome(0.0, "nowhere", None, False, ("there is no stable 1:1 motion in the range",))
+    widest = max(shared, key=lambda part: min(part.end, high) - max(part.start, low))
+    sides = list(_beyond(diagram, widest, low, high))
     margins = [margin for margin, _, _ in sides if margin is not None]
-    broken = [f"stable motion ends at {where:.9g} {unit} ({kind})" for _, where, kind in sides if kind]
-    text = ", ".join(f"{part.start:.{DIGITS}g} to {part.end:.{DIGITS}g} {unit}" for part in shared)
-    share = sum(min(part.end, high) - max(part.start, low) for part in shared)
-    why = "; ".join(broken) if broken else "" if margins else "stable motion ends nowhere in the range looked at"
-    return Judgement(share, f"stable from {text}", min(margins, default=None), not broken, why)
+    broken = "; ".join(f"stable motion ends at {end:.9g} {unit} ({what})" for _, end, what in sides if what)
+    ranges = ", ".join(f"{part.start:.{DIGITS}g} to {part.end:.{DIGITS}g} {unit}" for part in shared)
+    width = sum(min(part.end, high) - max(part.start, low) for part in shared)
+    why = broken or ("" if margins else "stable motion ends nowhere in the range looked at")
+    return Outcome(width, f"stable from {ranges}", min(margins, default=None), not broken, (why,))
 
 
 def _beyond(
@@ -124,128 +323,94 @@ def _beyond(
 ) -> Iterator[tuple[float | None, float, str]]:
     """For either end of a stable range: how far it is outside of `low` to `high`, where it is, what is in the way.
 
-    At the end of what was swept nothing ends that is known of: there is no distance, and nothing in the way.
+    Where the range goes up to the end of the sweep, how far it goes is not known: there is no distance.
     """
-    unit = UNITS[diagram.sweep.parameter]
     swept = diagram.sweep.start, diagram.sweep.end
     for (value, point), beyond in zip(part.ends, (low - part.start, part.end - high), strict=True):
         if point is not None:
             bound = point.point.error_bound
-            yield beyond, value, "" if beyond > bound else f"{point.kind.words}, known to within {bound:.1g} {unit}"
+            known = f"{point.kind.words}, known to within {bound:.1g} {_unit(diagram.sweep.parameter)}"
+            yield beyond, value, "" if beyond > bound else known
         elif value in swept and beyond >= 0:
             yield None, value, ""
         else:
             yield beyond, value, "" if beyond > ROUNDING * abs(value) else "end of what is known"
 
 
-def _margins(solution: Solution, asked: Requirements, line_of: LineOf) -> Iterator[Criterion]:
-    reach = max(getattr(asked, key) or 0.0 for key in MARGINS) / 100
-
-    @cache
-    def near() -> Endings:
-        _stable(solution)
-        return endings(solution.device, solution.diagram, reach)
-
-    for key, (title, kinds) in _MARGIN_KINDS.items():
-        limit = getattr(asked, key)
-        if limit is not None:
-            judge = partial(_margin, near, kinds, limit)
-            yield criterion(line_of, (key,), title, (f"at least {limit:.12g} %", limit, "%"), judge)
-
-
-_MARGIN_KINDS = {
-    "margin_period_doubling_percent": ("Margin to period doubling", (CriticalKind.PERIOD_DOUBLING,)),
-    "margin_grazing_percent": ("Margin to grazing", (CriticalKind.GRAZING,)),
-    "margin_any_percent": ("Margin to the end of stable motion", tuple(CriticalKind)),
-}
-
-
-def _margin(near: Callable[[], Endings], kinds: tuple[CriticalKind, ...], limit: float) -> Judgement:
-    """Distance of the nearest ending of some kinds; none is met, for what was looked at goes beyond the limit."""
-    around = near()
-    nearest = next((ending for ending in around.found if ending.kind in kinds), None)
+def _margin(results: Results, limit: Limit, kinds: tuple[CriticalKind, ...]) -> Outcome:
+    """Distance of the nearest ending of some kinds; without one it is met: the search goes beyond the limit."""
+    nearest = next((ending for ending in results.endings.found if ending.kind in kinds), None)
     if nearest is None:
-        ranges = "; ".join(f"{name} from {low:.6g} to {high:.6g}" for name, low, high in around.ranges)
-        return Judgement(None, "none in the range looked at", None, True, f"looked at: {ranges}")
-    label = f" {nearest.label}" if nearest.label else ""
-    why = f"{nearest.kind.words}{label} at {nearest.parameter} = {nearest.value:.9g}"
-    return held(100 * nearest.relative, limit, "%", True, why, 100 * nearest.bound)
+        ranges = [(name, f" from {low:.6g} to {high:.6g}") for name, low, high in results.endings.ranges]
+        parts = [part for name, extent in ranges for part in ("; ", name, extent)]
+        return Outcome(None, "none in the range looked at", None, True, ("looked at: ", *parts[1:]))
+    point = f"{nearest.kind.words} {nearest.label}".rstrip()
+    remark = (f"{point} at ", nearest.parameter, f" = {nearest.value:.9g}")
+    return held(100 * nearest.relative, limit, remark, 100 * nearest.bound)
 
 
-def _stable(solution: Solution) -> NDArray[np.bool_]:
-    """Which motions at the design point are stable; some are."""
-    if solution.design is None or not solution.design.motions.stable.any():
-        raise NumericalError("there is no stable 1:1 motion at the design point")
-    return solution.design.motions.stable
+def _u_ave(results: Results, limit: Limit) -> Outcome:
+    return _at_design(results, limit, lambda volts: volts.average_v, ("average_v",))
 
 
-def _voltages(solution: Solution, asked: Requirements, line_of: LineOf) -> Iterator[Criterion]:
-    volts = solution.design.voltages if solution.design is not None else None
-
-    def at_design(pick: Callable[[Voltages], Floats], limit: float, unit: str, least: bool, of: Names) -> Judgement:
-        stable, bounds = _stable(solution), cast(dict[str, Floats], solution.bounds.design)
-        values = pick(cast(Voltages, volts))[stable]
-        which = f"the {'least' if least else 'largest'} of {len(values)} stable motions" if len(values) > 1 else ""
-        bound = sum(float(bounds[name][stable].max()) for name in of)
-        return held(float(values.min() if least else values.max()), limit, unit, least, which, bound)
-
-    limit = asked.u_ave_at_least_v
-    if limit is not None:
-        judge = partial(at_design, lambda x: x.average_v, limit, "V", True, ("average_v",))
-        yield criterion(line_of, ("u_ave_at_least_v",), "U_ave", (f"at least {limit:.12g} V", limit, "V"), judge)
-    limit = asked.u_ave_difference_at_most_v
-    if limit is not None:
-        judge = partial(_spread, solution, asked, limit)
-        key, title = "u_ave_difference_at_most_v", "Difference of U_ave over the stable range"
-        yield criterion(line_of, (key,), title, (f"at most {limit:.12g} V", limit, "V"), judge)
-    limit = asked.u_bottom_top_difference_at_most_v
-    if limit is not None:
-        judge = partial(at_design, lambda x: np.abs(x.bottom_v - x.top_v), limit, "V", False, ("bottom_v", "top_v"))
-        key, title = "u_bottom_top_difference_at_most_v", "Difference of voltage between the ends"
-        yield criterion(line_of, (key,), title, (f"at most {limit:.12g} V", limit, "V"), judge)
-    limit = asked.deflection_at_most_m
-    if limit is not None:
-        judge = partial(at_design, lambda x: x.deflection_m, limit, "m", False, ("deflection_m",))
-        key = "deflection_at_most_m"
-        yield criterion(line_of, (key,), "Deflection", (f"at most {limit:.12g} m", limit, "m"), judge)
+def _end_difference(results: Results, limit: Limit) -> Outcome:
+    return _at_design(results, limit, lambda volts: np.abs(volts.bottom_v - volts.top_v), ("bottom_v", "top_v"))
 
 
-def _spread(solution: Solution, asked: Requirements, limit: float) -> Judgement:
+def _deflection(results: Results, limit: Limit) -> Outcome:
+    return _at_design(results, limit, lambda volts: volts.deflection_m, ("deflection_m",))
+
+
+def _at_design(
+    results: Results, limit: Limit, of: Callable[[Voltages], Floats], bounded_by: tuple[str, ...]
+) -> Outcome:
+    """Hold the worst of the stable motions at the design point against a limit.
+
+    `bounded_by` are the fields of `Voltages` whose error bounds add up to that of the number.
+    """
+    stable, bounds = results.stable(), cast(dict[str, Floats], results.solution.bounds.design)
+    evaluated = cast(Voltages, results.solution.design.voltages if results.solution.design is not None else None)
+    values = of(evaluated)[stable]
+    least = limit.kind is LimitKind.AT_LEAST
+    which = (f"the {'least' if least else 'largest'} of {len(values)} stable motions",) if len(values) > 1 else ()
+    bound = sum(float(bounds[name][stable].max()) for name in bounded_by)
+    return held(float(values.min() if least else values.max()), limit, which, bound)
+
+
+def _u_ave_difference(results: Results, limit: Limit) -> Outcome:
     """Largest less least U_ave of the stable motions over the range that is required, or over all stable ranges."""
-    diagram = cast(BifurcationDiagram, solution.diagram)
-    low, high, found = -np.inf, np.inf, [np.empty(0)]
-    if asked.stable_from is not None and asked.stable_to is not None:
-        low, high = sorted((asked.stable_from, asked.stable_to))
-        if not _covered(diagram, (low, high)).passed:
+    solution, required, diagram = results.solution, results.required, _swept(results)
+    low, high, samples = -np.inf, np.inf, [np.empty(0)]
+    if required.stable_from is not None and required.stable_to is not None:
+        low, high = sorted((required.stable_from, required.stable_to))
+        if not _covered(diagram, Limit(LimitKind.RANGE, (low, high), "")).passed:
             raise NumericalError("there is no stable 1:1 motion over all of the range that is required")
-        found += [_u_ave_at(solution, value) for value in (low, high)]
+        samples += [_u_ave_at(solution, value) for value in (low, high)]
     bound = 0.0
     for branch, bounds in zip(diagram.branches, solution.bounds.branches, strict=True):
         volts = cast(Voltages, branch.voltages)
         for first, last in branch.stable_runs():
             rows = slice(first, last + 1)
-            value, u_ave = with_peaks(branch.motions.sweep_value[rows], volts.average_v[rows])
-            found.append(u_ave[(value >= low) & (value <= high)])
+            sampled = volts.average_v[rows]
+            value, u_ave = with_peaks(branch.motions.sweep_value[rows], sampled)
+            samples.append(u_ave[(value >= low) & (value <= high)])
             # A summit between samples is off by less than it stands above them.
-            summit = max(
-                float(u_ave.max() - volts.average_v[rows].max()), float(volts.average_v[rows].min() - u_ave.min())
-            )
+            summit = max(float(u_ave.max() - sampled.max()), float(sampled.min() - u_ave.min()))
             bound = max(bound, summit + float(bounds["average_v"][rows].max()))
-    all_of_them = np.concatenate(found)
-    if not all_of_them.size:
+    u_ave = np.concatenate(samples)
+    if not u_ave.size:
         raise NumericalError("there is no stable 1:1 motion in the sweep")
-    least, most = float(all_of_them.min()), float(all_of_them.max())
-    return held(most - least, limit, "V", False, f"U_ave from {least:.6g} to {most:.6g} V", 2 * bound)
+    least, most = float(u_ave.min()), float(u_ave.max())
+    return held(most - least, limit, (f"U_ave from {least:.6g} to {most:.6g} V",), 2 * bound)
 
 
 def _u_ave_at(solution: Solution, value: float) -> Floats:
     """U_ave of the stable motions at a value of the swept parameter."""
-    given: dict[str, Any] = {solution.parameter: value}
-    device = replace(solution.device, **given)
+    swept: dict[str, Any] = {solution.parameter: value}
+    device = replace(solution.device, **swept)
     motions = design_point(device, solution.diagram).motions
     velocities = impact_velocities(device, solution.parameter, motions)
-    found = voltages(*velocities, cast(Membrane, solution.membrane))
-    return found.average_v[motions.stable]
+    return voltages(*velocities, cast(Membrane, solution.membrane)).average_v[motions.stable]
 
 
 def with_peaks(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -266,17 +431,47 @@ def with_peaks(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     )
 
 
-def _crosscheck(check: CrossCheck | None, asked: Requirements, line_of: LineOf) -> Iterator[Criterion]:
-    if not asked.crosscheck_passed or check is None:
-        return
+def _agreement(results: Results, limit: Limit) -> Outcome:
+    check = results.crosscheck
+    if check is None:
+        raise NumericalError("there is no simulation")
+    again = (f"{check.orbits - len(check.misses)} of {check.orbits} stable orbits found again",)
+    if not check.orbits:
+        return Outcome(None, *again, None, False, ("there was no stable orbit to compare",))
+    difference = max(check.velocity_difference, check.phase_difference)
+    return Outcome(difference, f"largest difference {difference:.2g}", limit.value - difference, check.passed, again)
 
-    def judge() -> Judgement:
-        difference = max(check.velocity_difference, check.phase_difference)
-        again = f"{check.orbits - len(check.misses)} of {check.orbits} stable orbits found again"
-        if not check.orbits:
-            return Judgement(None, again, None, False, "there was no stable orbit to compare")
-        text = f"largest difference {difference:.2g}"
-        return Judgement(difference, text, check.tolerance - difference, check.passed, again)
 
-    limit = f"every stable orbit found again to {check.tolerance:.12g}"
-    yield criterion(line_of, ("crosscheck_passed",), "Simulation agrees", (limit, check.tolerance, ""), judge)
+MARGINS = {
+    "margin_period_doubling_percent": ("Margin to period doubling", (CriticalKind.PERIOD_DOUBLING,)),
+    "margin_grazing_percent": ("Margin to grazing", (CriticalKind.GRAZING,)),
+    "margin_any_percent": ("Margin to the end of stable motion", tuple(CriticalKind)),
+}
+"""Titles of the margins, and the kinds of critical point that they are to, by their keys."""
+
+AT_LEAST, AT_MOST, RANGE, AGREEMENT = LimitKind
+
+REQUIREMENTS = (
+    Requirement(("stable_from", "stable_to"), "Stable 1:1 motion over the range", RANGE, None, _stable_over_sweep),
+    Requirement(
+        ("inclination_from_deg", "inclination_to_deg"),
+        "Stable 1:1 motion over the inclinations",
+        RANGE,
+        "deg",
+        _stable_over_inclinations,
+    ),
+    *(
+        Requirement((key,), title, AT_LEAST, "%", partial(_margin, kinds=kinds))
+        for key, (title, kinds) in MARGINS.items()
+    ),
+    Requirement(("u_ave_at_least_v",), "U_ave", AT_LEAST, "V", _u_ave),
+    Requirement(
+        ("u_ave_difference_at_most_v",), "Difference of U_ave over the stable range", AT_MOST, "V", _u_ave_difference
+    ),
+    Requirement(
+        ("u_bottom_top_difference_at_most_v",), "Difference of voltage between the ends", AT_MOST, "V", _end_difference
+    ),
+    Requirement(("deflection_at_most_m",), "Deflection", AT_MOST, "m", _deflection),
+    Requirement(("crosscheck_passed",), "Simulation agrees", AGREEMENT, "", _agreement),
+)
+"""All that can be required, in the order of the acceptance table."""

@@ -6,7 +6,8 @@ Turns a study into words; a reader who stops after them must not have been misle
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,10 +18,10 @@ from vireport.analysis import (
     Margin,
     Solution,
     Stability,
+    StableInterval,
 )
 from vireport.gate.alerts import NEAR_CRITICAL
-from vireport.gate.criteria import Criterion, unmet
-from vireport.gate.wording import capital, range_text
+from vireport.gate.requirements import Criterion, unmet
 from vireport.scenario import Parameter
 from vireport.text import (
     percent,
@@ -31,28 +32,38 @@ from vireport.text import (
 if TYPE_CHECKING:
     from vireport.trust import Compliance, CrossCheck
 
-
-Status = Literal["good", "caution", "bad", "neutral"]
-
-MOTION, WHERE, MARGIN, VOLTAGE = "Is there stable motion?", "Where?", "With what margin?", "What voltage?"
-SIMULATED = "Does the simulation agree?"
-RIGID = "Is the rigid model good enough?"
-ACCEPTED = "Are the requirements met?"
-NOT_KNOWN, NOT_VERIFIED = "Not known", "Not verified"
 OUTSIDE = "outside the membrane model"
+
+SWEEP_END = "end of the sweep"
+"""What ends a stable range that no critical point ends."""
+
+
+class Status(StrEnum):
+    """What an answer means for the design."""
+
+    GOOD = "good"
+    CAUTION = "caution"
+    BAD = "bad"
+    NEUTRAL = "neutral"
+
+
+class Question(StrEnum):
+    """What every reader asks."""
+
+    ACCEPTED = "Are the requirements met?"
+    MOTION = "Is there stable motion?"
+    WHERE = "Where?"
+    MARGIN = "With what margin?"
+    VOLTAGE = "What voltage?"
+    RIGID = "Is the rigid model good enough?"
+    SIMULATED = "Does the simulation agree?"
 
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """A question that every reader has, and its answer.
+    """A question, or in a comparison the name of a scenario, and the answer.
 
-    Attributes
-    ----------
-    question, answer, detail : str
-    status : str
-        ``good``, ``caution``, ``bad``, or ``neutral`` where there is nothing to judge.
-    short : str
-        The answer as the headline has it, or "".
+    The status is neutral where there is nothing to judge; `short` is the answer as the headline has it, or "".
     """
 
     question: str
@@ -66,16 +77,8 @@ class Fact:
 class Verdict:
     """What a study comes to.
 
-    Attributes
-    ----------
-    status : str
-        ``good``, ``caution`` or ``bad``: of the motion, at the design point where one is given.
-    word : str
-        The status in a few words.
-    headline : str
-        One or two sentences of plain text.
-    facts : tuple of Fact
-        Motion, range, margin, voltage, as far as they apply.
+    The status is that of the motion, at the design point where one is given; the word says it in a few words, and the
+    headline in one or two sentences of plain text.
     """
 
     status: Status
@@ -84,104 +87,120 @@ class Verdict:
     facts: tuple[Fact, ...]
 
 
+def capital(text: str) -> str:
+    """Begin with a capital letter, unless with the path of a key; leave the rest alone."""
+    first = text.partition(" ")[0]
+    return text if "_" in first else text[:1].upper() + text[1:]
+
+
+def range_text(part: StableInterval, digits: int = 6) -> str:
+    """Print a stable range as an inequality, strict at a critical point."""
+    low, high = ("≤" if point is None else "<" for _, point in part.ends)
+    parameter = part.parameter
+    return f"{parameter.show(part.start, digits)} {low} {parameter.symbol} {high} {parameter.show(part.end, digits)}"
+
+
 def verdict_of(
     solution: Solution,
     crosscheck: CrossCheck | None,
     compliance: Compliance | None,
     criteria: tuple[Criterion, ...],
 ) -> Verdict:
-    """Judge what was found out about a scenario.
-
-    Parameters
-    ----------
-    solution : Solution
-    crosscheck : CrossCheck or None
-    compliance : Compliance or None
-    criteria : tuple of Criterion
-        What the scenario requires; () where nothing is required.
-    """
+    """Judge what was found out about a scenario; without criteria nothing is required."""
     motion = _motion(solution)
-    status: Status = motion.status
-    word = "Stable" if status == "good" else "Not stable"
-    facts = [motion]
-    if solution.sweep is not None or status == "good":
-        facts.append(_where(solution))
-    if solution.design is not None and status == "good":
-        margin = _margin(solution, solution.design)
-        facts.append(margin)
-        if margin.status == "caution":
-            status, word = (
-                "caution",
-                f"Stable, margin {'not known' if margin.answer == NOT_KNOWN else 'small'}",
-            )
-    facts.append(_voltage(solution))
-    headline = _headline(solution, facts)
-    if compliance is not None and compliance.grade is not None:
-        facts.append(_rigid(compliance))
-        if facts[-1].status == "bad" and status == "good":
-            status, word = "caution", "Stable, by a rigid model that is not good enough"
-    if crosscheck is not None:
-        facts.append(_simulated(crosscheck))
-        if not crosscheck.passed:
-            status, word = "caution", NOT_VERIFIED
-            headline = f"Not verified: the simulation does not agree with the solution. {headline}"
-    if criteria:
-        facts.insert(0, _accepted(criteria))
-        if missed := unmet(criteria):
-            headline = f"{missed}. {headline}"
-            if status != "bad" and word != NOT_VERIFIED:
-                status, word = "bad", "Requirements not met"
-    return Verdict(status, word, headline, tuple(facts))
+    stable = motion.status is Status.GOOD
+    where = _where(solution) if solution.sweep is not None or stable else None
+    margin = _margin(solution, solution.design) if solution.design is not None and stable else None
+    voltage = _voltage(solution)
+    accepted = _accepted(criteria) if criteria else None
+    rigid = _rigid(compliance) if compliance is not None and compliance.grade is not None else None
+    simulated = _simulated(crosscheck) if crosscheck is not None else None
+    headline = _headline(solution, motion, where, margin, voltage)
+    if simulated is not None and simulated.status is Status.BAD:
+        headline = f"Not verified: the simulation does not agree with the solution. {headline}"
+    if missed := unmet(criteria):
+        headline = f"{missed}. {headline}"
+    facts = (accepted, motion, where, margin, voltage, rigid, simulated)
+    margin_word = "small" if solution.design is None or solution.design.stable else "not known"
+    status, word = _status(motion, margin, margin_word, accepted, rigid, simulated)
+    return Verdict(status, word, headline, tuple(fact for fact in facts if fact is not None))
 
 
-def _rigid(made: Compliance) -> Fact:
+def _status(
+    motion: Fact,
+    margin: Fact | None,
+    margin_word: str,
+    accepted: Fact | None,
+    rigid: Fact | None,
+    simulated: Fact | None,
+) -> tuple[Status, str]:
+    """What weighs most: a contradicted solution, no motion, a requirement, the margin, the model."""
+
+    def bad(fact: Fact | None) -> bool:
+        return fact is not None and fact.status is Status.BAD
+
+    if bad(simulated):
+        return Status.CAUTION, "Not verified"
+    if bad(motion):
+        return Status.BAD, "Not stable"
+    if bad(accepted):
+        return Status.BAD, "Requirements not met"
+    if margin is not None and margin.status is Status.CAUTION:
+        return Status.CAUTION, f"Stable, margin {margin_word}"
+    if bad(rigid):
+        return Status.CAUTION, "Stable, by a rigid model that is not good enough"
+    return Status.GOOD, "Stable"
+
+
+def _rigid(compliance: Compliance) -> Fact:
     from vireport.trust import GRADES
 
-    grade = made.grade or 0
-    statuses: tuple[Status, ...] = ("good", "caution", "bad")
-    detail = "See the section on compliant membranes"
-    return Fact(RIGID, f"It is {GRADES[grade]}", detail, statuses[grade])
+    grade = compliance.grade or 0
+    status = (Status.GOOD, Status.CAUTION, Status.BAD)[grade]
+    return Fact(Question.RIGID, f"It is {GRADES[grade]}", "See the section on compliant membranes", status)
 
 
 def _simulated(check: CrossCheck) -> Fact:
-    if not check.orbits:
-        return Fact(SIMULATED, "Nothing to compare", "There is no stable 1:1 motion at the values simulated", "neutral")
     largest = significant(max(check.velocity_difference, check.phase_difference), 2)
-    if check.passed:
-        detail = f"It ends on all {check.orbits} stable orbits tried; largest difference {largest}"
-        return Fact(SIMULATED, "Yes", detail, "good")
-    detail = (
-        f"It leaves {len(check.misses)} of {check.orbits} stable orbits; largest difference on the others {largest}"
-    )
-    return Fact(SIMULATED, "No", detail, "bad")
+    orbits, missed = check.orbits, len(check.misses)
+    if not check.passed:
+        detail = f"It leaves {missed} of {orbits} stable orbits; largest difference on the others {largest}"
+        return Fact(Question.SIMULATED, "No", detail, Status.BAD)
+    if not orbits:
+        detail = "There is no stable 1:1 motion at the values simulated"
+        return Fact(Question.SIMULATED, "Nothing to compare", detail, Status.NEUTRAL)
+    detail = f"It ends on all {orbits} stable orbits tried; largest difference {largest}"
+    return Fact(Question.SIMULATED, "Yes", detail, Status.GOOD)
 
 
 def _accepted(criteria: tuple[Criterion, ...]) -> Fact:
-    met, count = sum(one.passed for one in criteria), len(criteria)
-    detail = f"{met} of {count}: see the acceptance table"
-    return Fact(ACCEPTED, "Yes", detail, "good") if met == count else Fact(ACCEPTED, "No", detail, "bad")
+    met, count = sum(criterion.passed for criterion in criteria), len(criteria)
+    answer, status = ("Yes", Status.GOOD) if met == count else ("No", Status.BAD)
+    return Fact(Question.ACCEPTED, answer, f"{met} of {count}: see the acceptance table", status)
 
 
 def _motion(solution: Solution) -> Fact:
     design = solution.design
     if design is None:
-        found = {part.stability for branch in solution.branches for part in branch.segments() if part.stable}
-        kinds = ", ".join(word for word in Stability if word in found)
+        types = {part.stability for branch in solution.branches for part in branch.segments() if part.stable}
+        kinds = ", ".join(word for word in Stability if word in types)
         if kinds:
-            return Fact(MOTION, "Yes", f"{capital(kinds)} in the sweep", "good")
-        return Fact(MOTION, "No", "No admissible 1:1 motion in the sweep attracts the motions nearby", "bad")
+            return Fact(Question.MOTION, "Yes", f"{capital(kinds)} in the sweep", Status.GOOD)
+        return Fact(
+            Question.MOTION, "No", "No admissible 1:1 motion in the sweep attracts the motions nearby", Status.BAD
+        )
     at, stable = _design_words(solution), design.motions.stable
     count, admissible = int(stable.sum()), int(design.motions.admissible.sum())
     if not count:
         detail = f"{admissible} admissible 1:1 motion{'s' * (admissible != 1)} at {at}, none of them stable"
         detail = detail if admissible else f"No admissible 1:1 motion at {at}"
-        return Fact(MOTION, "No", detail, "bad", "no stable motion")
-    found = {Stability(design.motions.words[row]) for row in np.nonzero(stable)[0]}
-    kinds = ", ".join(word for word in Stability if word in found)
+        return Fact(Question.MOTION, "No", detail, Status.BAD, "no stable motion")
+    types = {Stability(design.motions.words[row]) for row in np.nonzero(stable)[0]}
+    kinds = ", ".join(word for word in Stability if word in types)
     others = f"; {count} stable motions coexist" if count > 1 else ""
     if count == 2 and solution.horizontal and _mirrored(design):
         others = "; two mirror images"
-    return Fact(MOTION, "Yes", f"{capital(kinds)} at {at}{others}", "good", kinds)
+    return Fact(Question.MOTION, "Yes", f"{capital(kinds)} at {at}{others}", Status.GOOD, kinds)
 
 
 def _mirrored(design: DesignPoint) -> bool:
@@ -202,11 +221,11 @@ def _where(solution: Solution) -> Fact:
     if sweep is None:
         parts = solution.design.stable if solution.design else ()
         answer = f"{len(parts)} range{'s' * (len(parts) != 1)}"
-        return Fact(WHERE, answer, "; ".join(map(range_text, parts)), "good")
+        return Fact(Question.WHERE, answer, "; ".join(map(range_text, parts)), Status.GOOD)
     parts, swept = solution.stable_ranges, sweep.parameter
     ends = f"{swept.show(sweep.start)} to {swept.show(sweep.end)}"
     if not parts:
-        return Fact(WHERE, "Nowhere", f"in the sweep of {swept.quantity} from {ends}", "bad")
+        return Fact(Question.WHERE, "Nowhere", f"in the sweep of {swept.quantity} from {ends}", Status.BAD)
     reasons = [
         f"{swept.show(value)}: {point.kind.words} {point.label}"
         for part in parts
@@ -214,17 +233,19 @@ def _where(solution: Solution) -> Fact:
         if point is not None
     ]
     ended = f"Ends at {'; '.join(reasons)}" if reasons else "Throughout the sweep"
-    return Fact(WHERE, "; ".join(map(range_text, parts)), f"{ended}. Sweep of {swept.quantity}: {ends}", "good")
+    return Fact(
+        Question.WHERE, "; ".join(map(range_text, parts)), f"{ended}. Sweep of {swept.quantity}: {ends}", Status.GOOD
+    )
 
 
 def _margin(solution: Solution, design: DesignPoint) -> Fact:
     limits = [margin for margin in design.margins if margin.ends_stability]
     if not design.stable:
         short = "margin not known, outside the sweep"
-        return Fact(MARGIN, NOT_KNOWN, "The design point lies outside the sweep", "caution", short)
+        return Fact(Question.MARGIN, "Not known", "The design point lies outside the sweep", Status.CAUTION, short)
     if not limits:
         detail = "No critical point ends the stable range within what was searched"
-        return Fact(MARGIN, "Not limited", detail, "good", "no critical point near")
+        return Fact(Question.MARGIN, "Not limited", detail, Status.GOOD, "no critical point near")
     first = limits[0]
     swept = first.parameter
     relative = None if first.relative is None else abs(first.relative)
@@ -236,7 +257,7 @@ def _margin(solution: Solution, design: DesignPoint) -> Fact:
     near = relative is not None and relative < NEAR_CRITICAL
     where = f" in {swept.symbol}" if solution.sweep is None else ""
     short = f"margin {size}{where} to {point}"
-    return Fact(MARGIN, f"{size} in {swept.symbol}", detail, "caution" if near else "good", short)
+    return Fact(Question.MARGIN, f"{size} in {swept.symbol}", detail, Status.CAUTION if near else Status.GOOD, short)
 
 
 def _handover(design: DesignPoint, limit: Margin) -> str:
@@ -254,20 +275,20 @@ def _handover(design: DesignPoint, limit: Margin) -> str:
 
 def _voltage(solution: Solution) -> Fact:
     if solution.membrane is None:
-        return Fact(VOLTAGE, "Not evaluated", "device.ball_mass_kg is not given", "neutral")
+        return Fact(Question.VOLTAGE, "Not evaluated", "device.ball_mass_kg is not given", Status.NEUTRAL)
     volts, depths, place = _stable_voltages(solution)
     if not volts.size:
-        return Fact(VOLTAGE, "None", "There is no stable motion to evaluate it for", "neutral")
+        return Fact(Question.VOLTAGE, "None", "There is no stable motion to evaluate it for", Status.NEUTRAL)
     ends = dict.fromkeys(quantity(float(end), "V") for end in (volts.min(), volts.max()))
     answer = f"U_ave = {' to '.join(ends)}"
     depth, radius = float(depths.max()), solution.membrane.active_radius_m
     deep = quantity(depth, "m", 3)
     if depth <= radius:
         detail = f"{place}; deflection up to {deep}, inside the membrane model"
-        return Fact(VOLTAGE, answer, detail, "good", answer)
+        return Fact(Question.VOLTAGE, answer, detail, Status.GOOD, answer)
     excess = f"deflection {deep}, {significant(depth / radius, 2)} times the active radius"
     detail = f"{place}. {capital(OUTSIDE)} ({excess}): a ranking, not volts"
-    return Fact(VOLTAGE, answer, detail, "caution", f"{answer} ({OUTSIDE})")
+    return Fact(Question.VOLTAGE, answer, detail, Status.CAUTION, f"{answer} ({OUTSIDE})")
 
 
 def _stable_voltages(solution: Solution) -> tuple[np.ndarray, np.ndarray, str]:
@@ -285,18 +306,17 @@ def _stable_voltages(solution: Solution) -> tuple[np.ndarray, np.ndarray, str]:
     return np.concatenate(volts), np.concatenate(depths), "Over the stable range"
 
 
-def _headline(solution: Solution, facts: list[Fact]) -> str:
+def _headline(solution: Solution, motion: Fact, where: Fact | None, margin: Fact | None, voltage: Fact) -> str:
     """One sentence on the motion, and one on the design point and the voltage."""
-    motion, *rest = facts
     n = solution.device.period_ratio
     name = "1:1 motion" if n == 1 else f"1:1 motion of {n} forcing periods"
-    shorts = [fact.short for fact in rest if fact.short]
+    answers = [fact.short for fact in (margin, voltage) if fact is not None and fact.short]
     if solution.sweep is None:
         detail = motion.detail[:1].lower() + motion.detail[1:]
-        lead = f"{'Stable' if motion.status == 'good' else 'No stable'} {name}: {detail}"
+        lead = f"{'Stable' if motion.status is Status.GOOD else 'No stable'} {name}: {detail}"
     else:
-        where = next((fact for fact in rest if fact.question == WHERE and fact.status == "good"), None)
-        lead = f"Stable {name} for {where.answer}" if where else f"No stable {name} in the sweep"
+        somewhere = where is not None and where.status is Status.GOOD
+        lead = f"Stable {name} for {where.answer}" if somewhere and where else f"No stable {name} in the sweep"
         if solution.design is not None:
-            shorts.insert(0, f"at the design point {_design_words(solution)}: {motion.short}")
-    return f"{lead}. {capital(', '.join(shorts))}." if shorts else f"{lead}."
+            answers.insert(0, f"at the design point {_design_words(solution)}: {motion.short}")
+    return f"{lead}. {capital(', '.join(answers))}." if answers else f"{lead}."

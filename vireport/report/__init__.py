@@ -4,7 +4,6 @@ from vireport.report import context
 from vireport.report.build import build_report
 from vireport.report.certificates import certify_text
 from vireport.report.ci_formats import github, junit, markdown
-from vireport.report.compliant import plain_text
 from vireport.report.pages import Block, Column, Paragraph, ReportModel, Table, numbers, section, texts
 from vireport.report.rendering import render_html, render_pdf
 
@@ -21,7 +20,6 @@ __all__ = [
     "junit",
     "markdown",
     "numbers",
-    "plain_text",
     "render_html",
     "render_pdf",
     "section",

@@ -19,7 +19,7 @@ from vireport.study import (
     Study,
     with_pages,
 )
-from vireport.trust import comparison
+from vireport.trust import compare_with_paper
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -78,7 +78,7 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
         In the order in which they are shown; none is left out.
     provenance : Provenance
     """
-    compared = comparison(study.solution)
+    compared = compare_with_paper(study.solution)
     made = with_pages(provenance, drawn=bool(pictures))
     return ReportModel(
         title=study.scenario.title or UNTITLED,

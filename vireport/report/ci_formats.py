@@ -13,40 +13,41 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from vireport.text import words
+from vireport.gate import Severity
+from vireport.text import markdown_table, markdown_text, words
 
 if TYPE_CHECKING:
     from vireport.gate import Criterion
     from vireport.study import Provenance, Study
 
-OUTCOMES = {True: "met", False: "**NOT MET**"}
-
 _NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_MARKS = re.compile(r"([\\`*_\[\]|~$])")
-_BEFORE = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
 
 
 def junit(study: Study) -> bytes:
     """Each requirement as a test case; without requirements, the one case that the scenario was solved."""
-    failed = sum(not one.passed for one in study.criteria)
+    failed = sum(not criterion.passed for criterion in study.criteria)
     counts = {"tests": str(len(study.criteria) or 1), "failures": str(failed), "errors": "0"}
     suites = ElementTree.Element("testsuites", {"name": "vireport", **counts})
-    name = study.scenario.title or Path(study.loaded.document.name).name
-    suite = ElementTree.SubElement(suites, "testsuite", {"name": _xml(name), **counts, "skipped": "0"})
+    suite = ElementTree.SubElement(suites, "testsuite", {"name": _xml(_title(study)), **counts, "skipped": "0"})
     if not study.criteria:
         ElementTree.SubElement(suite, "testcase", {"classname": "vireport", "name": "solved"})
-    for one in study.criteria:
-        case = {"classname": "vireport.requirements", "name": _xml(f"{one.title}: {one.limit}")}
+    for criterion in study.criteria:
+        title, limit, outcome = criterion.title, criterion.limit.text, criterion.outcome
+        case = {"classname": "vireport.requirements", "name": _xml(f"{title}: {limit}")}
         case["file"] = _xml(study.loaded.document.name)
-        if one.line is not None:
-            case["line"] = str(one.line)
+        if criterion.line is not None:
+            case["line"] = str(criterion.line)
         element = ElementTree.SubElement(suite, "testcase", case)
-        if not one.passed:
-            message = {"message": _xml(f"{one.title}: {one.value_text}, required {one.limit}"), "type": one.key}
-            ElementTree.SubElement(element, "failure", message).text = _xml(one.why)
+        if not criterion.passed:
+            message = {"message": _xml(f"{title}: {outcome.text}, required {limit}"), "type": criterion.key}
+            ElementTree.SubElement(element, "failure", message).text = _xml(outcome.why)
     ElementTree.SubElement(suite, "system-out").text = _xml(study.verdict.headline)
     ElementTree.indent(suites)
     return bytes(ElementTree.tostring(suites, "utf-8", xml_declaration=True)) + b"\n"
+
+
+def _title(study: Study) -> str:
+    return study.scenario.title or Path(study.loaded.document.name).name
 
 
 def _xml(text: str) -> str:
@@ -56,28 +57,28 @@ def _xml(text: str) -> str:
 
 def github(study: Study) -> str:
     """Annotations of GitHub Actions: an error for each requirement that is not met, a warning for each such alert."""
-    failed = (one for one in study.criteria if not one.passed)
-    lines = [_annotation("error", _place(study, one), one.title, _message(one)) for one in failed]
+    failed = (criterion for criterion in study.criteria if not criterion.passed)
+    lines = [_annotation("error", _place(study, one.line), one.title, _message(one)) for one in failed]
     lines += [
         _annotation("warning", _place(study, None), f"{alert.code} {alert.title}", f"{alert.cause} {alert.remedy}")
         for alert in study.alerts
-        if alert.severity == "warning"
+        if alert.severity is Severity.WARNING
     ]
     return "".join(f"{line}\n" for line in lines)
 
 
-def _message(one: Criterion) -> str:
-    return f"{one.value_text}, required {one.limit}{f': {one.why}' if one.why else ''}"
+def _message(criterion: Criterion) -> str:
+    why = criterion.outcome.why
+    return f"{criterion.outcome.text}, required {criterion.limit.text}{f': {why}' if why else ''}"
 
 
-def _place(study: Study, one: Criterion | None) -> dict[str, str]:
+def _place(study: Study, line: int | None) -> dict[str, str]:
     """File and line, as far as there are any: standard input has no file, what was set over a file no line."""
     name = study.loaded.document.name
     if name.startswith("<"):
         return {}
-    line = one.line if one is not None else None
-    file = _from_root(Path(name)).as_posix()
-    return {"file": file} if line is None else {"file": file, "line": str(line)}
+    file = {"file": _from_root(Path(name)).as_posix()}
+    return file if line is None else {**file, "line": str(line)}
 
 
 def _from_root(path: Path) -> Path:
@@ -88,11 +89,11 @@ def _from_root(path: Path) -> Path:
 
 def _annotation(level: str, place: dict[str, str], title: str, message: str) -> str:
     properties = {**place, "title": title}
-    given = ",".join(f"{key}={_escape(value, ':,')}" for key, value in properties.items())
-    return f"::{level} {given}::{_escape(message, '')}"
+    given = ",".join(f"{key}={_escaped(value, ':,')}" for key, value in properties.items())
+    return f"::{level} {given}::{_escaped(message, '')}"
 
 
-def _escape(text: str, more: str) -> str:
+def _escaped(text: str, more: str) -> str:
     """Write as %XX what would end an annotation or one of its properties."""
     plain = text.encode("utf-8", "replace").decode()
     return "".join(f"%{ord(x):02X}" if x in f"%\r\n{more}" else x for x in plain)
@@ -105,26 +106,21 @@ def markdown(study: Study, provenance: Provenance) -> str:
 
 def _markdown(study: Study, provenance: Provenance) -> Iterator[str]:
     verdict = study.verdict
-    title = study.scenario.title or Path(study.loaded.document.name).name
-    yield f"## {_text(verdict.word)}: {_text(title)}\n"
-    yield f"{_text(verdict.headline)}\n"
+    yield f"## {markdown_text(verdict.word)}: {markdown_text(_title(study))}\n"
+    yield f"{markdown_text(verdict.headline)}\n"
     if study.criteria:
-        yield "| Requirement | Limit | Value | Margin | Outcome | Remark |"
-        yield "|---|---|---|---|---|---|"
-        for one in study.criteria:
-            cells = [_text(words(cell)) for cell in (one.title, one.limit, one.value_text, one.margin_text)]
-            yield f"| {' | '.join((*cells, OUTCOMES[one.passed], _text(words(one.why))))} |"
-        yield ""
+        head = ("Requirement", "Limit", "Value", "Margin", "Outcome", "Remark")
+        yield markdown_table(head, ["left"] * len(head), map(_row, study.criteria))
     for alert in study.alerts:
-        cause = _text(words(f"{alert.cause} {alert.remedy}"))
-        yield f"- **{alert.severity.capitalize()} {alert.code}: {_text(words(alert.title))}.** {cause}"
+        text = markdown_text(words(f"{alert.cause} {alert.remedy}"))
+        yield f"- **{alert.severity.capitalize()} {alert.code}: {markdown_text(words(alert.title))}.** {text}"
     if study.alerts:
         yield ""
-    name, digest = _text(provenance.scenario_name), provenance.scenario_sha256
-    yield f"vireport {_text(provenance.version)}, {name}, SHA-256 `{digest}`\n"
+    name, digest = markdown_text(provenance.scenario_name), provenance.scenario_sha256
+    yield f"vireport {markdown_text(provenance.version)}, {name}, SHA-256 `{digest}`\n"
 
 
-def _text(text: str) -> str:
-    """Plain text on one line, with nothing in it that Markdown or HTML would read as markup."""
-    plain = " ".join(text.encode("utf-8", "replace").decode().split())
-    return _MARKS.sub(r"\\\1", "".join(_BEFORE.get(x, x) for x in plain))
+def _row(criterion: Criterion) -> tuple[str, ...]:
+    texts = (criterion.title, criterion.limit.text, criterion.outcome.text, criterion.margin_text)
+    title, limit, value, margin, why = (markdown_text(words(text)) for text in (*texts, criterion.outcome.why))
+    return title, limit, value, margin, "met" if criterion.passed else "**NOT MET**", why

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import is_dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vireport.gate import capital
 from vireport.physics import Device
 from vireport.report.pages import Block, Column, Figure, Listing, Notice, Paragraph, Table, numbers, texts
-from vireport.scenario import Parameter, entries
+from vireport.scenario import UNIT_OF_SWEPT, Parameter, inputs
 from vireport.study import Provenance, Study
 from vireport.text import (
     exact,
@@ -19,7 +18,7 @@ from vireport.text import (
 from vireport.trust import (
     PAPER,
     ComparedRow,
-    Comparison,
+    PaperComparison,
 )
 
 if TYPE_CHECKING:
@@ -64,24 +63,18 @@ def scenario(study: Study) -> Iterator[Block]:
     yield Table(
         "Values, and where they come from",
         (*texts("Quantity", "Symbol"), *numbers("Value"), *texts("Unit", "Origin"), Column("Key", "code")),
-        tuple(_values(study, study.scenario)),
+        tuple(_values(study)),
     )
     yield _derived_table(study)
 
 
-def _values(study: Study, block: Any, path: str = "") -> Iterator[tuple[str, ...]]:
+def _values(study: Study) -> Iterator[tuple[str, ...]]:
     """A row for every value of a scenario, in the order of the format."""
-    for entry in entries(type(block)):
-        here, value = f"{path}{entry.name}", getattr(block, entry.attribute)
-        if is_dataclass(value):
-            yield from _values(study, value, f"{here}.")
-        elif value is not None and here not in NOT_A_QUANTITY:
-            unit = entry.key.unit
-            if unit == "as the parameter" or here in ("sweep.from", "sweep.to"):
-                unit = study.solution.parameter.unit
-            number = _written(value)
-            title, symbol = entry.key.title, SYMBOLS.get(here, "")
-            yield (title, symbol, number, UNITS.get(unit, unit), _origin(study, here), here)
+    for entry in inputs(study.scenario):
+        if entry.path not in NOT_A_QUANTITY:
+            unit = study.solution.parameter.unit if entry.unit == UNIT_OF_SWEPT else UNITS.get(entry.unit, entry.unit)
+            symbol, origin = SYMBOLS.get(entry.path, ""), _origin(study, entry.path)
+            yield entry.title, symbol, _written(entry.value), unit, origin, entry.path
 
 
 def _written(value: object) -> str:
@@ -142,7 +135,7 @@ def figures(pictures: Sequence[Picture]) -> Iterator[Block]:
         yield Figure(x.name, title, x.caption, x.alt, x.png, x.width, x.height)
 
 
-def paper(compared: Comparison | None) -> Iterator[Block]:
+def paper(compared: PaperComparison | None) -> Iterator[Block]:
     """The paper's numbers beside ours."""
     if compared is None:
         return
@@ -173,7 +166,7 @@ def _outcome(row: ComparedRow) -> str:
     return ": ".join(filter(None, ("agrees" if row.agrees else "differs", row.remark)))
 
 
-def left_out(study: Study, compared: Comparison | None) -> Iterator[Block]:
+def left_out(study: Study, compared: PaperComparison | None) -> Iterator[Block]:
     """What a reader might look for in vain."""
     rows = [(capital(words(step.what)), capital(words(step.why))) for step in study.plan.left_out]
     if compared is None:

@@ -62,8 +62,8 @@ def energy(study: Study) -> Iterator[Block]:
         return
     origin = "set over the scenario" if _overridden(study) else "given by the scenario"
     yield Paragraph(
-        f"The ball mass *m* = {scaled(membrane.ball_mass_kg, 3, 8)} g is {origin} (device.ball_mass_kg); the paper does "
-        "not state it. All voltages are *U*_imp − *U*_in, the gain over the bias."
+        f"The ball mass *m* = {scaled(membrane.ball_mass_kg, 3, 8)} g is {origin} (device.ball_mass_kg); the paper "
+        "does not state it. All voltages are *U*_imp − *U*_in, the gain over the bias."
     )
     found = places(study)
     if not found:

@@ -7,12 +7,16 @@ own text never is markup.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
-from vireport.gate import Verdict
+from vireport.gate import Severity, Verdict
 from vireport.study import Provenance
+from vireport.text import Column as Column
+from vireport.text import Table as Table
+from vireport.text import numbers as numbers
+from vireport.text import texts as texts
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,54 +36,17 @@ class Subheading:
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
-    """A column of a table.
-
-    Attributes
-    ----------
-    title : str
-    kind : str
-        ``text``, ``number`` or ``code``.
-    """
-
-    title: str
-    kind: Literal["text", "number", "code"] = "text"
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """A table with a head.
-
-    Attributes
-    ----------
-    caption : str
-    columns : tuple of Column
-    rows : tuple of tuple of str
-        A cell for each column.
-    note : str
-        What a reader needs for reading it, or "".
-    """
-
-    kind: ClassVar[str] = "table"
-    caption: str
-    columns: tuple[Column, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class Notice:
     """An alert.
 
     Attributes
     ----------
-    severity : str
-        ``warning`` or ``note``.
+    severity : Severity
     code, title, cause, remedy : str
     """
 
     kind: ClassVar[str] = "notice"
-    severity: Literal["warning", "note"]
+    severity: Severity
     code: str
     title: str
     cause: str
@@ -186,14 +153,10 @@ class ReportModel:
     provenance: Provenance
 
 
-def numbers(*titles: str) -> tuple[Column, ...]:
-    """Columns of numbers."""
-    return tuple(Column(title, "number") for title in titles)
-
-
-def texts(*titles: str) -> tuple[Column, ...]:
-    """Columns of text."""
-    return tuple(Column(title) for title in titles)
+def content(parts: Iterable[str | Table]) -> Iterator[Block]:
+    """Paragraphs and tables that a feature gives for the terminal and the report alike."""
+    for part in parts:
+        yield Paragraph(part) if isinstance(part, str) else part
 
 
 def section(key: str, title: str, blocks: Iterable[Block]) -> tuple[Section, ...]:

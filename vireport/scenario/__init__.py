@@ -1,11 +1,22 @@
-"""From a YAML file to a validated, frozen scenario, or to every mistake in it."""
+"""From a YAML file to a validated, frozen scenario or map, or to every mistake in it."""
 
-from vireport.scenario import blocks, loading
-from vireport.scenario.blocks import SWEEPABLE, WIDEST_MARGIN, Accuracy, Requirements, Scenario, Simulation
-from vireport.scenario.keys import entries
-from vireport.scenario.loading import Loaded, load, loads, to_dict
-from vireport.scenario.map_blocks import Axis, Map, MapSimulation
-from vireport.scenario.map_scenario import LoadedMap, load_map
+from vireport.scenario import blocks
+from vireport.scenario.blocks import (
+    UNIT_OF_SWEPT,
+    WIDEST_MARGIN,
+    Accuracy,
+    Axis,
+    AxisPath,
+    Map,
+    MapSimulation,
+    Requirements,
+    Sampling,
+    Scenario,
+    Simulation,
+    inputs,
+    to_dict,
+)
+from vireport.scenario.loading import Loaded, LoadedMap, load, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import MARGINS
@@ -13,26 +24,28 @@ from vireport.scenario.schema import init_text, schema
 
 __all__ = [
     "MARGINS",
-    "SWEEPABLE",
+    "UNIT_OF_SWEPT",
     "WIDEST_MARGIN",
     "Accuracy",
     "Axis",
+    "AxisPath",
     "Loaded",
     "LoadedMap",
     "Map",
     "MapSimulation",
     "Parameter",
     "Requirements",
+    "Sampling",
     "Scenario",
     "Simulation",
     "as_texts",
     "blocks",
-    "entries",
     "init_text",
+    "inputs",
     "load",
     "load_map",
-    "loading",
     "loads",
+    "loads_map",
     "schema",
     "to_dict",
 ]

@@ -1,290 +1,429 @@
-"""The blocks of a scenario: which keys exist, what they mean, and the range of each.
+"""The blocks of a scenario and of a map file: which keys exist, what they mean, and the range of each.
 
-This is the one place where a key is defined. The validator at the end of the module, the JSON Schema, the
-wording of mistakes and the commented template are all derived from it or checked against it. Nothing here
-reads a file, and nothing knows what is computed.
+This is the one place where a key is declared. Validation, the JSON Schema, the wording of mistakes and the report's
+table of inputs are derived from it. Nothing here reads a file, and nothing knows what is computed.
 """
 
-# Without `from __future__ import annotations`: the annotations below are read, so they must not be text.
+from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from collections.abc import Iterator
+from enum import StrEnum
+from typing import Any, NamedTuple
 
-from vireport.scenario.keys import Key, validator
-from vireport.scenario.parameters import Parameter
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-# The dimensionless groups are products of up to six of the quantities, e.g. d = s M omega^2/(pi^2 F), and the
-# theory squares and cubes them. With every quantity in this range those products stay clear of 1e-308 and
-# 1e308, where double precision ends; the range itself is wider than that of anything built, from MEMS to wave
-# power.
-SMALLEST, LARGEST = 1e-15, 1e15
+from vireport.scenario.parameters import LARGEST, SMALLEST, Parameter
+
 LONGEST_TITLE = 200
 LARGEST_PERIOD_RATIO = 20
 WIDEST_MARGIN = 75.0  # per cent: as far as is looked from a design point without a sweep, and no further
+FEWEST_AXES, MOST_AXES = 2, 6
+MOST_VALUES = 4_000  # of an axis; a file has at most 5,000 values
+LARGEST_CHUNK = 1_000_000
+LARGEST_RESTITUTION = 1 - 1e-6
+"""In a map: beyond it the loss of an impact is too small for the criteria of stability."""
 
-_SWEPT = "Required unless it is swept; with a sweep over it, it is the design point."
-
-SweepParameter = Literal["length_m", "amplitude_n", "frequency_hz", "inclination_deg"]
-
-SWEEPABLE: dict[str, str] = {parameter.value: parameter.path for parameter in Parameter}
-"""Where each parameter that can be swept stands in the scenario."""
-
-
-def _positive(title: str, unit: str, meaning: str, example: float) -> Key:
-    return Key(title, unit, meaning, example, ge=SMALLEST, le=LARGEST)
+UNIT_OF_SWEPT = "the unit of the swept parameter"
+"""Stands for the unit of a value of whichever parameter is swept."""
 
 
-def _percent(title: str, kind: str) -> Key:
-    meaning = f"Least distance from the design point to the nearest {kind} that ends stable motion, over its value."
-    return Key(title, "%", meaning, 5.0, gt=0.0, le=WIDEST_MARGIN)
+class Block(BaseModel):
+    """A block of keys: frozen, without keys that are not declared, and without conversion of types."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Membrane:
+REQUIRED: Any = ...
+"""Stands for the default of a key that has none."""
+
+
+def _key(default: Any, title: str, unit: str, meaning: str, *, example: Any = None, **rules: Any) -> Any:
+    """Declare a key; the unit is "" where there is none and "1" for a pure number, the example that of its default."""
+    example = default if example is None and default is not REQUIRED else example
+    return Field(
+        default,
+        title=title,
+        description=meaning,
+        examples=None if example is None else [example],
+        json_schema_extra={"unit": unit} if unit else None,
+        **rules,
+    )
+
+
+def _positive(default: Any, title: str, unit: str, meaning: str, *, example: float | None = None) -> Any:
+    return _key(default, title, unit, meaning, example=example, ge=SMALLEST, le=LARGEST)
+
+
+def _swept(parameter: Parameter, title: str, unit: str, meaning: str, example: float) -> Any:
+    low, high = parameter.limits
+    unless = "Required unless it is swept; with a sweep over it, it is the design point."
+    return _key(None, title, unit, f"{meaning} {unless}", example=example, ge=low, le=high)
+
+
+class Membrane(Block):
     """The dielectric elastomer membrane at either end of the capsule, Eqs. (5.2)-(5.5)."""
 
-    stiffness: Annotated[
-        float,
-        _positive("Stiffness", "N/m^h", "Coefficient K of the membrane's restoring force K delta^h.", 4.0847e5),
-    ] = 4.0847e5
-    exponent: Annotated[
-        float, Key("Exponent", "1", "Exponent h of the restoring force K delta^h.", 2.6, gt=0.0, le=20.0)
-    ] = 2.6
-    active_radius_m: Annotated[
-        float, _positive("Active radius", "m", "Radius Rc of the membrane's active area.", 6.3e-3)
-    ] = 6.3e-3
-    ball_radius_m: Annotated[
-        float, _positive("Ball radius", "m", "Radius rb of the ball; smaller than active_radius_m.", 5.0e-3)
-    ] = 5.0e-3
-    bias_voltage_v: Annotated[
-        float, _positive("Bias voltage", "V", "Voltage Uin applied to the undeformed membrane.", 2000.0)
-    ] = 2000.0
+    stiffness: float = _positive(
+        4.0847e5, "Stiffness", "N/m^h", "Coefficient K of the membrane's restoring force K delta^h."
+    )
+    exponent: float = _key(2.6, "Exponent", "1", "Exponent h of the restoring force K delta^h.", gt=0.0, le=20.0)
+    active_radius_m: float = _positive(6.3e-3, "Active radius", "m", "Radius Rc of the membrane's active area.")
+    ball_radius_m: float = _positive(5.0e-3, "Ball radius", "m", "Radius rb of the ball; smaller than active_radius_m.")
+    bias_voltage_v: float = _positive(2000.0, "Bias voltage", "V", "Voltage Uin applied to the undeformed membrane.")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Device:
+class Device(Block):
     """The capsule, the ball in it, and the membranes that close it."""
 
-    capsule_mass_kg: Annotated[float, _positive("Capsule mass", "kg", "Mass M of the capsule.", 0.1245)]
-    ball_mass_kg: Annotated[
-        float | None,
-        _positive(
-            "Ball mass",
-            "kg",
-            "Mass m of the ball; smaller than capsule_mass_kg. Energy and voltage are evaluated where it is "
-            "given, and left out where it is not.",
-            0.0041,
-        ),
-    ] = None
-    restitution: Annotated[
-        float,
-        Key(
-            "Restitution",
-            "1",
-            "Coefficient of restitution r of an impact on a membrane.",
-            0.5,
-            ge=0.0,
-            le=1.0,
-        ),
-    ]
-    length_m: Annotated[float | None, _positive("Length", "m", "Distance s between the membranes. " + _SWEPT, 0.7)] = (
-        None
+    capsule_mass_kg: float = _positive(REQUIRED, "Capsule mass", "kg", "Mass M of the capsule.", example=0.1245)
+    ball_mass_kg: float | None = _positive(
+        None,
+        "Ball mass",
+        "kg",
+        "Mass m of the ball; smaller than capsule_mass_kg. Energy and voltage are evaluated where it is given, and "
+        "left out where it is not.",
+        example=0.0041,
     )
-    membrane: Annotated[
-        Membrane | None,
-        Key(
-            "Membrane",
-            "",
-            "Electrical and elastic data of the membranes. Left out, the defaults hold; needs ball_mass_kg.",
-        ),
-    ] = None
+    restitution: float = _key(
+        REQUIRED,
+        "Restitution",
+        "1",
+        "Coefficient of restitution r of an impact on a membrane.",
+        example=0.5,
+        ge=0.0,
+        le=1.0,
+    )
+    length_m: float | None = _swept(Parameter.LENGTH, "Length", "m", "Distance s between the membranes.", 0.7)
+    membrane: Membrane | None = _key(
+        None,
+        "Membrane",
+        "",
+        "Electrical and elastic data of the membranes. Left out, the defaults hold; needs ball_mass_kg.",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_membrane(cls, tree: Any) -> Any:
+        """Fill in the default membrane where energy is evaluated: where the ball's mass is given."""
+        if isinstance(tree, dict) and tree.get("ball_mass_kg") is not None and tree.get("membrane") is None:
+            return tree | {"membrane": {}}
+        return tree
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Excitation:
+class Excitation(Block):
     """The harmonic force on the capsule, F cos(omega t)."""
 
-    amplitude_n: Annotated[
-        float | None,
-        _positive("Force amplitude", "N", "Amplitude F of the force on the capsule. " + _SWEPT, 3.0),
-    ] = None
-    frequency_hz: Annotated[
-        float | None, _positive("Frequency", "Hz", "Frequency omega/(2 pi) of the force. " + _SWEPT, 2.0)
-    ] = None
+    amplitude_n: float | None = _swept(
+        Parameter.AMPLITUDE, "Force amplitude", "N", "Amplitude F of the force on the capsule.", 3.0
+    )
+    frequency_hz: float | None = _swept(
+        Parameter.FREQUENCY, "Frequency", "Hz", "Frequency omega/(2 pi) of the force.", 2.0
+    )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sweep:
+class Sweep(Block):
     """One parameter taken from one value to another; everything else is held."""
 
-    parameter: Annotated[SweepParameter, Key("Swept parameter", "", "The parameter that is varied.", "length_m")]
-    from_: Annotated[float, Key("From", "", "First value, in the parameter's unit; it may be the larger.", 0.59)]
-    to: Annotated[float, Key("To", "", "Last value, in the parameter's unit; not equal to the first.", 0.75)]
+    parameter: Parameter = _key(
+        REQUIRED, "Swept parameter", "", "The parameter that is varied.", example="length_m", strict=False
+    )
+    from_: float = _key(
+        REQUIRED, "From", UNIT_OF_SWEPT, "First value; it may be the larger.", example=0.59, alias="from"
+    )
+    to: float = _key(REQUIRED, "To", UNIT_OF_SWEPT, "Last value; not equal to the first.", example=0.75)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Simulation:
+class Simulation(Block):
     """The simulation beside the solution: where it is asked for, and from how many starts."""
 
-    samples: Annotated[
-        int, Key("Samples", "1", "Values of the swept parameter that are simulated.", 41, ge=2, le=2001)
-    ] = 41
-    starts: Annotated[
-        int, Key("Starts", "1", "Starting states tried at each value, the same in every run.", 4, ge=1, le=64)
-    ] = 4
-    impacts: Annotated[
-        int,
-        Key("Impacts", "1", "Impacts from each start; slow transients go on longer.", 1000, ge=100, le=100_000),
-    ] = 1000
-    tolerance: Annotated[
-        float,
-        Key(
-            "Tolerance",
-            "1",
-            "Largest difference of velocity and phase up to which simulation and solution agree.",
-            1e-9,
-            gt=0.0,
-            le=1e-3,
-        ),
-    ] = 1e-9
-    diagram: Annotated[
-        bool, Key("Diagram", "", "Whether to draw a bifurcation diagram from simulation alone.", True)
-    ] = False
-    portraits: Annotated[
-        tuple[float, ...],
-        Key("Portraits", "as the parameter", "Values of the swept parameter for figure 3.", [0.59, 0.69], max_length=8),
-    ] = ()
-    displacement: Annotated[
-        tuple[float, ...],
-        Key("Displacement", "as the parameter", "Values of the swept parameter for figure 6.", [0.69], max_length=8),
-    ] = ()
+    samples: int = _key(41, "Samples", "1", "Values of the swept parameter that are simulated.", ge=2, le=2001)
+    starts: int = _key(4, "Starts", "1", "Starting states tried at each value, the same in every run.", ge=1, le=64)
+    impacts: int = _key(
+        1000, "Impacts", "1", "Impacts from each start; slow transients go on longer.", ge=100, le=100_000
+    )
+    tolerance: float = _key(
+        1e-9,
+        "Tolerance",
+        "1",
+        "Largest difference of velocity and phase up to which simulation and solution agree.",
+        gt=0.0,
+        le=1e-3,
+    )
+    diagram: bool = _key(
+        False, "Diagram", "", "Whether to draw a bifurcation diagram from simulation alone.", example=True
+    )
+    # Lists become tuples as they are read, which strictly no list is.
+    portraits: tuple[float, ...] = _key(
+        (),
+        "Portraits",
+        UNIT_OF_SWEPT,
+        "Values of the swept parameter for figure 3.",
+        example=[0.59, 0.69],
+        max_length=8,
+        strict=False,
+    )
+    displacement: tuple[float, ...] = _key(
+        (),
+        "Displacement",
+        UNIT_OF_SWEPT,
+        "Values of the swept parameter for figure 6.",
+        example=[0.69],
+        max_length=8,
+        strict=False,
+    )
 
 
-_STABLE = "End of the range of the swept parameter over which there must be stable 1:1 motion."
-_ANGLES = "End of the range of inclination over which the design must have stable 1:1 motion."
+def _stable(title: str, example: float) -> Any:
+    meaning = "End of the range of the swept parameter over which there must be stable 1:1 motion."
+    return _key(None, title, UNIT_OF_SWEPT, meaning, example=example)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Requirements:
+def _angle(title: str, example: float) -> Any:
+    meaning = "End of the range of inclination over which the design must have stable 1:1 motion."
+    low, high = Parameter.INCLINATION.limits
+    return _key(None, title, "deg", meaning, example=example, ge=low, le=high)
+
+
+def _percent(title: str, kind: str) -> Any:
+    meaning = f"Least distance from the design point to the nearest {kind} that ends stable motion, over its value."
+    return _key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
+
+
+class Requirements(Block):
     """What the design must meet: each is a line of the acceptance table, and one that fails makes the exit code 1."""
 
-    stable_from: Annotated[float | None, Key("Stable from", "as the parameter", _STABLE, 0.65)] = None
-    stable_to: Annotated[float | None, Key("Stable to", "as the parameter", _STABLE, 0.75)] = None
-    inclination_from_deg: Annotated[float | None, Key("Inclination from", "deg", _ANGLES, 40.0, ge=0.0, le=90.0)] = None
-    inclination_to_deg: Annotated[float | None, Key("Inclination to", "deg", _ANGLES, 50.0, ge=0.0, le=90.0)] = None
-    margin_period_doubling_percent: Annotated[
-        float | None, _percent("Margin to period doubling", "period doubling")
-    ] = None
-    margin_grazing_percent: Annotated[float | None, _percent("Margin to grazing", "grazing point")] = None
-    margin_any_percent: Annotated[float | None, _percent("Margin", "critical point of any kind")] = None
-    u_ave_at_least_v: Annotated[
-        float | None, _positive("U_ave at least", "V", "Least U_ave of the stable motions at the design point.", 1000.0)
-    ] = None
-    u_ave_difference_at_most_v: Annotated[
-        float | None,
-        _positive("U_ave difference", "V", "Largest less least U_ave over the stable range that is required.", 5000.0),
-    ] = None
-    u_bottom_top_difference_at_most_v: Annotated[
-        float | None,
-        _positive("Bottom to top", "V", "Largest voltage between either end at the design point.", 30000.0),
-    ] = None
-    deflection_at_most_m: Annotated[
-        float | None,
-        _positive("Deflection at most", "m", "Largest deflection of a membrane at the design point.", 0.02),
-    ] = None
-    crosscheck_passed: Annotated[
-        bool | None, Key("Cross-check", "", "Whether the simulation must agree with the solution.", True)
-    ] = None
+    stable_from: float | None = _stable("Stable from", 0.65)
+    stable_to: float | None = _stable("Stable to", 0.75)
+    inclination_from_deg: float | None = _angle("Inclination from", 40.0)
+    inclination_to_deg: float | None = _angle("Inclination to", 50.0)
+    margin_period_doubling_percent: float | None = _percent("Margin to period doubling", "period doubling")
+    margin_grazing_percent: float | None = _percent("Margin to grazing", "grazing point")
+    margin_any_percent: float | None = _percent("Margin", "critical point of any kind")
+    u_ave_at_least_v: float | None = _positive(
+        None, "U_ave at least", "V", "Least U_ave of the stable motions at the design point.", example=1000.0
+    )
+    u_ave_difference_at_most_v: float | None = _positive(
+        None,
+        "U_ave difference",
+        "V",
+        "Largest less least U_ave over the stable range that is required.",
+        example=5000.0,
+    )
+    u_bottom_top_difference_at_most_v: float | None = _positive(
+        None, "Bottom to top", "V", "Largest voltage between either end at the design point.", example=30000.0
+    )
+    deflection_at_most_m: float | None = _positive(
+        None, "Deflection at most", "m", "Largest deflection of a membrane at the design point.", example=0.02
+    )
+    crosscheck_passed: bool | None = _key(
+        None, "Cross-check", "", "Whether the simulation must agree with the solution.", example=True
+    )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Accuracy:
+class Accuracy(Block):
     """Error against run time of several methods, and the motion with compliant membranes beside the rigid one."""
 
-    repeats: Annotated[
-        int, Key("Repeats", "1", "Runs of each method, of which the median time counts.", 5, ge=1, le=100)
-    ] = 5
-    compliant_membrane: Annotated[
-        bool, Key("Compliant membrane", "", "Whether to solve the motion with the membrane's own stiffness too.", True)
-    ] = True
-    ladder: Annotated[
-        tuple[float, ...],
-        Key(
-            "Ladder",
-            "1",
-            "Factors on the membrane's stiffness, ascending from 1.",
-            [1.0, 1e4],
-            min_length=2,
-            max_length=8,
-        ),
-    ] = (1.0, 1e2, 1e4, 1e6, 1e8)
+    repeats: int = _key(5, "Repeats", "1", "Runs of each method, of which the median time counts.", ge=1, le=100)
+    compliant_membrane: bool = _key(
+        True, "Compliant membrane", "", "Whether to solve the motion with the membrane's own stiffness too."
+    )
+    ladder: tuple[float, ...] = _key(
+        (1.0, 1e2, 1e4, 1e6, 1e8),
+        "Ladder",
+        "1",
+        "Factors on the membrane's stiffness, ascending from 1.",
+        example=[1.0, 1e4],
+        min_length=2,
+        max_length=8,
+        strict=False,
+    )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scenario:
+class Scenario(Block):
     """A vibro-impact energy harvester, its excitation, and what is varied."""
 
-    schema_version: Annotated[int, Key("Schema version", "", "Version of this format; 1.", 1, ge=1, le=1)]
-    title: Annotated[
-        str | None,
-        Key(
-            "Title",
-            "",
-            "Free text of one line for the head of the report.",
-            "Inclined harvester",
-            min_length=1,
-            max_length=LONGEST_TITLE,
-        ),
-    ] = None
-    device: Annotated[Device, Key("Device", "", "The capsule, the ball in it, and the membranes.")]
-    excitation: Annotated[Excitation, Key("Excitation", "", "The harmonic force on the capsule.")]
-    inclination_deg: Annotated[
-        float | None,
-        Key(
-            "Inclination",
-            "deg",
-            "Angle beta of the capsule to the horizontal. " + _SWEPT,
-            45.0,
-            ge=0.0,
-            le=90.0,
-        ),
-    ] = None
-    gravity_m_s2: Annotated[float, _positive("Gravity", "m/s^2", "Gravitational acceleration g.", 9.8)] = 9.8
-    period_ratio: Annotated[
-        int,
-        Key(
-            "Period ratio",
-            "1",
-            "Forcing periods n that one period of the motion takes, Eq. (3.14).",
-            1,
-            ge=1,
-            le=LARGEST_PERIOD_RATIO,
-        ),
-    ] = 1
-    sweep: Annotated[
-        Sweep | None,
-        Key("Sweep", "", "The parameter that is varied. Left out, the design point alone is evaluated."),
-    ] = None
-    simulation: Annotated[
-        Simulation | None,
-        Key("Simulation", "", "The simulation beside the solution. Left out, nothing is simulated."),
-    ] = None
-    accuracy: Annotated[
-        Accuracy | None,
-        Key("Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."),
-    ] = None
-    requirements: Annotated[
-        Requirements | None, Key("Requirements", "", "What the design must meet. Left out, nothing is judged.")
-    ] = None
+    schema_version: int = _key(REQUIRED, "Schema version", "", "Version of this format; 1.", example=1, ge=1, le=1)
+    title: str | None = _key(
+        None,
+        "Title",
+        "",
+        "Free text of one line for the head of the report.",
+        example="Inclined harvester",
+        min_length=1,
+        max_length=LONGEST_TITLE,
+    )
+    device: Device = _key(REQUIRED, "Device", "", "The capsule, the ball in it, and the membranes.")
+    excitation: Excitation = _key(REQUIRED, "Excitation", "", "The harmonic force on the capsule.")
+    inclination_deg: float | None = _swept(
+        Parameter.INCLINATION, "Inclination", "deg", "Angle beta of the capsule to the horizontal.", 45.0
+    )
+    gravity_m_s2: float = _positive(9.8, "Gravity", "m/s^2", "Gravitational acceleration g.")
+    period_ratio: int = _key(
+        1,
+        "Period ratio",
+        "1",
+        "Forcing periods n that one period of the motion takes, Eq. (3.14).",
+        ge=1,
+        le=LARGEST_PERIOD_RATIO,
+    )
+    sweep: Sweep | None = _key(
+        None, "Sweep", "", "The parameter that is varied. Left out, the design point alone is evaluated."
+    )
+    simulation: Simulation | None = _key(
+        None, "Simulation", "", "The simulation beside the solution. Left out, nothing is simulated."
+    )
+    accuracy: Accuracy | None = _key(
+        None, "Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."
+    )
+    requirements: Requirements | None = _key(
+        None, "Requirements", "", "What the design must meet. Left out, nothing is judged."
+    )
+
+    @property
+    def parameter(self) -> Parameter:
+        """The parameter that is swept; the length where none is."""
+        return Parameter.LENGTH if self.sweep is None else self.sweep.parameter
+
+    def value_of(self, parameter: Parameter) -> float | None:
+        """Value of a parameter at the design point, None where it is not given."""
+        values = {
+            Parameter.LENGTH: self.device.length_m,
+            Parameter.AMPLITUDE: self.excitation.amplitude_n,
+            Parameter.FREQUENCY: self.excitation.frequency_hz,
+            Parameter.INCLINATION: self.inclination_deg,
+        }
+        return values[parameter]
 
 
-def validated(tree: object) -> Scenario:
-    """Make a scenario of a tree as it is read from a file.
+class AxisPath(StrEnum):
+    """What a map can vary; the value is its path in a scenario, and `limits` are its smallest and largest value."""
 
-    Raises
-    ------
-    pydantic_core.ValidationError
-        With all values that are wrong in themselves, and all keys that are unknown or missing.
+    limits: tuple[float, float]
+
+    def __new__(cls, path: str, limits: tuple[float, float] = (SMALLEST, LARGEST)) -> AxisPath:
+        """Make the member whose value is `path`."""
+        member = str.__new__(cls, path)
+        member._value_, member.limits = path, limits
+        return member
+
+    INCLINATION = Parameter.INCLINATION.path, Parameter.INCLINATION.limits
+    LENGTH = Parameter.LENGTH.path
+    AMPLITUDE = Parameter.AMPLITUDE.path
+    FREQUENCY = Parameter.FREQUENCY.path
+    RESTITUTION = "device.restitution", (0.0, LARGEST_RESTITUTION)
+    BALL_MASS = "device.ball_mass_kg"
+
+
+class Sampling(StrEnum):
+    """How the cells of a map are chosen."""
+
+    GRID = "grid"
+    LIST = "list"
+    LATIN_HYPERCUBE = "latin_hypercube"
+    SOBOL = "sobol"
+
+
+class Axis(Block):
+    """One parameter that is varied: from one value to another in even steps, or at the values of a list."""
+
+    path: AxisPath = _key(REQUIRED, "Path", "", "The parameter.", example="inclination_deg", strict=False)
+    from_: float | None = _key(None, "From", "", "First value, in the parameter's unit.", example=0.0, alias="from")
+    to: float | None = _key(None, "To", "", "Last value, in the parameter's unit.", example=90.0)
+    count: int | None = _key(None, "Count", "1", "Number of values, on a grid.", example=80, ge=2, le=100_000_000)
+    values: tuple[float, ...] | None = _key(
+        None,
+        "Values",
+        "",
+        "The values themselves.",
+        example=[0.0, 45.0],
+        min_length=1,
+        max_length=MOST_VALUES,
+        strict=False,
+    )
+
+
+class MapSimulation(Block):
+    """The simulation at each cell: where its motion ends from a number of starting states."""
+
+    starts: int = _key(16, "Starts", "1", "Starting states, the same at every cell.", ge=1, le=1024)
+    impacts: int = _key(1000, "Impacts", "1", "Impacts from each; slow transients go on longer.", ge=100, le=100_000)
+
+
+class Map(Block):
+    """What a map varies, and how its cells are chosen."""
+
+    axes: tuple[Axis, ...] = _key(
+        REQUIRED,
+        "Axes",
+        "",
+        "The parameters that are varied.",
+        strict=False,
+        min_length=FEWEST_AXES,
+        max_length=MOST_AXES,
+    )
+    sampling: Sampling = _key(
+        Sampling.GRID,
+        "Sampling",
+        "",
+        "Every combination of the values (grid), the values side by side (list), or points between from and to.",
+        strict=False,
+    )
+    samples: int | None = _key(
+        None, "Samples", "1", "Number of points, where they are not a grid.", example=4096, ge=1, le=2**30
+    )
+    seed: int = _key(0, "Seed", "", "Of the points, where they are not a grid.", ge=0, le=2**32 - 1)
+    simulate: MapSimulation | None = _key(None, "Simulation", "", "Left out, nothing is simulated.")
+    chunk_cells: int | None = _key(
+        None, "Chunk", "1", "Cells that are computed and stored at once.", example=32768, ge=1, le=LARGEST_CHUNK
+    )
+
+
+class MapFile(Scenario):
+    """A scenario without a sweep, with what varies instead."""
+
+    sweep: None = _key(None, "Sweep", "", "a map has no sweep (delete it; map.axes says what varies)")
+    simulation: None = _key(
+        None,
+        "Simulation",
+        "",
+        "a map has no simulation block (delete it; map.simulate asks for the simulation of each cell)",
+    )
+    map: Map = _key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
+
+
+class Input(NamedTuple):
+    """A value of a scenario, for the reader.
+
+    Attributes
+    ----------
+    path : str
+        Dotted path of its key.
+    title, unit : str
+        As they are declared; the unit is `UNIT_OF_SWEPT` for a value of the swept parameter.
+    value : object
     """
-    scenario: Scenario = validator(Scenario).validate_python(tree)
-    return scenario
+
+    path: str
+    title: str
+    unit: str
+    value: object
+
+
+def inputs(block: Block, path: str = "") -> Iterator[Input]:
+    """Every value of a block and of those within it, in the order of the format; what is absent is left out."""
+    for name, key in type(block).model_fields.items():
+        value, here = getattr(block, name), f"{path}{key.alias or name}"
+        if isinstance(value, Block):
+            yield from inputs(value, f"{here}.")
+        elif value is not None:
+            extra = key.json_schema_extra
+            unit = extra.get("unit", "") if isinstance(extra, dict) else ""
+            yield Input(here, key.title or "", str(unit), value)
+
+
+def to_dict(block: Block) -> dict[str, Any]:
+    """Return a block as plain data, defaults filled in, by the names and in the order of the file.
+
+    What is optional and absent is None. Loading the result gives an equal block.
+    """
+    return block.model_dump(mode="json", by_alias=True)

@@ -3,8 +3,9 @@
 A misread number is a wrong report, so nothing is guessed here: only the types of the YAML 1.2 core schema
 exist (``1e-3`` is a number, ``yes`` and ``1:30`` are text), a key stands once, and what a scenario has no use
 for (anchors, aliases, tags, several documents) is refused. The tree is built from parser events and is never
-deeper or larger than the limits below, so no input can exhaust the memory or the stack. What the keys mean is
-not known here.
+deeper or larger than the limits below, so no input can exhaust the memory or the stack; composing PyYAML's nodes
+instead would end at the first alias, and lose every mistake before an error of syntax. What the keys mean is not
+known here.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
+from math import inf, nan
 from typing import NoReturn
 
 import yaml
@@ -30,14 +33,26 @@ from yaml.events import (
 )
 
 from vireport.errors import Mistake, ScenarioError
-from vireport.scenario.scalars import is_forbidden, joined, scalar
 
 LARGEST_FILE = 1_000_000  # bytes; a scenario has about a thousand
 DEEPEST = 20  # levels of nesting; a scenario has three
 MOST_NODES = 5_000  # keys and values; a scenario has about fifty
 MOST_CHARACTERS = 20  # invisible characters that are reported one by one
+LONGEST_INTEGER = 300  # characters; a longer one is beyond double precision, and slow to convert
 
 _NAME = re.compile(r"[^\W\d]\w{0,59}")
+_NUMBER = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
+_BASED_INTEGER = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_CONSTANTS: dict[str, object] = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL")),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+    **dict.fromkeys((".nan", ".NaN", ".NAN"), nan),
+    **dict.fromkeys((".inf", ".Inf", ".INF", "+.inf", "+.Inf", "+.INF"), inf),
+    **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), -inf),
+}
+# What YAML forbids, and what it takes for a line break, which would shift the later lines.
+_FORBIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +86,12 @@ class Document:
     mistakes: tuple[Mistake, ...] = ()
     unread: frozenset[str] = frozenset()
 
+    def line_of(self, path: str) -> int:
+        """Line of a key, or of the innermost block that would hold it."""
+        while path not in self.lines and path:
+            path = path.rpartition(".")[0]
+        return self.lines[path]
+
 
 def read(source: str | bytes, name: str, path: str = "") -> Document:
     """Read one YAML document.
@@ -90,11 +111,46 @@ def read(source: str | bytes, name: str, path: str = "") -> Document:
         Where the text cannot be read to its end, with every mistake up to there. Mistakes that leave the rest
         readable are in the `mistakes` of the result instead.
     """
-    text = _decode(source, name)
-    return _Reader(name, path).read(text)
+    return _Reader(name, path).read(_decoded(source, name))
 
 
-def _decode(source: str | bytes, name: str) -> str:
+def join(path: str, key: str | int) -> str:
+    """Dotted path of a key; one that is no plain name is put in quotes, its control characters escaped."""
+    step = str(key) if isinstance(key, int) or _NAME.fullmatch(key) else repr(key[:60])
+    return f"{path}.{step}" if path else step
+
+
+def is_within(path: str, block: str) -> bool:
+    """Whether a path is that of a block, or of something in it."""
+    return path == block or path.startswith(f"{block}.") or not block
+
+
+def scalar(text: str) -> object:
+    """Value of a plain scalar by the core schema of YAML 1.2, section 10.3.2: None, bool, int, float, or else itself.
+
+    Parameters
+    ----------
+    text : str
+        The scalar without quotes; what stands in quotes is text whatever it looks like.
+
+    Examples
+    --------
+    >>> [scalar(text) for text in ("1e-3", ".5", "017", "0o17", "True")]
+    [0.001, 0.5, 17, 15, True]
+    >>> [scalar(text) for text in ("yes", "1:30", "1_000", "2024-01-01")]
+    ['yes', '1:30', '1_000', '2024-01-01']
+    """
+    if text in _CONSTANTS:
+        return _CONSTANTS[text]
+    if _NUMBER.fullmatch(text):
+        whole = len(text) <= LONGEST_INTEGER and set(text).isdisjoint(".eE")
+        return int(text) if whole else float(text)
+    if _BASED_INTEGER.fullmatch(text):
+        return int(text, 0) if len(text) <= LONGEST_INTEGER else inf
+    return text
+
+
+def _decoded(source: str | bytes, name: str) -> str:
     if len(source) > LARGEST_FILE:
         size = f"larger than {LARGEST_FILE // 1_000_000} MB"
         raise ScenarioError(name, [Mistake(1, "", f"the file is {size} (a scenario has about 1 kB)")])
@@ -110,12 +166,6 @@ def _decode(source: str | bytes, name: str) -> str:
             line = source.count(b"\n", 0, error.start) + 1
             what = f"has the byte 0x{source[error.start]:02X}, which is not UTF-8"
     raise ScenarioError(name, [Mistake(line, "", f"the file {what} (save it as UTF-8 text)")])
-
-
-def join(path: str, key: str | int) -> str:
-    """Dotted path of a key; one that is no plain name is put in quotes, its control characters escaped."""
-    step = str(key) if isinstance(key, int) or _NAME.fullmatch(key) else repr(key[:60])
-    return f"{path}.{step}" if path else step
 
 
 class _Reader:
@@ -138,8 +188,6 @@ class _Reader:
         try:
             data = self._document()
         except (yaml.YAMLError, ValueError, OverflowError) as error:  # the last two: \U beyond Unicode
-            from vireport.scenario.syntax import explain
-
             line, message = explain(error, plain)
             self._stop(line, self.root, message)
         mistakes, unread = tuple(self.mistakes), frozenset(self.unread)
@@ -152,16 +200,11 @@ class _Reader:
         self.mistakes.append(Mistake(_line(event), path, message))
 
     def _refuse_characters(self, text: str) -> None:
-        bad = sorted(filter(is_forbidden, set(text)))
-        if not bad:
-            return
-        for found in re.finditer(f"[{re.escape(''.join(bad))}]", text):
-            line = text.count("\n", 0, found.start()) + 1
-            message = f"the invisible character U+{ord(found[0]):04X} is not allowed (delete it)"
-            self.mistakes.append(Mistake(line, self.root, message))
-            if len(self.mistakes) == MOST_CHARACTERS:
-                break
-        raise ScenarioError(self.name, self.mistakes)
+        for match in islice(_FORBIDDEN.finditer(text), MOST_CHARACTERS):
+            message = f"the invisible character U+{ord(match[0]):04X} is not allowed (delete it)"
+            self.mistakes.append(Mistake(text.count("\n", 0, match.start()) + 1, self.root, message))
+        if self.mistakes:
+            raise ScenarioError(self.name, self.mistakes)
 
     def _document(self) -> object:
         next(self.events)  # the start of the stream
@@ -211,22 +254,22 @@ class _Reader:
         self.written[path] = f"{event.style}{text}{event.style}" if event.style in ("'", '"') else text
         if not event.style:
             return scalar(text)
-        whole = joined(text)
+        whole = _with_whole_characters(text)
         if whole is None:
             self._refuse(event, path, "an escape of half a character (write the character itself)")
             self.unread.add(path)
         return whole
 
     def _sequence(self, path: str, depth: int) -> list[object]:
-        found: list[object] = []
+        elements: list[object] = []
         while not isinstance(event := next(self.events), SequenceEndEvent):
-            element = join(path, len(found))
+            element = join(path, len(elements))
             self.lines[element] = _line(event)
-            found.append(self._node(event, element, depth + 1))
-        return found
+            elements.append(self._node(event, element, depth + 1))
+        return elements
 
     def _mapping(self, path: str, depth: int) -> dict[str, object]:
-        found: dict[str, object] = {}
+        block: dict[str, object] = {}
         while not isinstance(event := next(self.events), MappingEndEvent):
             key = self._key(event, path, depth + 1)
             value = next(self.events)
@@ -234,7 +277,7 @@ class _Reader:
                 self._skip(value, path, depth + 1)
                 continue
             here = join(path, key)
-            if key in found:
+            if key in block:
                 first = self.lines[here]
                 self._refuse(event, here, f"given twice, first on line {first} (keep one of them)")
                 self._skip(value, here, depth + 1)
@@ -242,8 +285,8 @@ class _Reader:
                     self.unread.add(here)  # its keys may be in either of the two
                 continue
             self.lines[here] = _line(event)
-            found[key] = self._node(value, here, depth + 1)
-        return found
+            block[key] = self._node(value, here, depth + 1)
+        return block
 
     def _key(self, event: Event, path: str, depth: int) -> str | None:
         """Return the name in a key's event; None, with the mistake recorded, where it is not a name."""
@@ -252,19 +295,19 @@ class _Reader:
             self._refuse(event, path, "a key that is not a name (keys are names, followed by a colon)")
             return None
         self._guard(event, path, depth)
-        key = event.value
+        key, here = event.value, join(path, event.value)
         if event.anchor is not None or event.tag is not None:
-            self._refuse(event, join(path, key), "anchors and tags are not read (delete it)")
+            self._refuse(event, here, "anchors and tags are not read (delete it)")
         if event.style:
-            whole = joined(key)
+            whole = _with_whole_characters(key)
             if whole is None:
-                self._refuse(event, join(path, key), "an escape of half a character (keys are names)")
+                self._refuse(event, here, "an escape of half a character (keys are names)")
             return whole
         if key == "<<":
-            self._refuse(event, join(path, key), "merge keys are not read (write the keys out)")
+            self._refuse(event, here, "merge keys are not read (write the keys out)")
             return None
         if not isinstance(scalar(key), str):
-            self._refuse(event, join(path, key), f"the key {key or 'null'} is not a name (keys are names)")
+            self._refuse(event, here, f"the key {key or 'null'} is not a name (keys are names)")
             return None
         return key
 
@@ -278,3 +321,75 @@ class _Reader:
 def _line(event: Event) -> int:
     mark = event.start_mark
     return 1 if mark is None else mark.line + 1
+
+
+def _with_whole_characters(text: str) -> str | None:
+    """Join the two escapes by which JSON writes a character beyond U+FFFF; None where one is missing."""
+    try:
+        return text.encode("utf-16", "surrogatepass").decode("utf-16")
+    except UnicodeDecodeError:
+        return None
+
+
+# What is wrong with a text that is not YAML. The parser's own messages speak of tokens and block ends; these speak of
+# what was probably meant. The first of them whose text is in the parser's message explains it.
+_EXPLANATIONS = (
+    ("found character '\\t'", "a tab where YAML does not allow one (indent and separate with spaces)"),
+    ("that cannot start any token", "a value cannot start with this character (put text in quotes)"),
+    ("found unexpected end of stream", "a quote is opened here and never closed (close it)"),
+    ("found unexpected document separator", "a quote is opened here and never closed (close it)"),
+    ("expected ',' or ']'", "a '[' is opened here and not closed, or a comma is missing (close it with ']')"),
+    ("expected ',' or '}'", "a '{' is opened here and not closed, or a comma is missing (close it with '}')"),
+    ("invalid indentation or unclosed", "a '[' or '{' is not closed (close it)"),
+    ("could not find expected ':'", "a key without its colon (write 'key: value')"),
+    ("mapping values are not allowed here", "a second colon in one value, or wrong indentation (quote text with ': ')"),
+    ("sequence entries are not allowed here", "a list cannot start here (a list is the value of a key)"),
+    ("but found '-'", "a list entry among keys (a list is the value of a key)"),
+    ("expected <block end>", "wrong indentation (keys of one block start in the same column)"),
+    ("expected '<document start>'", "text after the end of the scenario (everything belongs in one block of keys)"),
+    ("expected the node content", "a value is missing before this bracket or comma (write it)"),
+    ("unknown escape character", "an unknown escape after '\\' (use single quotes for text with backslashes)"),
+    ("hexadecimal numbers", "an incomplete escape after '\\' (use single quotes for text with backslashes)"),
+    ("chomping or indentation", "'|' or '>' starts a text of several lines (put the text in quotes)"),
+    ("indentation indicator", "'|' or '>' starts a text of several lines (put the text in quotes)"),
+    ("scanning an alias", "a value cannot start with '*' (put text in quotes)"),
+    ("scanning an anchor", "a value cannot start with '&' (put text in quotes)"),
+    ("tag", "a value cannot start with '!' (put text in quotes)"),
+    ("directive", "a line cannot start with '%' (put text in quotes)"),
+    ("incompatible YAML document", "a line cannot start with '%' (delete it)"),
+)
+_UNEXPLAINED = "this is not YAML (write 'key: value', one to a line)"
+# Messages whose cause is where the construct began, not where the parser gave up.
+_FROM_START = ("end of stream", "document separator", "or ']'", "or '}'", "could not find expected ':'")
+_BARE = re.compile(r"\s*[^\s:#][^:#]*$")
+_NO_SPACE = re.compile(r"\s*(?!['\"#])[^\s:#]+:[^\s/:]")
+
+
+def explain(error: Exception, text: str) -> tuple[int, str]:
+    """Return the line, counted from 1, and the explanation of a parser's error.
+
+    Parameters
+    ----------
+    error : yaml.YAMLError, ValueError or OverflowError
+        What the parser raised.
+    text : str
+        The text it read.
+    """
+    lines = text.split("\n")
+    if not isinstance(error, yaml.MarkedYAMLError):
+        # Only an escape or a version number that does not exist raises an error without a mark.
+        line = next((i for i, row in enumerate(lines, 1) if "\\U" in row or row.startswith("%")), 1)
+        return line, "an escape or a number that does not exist (delete it)"
+    message = f"{error.context} {error.problem}"
+    mark = error.problem_mark
+    if error.context_mark is not None and any(part in message for part in _FROM_START):
+        mark = error.context_mark
+    line = 1 if mark is None else mark.line + 1
+    # A key without its colon, or without the space after it, runs on into the next line.
+    for earlier in (line - 1, line):
+        row = lines[earlier - 1] if 0 < earlier <= len(lines) else ""
+        if _NO_SPACE.match(row):
+            return earlier, "no space after the colon (write 'key: value')"
+        if earlier < line and "mapping values" in message and _BARE.match(row):
+            return earlier, "a key without its colon (write 'key: value')"
+    return line, next((words for part, words in _EXPLANATIONS if part in message), _UNEXPLAINED)

@@ -12,8 +12,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from math import pi
 
-from vireport.scenario.document import join
-from vireport.scenario.scalars import scalar
+from vireport.scenario.document import join, scalar
 
 # Factor to the unit of our keys, by what follows a number or ends a key, in lower case.
 _LENGTHS = {"m": 1, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "km": 1e3}
@@ -82,48 +81,49 @@ _WITH_UNIT = re.compile(rf"({_NUMBER})\s*([^\d\s.,:_'+*-][^\d]*\d?)")
 _LONGEST_KEY = 60  # characters; what is longer is no slip of a key of ours
 
 
-def for_key(path: str, value: object, units: dict[str, str]) -> str:
-    """Say which key was probably meant by the unknown one at `path`; "" where there is no telling.
+def for_key(block: str, key: str, value: object, units: dict[str, str]) -> str:
+    """Say which key was probably meant by an unknown one; "" where there is no telling.
 
     Parameters
     ----------
-    path : str
-        Dotted path of the unknown key.
+    block, key : str
+        Dotted path of the block it stands in, and the key, in quotes if it is no plain name.
     value : object
         What it was given.
     units : dict of str to str
         Dotted path of every key there is, to its unit or "".
     """
-    block, _, key = path.rpartition(".")
     if len(key) > _LONGEST_KEY:
         return ""
-    if path.strip("'") in units:
+    if key.strip("'") in units and "." in key:
         return " with a dot in it; a key within a block is written indented below the block's name"
-    odd = next((letter for letter in key if ord(letter) > 127), None)
-    strange = ""
-    if odd and odd.isprintable():
-        strange = f"; it contains '{odd}' ({unicodedata.name(odd, 'no name')})"
+    if (block, key) == ("", "map"):
+        return "; a file with a map is computed by 'vireport sweep'"
+    odd = next((letter for letter in key if ord(letter) > 127 and letter.isprintable()), None)
+    strange = f"; it contains '{odd}' ({unicodedata.name(odd, 'no name')})" if odd else ""
     plain = key.strip("'").replace("-", "_").replace(" ", "_")
     target, advice = _by_unit(plain, value, block, units)
     if not target:
-        target = _nearest(_SYMBOLS.get(plain) or _WORDS.get(plain.lower()) or "", block, units)
-        if target.rpartition(".")[0] != block:  # a word for a key elsewhere may be a slip of one that is here
-            target = _sibling(plain, block, units) or target
-    if not target:
-        target = _by_spelling(plain, block, units)
+        other_word = _nearest(_SYMBOLS.get(plain) or _WORDS.get(plain.lower()) or "", block, units)
+        target = (
+            (other_word if _split(other_word)[0] == block else "")
+            or _nearest(closest(plain, [name for at, name in map(_split, units) if at == block]), block, units)
+            or other_word
+            or _nearest(closest(plain, {_split(path)[1] for path in units}), block, units)
+        )
     if not target:
         return strange
-    shown = target if target.rpartition(".")[0] != block else target.rpartition(".")[2]
-    return f"{strange}; did you mean '{shown}'?{advice}"
+    at, name = _split(target)
+    return f"{strange}; did you mean '{name if at == block else target}'?{advice}"
 
 
 def _by_unit(key: str, value: object, block: str, units: dict[str, str]) -> tuple[str, str]:
     """Find a key of ours that is written here without its unit or with another one."""
     lower = key.lower()
-    stems = {path.rpartition(".")[2]: unit for path, unit in units.items() if unit in _SUFFIX}
-    known = {name.removesuffix(_SUFFIX[unit]): name for name, unit in stems.items()}
-    for stem, name in sorted((known | _WORDS).items(), key=lambda item: -len(item[0])):
-        unit = stems.get(name)
+    unit_of = {_split(path)[1]: unit for path, unit in units.items() if unit in _SUFFIX}
+    stems = {name.removesuffix(_SUFFIX[unit]): name for name, unit in unit_of.items()} | _WORDS
+    for stem, name in sorted(stems.items(), key=lambda item: -len(item[0])):
+        unit = unit_of.get(name)
         if unit is None or not (lower == stem or lower.startswith(f"{stem}_")):
             continue
         given = lower.removeprefix(stem).strip("_")
@@ -143,30 +143,25 @@ def _conversion(given: str, factor: float, unit: str, value: object, name: str) 
     return text
 
 
+def _split(path: str) -> tuple[str, str]:
+    """Block and name of a key."""
+    block, _, name = path.rpartition(".")
+    return block, name
+
+
 def _nearest(name: str, block: str, units: dict[str, str]) -> str:
     """Path of a key by its name, in this block rather than in another."""
     here = join(block, name) if name else ""
     if here in units:
         return here
-    return next((path for path in units if name and path.rpartition(".")[2] == name), "")
-
-
-def _by_spelling(key: str, block: str, units: dict[str, str]) -> str:
-    return _sibling(key, block, units) or _nearest(
-        closest(key, {path.rpartition(".")[2] for path in units}), block, units
-    )
-
-
-def _sibling(key: str, block: str, units: dict[str, str]) -> str:
-    close = closest(key, [path.rpartition(".")[2] for path in units if path.rpartition(".")[0] == block])
-    return _nearest(close, block, units)
+    return next((path for path in units if name and _split(path)[1] == name), "")
 
 
 def closest(word: str, choices: Iterable[str]) -> str:
     """Return the choice that is spelled most alike, whatever the case; "" if none is alike."""
     lower = {choice.lower(): choice for choice in sorted(choices)}
-    found = get_close_matches(word.lower()[:_LONGEST_KEY], lower, n=1, cutoff=0.7)
-    return lower[found[0]] if found else ""
+    alike = get_close_matches(word.lower()[:_LONGEST_KEY], lower, n=1, cutoff=0.7)
+    return lower[alike[0]] if alike else ""
 
 
 def for_number(text: str, quoted: bool, unit: str) -> str:
@@ -188,9 +183,9 @@ def for_number(text: str, quoted: bool, unit: str) -> str:
     bare = re.sub(r"(?<=\d)[ _',\u00a0\u2009\u202f](?=\d)", "", text)
     if bare != text and _is_number(bare):
         return f"; write {bare}, without separators"
-    found = _WITH_UNIT.fullmatch(text.replace(",", "."))
-    if found:
-        number, given = found[1], found[2].strip().lower()
+    split = _WITH_UNIT.fullmatch(text.replace(",", "."))
+    if split:
+        number, given = split[1], split[2].strip().lower()
         factor = _UNITS.get(unit, {}).get(given)
         exact = "" if factor is None else f", write {float(number) * factor:.9g}"
         return f"; the unit stands in the key{exact}"

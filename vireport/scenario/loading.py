@@ -1,6 +1,6 @@
-"""Reads a scenario, a YAML file and what the command line sets, into validated, frozen values in SI units.
+"""Reads scenarios and map files, and what the command line sets, into validated, frozen values in SI units.
 
-A scenario that cannot be used is explained with every mistake in it at once, each by line and key. Nothing
+A file that cannot be used is explained with every mistake in it at once, each by line and key. Nothing
 here knows what is computed from it.
 """
 
@@ -8,43 +8,28 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, is_dataclass
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from functools import reduce
+from hashlib import sha256
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic_core import ValidationError
+from pydantic import ValidationError
 
 from vireport.errors import Mistake, ScenarioError, UsageError
-from vireport.scenario import overrides as overriding
-from vireport.scenario.blocks import (
-    SWEEPABLE,
-    Device,
-    Excitation,
-    Membrane,
-    Scenario,
-    Sweep,
-    SweepParameter,
-    validated,
-)
+from vireport.scenario.blocks import AxisPath, Map, MapFile, Scenario
 from vireport.scenario.document import LARGEST_FILE, Document, join, read
-from vireport.scenario.keys import entries
-from vireport.scenario.rules import Finding, check
+from vireport.scenario.hints import closest
+from vireport.scenario.messages import word
+from vireport.scenario.overrides import apply, as_texts
+from vireport.scenario.rules import Finding, Kind, axes_of, axis_path, check, is_number
 
 MOST_NAMES = 1_000  # files of a folder that are compared with the name of a missing one
 
-__all__ = [
-    "SWEEPABLE",
-    "Device",
-    "Excitation",
-    "Loaded",
-    "Membrane",
-    "Scenario",
-    "Sweep",
-    "SweepParameter",
-    "load",
-    "loads",
-    "to_dict",
-]
+Overrides = str | Sequence[str] | Mapping[str, object]
+Model = TypeVar("Model", bound=Scenario)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +56,8 @@ class Loaded:
 
     def line_of(self, path: str) -> int | None:
         """Line of a key of the file, None where the key was set over it."""
-        over = [text.partition("=")[0].strip() for text in self.overrides]
-        if any(path == one or path.startswith(f"{one}.") for one in over):
+        set_over = [text.partition("=")[0].strip() for text in self.overrides]
+        if any(path == over or path.startswith(f"{over}.") for over in set_over):
             return None
         return self.document.lines.get(path)
 
@@ -82,13 +67,37 @@ class Loaded:
 
         Without overrides it is what ``sha256sum`` prints for the file.
         """
-        from hashlib import sha256  # some milliseconds, which loading does without
-
-        parts = [self.document.text, *self.overrides]
-        return sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()
+        return _sha256("\0".join([self.document.text, *self.overrides]))
 
 
-def load(source: str | Path, overrides: str | Sequence[str] | Mapping[str, object] = ()) -> Loaded:
+@dataclass(frozen=True, slots=True)
+class LoadedMap:
+    """A map file as understood.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        What is held; a parameter that varies has a value of its axis.
+    block : Map
+        What varies.
+    text : str
+        The file.
+    name : str
+        Of the file.
+    """
+
+    scenario: Scenario
+    block: Map
+    text: str
+    name: str
+
+    @property
+    def sha256(self) -> str:
+        """Of the file, as ``sha256sum`` prints it."""
+        return _sha256(self.text)
+
+
+def load(source: str | Path, overrides: Overrides = ()) -> Loaded:
     """Read a scenario from a file, or from standard input where `source` is "-".
 
     Parameters
@@ -106,104 +115,132 @@ def load(source: str | Path, overrides: str | Sequence[str] | Mapping[str, objec
     ScenarioError
         Where the scenario cannot be used.
     """
-    if str(source) == "-":
-        return loads(sys.stdin.buffer.read(LARGEST_FILE + 1), "<stdin>", overrides)
-    try:
-        with open(source, "rb") as file:
-            data = file.read(LARGEST_FILE + 1)
-    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        raise UsageError(_unreadable(Path(source), error)) from error
-    return loads(data, str(source), overrides)
+    return loads(*_contents(source), overrides)
 
 
-def loads(
-    text: str | bytes, name: str = "<text>", overrides: str | Sequence[str] | Mapping[str, object] = ()
-) -> Loaded:
+def loads(text: str | bytes, name: str = "<text>", overrides: Overrides = ()) -> Loaded:
     """Read a scenario from text or UTF-8 bytes; `name` stands for the file in messages (see `load`)."""
-    document = read(text, name)
-    if not isinstance(document.data, dict):
-        raise ScenarioError(name, document.mistakes or [_no_block(document)])
-    texts = overriding.as_texts(overrides)
-    effective = overriding.apply(document, texts) if texts else document
-    scenario = validate_document(effective)
+    document, texts = _block_of_keys(text, name), as_texts(overrides)
+    effective = apply(document, texts) if texts else document
+    scenario = _validated(effective, Scenario, {})
     return Loaded(scenario, document, frozenset(_given(effective.data)), texts)
 
 
-def to_dict(scenario: Scenario) -> dict[str, Any]:
-    """Return the scenario as plain data, defaults filled in, by the names and in the order of the file.
+def load_map(source: str | Path) -> LoadedMap:
+    """Read a map from a file, or from standard input where `source` is "-".
 
-    What is optional and absent is None. Loading the result gives an equal scenario.
+    Raises
+    ------
+    UsageError
+        Where there is no such file, or it cannot be opened.
+    ScenarioError
+        Where the map cannot be used.
     """
-    return _plain(scenario)
+    return loads_map(*_contents(source))
 
 
-def _plain(block: Any) -> dict[str, Any]:
-    values = {entry.name: getattr(block, entry.attribute) for entry in entries(type(block))}
-    return {name: _as_read(value) for name, value in values.items()}
+def loads_map(text: str | bytes, name: str = "<text>") -> LoadedMap:
+    """Read a map from text or UTF-8 bytes; `name` stands for the file in messages (see `load_map`)."""
+    document = _block_of_keys(text, name)
+    filled, axes = _with_a_value_of_each_axis(document.data)
+    file = _validated(replace(document, data=filled), MapFile, axes)
+    return LoadedMap(file, file.map, document.text, name)
 
 
-def _as_read(value: Any) -> Any:
-    return _plain(value) if is_dataclass(value) else list(value) if isinstance(value, tuple) else value
+def _contents(source: str | Path) -> tuple[bytes, str]:
+    """What a file holds, as far as a scenario may be long, and its name for messages."""
+    if str(source) == "-":
+        return sys.stdin.buffer.read(LARGEST_FILE + 1), "<stdin>"
+    try:
+        with open(source, "rb") as file:
+            return file.read(LARGEST_FILE + 1), str(source)
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        raise UsageError(_unreadable(Path(source), error)) from error
 
 
-def validate_document(document: Document) -> Scenario:
-    """Make a scenario of a document as it was read.
+def _block_of_keys(text: str | bytes, name: str) -> Document:
+    document = read(text, name)
+    if isinstance(document.data, dict):
+        return document
+    what = "the file is empty" if document.data is None else "the file is not a block of keys"
+    message = f"{what} (a scenario starts with 'schema_version: 1'; 'vireport init' writes a complete one)"
+    raise ScenarioError(name, document.mistakes or [Mistake(document.lines[""], "", message)])
+
+
+def _validated(document: Document, model: type[Model], stands_for: Mapping[str, str]) -> Model:
+    """Make a scenario or a map file of a document as it was read.
+
+    Parameters
+    ----------
+    document : Document
+    model : type
+    stands_for : mapping of str to str
+        Paths of values that were filled in, to the path of what they were taken from.
 
     Raises
     ------
     ScenarioError
         With every mistake in it.
     """
-    data: Any = document.data
-    scenario, findings = None, []
+    file, findings = None, []
     try:
-        scenario = validated(_with_membrane(data))
+        file = model.model_validate(document.data)
     except ValidationError as error:
-        for found in error.errors(include_url=False, include_context=False):
-            path = ""
-            for step in found["loc"]:
-                path = join(path, step)
-            findings.append(Finding(path, found["type"], found["input"]))
-    bare = {path for path, text in document.written.items() if not text and document.lines[path]}
-    findings += check(data, {finding.path for finding in findings} | document.unread, bare)
-    if scenario is not None and not findings and not document.mistakes:
-        return scenario
-    from vireport.scenario.mistakes import word
-
-    raise ScenarioError(document.name, [*document.mistakes, *word(findings, document)])
-
-
-def _with_membrane(data: dict[str, Any]) -> dict[str, Any]:
-    """Fill in the default membrane where energy is evaluated: where the ball's mass is given."""
-    device = data.get("device")
-    if isinstance(device, dict) and device.get("ball_mass_kg") is not None and device.get("membrane") is None:
-        return data | {"device": device | {"membrane": {}}}
-    return data
+        kinds = {"missing": Kind.MISSING, "extra_forbidden": Kind.UNKNOWN}
+        for mistake in error.errors(include_url=False):
+            if mistake["type"] == "too_short" and len(mistake["input"]) > mistake["ctx"]["actual_length"]:
+                continue  # a list is only short of the elements that are wrong in themselves
+            path = reduce(join, mistake["loc"], "")
+            findings.append(Finding(path, kinds.get(mistake["type"], Kind.VALUE), mistake["input"]))
+    findings += check(document, {finding.path for finding in findings} | document.unread, model)
+    if file is not None and not findings and not document.mistakes:
+        return file
+    findings = [finding._replace(path=stands_for.get(finding.path, finding.path)) for finding in findings]
+    raise ScenarioError(document.name, [*document.mistakes, *word(findings, document, model)])
 
 
-def _given(node: Any, path: str = "") -> list[str]:
-    found = []
-    for key, value in node.items():
+def _with_a_value_of_each_axis(data: Any) -> tuple[dict[str, Any], dict[str, str]]:
+    """The tree of a map file with a value of every parameter that varies, and the axis that each is taken from."""
+    filled, stands_for = deepcopy(data), {}
+    for k, axis in enumerate(axes_of(data)):
+        path = axis_path(axis)
+        if path is None:
+            continue
+        parent, _, key = path.rpartition(".")
+        block = filled.setdefault(parent, {}) if parent else filled
+        if isinstance(block, dict):
+            block[key] = _value_on(axis, path)
+            stands_for[path.value] = f"map.axes.{k}"
+    return filled, stands_for
+
+
+def _value_on(axis: dict[str, Any], path: AxisPath) -> float:
+    """A value of an axis that stands in the scenario: its first, or its largest for the ball's mass.
+
+    Of the rules between several keys, the one that a map can break is that the ball is lighter than the capsule.
+    """
+    low, high = path.limits
+    given = axis.get("values") or [axis.get("from"), axis.get("to")]
+    values: list[float] = [x for x in given if is_number(x) and low <= x <= high] if isinstance(given, list) else []
+    if not values:
+        return low  # what is wrong with the axis is said of the axis
+    return max(values) if path is AxisPath.BALL_MASS else values[0]
+
+
+def _given(block: Any, path: str = "") -> list[str]:
+    """Paths of all keys that have a value."""
+    paths = []
+    for key, value in block.items():
         here = join(path, key)
         if value is not None:
-            found.append(here)
+            paths.append(here)
         if isinstance(value, dict):
-            found += _given(value, here)
-    return found
-
-
-def _no_block(document: Document) -> Mistake:
-    what = "the file is empty" if document.data is None else "the file is not a block of keys"
-    message = f"{what} (a scenario starts with 'schema_version: 1'; 'vireport init' writes a complete one)"
-    return Mistake(document.lines[""], "", message)
+            paths += _given(value, here)
+    return paths
 
 
 def _unreadable(path: Path, error: Exception) -> str:
     if isinstance(error, FileNotFoundError):
-        from itertools import islice
-
-        from vireport.scenario.hints import closest
-
         try:
             close = closest(path.name, [entry.name for entry in islice(path.parent.iterdir(), MOST_NAMES)])
         except OSError:
@@ -214,3 +251,7 @@ def _unreadable(path: Path, error: Exception) -> str:
     if isinstance(error, PermissionError):
         return f"{path}: may not be read (permission denied)"
     return f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})"
+
+
+def _sha256(text: str) -> str:
+    return sha256(text.encode("utf-8", "surrogatepass")).hexdigest()

@@ -1,4 +1,4 @@
-"""What must hold between several keys of a scenario, checked on the tree as it was read.
+"""What must hold between several keys of a scenario or a map file, checked on the tree as it was read.
 
 Not part of the validation of single values: it would come to such rules only once every value is right, and
 then a reader would be told of his mistakes in two instalments.
@@ -6,134 +6,23 @@ then a reader would be told of his mistakes in two instalments.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator
+from collections.abc import Set as AbstractSet
+from enum import Enum, auto
 from typing import Any, NamedTuple
 
-from vireport.scenario.blocks import LARGEST, SMALLEST, SWEEPABLE, Membrane
-
-
-class Finding(NamedTuple):
-    """Something wrong at a path. `kind` is pydantic's word for it, or one of ours.
-
-    Ours are "sweep_range", where the value is out of the range of the parameter that is swept, and "rule",
-    where `value` is the message itself.
-    """
-
-    path: str
-    kind: str
-    value: object = None
-
-
-def check(data: dict[str, Any], wrong: Collection[str], bare: Collection[str] = ()) -> list[Finding]:
-    """Find what does not fit together.
-
-    Parameters
-    ----------
-    data : dict
-        The tree.
-    wrong : collection of str
-        Paths that are wrong in themselves: they are not compared with anything.
-    bare : collection of str
-        Paths in the file with nothing behind their colon.
-    """
-    tree = _Tree(data, wrong, bare)
-    rules = (_required, _masses, _radii, _sweep, _simulation, _accuracy, _requirements, _title)
-    return [finding for rule in rules for finding in rule(tree)]
-
-
-class _Tree:
-    def __init__(self, data: dict[str, Any], wrong: Collection[str], bare: Collection[str]) -> None:
-        self.data, self.wrong, self.bare = data, wrong, bare
-
-    def at(self, path: str) -> Any:
-        node: Any = self.data
-        for step in path.split("."):
-            node = node.get(step) if isinstance(node, dict) else None
-        return node
-
-    def absent(self, path: str) -> bool:
-        """Whether a key is not given, and not for a mistake in it or in a block around it."""
-        return self.at(path) is None and not any(path == w or path.startswith(f"{w}.") for w in self.wrong)
-
-    def number(self, path: str) -> float | None:
-        value = self.at(path)
-        return None if path in self.wrong or type(value) not in (int, float) else float(value)
-
-
-def _required(tree: _Tree) -> Iterator[Finding]:
-    if tree.at("sweep") is None:
-        swept = None
-    else:
-        swept = tree.at("sweep.parameter")
-        if not isinstance(swept, str) or swept not in SWEEPABLE:
-            return  # which one is swept is not known, so neither is which ones are required
-    for parameter, path in SWEEPABLE.items():
-        block = path.rpartition(".")[0]
-        present = isinstance(tree.at(block), dict) if block else True
-        if parameter != swept and present and tree.at(path) is None:
-            yield Finding(path, "missing")
-
-
-def _masses(tree: _Tree) -> Iterator[Finding]:
-    if isinstance(tree.at("device.membrane"), dict) and tree.at("device.ball_mass_kg") is None:
-        needs = "ball_mass_kg is required where energy is evaluated (give it in device, or delete this block)"
-        yield Finding("device.membrane", "rule", needs)
-    ball, capsule = tree.number("device.ball_mass_kg"), tree.number("device.capsule_mass_kg")
-    if ball is not None and capsule is not None and ball >= capsule:
-        limit = f"below capsule_mass_kg, {capsule:.12g}: the capsule is assumed not to feel the ball"
-        yield Finding("device.ball_mass_kg", "rule", f"got {ball:.12g}, which is too large ({limit})")
-
-
-def _radii(tree: _Tree) -> Iterator[Finding]:
-    ball, active = "device.membrane.ball_radius_m", "device.membrane.active_radius_m"
-    if not isinstance(tree.at("device.membrane"), dict):
-        return
-    sizes = []
-    for path in (ball, active):
-        default = getattr(Membrane(), path.rpartition(".")[2])
-        sizes.append(default if tree.at(path) is None and path not in tree.wrong else tree.number(path))
-    small, large = sizes
-    if small is None or large is None or small < large:
-        return
-    if tree.at(ball) is None:
-        message = f"got {large:.12g}, which is too small (above ball_radius_m, {small:.12g} by default)"
-        yield Finding(active, "rule", message)
-    else:
-        yield Finding(ball, "rule", f"got {small:.12g}, which is too large (below active_radius_m, {large:.12g})")
-
+from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Sampling, Scenario
+from vireport.scenario.document import Document, is_within
+from vireport.scenario.parameters import Parameter
 
 NARROWEST_SWEEP = 1e-9
 """Relative width of a sweep up to which its ends are taken for one value: rounding leaves nothing in between."""
 
+STIFFEST = 1e12
+"""Largest factor on a membrane's stiffness."""
 
-def _sweep(tree: _Tree) -> Iterator[Finding]:
-    parameter = tree.at("sweep.parameter")
-    if isinstance(parameter, str) and parameter in SWEEPABLE:
-        low, high = (0, 90) if parameter == "inclination_deg" else (SMALLEST, LARGEST)
-        for path in ("sweep.from", "sweep.to"):
-            value = tree.number(path)
-            if value is not None and not low <= value <= high:
-                yield Finding(path, "sweep_range", tree.at(path))
-    first, last = tree.number("sweep.from"), tree.number("sweep.to")
-    if first is not None and last is not None and abs(last - first) <= NARROWEST_SWEEP * max(abs(first), abs(last)):
-        yield Finding("sweep.to", "rule", f"got {last:.12g}, the same as sweep.from to nine digits (a different value)")
-
-
-def _simulation(tree: _Tree) -> Iterator[Finding]:
-    alone = tree.at("sweep") is None and "sweep" not in tree.wrong
-    if tree.at("simulation.diagram") is True and alone:
-        yield Finding("simulation.diagram", "rule", "a bifurcation diagram needs a sweep (add one, or set it to false)")
-    parameter = "length_m" if alone else tree.at("sweep.parameter")
-    if not isinstance(parameter, str) or parameter not in SWEEPABLE:
-        return
-    low, high = (0, 90) if parameter == "inclination_deg" else (SMALLEST, LARGEST)
-    for path in ("simulation.portraits", "simulation.displacement"):
-        values = tree.at(path)
-        for i, value in enumerate(values if isinstance(values, list) else ()):
-            here = f"{path}.{i}"
-            if here not in tree.wrong and type(value) in (int, float) and not low <= value <= high:
-                yield Finding(here, "sweep_range", value)
-
+MOST_CELLS = 10**11
 
 MARGINS = ("margin_period_doubling_percent", "margin_grazing_percent", "margin_any_percent")
 AT_DESIGN = (*MARGINS, "u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m")
@@ -153,70 +42,240 @@ NEEDS = {
 """What must be in the scenario for requirements to be judged, with their keys."""
 
 STABLE, ANGLES = ("stable_from", "stable_to"), ("inclination_from_deg", "inclination_to_deg")
+RANGES = (STABLE, ANGLES)
 """Requirements that are the two ends of a range."""
+
+
+def judged_at_design(swept: Parameter) -> tuple[str, ...]:
+    """Requirements that need the design value of a parameter that is swept."""
+    return AT_DESIGN if swept is Parameter.INCLINATION else (*AT_DESIGN, *ANGLES)
+
+
+class Kind(Enum):
+    """What may be wrong with a key."""
+
+    MISSING = auto()
+    UNKNOWN = auto()
+    VALUE = auto()
+    """A value of the wrong type or out of the range of its key, or of the parameter that it is a value of."""
+    RULE = auto()
+    """Does not fit what is elsewhere: the value of the finding is the message."""
+
+
+class Finding(NamedTuple):
+    """Something wrong at a path."""
+
+    path: str
+    kind: Kind
+    value: object = None
+
+
+def check(document: Document, wrong: AbstractSet[str], model: type[Scenario]) -> list[Finding]:
+    """Find what does not fit together.
+
+    Parameters
+    ----------
+    document : Document
+        Its tree is a block.
+    wrong : set of str
+        Paths that are wrong in themselves: they are not compared with anything.
+    model : type
+        `Scenario` or `MapFile`.
+    """
+    tree = _Tree(document, wrong)
+    own = (_required_in_map, _axes, _cells) if issubclass(model, MapFile) else (_required, _sweep, _simulation)
+    rules = (*own, _masses, _radii, _accuracy, _requirements, _title)
+    return [finding for rule in rules for finding in rule(tree)]
+
+
+def swept(document: Document) -> Parameter | None:
+    """The parameter that is swept, the length where there is no sweep; None where that cannot be known."""
+    data: Any = document.data
+    sweep = data.get("sweep")
+    if sweep is None:
+        return None if "sweep" in document.unread else Parameter.LENGTH
+    named = sweep.get("parameter") if isinstance(sweep, dict) else None
+    return next((parameter for parameter in Parameter if parameter == named), None)
+
+
+def axes_of(data: Any) -> list[Any]:
+    """The axes of a map file, as they were read."""
+    block = data.get("map")
+    axes = block.get("axes") if isinstance(block, dict) else None
+    return axes if isinstance(axes, list) else []
+
+
+def axis_path(axis: object) -> AxisPath | None:
+    """What an axis of a map varies; None where that cannot be known."""
+    named = axis.get("path") if isinstance(axis, dict) else None
+    return next((path for path in AxisPath if path == named), None)
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value as it was read is a number, and finite."""
+    return type(value) in (int, float) and math.isfinite(value)
+
+
+def _rule(path: str, message: str) -> Finding:
+    return Finding(path, Kind.RULE, message)
+
+
+class _Tree:
+    def __init__(self, document: Document, wrong: AbstractSet[str]) -> None:
+        self.data: Any = document.data
+        self.wrong, self.swept = wrong, swept(document)
+        # Paths in the file with nothing behind their colon; what an override empties is on no line.
+        self.bare = {path for path, text in document.written.items() if not text and document.lines[path]}
+
+    def at(self, path: str) -> Any:
+        node: Any = self.data
+        for step in path.split("."):
+            node = node.get(step) if isinstance(node, dict) else None
+        return node
+
+    def absent(self, path: str) -> bool:
+        """Whether a key is not given, and not for a mistake in it or in a block around it."""
+        return self.at(path) is None and not any(is_within(path, wrong) for wrong in self.wrong)
+
+    def number(self, path: str) -> float | None:
+        value = self.at(path)
+        return None if path in self.wrong or type(value) not in (int, float) else float(value)
+
+
+def _required(tree: _Tree) -> Iterator[Finding]:
+    if tree.swept is not None:  # else it is not known which one is swept, so neither is which ones are required
+        yield from _not_given(tree, {tree.swept.path} if tree.at("sweep") is not None else set())
+
+
+def _required_in_map(tree: _Tree) -> Iterator[Finding]:
+    varied = [axis_path(axis) for axis in axes_of(tree.data)]
+    slips = None in varied or len(set(varied)) < len(varied) or not tree.wrong.isdisjoint(("map", "map.axes"))
+    if varied and not slips:  # else it is not known what varies, so neither is what is required
+        yield from _not_given(tree, set(varied))
+
+
+def _not_given(tree: _Tree, varied: Collection[str | None]) -> Iterator[Finding]:
+    for path in [parameter.path for parameter in Parameter if parameter.path not in varied]:
+        block = path.rpartition(".")[0]
+        if tree.at(path) is None and (not block or isinstance(tree.at(block), dict)):
+            yield Finding(path, Kind.MISSING)
+
+
+def _masses(tree: _Tree) -> Iterator[Finding]:
+    if isinstance(tree.at("device.membrane"), dict) and tree.at("device.ball_mass_kg") is None:
+        needs = "ball_mass_kg is required where energy is evaluated (give it in device, or delete this block)"
+        yield _rule("device.membrane", needs)
+    ball, capsule = tree.number("device.ball_mass_kg"), tree.number("device.capsule_mass_kg")
+    if ball is not None and capsule is not None and ball >= capsule:
+        limit = f"below capsule_mass_kg, {capsule:.12g}: the capsule is assumed not to feel the ball"
+        yield _rule("device.ball_mass_kg", f"got {ball:.12g}, which is too large ({limit})")
+
+
+def _radii(tree: _Tree) -> Iterator[Finding]:
+    ball, active = "device.membrane.ball_radius_m", "device.membrane.active_radius_m"
+    if not isinstance(tree.at("device.membrane"), dict):
+        return
+    sizes = []
+    for path in (ball, active):
+        default = getattr(Membrane(), path.rpartition(".")[2])
+        sizes.append(default if tree.at(path) is None and path not in tree.wrong else tree.number(path))
+    small, large = sizes
+    if small is None or large is None or small < large:
+        return
+    if tree.at(ball) is None:
+        yield _rule(active, f"got {large:.12g}, which is too small (above ball_radius_m, {small:.12g} by default)")
+    else:
+        yield _rule(ball, f"got {small:.12g}, which is too large (below active_radius_m, {large:.12g})")
+
+
+def _sweep(tree: _Tree) -> Iterator[Finding]:
+    yield from _out_of_range(tree, [("sweep.from", tree.at("sweep.from")), ("sweep.to", tree.at("sweep.to"))])
+    first, last = tree.number("sweep.from"), tree.number("sweep.to")
+    if first is not None and last is not None and abs(last - first) <= NARROWEST_SWEEP * max(abs(first), abs(last)):
+        yield _rule("sweep.to", f"got {last:.12g}, the same as sweep.from to nine digits (a different value)")
+
+
+def _simulation(tree: _Tree) -> Iterator[Finding]:
+    if tree.at("simulation.diagram") is True and tree.absent("sweep"):
+        yield _rule("simulation.diagram", "a bifurcation diagram needs a sweep (add one, or set it to false)")
+    for path in ("simulation.portraits", "simulation.displacement"):
+        yield from _out_of_range(tree, _elements(path, tree.at(path)))
+
+
+def _elements(path: str, values: Any) -> list[tuple[str, Any]]:
+    return [(f"{path}.{i}", value) for i, value in enumerate(values)] if isinstance(values, list) else []
+
+
+def _out_of_range(tree: _Tree, values: list[tuple[str, Any]]) -> Iterator[Finding]:
+    """Values of the swept parameter that it cannot have."""
+    if tree.swept is None:
+        return
+    low, high = tree.swept.limits
+    for path, value in values:
+        if path not in tree.wrong and type(value) in (int, float) and not low <= value <= high:
+            yield Finding(path, Kind.VALUE, value)
 
 
 def _requirements(tree: _Tree) -> Iterator[Finding]:
     """What is required must be something that this scenario can decide."""
     block = tree.at("requirements")
     if "requirements" in tree.bare or (isinstance(block, dict) and all(value is None for value in block.values())):
-        yield Finding("requirements", "rule", "nothing is required in it (give one of its keys, or delete it)")
+        yield _rule("requirements", "nothing is required in it (give one of its keys, or delete it)")
     if not isinstance(block, dict):
         return
-    here = {key: f"requirements.{key}" for key, value in block.items() if value is not None}
+    given = {key: f"requirements.{key}" for key, value in block.items() if value is not None}
     for needed, (keys, what) in NEEDS.items():
         for key in keys:
-            if key in here and tree.absent(needed):
-                yield Finding(here[key], "rule", f"{what} {needed}, which is not given (give it, or leave this out)")
+            if key in given and tree.absent(needed):
+                yield _rule(given[key], f"{what} {needed}, which is not given (give it, or leave this out)")
     if block.get("crosscheck_passed") is False:
-        yield Finding(here["crosscheck_passed"], "rule", "got false, which requires nothing (true, or leave it out)")
-    yield from _at_design(tree, here)
-    for first, last in (STABLE, ANGLES):
-        if (first in here) != (last in here):
-            given, missing = (first, last) if first in here else (last, first)
-            yield Finding(here[given], "rule", f"{missing} is not given (both ends of a range, or neither)")
-        elif first in here and tree.at(here[first]) == tree.at(here[last]):
-            yield Finding(here[last], "rule", f"got the same value as {first}, which makes no range (a different one)")
-    ends = [end for end in (tree.number("sweep.from"), tree.number("sweep.to")) if end is not None]
-    for path in (here[key] for key in STABLE if key in here and len(ends) == 2):
-        value = tree.number(path)
-        if value is not None and not min(ends) <= value <= max(ends):
-            allowed = f"a number from {min(ends):.12g} to {max(ends):.12g}"
-            yield Finding(path, "rule", f"got {value:.12g}, which is outside the sweep ({allowed})")
+        yield _rule(given["crosscheck_passed"], "got false, which requires nothing (true, or leave it out)")
+    yield from _at_design(tree, given)
+    yield from _ranges(tree, given)
 
 
-def _at_design(tree: _Tree, here: dict[str, str]) -> Iterator[Finding]:
+def _at_design(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
     """Where a parameter is swept, its design value is given if something is required of the design point."""
-    swept = tree.at("sweep.parameter")
-    if not isinstance(swept, str) or swept not in SWEEPABLE:
+    if tree.swept is None or tree.at("sweep") is None:
         return
-    given = SWEEPABLE[swept]
-    judged = AT_DESIGN if swept == "inclination_deg" else (*AT_DESIGN, *ANGLES)
-    for path in (here[key] for key in judged if key in here and tree.absent(given)):
-        message = f"the design point that it is judged at is not given (give {given}, or leave this out)"
-        yield Finding(path, "rule", message)
-    for path in (here[key] for key in MARGINS if key in here and tree.number("inclination_deg") == 0):
-        if swept == "inclination_deg":
-            message = f"there is no percentage of an inclination of 0 (require {' and '.join(ANGLES)} instead)"
-            yield Finding(path, "rule", message)
+    for key in judged_at_design(tree.swept):
+        if key in given and tree.absent(tree.swept.path):
+            yield _rule(
+                given[key],
+                f"the design point that it is judged at is not given (give {tree.swept.path}, or leave this out)",
+            )
+    if tree.swept is Parameter.INCLINATION and tree.number("inclination_deg") == 0:
+        message = f"there is no percentage of an inclination of 0 (require {' and '.join(ANGLES)} instead)"
+        yield from (_rule(given[key], message) for key in MARGINS if key in given)
 
 
-STIFFEST = 1e12
-"""Largest factor on a membrane's stiffness."""
+def _ranges(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
+    """Ranges that are required have two ends, and lie within the sweep."""
+    for first, last in RANGES:
+        if (first in given) != (last in given):
+            one, missing = (first, last) if first in given else (last, first)
+            yield _rule(given[one], f"{missing} is not given (both ends of a range, or neither)")
+        elif first in given and tree.at(given[first]) == tree.at(given[last]):
+            yield _rule(given[last], f"got the same value as {first}, which makes no range (a different one)")
+    start, end = tree.number("sweep.from"), tree.number("sweep.to")
+    if start is None or end is None:
+        return
+    low, high = sorted((start, end))
+    for path in (given[key] for key in STABLE if key in given):
+        value = tree.number(path)
+        if value is not None and not low <= value <= high:
+            allowed = f"a number from {low:.12g} to {high:.12g}"
+            yield _rule(path, f"got {value:.12g}, which is outside the sweep ({allowed})")
 
 
 def _accuracy(tree: _Tree) -> Iterator[Finding]:
-    factors = tree.at("accuracy.ladder")
-    if not isinstance(factors, list):
-        return
     before = 0.0
-    for i, factor in enumerate(factors):
-        here = f"accuracy.ladder.{i}"
-        if here in tree.wrong or type(factor) not in (int, float):
+    for path, factor in _elements("accuracy.ladder", tree.at("accuracy.ladder")):
+        if path in tree.wrong or type(factor) not in (int, float):
             return
         if not 1 <= factor <= STIFFEST or factor <= before:
             allowed = f"numbers from 1 to {STIFFEST:g}, each above the one before"
-            yield Finding(here, "rule", f"got {factor:.12g}, which is out of range or order ({allowed})")
+            yield _rule(path, f"got {factor:.12g}, which is out of range or order ({allowed})")
             return
         before = float(factor)
 
@@ -224,4 +283,84 @@ def _accuracy(tree: _Tree) -> Iterator[Finding]:
 def _title(tree: _Tree) -> Iterator[Finding]:
     title = tree.at("title")
     if isinstance(title, str) and not (title.isprintable() and title.strip()):
-        yield Finding("title", "rule", f"got {title[:60]!r} (printable text on one line)")
+        yield _rule("title", f"got {title[:60]!r} (printable text on one line)")
+
+
+def _axes(tree: _Tree) -> Iterator[Finding]:
+    """The axes of a map: what each needs, and that no two vary the same parameter."""
+    sampling = _sampling(tree)
+    first_axis: dict[AxisPath, int] = {}
+    for k, axis in enumerate(axes_of(tree.data)):
+        here, path = f"map.axes.{k}", axis_path(axis)
+        if not isinstance(axis, dict):
+            continue
+        if path is not None and first_axis.setdefault(path, k) != k:
+            yield _rule(f"{here}.path", f"{path} is axis {first_axis[path]} already (each parameter once)")
+        yield from _axis_keys(axis, here, sampling)
+        if path is not None:
+            yield from _axis_limits(axis, here, path)
+        if is_number(axis.get("from")) and axis["from"] == axis.get("to"):
+            yield _rule(f"{here}.to", f"got {axis['to']:.12g}, the same as from (a different value)")
+
+
+def _axis_keys(axis: dict[str, Any], here: str, sampling: object) -> Iterator[Finding]:
+    """Which keys an axis has depends on how the cells are chosen."""
+    ends = {key: axis.get(key) for key in ("from", "to", "count")}
+    drawn = sampling in (Sampling.LATIN_HYPERCUBE, Sampling.SOBOL)
+    wanted = ("from", "to") if drawn else ("from", "to", "count")
+    if axis.get("values") is not None:
+        if drawn:
+            yield _rule(f"{here}.values", f"{sampling} takes points between from and to (give these instead of a list)")
+        extra = [key for key, value in ends.items() if value is not None]
+        if extra:
+            yield _rule(f"{here}.{extra[0]}", "an axis has either from, to and count, or values (delete one of them)")
+    elif sampling == Sampling.LIST:
+        yield _rule(here, "a list needs values (a list of numbers, as many as every other axis has)")
+    else:
+        missing = [key for key in wanted if ends[key] is None]
+        if missing:
+            alone = "" if drawn else ", or values"
+            yield _rule(here, f"{', '.join(missing)} missing (an axis has {', '.join(wanted)}{alone})")
+        if drawn and ends["count"] is not None:
+            yield _rule(f"{here}.count", f"with {sampling} map.samples says how many points there are (delete it)")
+
+
+def _axis_limits(axis: dict[str, Any], here: str, path: AxisPath) -> Iterator[Finding]:
+    low, high = path.limits
+    ends = [(f"{here}.{end}", axis.get(end)) for end in ("from", "to")]
+    for place, value in [*ends, *_elements(f"{here}.values", axis.get("values"))]:
+        if path is AxisPath.RESTITUTION and is_number(value) and high < value <= 1:
+            limits = f"a number from {low:g} to {high:.12g} in a map"
+            yield _rule(place, f"got {value:.12g}, which is too large ({limits})")
+        elif is_number(value) and not low <= value <= high:
+            yield Finding(place, Kind.VALUE, value)
+
+
+def _sampling(tree: _Tree) -> object:
+    """How the cells are chosen, as it was read."""
+    block = tree.at("map")
+    return block.get("sampling", Sampling.GRID) if isinstance(block, dict) else None
+
+
+def _cells(tree: _Tree) -> Iterator[Finding]:
+    """The number of cells: it follows from the axes, or it must be given."""
+    sampling, samples = _sampling(tree), tree.at("map.samples")
+    axes = [axis for axis in axes_of(tree.data) if isinstance(axis, dict)]
+    lengths = [len(axis["values"]) if isinstance(axis.get("values"), list) else axis.get("count") for axis in axes]
+    if sampling in (Sampling.GRID, Sampling.LIST):
+        if samples is not None:
+            yield _rule("map.samples", f"a {sampling} has as many cells as its axes say (delete it)")
+    elif sampling in (Sampling.LATIN_HYPERCUBE, Sampling.SOBOL) and samples is None:
+        yield _rule("map.samples", f"required with {sampling}, but missing (a whole number)")
+    if sampling == Sampling.LIST:
+        several = {len(axis["values"]) for axis in axes if isinstance(axis.get("values"), list)}
+        if len(several) > 1:
+            counts = ", ".join(map(str, sorted(several)))
+            yield _rule("map.axes", f"the axes of a list have {counts} values (as many each)")
+    if sampling == Sampling.SOBOL and type(samples) is int and samples > 0 and samples & (samples - 1):
+        near = 2 ** round(math.log2(samples))
+        yield _rule("map.samples", f"got {samples}, which is no power of 2; Sobol's points need one (such as {near})")
+    if sampling == Sampling.GRID:
+        cells = math.prod(count for count in lengths if isinstance(count, int) and count > 0)
+        if cells > MOST_CELLS:
+            yield _rule("map.axes", f"{cells:.3g} cells (at most {MOST_CELLS:.3g})")

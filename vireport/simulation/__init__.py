@@ -1,6 +1,6 @@
 """The rigid-impact model simulated from event to event; knows nothing of the analytic solution."""
 
-from vireport.simulation.attractors import Attractor, Diagram, attractors, diagram, find_attractor
+from vireport.simulation.attractors import Attractor, Diagram, Outcome, attractors, diagram, find_attractor
 from vireport.simulation.cycles import Cycle, growth_bound
 from vireport.simulation.events import (
     BOTTOM,
@@ -9,6 +9,7 @@ from vireport.simulation.events import (
     PHASE,
     REST,
     RIDING,
+    RUNNING,
     SETTLING,
     TOP,
     TURN,
@@ -21,7 +22,7 @@ from vireport.simulation.events import (
     follow,
     follow_one,
 )
-from vireport.simulation.portraits import Portrait, portrait
+from vireport.simulation.trajectories import Portrait, Trajectory, path, portrait, simulate
 
 __all__ = [
     "BOTTOM",
@@ -30,6 +31,7 @@ __all__ = [
     "PHASE",
     "REST",
     "RIDING",
+    "RUNNING",
     "SETTLING",
     "TOP",
     "TURN",
@@ -40,7 +42,9 @@ __all__ = [
     "Diagram",
     "Impact",
     "InFlight",
+    "Outcome",
     "Portrait",
+    "Trajectory",
     "attractors",
     "check_model",
     "check_start",
@@ -49,5 +53,7 @@ __all__ = [
     "follow",
     "follow_one",
     "growth_bound",
+    "path",
     "portrait",
+    "simulate",
 ]

@@ -1,6 +1,6 @@
 """Attractors of the simulated motion: for one start, or for many parameters and starts at once.
 
-Turns parameters and starts into cycles that are verified, or into the honest answer that none was reached.
+Turns parameters and starts into cycles that are verified, or into the answer that none was reached.
 The transient is not a fixed number of impacts: near a critical point it lasts ln(tolerance)/ln|multiplier|
 periods.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from math import ceil, inf, log, nan
 
 import numpy as np
@@ -18,7 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 from vireport.simulation import cycles
 from vireport.simulation.cycles import Cycle
 from vireport.simulation.events import (
-    FLIGHT,
     PHASE,
     REST,
     RUNNING,
@@ -31,7 +31,6 @@ from vireport.simulation.events import (
     follow,
     follow_one,
 )
-from vireport.simulation.trajectories import Outcome, approached
 
 Array = NDArray[np.float64]
 
@@ -47,6 +46,16 @@ FAST = 1e-3
 SLOWER = 0.9
 # Relative change of velocity that takes a start off an orbit that repels.
 NUDGE = 1e-6
+
+
+class Outcome(Enum):
+    """How a trajectory ends."""
+
+    PERIODIC = "periodic"
+    APERIODIC = "chaotic, or not periodic within the budget"
+    STICKING = "chatter with sticking, periodic"
+    REST = "at rest on the bottom membrane"
+    FREE = "in flight between the membranes for ever, reaching neither"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,28 +93,6 @@ class Attractor:
     def period(self) -> int:
         """In forcing periods; 0 if it is not periodic."""
         return self.cycle.period if self.cycle else 0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Ensemble:
-    """Last impacts of many trajectories.
-
-    Parameters
-    ----------
-    wall, phase, flight, velocity : array (n, m, k)
-        Of the last k impacts from m starts at n parameters; NaN where fewer happened.
-    impacts : array (n, m)
-        Number of impacts.
-    ended : array (n, m)
-        True where the ball is at rest or meets no membrane again.
-    """
-
-    wall: Array
-    phase: Array
-    flight: Array
-    velocity: Array
-    impacts: NDArray[np.int64]
-    ended: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,34 +162,16 @@ def attractors(
     """
     model = check_model(d, gbar, r)
     rows, summary = _many(model, starts, impacts, cycles.MAX_IMPACTS + 1, workers)
-    found = []
+    reached = []
     for i in range(len(model)):
         known: list[Cycle] = []
-        found.append(
+        reached.append(
             tuple(
                 _search(model[i], _happened(rows[i, j], summary[i, j]), summary[i, j], (budget, budget), known)
                 for j in range(len(starts))
             )
         )
-    return found
-
-
-def ensemble(
-    d: ArrayLike,
-    gbar: ArrayLike,
-    r: ArrayLike,
-    starts: Sequence[Start],
-    impacts: int,
-    keep: int = 64,
-    workers: int | None = None,
-) -> Ensemble:
-    """Last impacts from some starts, for each of many parameters, without asking what they are.
-
-    Parameters are those of `attractors`; `keep` is how many impacts are kept.
-    """
-    rows, summary = _many(check_model(d, gbar, r), starts, impacts, keep, workers)
-    wall, phase, flight, velocity = (rows[..., i].copy() for i in (WALL, PHASE, FLIGHT, VELOCITY))
-    return Ensemble(wall, phase, flight, velocity, summary[..., 0].astype(np.int64), summary[..., 2] != RUNNING)
+    return reached
 
 
 def diagram(
@@ -259,7 +228,7 @@ def _search(model: Array, rows: Array, summary: Array, limits: tuple[int, int], 
     patience, budget = limits
     while summary[2] == RUNNING:
         near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
-        cycle = near[0] if near else cycles.sticking(model, rows) or approached(model, rows)
+        cycle = near[0] if near else cycles.sticking(model, rows) or cycles.approached(model, rows)
         if cycle is not None and cycle.sticks:
             return Attractor(Outcome.STICKING, _remembered(cycle, known), -inf, 0.0, used)
         if cycle is not None and cycle.growth >= 1:

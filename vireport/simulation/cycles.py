@@ -33,6 +33,8 @@ STICK_TOL = 1e-6
 SAME = 1e-9
 # A cycle this far from the impact that suggested it, in phase [rad] and velocity [y_c], is another one.
 REACH = 0.3
+# Closer than this a trajectory is on a cycle, as far as rounding can tell.
+ON_IT = 1e-11
 # Change of an impact by which the sensitivity of a multiplier is found.
 MOVED = 1e-7
 
@@ -194,8 +196,8 @@ def recurrences(rows: Array) -> list[int]:
     """Numbers of impacts, ascending, after which the last impact came close to where it had been."""
     last, past = rows[-1], rows[-2 : -MAX_IMPACTS - 2 : -1]
     apart = _apart(past[:, PHASE] - last[PHASE], past[:, VELOCITY] - last[VELOCITY])
-    found: list[int] = (np.flatnonzero((apart < NEAR) & (past[:, WALL] == last[WALL])) + 1).tolist()
-    return found[:CANDIDATES]
+    lengths: list[int] = (np.flatnonzero((apart < NEAR) & (past[:, WALL] == last[WALL])) + 1).tolist()
+    return lengths[:CANDIDATES]
 
 
 def refine(model: Array, rows: Array, length: int) -> Cycle | None:
@@ -253,6 +255,19 @@ def sticking(model: Array, rows: Array) -> Cycle | None:
             if growth <= log(STICK_TOL / EPS) and len(word_of(lap)) <= MAX_IMPACTS:
                 return _cycle(lap, EPS * exp(growth), (0j, 0j))
     return None
+
+
+def approached(model: Array, rows: Array) -> Cycle | None:
+    """Cycle near the last rows that attracts, or one that does not but on which they lie."""
+    resting = None
+    for length in recurrences(rows):
+        cycle = refine(model, rows, length)
+        distance = cycle.distance(rows[-1]) if cycle is not None else inf
+        if cycle is not None and cycle.growth < 1 and distance < REACH:
+            return cycle
+        if distance <= ON_IT:
+            resting = resting or cycle
+    return resting
 
 
 def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:

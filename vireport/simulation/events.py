@@ -1,37 +1,37 @@
-"""Impacts of many starts at once: the compiled event search behind arrays, on as many cores as asked for.
+"""Impacts of many starts at once: the event search of `kernel` behind arrays, on as many cores as asked for.
 
 Turns starts (on a membrane or between them) into rows of impacts. It knows no periodic motion, and imports
-the compiled part only when the first impact is asked for.
+the kernel, and with it the compiler, only when the first impact is asked for.
 """
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from math import isfinite, pi
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from vireport.errors import NumericalError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from types import ModuleType
 
 BOTTOM, TOP = 1, -1
 TURN = 2 * pi
 # Columns of a row: one row per impact, the first of a trajectory being its start.
 WALL, PHASE, FLIGHT, VELOCITY, SETTLING, RIDING = range(6)
 COLUMNS = 6
-# How the compiled search ended: impacts used up, at rest on the bottom, or no membrane ever reached again.
+# How the search ended: impacts used up, at rest on the bottom, or no membrane ever reached again.
 RUNNING, REST, FREE = range(3)
-# Chunks per core: enough to even out slow and fast parameters.
-CHUNKS = 8
+# Parts per core: enough to even out slow and fast parameters.
+PARTS = 8
+# Without the compiler an impact takes about this long [s]; a job that may take longer than the other says so [s].
+INTERPRETED_IMPACT, LONG = 3e-5, 5.0
 
 Array = NDArray[np.float64]
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def check_model(d: ArrayLike, gbar: ArrayLike, r: ArrayLike) -> Array:
 
 
 def check_start(start: Start, d: float) -> tuple[float, float, float, float]:
-    """Start as the row (wall, position, velocity, phase) of the compiled search; ValueError if impossible."""
+    """Start as the row (wall, position, velocity, phase) of the search; ValueError if impossible."""
     if not (isfinite(start.velocity) and isfinite(start.phase)):
         raise ValueError(f"start is not finite: {start}")
     if isinstance(start, InFlight):
@@ -129,23 +129,36 @@ def follow(model: Array, starts: Array, impacts: int, keep: int | None = None, w
     summary : array (n, 3)
         Number of impacts, of sine-cosine pairs evaluated, and RUNNING, REST or FREE.
     """
+    from vireport.simulation import kernel
+
     keep = impacts + 1 if keep is None else min(keep, impacts + 1)
     rows = np.full((len(model), keep, COLUMNS), np.nan)
     summary = np.zeros((len(model), 3))
-    kernel = _kernel()
+    if not kernel.COMPILED and len(model) * impacts * INTERPRETED_IMPACT > LONG:
+        _say_that_it_is_slow()
 
     def run(part: slice) -> None:
-        kernel.sweep(model[part], starts[part], impacts, rows[part], summary[part])
+        with np.errstate(all="ignore"):  # the compiled search raises no flags, the interpreted one must not
+            kernel.follow_starts(model[part], starts[part], impacts, rows[part], summary[part])
 
     count = len(model)
     if workers > 1 and count > 1:
-        edges = np.linspace(0, count, min(count, CHUNKS * workers) + 1).astype(int)
-        kernel.sweep(model[:0], starts[:0], impacts, rows[:0], summary[:0])  # compile once, not in each thread
+        edges = np.linspace(0, count, min(count, PARTS * workers) + 1).astype(int)
+        run(slice(0, 0))  # compile once, not in each thread
         with ThreadPoolExecutor(workers) as pool:
             list(pool.map(run, [slice(a, b) for a, b in pairwise(edges)]))
     else:
         run(slice(0, count))
     return _ordered(rows, summary[:, 0]), summary
+
+
+@cache
+def _say_that_it_is_slow() -> None:
+    """Once in a process."""
+    logger.warning(
+        "the simulation is interpreted, some hundred times slower than compiled, as the package numba is missing: "
+        "pip install 'vireport[simulation]'"
+    )
 
 
 def follow_one(model: Array, start: Sequence[float], impacts: int, keep: int | None = None) -> tuple[Array, Array]:
@@ -169,12 +182,3 @@ def _ordered(rows: Array, count: Array) -> Array:
         return rows
     ordered: Array = np.take_along_axis(rows, place[:, :, None], axis=1)
     return ordered
-
-
-def _kernel() -> ModuleType | Any:
-    """Compiled part, imported on first use: a run that simulates nothing does not pay for the compiler."""
-    try:
-        from vireport.simulation import kernel
-    except ImportError as error:
-        raise NumericalError("the simulation needs the package numba: pip install 'vireport[simulation]'") from error
-    return kernel

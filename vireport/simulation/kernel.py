@@ -3,8 +3,10 @@
 Turns starts and the three dimensionless parameters into rows of impacts; knows nothing of orbits. Between two
 zeros of Z'' (phases with cosine -gbar) Z' is monotone, so on such a piece the motion, seen with the right
 sign, is a concave function y with at most one peak: either y passes its upper wall before the peak, or it can
-only leave through the lower one. So every crossing is bracketed before it is computed. All of it stays in one
-file because numba's cache looks at no other for changes.
+only leave through the lower one. So every crossing is bracketed before it is computed.
+
+Without numba the same functions are interpreted: some hundred times slower, and the same to rounding. All of it stays
+in one file because numba's cache looks at no other for changes.
 """
 
 from __future__ import annotations
@@ -14,8 +16,12 @@ from math import acos, cos, floor, inf, pi, sin, sqrt
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+try:
+    from numba import njit
+except ImportError:
+    njit = None  # type: ignore[assignment]
 
 # Status of a trajectory; columns of `rows` (a row is an impact, the first one the start) and of `summary`.
 RUNNING, REST, FREE = 0, 1, 2
@@ -39,13 +45,26 @@ OPTIONS: Any = {"error_model": "numpy", "fastmath": False, "nogil": True, "no_cf
 INNER: Any = {"forceinline": True, "no_cpython_wrapper": True}
 
 
+COMPILED = njit is not None
+if not COMPILED:
+
+    def _ieee(function: F) -> F:
+        """Return numbers whose division by zero is inf or nan, as in compiled code, and no exception."""
+        return cast(F, lambda x: np.float64(function(x)))
+
+    acos, cos, sin = _ieee(acos), _ieee(cos), _ieee(sin)
+    floor, sqrt = cast(Any, (np.floor, np.sqrt))
+
+
 def _compiled(function: F) -> F:
-    """Compile as a part of `sweep`, not to be called from Python."""
-    return cast(F, njit(**OPTIONS, **INNER)(function))
+    """Compile as a part of `follow_starts`, not to be called from Python."""
+    return cast(F, njit(**OPTIONS, **INNER)(function)) if COMPILED else function
 
 
 def _entry(function: F) -> F:
     """Compile at the first call, and keep the result on disk if there is a place to write to."""
+    if not COMPILED:
+        return function
     try:
         return cast(F, njit(cache=True, **OPTIONS)(function))
     except RuntimeError:
@@ -112,8 +131,8 @@ def _parabola(flat: Node, other: Node, wall: float) -> float:
     span = other[0] - t0
     bend = (other[1] - y0 - slope * span) / (span * span)
     root = sqrt(max(slope * slope - 4.0 * bend * (y0 - wall), 0.0))
-    one, two = (root - slope) / (2.0 * bend), (-slope - root) / (2.0 * bend)
-    return t0 + (max(one, two) if span > 0.0 else min(one, two))
+    plus, minus = (root - slope) / (2.0 * bend), (-slope - root) / (2.0 * bend)
+    return t0 + (max(plus, minus) if span > 0.0 else min(plus, minus))
 
 
 @_compiled
@@ -222,15 +241,15 @@ def _next_impact(flight: Flight, phase: float, turn: Pair, walls: Pair) -> Hit:
     """
     v, g, c, s = flight
     sign, first, gap = _breakpoint(phase, g, turn[0])
-    flip, one, two = sign, (-c, -s), (c, s)
+    flip, middle, last = sign, (-c, -s), (c, s)
     if g < 1.0:
-        flip, one, two = -sign, (-g, -sign * turn[1]), (-g, sign * turn[1])
+        flip, middle, last = -sign, (-g, -sign * turn[1]), (-g, sign * turn[1])
     ends = (first, first + gap)
     node, now, gate = (0.0, 0.0, v), flight, walls
     periods, seen = 0.0, 0.0
     for window in range(MAX_PERIODS):
         for half in range(2):
-            end = _node(ends[half], now, one if half == 0 else two)
+            end = _node(ends[half], now, middle if half == 0 else last)
             wall, t, hit, steps = _piece(sign if half == 0 else flip, now, gate, node, end, periods)
             seen += steps
             if wall != 0.0:
@@ -244,7 +263,7 @@ def _next_impact(flight: Flight, phase: float, turn: Pair, walls: Pair) -> Hit:
         ends = (first + 2.0, first + gap + 2.0)
         shift = 2.0 * periods * (v - s * PER_PI + g * periods)
         now, gate = (v + 2.0 * g * periods, g, c, s), (walls[0] - shift, walls[1] - shift)
-        node = _node(first + gap, now, two)
+        node = _node(first + gap, now, last)
     return periods, 0.0, 0.0, 0.0, seen
 
 
@@ -270,7 +289,7 @@ def _settle(wall: float, flight: Flight, phase: float, r: float, turn: float) ->
 
 @_compiled
 def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Array) -> None:
-    """Follow one start; see `sweep`."""
+    """Follow one start; see `follow_starts`."""
     d, g, r = model
     wall, z, v, phase = start
     turn = (acos(-g), sqrt((1.0 - g) * (1.0 + g))) if g < 1.0 else (pi, 0.0)
@@ -309,7 +328,7 @@ def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Arra
 
 
 @_entry
-def sweep(parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array) -> None:
+def follow_starts(parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array) -> None:
     """Follow each start for a number of impacts or to its end.
 
     `parameters` (n, 3) are d, gbar, r; `starts` (n, 4) wall (+1 bottom, -1 top, 0 in flight), position (used

@@ -1,4 +1,4 @@
-"""Simulation of the rigid-impact model: one trajectory, exact from event to event, with a typed end.
+"""One simulated motion in full: its impacts and how it ends, its path, and the portrait that figures 3 and 6 show.
 
 Turns d, gbar, r and a start into impacts. It shares the closed-form flight and the impact law with the
 analytic solution and nothing else, so that where both agree the agreement is evidence.
@@ -6,15 +6,16 @@ analytic solution and nothing else, so that where both agree the agreement is ev
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
-from math import inf, pi
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.physics import flight
 from vireport.simulation import cycles
+from vireport.simulation.attractors import Attractor, Outcome, attractors
 from vireport.simulation.cycles import Cycle
 from vireport.simulation.events import (
     BOTTOM,
@@ -24,46 +25,21 @@ from vireport.simulation.events import (
     REST,
     RIDING,
     SETTLING,
-    TOP,
     VELOCITY,
     WALL,
     Impact,
-    InFlight,
     Start,
     check_model,
     check_start,
     follow_one,
 )
 
-__all__ = [
-    "BOTTOM",
-    "TOP",
-    "Impact",
-    "InFlight",
-    "Outcome",
-    "Start",
-    "Stick",
-    "Trajectory",
-    "path",
-    "simulate",
-]
-
 Array = NDArray[np.float64]
 
 # A trajectory has arrived at a cycle when its last impact is this close to it.
 ARRIVED = 1e-6
-# Closer than this it is on it, as far as rounding can tell.
-ON_IT = 1e-11
-
-
-class Outcome(Enum):
-    """How a trajectory ends."""
-
-    PERIODIC = "periodic"
-    APERIODIC = "chaotic, or not periodic within the budget"
-    STICKING = "chatter with sticking, periodic"
-    REST = "at rest on the bottom membrane"
-    FREE = "in flight between the membranes for ever, reaching neither"
+# Periods of a periodic motion that a portrait shows; impacts of another one, and how many of them it leaves out before.
+PERIODS_SHOWN, IMPACTS_SHOWN, LEFT_OUT = 2, 12, 2000
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +137,7 @@ def simulate(d: float, gbar: float, r: float, start: Start, impacts: int) -> Tra
         raise ValueError(f"impacts must be at least 1, not {impacts}")
     model = check_model(d, gbar, r)[0]
     rows, summary = follow_one(model, check_start(start, d), impacts)
-    outcome, cycle = classify(model, rows, int(summary[2]))
+    outcome, cycle = _classified(model, rows, int(summary[2]))
     after = rows[1:]
     wall = after[:, WALL].astype(np.int8)
     phase, elapsed, velocity = (after[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY))
@@ -170,7 +146,7 @@ def simulate(d: float, gbar: float, r: float, start: Start, impacts: int) -> Tra
     return Trajectory(d, gbar, r, start, wall, phase, elapsed, velocity, _sticks(rows), outcome, cycle, int(summary[1]))
 
 
-def classify(model: Array, rows: Array, status: int) -> tuple[Outcome, Cycle | None]:
+def _classified(model: Array, rows: Array, status: int) -> tuple[Outcome, Cycle | None]:
     """How the trajectory in these rows ends; periodic only with a verified cycle that it has reached."""
     if status == REST:
         return Outcome.REST, None
@@ -179,23 +155,16 @@ def classify(model: Array, rows: Array, status: int) -> tuple[Outcome, Cycle | N
     cycle = cycles.sticking(model, rows)
     if cycle is not None:
         return Outcome.STICKING, cycle
-    cycle = approached(model, rows)
+    cycle = cycles.approached(model, rows)
     if cycle is not None and cycle.distance(rows[-1]) <= ARRIVED:
         return Outcome.PERIODIC, cycle
     return Outcome.APERIODIC, None
 
 
-def approached(model: Array, rows: Array) -> Cycle | None:
-    """Cycle near the last rows that attracts, or one that does not but on which they lie."""
-    resting = None
-    for length in cycles.recurrences(rows):
-        cycle = cycles.refine(model, rows, length)
-        distance = cycle.distance(rows[-1]) if cycle is not None else inf
-        if cycle is not None and cycle.growth < 1 and distance < cycles.REACH:
-            return cycle
-        if distance <= ON_IT:
-            resting = resting or cycle
-    return resting
+def _sticks(rows: Array) -> tuple[Stick, ...]:
+    """Rides in the rows; row 0 is the start."""
+    held = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
+    return tuple(Stick(int(i) - 1, int(rows[i, WALL]), float(rows[i, SETTLING]), float(rows[i, RIDING])) for i in held)
 
 
 def path(trajectory: Trajectory, samples: int = 40) -> tuple[Array, Array, Array]:
@@ -238,7 +207,59 @@ def path(trajectory: Trajectory, samples: int = 40) -> tuple[Array, Array, Array
     return times, positions, velocities
 
 
-def _sticks(rows: Array) -> tuple[Stick, ...]:
-    """Rides in the rows; row 0 is the start."""
-    held = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
-    return tuple(Stick(int(i) - 1, int(rows[i, WALL]), float(rows[i, SETTLING]), float(rows[i, RIDING])) for i in held)
+@dataclass(frozen=True, slots=True, eq=False)
+class Portrait:
+    """A simulated motion in full.
+
+    Attributes
+    ----------
+    label : str
+        What it is simulated at, as the caller calls it.
+    d, gbar, r : float
+        The groups, and the restitution.
+    attractor : Attractor
+        What the motion is.
+    phase : float
+        Forcing phase at time zero, at an impact on the bottom where there is one [rad].
+    time, position, velocity : ndarray
+        Dimensionless; the velocity jumps where a time occurs twice.
+    """
+
+    label: str
+    d: float
+    gbar: float
+    r: float
+    attractor: Attractor
+    phase: float
+    time: Array
+    position: Array
+    velocity: Array
+
+
+def portrait(d: float, gbar: float, r: float, starts: Sequence[Impact], label: str = "") -> Portrait:
+    """Follow the periodic motion that the first of some starts leads to which leads to one, or else any motion.
+
+    Parameters
+    ----------
+    d, gbar, r : float
+        Distance of the membranes, gravity and restitution [-].
+    starts : sequence of Impact
+        At least one.
+    label : str
+        See `Portrait`.
+    """
+    reached = attractors([d], gbar, r, starts)[0]
+    shown = next((end for end in reached if end.cycle is not None and not end.cycle.sticks), reached[0])
+    if shown.cycle is not None and not shown.cycle.sticks:
+        first = int(np.argmax(shown.cycle.wall == BOTTOM))
+        wall = int(shown.cycle.wall[first])
+        start = Impact(wall, float(shown.cycle.velocity[first]), float(shown.cycle.phase[first]))
+        count = PERIODS_SHOWN * len(shown.cycle.wall)
+    else:
+        settled = simulate(d, gbar, r, starts[0], LEFT_OUT)
+        count = IMPACTS_SHOWN
+        start = starts[0]
+        if len(settled.wall):
+            start = Impact(int(settled.wall[-1]), float(settled.velocity[-1]), float(settled.phase[-1]))
+    time, position, velocity = path(simulate(d, gbar, r, start, count))
+    return Portrait(label, d, gbar, r, shown, start.phase, time, position, velocity)

@@ -1,22 +1,23 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
-from vireport.study.measured import accuracy_data, compliance_data
 from vireport.study.notebook import html_table
-from vireport.study.plan import ALL_FORMATS, FORMATS, plan
+from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Plan, Step, Task, plan
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import SCHEMA_VERSION, branches_csv, results, results_json
 from vireport.study.study import Study, analyse, device_of, membrane_of, with_certificates
 
 __all__ = [
     "ALL_FORMATS",
+    "FIGURES",
     "FORMATS",
     "SCHEMA_VERSION",
+    "Plan",
     "Provenance",
+    "Step",
     "Study",
-    "accuracy_data",
+    "Task",
     "analyse",
     "branches_csv",
-    "compliance_data",
     "device_of",
     "html_table",
     "membrane_of",

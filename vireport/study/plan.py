@@ -1,45 +1,73 @@
 """What a run has to do: derived from the scenario and the outputs asked for, before anything is computed.
 
-A run follows its plan; what the plan leaves out is neither computed, nor imported, nor drawn.
+A run follows its plan; what the plan leaves out is neither computed, nor imported, nor drawn. One more step is one
+more member of `Task` and one more row of `STEPS`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
 
-from vireport.scenario import (
-    SWEEPABLE,
-    Scenario,
+from vireport.scenario import Parameter, Scenario
+
+
+class Task(StrEnum):
+    """What a run can do; the value is its name in results.json and on the command line.
+
+    Attributes
+    ----------
+    what : str
+        What it is, for the reader.
+    """
+
+    what: str
+
+    def __new__(cls, name: str, what: str = "") -> Task:
+        """Make the member whose value is `name`."""
+        member = str.__new__(cls, name)
+        member._value_, member.what = name, what
+        return member
+
+    BRANCHES = "branches", "branches of 1:1 motions along the sweep, admissibility and stability"
+    SYMMETRIC = "symmetric", "the symmetric family"
+    CRITICAL = "critical", "critical points and Table 1"
+    DESIGN = "design", "the motions at the design point and their margins"
+    ENERGY = "energy", "voltages"
+    FIGURE_2 = "figure-2", "figure 2: impact velocity, phase and flight time"
+    FIGURE_4 = "figure-4", "figure 4: Delta and the eigenvalues"
+    FIGURE_7 = "figure-7", "figure 7: voltages"
+    SIMULATION = "simulation", "simulation of the sampled motions"
+    FIGURE_3 = "figure-3", "figure 3: phase portraits and time series"
+    FIGURE_6 = "figure-6", "figure 6: displacement of the capsule's ends and of the ball"
+    ACCURACY = "accuracy", "error against run time of several methods"
+    COMPLIANT = "compliant", "the motion with compliant membranes, and solvers on stiff ones"
+    FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
+    FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
+    FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
+    REQUIREMENTS = "requirements", "the acceptance table"
+    HTML = "html", "output: report.html"
+    PDF = "pdf", "output: report.pdf"
+    PNG = "png", "output: the figures as PNG files"
+    JSON = "json", "output: results.json"
+    CSV = "csv", "output: branches.csv"
+    JUNIT = "junit", "output: junit.xml, the requirements as test cases"
+    MARKDOWN = "markdown", "output: summary.md, for the page of a job"
+    GITHUB = "github", "output: annotations on standard output"
+
+
+FIGURES = (
+    *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
+    *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM),
 )
 
-OUTPUTS = {
-    "html": "report.html",
-    "pdf": "report.pdf",
-    "png": "the figures as PNG files",
-    "json": "results.json",
-    "csv": "branches.csv",
-}
-
-FORMATS = tuple(OUTPUTS)
+FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
 """What is written by default."""
 
-CI_OUTPUTS = {
-    "junit": "junit.xml, the requirements as test cases",
-    "markdown": "summary.md, for the page of a job",
-    "github": "annotations on standard output",
-}
-"""Outputs for systems that run jobs; only where they are asked for."""
-
-ALL_FORMATS = (*OUTPUTS, *CI_OUTPUTS)
-"""What `--format` can ask for."""
-
-
-MEASURED_FIGURES = {
-    "figure-accuracy": "work-precision diagram",
-    "figure-stiffness": "solvers on stiff membranes",
-}
-"""Figures of an accuracy block."""
+ALL_FORMATS = (*FORMATS, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
+"""What `--format` can ask for; the last three are for systems that run jobs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +76,7 @@ class Step:
 
     Attributes
     ----------
-    name : str
-        Key of the step.
+    task : Task
     runs : bool
     what : str
         What it is, for the reader.
@@ -57,7 +84,7 @@ class Step:
         Why it runs, or why it is left out.
     """
 
-    name: str
+    task: Task
     runs: bool
     what: str
     why: str
@@ -69,14 +96,82 @@ class Plan:
 
     steps: tuple[Step, ...]
 
-    def runs(self, name: str) -> bool:
-        """Whether a step is part of the run."""
-        return any(step.name == name and step.runs for step in self.steps)
+    def runs(self, *tasks: Task) -> bool:
+        """Whether any of the tasks is part of the run."""
+        return any(step.runs for step in self.steps if step.task in tasks)
 
     @property
     def left_out(self) -> tuple[Step, ...]:
         """The steps that do not run."""
         return tuple(step for step in self.steps if not step.runs)
+
+
+class Condition(NamedTuple):
+    """What must hold of a scenario and the formats asked for, and what to say where it does not."""
+
+    holds: Callable[[Scenario, frozenset[str]], object]
+    otherwise: str
+
+
+class Row(NamedTuple):
+    """A step as it is declared; it is listed, as run or as left out, only where all of `listed` holds."""
+
+    task: Task
+    conditions: tuple[Condition, ...]
+    why: str
+    listed: tuple[Condition, ...] = ()
+
+
+def _format(task: Task) -> Condition:
+    return Condition(lambda _, formats: task in formats, "not among the formats asked for")
+
+
+SWEEP = Condition(lambda x, _: x.sweep, "no sweep: a single design point has no branches to follow")
+HORIZONTAL = Condition(
+    lambda x, _: x.inclination_deg == 0 and x.parameter is not Parameter.INCLINATION,
+    "gravity along the capsule: no motion is symmetric for beta > 0",
+)
+ODD = Condition(lambda x, _: x.period_ratio % 2, "for an even period ratio no motion is symmetric")
+DESIGN = Condition(lambda x, _: x.value_of(x.parameter) is not None, "{parameter} is not given")
+BALL = Condition(lambda x, _: x.device.ball_mass_kg, "device.ball_mass_kg is not given")
+SIMULATION = Condition(lambda x, _: x.simulation, "the scenario has no simulation block")
+PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
+DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
+DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
+ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
+COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
+REQUIREMENTS = Condition(lambda x, _: x.requirements, "the scenario has no requirements block")
+PICTURES = Condition(
+    lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG}, "no figure, HTML or PDF is asked for"
+)
+
+STEPS = (
+    Row(Task.BRANCHES, (SWEEP,), "a sweep is given"),
+    Row(Task.SYMMETRIC, (HORIZONTAL, ODD), "the capsule is horizontal"),
+    Row(Task.CRITICAL, (SWEEP,), "a sweep is given"),
+    Row(Task.DESIGN, (DESIGN,), "the design point is given"),
+    Row(Task.ENERGY, (BALL,), "the ball mass is given"),
+    Row(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
+    Row(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
+    Row(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
+    Row(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
+    Row(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
+    Row(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
+    Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
+    Row(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
+    Row(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
+    Row(Task.FIGURE_STIFFNESS, (PICTURES,), "the scenario has an accuracy block", (ACCURACY, BALL)),
+    Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
+    Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
+    Row(Task.HTML, (_format(Task.HTML),), "asked for"),
+    Row(Task.PDF, (_format(Task.PDF),), "asked for"),
+    Row(Task.PNG, (_format(Task.PNG), SWEEP), "asked for"),
+    Row(Task.JSON, (_format(Task.JSON),), "asked for"),
+    Row(Task.CSV, (_format(Task.CSV), SWEEP), "asked for"),
+    Row(Task.JUNIT, (), "asked for", (_format(Task.JUNIT),)),
+    Row(Task.MARKDOWN, (), "asked for", (_format(Task.MARKDOWN),)),
+    Row(Task.GITHUB, (), "asked for", (_format(Task.GITHUB),)),
+)
 
 
 def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
@@ -88,133 +183,14 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
     formats : iterable of str
         Among `ALL_FORMATS`.
     """
-    asked = set(formats)
-    swept = scenario.sweep is not None
-    designed = design_value(scenario) is not None
-    energy = scenario.device.ball_mass_kg is not None
-    horizontal = scenario.inclination_deg == 0 and (not swept or scenario.sweep.parameter != "inclination_deg")  # type: ignore[union-attr]
-    pictures = bool(asked & {"html", "pdf", "png"})
-    no_sweep = "no sweep: a single design point has no branches to follow"
-    no_mass = "device.ball_mass_kg is not given"
-    not_asked = "no figure, HTML or PDF is asked for"
-
-    def step(name: str, what: str, *conditions: tuple[bool, str], why: str) -> Step:
-        failing = next((reason for holds, reason in conditions if not holds), None)
-        return Step(name, failing is None, what, failing or why)
-
-    simulated = scenario.simulation is not None
-    no_simulation = "the scenario has no simulation block"
-    block = scenario.simulation
-    measured, no_accuracy = scenario.accuracy is not None, "the scenario has no accuracy block"
-    asked_for = "the scenario has an accuracy block"
-    drawn = (pictures, not_asked)
-
-    return Plan(
-        (
-            step(
-                "branches",
-                "branches of 1:1 motions along the sweep, admissibility and stability",
-                (swept, no_sweep),
-                why="a sweep is given",
-            ),
-            step(
-                "symmetric",
-                "the symmetric family",
-                (horizontal, "gravity along the capsule: no motion is symmetric for beta > 0"),
-                (scenario.period_ratio % 2 == 1, "for an even period ratio no motion is symmetric"),
-                why="the capsule is horizontal",
-            ),
-            step("critical", "critical points and Table 1", (swept, no_sweep), why="a sweep is given"),
-            step(
-                "design",
-                "the motions at the design point and their margins",
-                (designed, f"{_path(scenario)} is not given"),
-                why="the design point is given",
-            ),
-            step("energy", "voltages", (energy, no_mass), why="the ball mass is given"),
-            step(
-                "figure-2",
-                "figure 2: impact velocity, phase and flight time",
-                (swept, no_sweep),
-                (pictures, not_asked),
-                why="a sweep is given",
-            ),
-            step(
-                "figure-4",
-                "figure 4: Delta and the eigenvalues",
-                (swept, no_sweep),
-                (pictures, not_asked),
-                why="a sweep is given",
-            ),
-            step(
-                "figure-7",
-                "figure 7: voltages",
-                (swept, no_sweep),
-                (energy, no_mass),
-                (pictures, not_asked),
-                why="a sweep and the ball mass are given",
-            ),
-            step("simulation", _cost(scenario), (simulated, no_simulation), why="the scenario has a simulation block"),
-            step(
-                "figure-3",
-                "figure 3: phase portraits and time series",
-                (simulated, no_simulation),
-                (bool(block and block.portraits), "simulation.portraits is empty"),
-                drawn,
-                why="simulation.portraits names values",
-            ),
-            step(
-                "figure-6",
-                "figure 6: displacement of the capsule's ends and of the ball",
-                (simulated, no_simulation),
-                (bool(block and block.displacement), "simulation.displacement is empty"),
-                drawn,
-                why="simulation.displacement names values",
-            ),
-            step("accuracy", "error against run time of several methods", (measured, no_accuracy), why=asked_for),
-            step(
-                "compliant",
-                "the motion with compliant membranes, and solvers on stiff ones",
-                (measured, no_accuracy),
-                (
-                    bool(scenario.accuracy and scenario.accuracy.compliant_membrane),
-                    "accuracy.compliant_membrane is false",
-                ),
-                (energy, no_mass),
-                why=asked_for,
-            ),
-            *(
-                step(name, what, drawn, why=asked_for)
-                for name, what in MEASURED_FIGURES.items()
-                if measured and (name == "figure-accuracy" or energy)
-            ),
-            step(
-                "figure-diagram",
-                "bifurcation diagram by simulation",
-                (simulated, no_simulation),
-                (swept, no_sweep),
-                (bool(block and block.diagram), "simulation.diagram is false"),
-                drawn,
-                why="simulation.diagram is true",
-            ),
-            *(
-                [step("requirements", "the acceptance table", why="the scenario has a requirements block")]
-                if scenario.requirements is not None
-                else []
-            ),
-            *(
-                step(
-                    name,
-                    f"output: {what}",
-                    (name in asked, "not among the formats asked for"),
-                    (swept or name not in ("png", "csv"), no_sweep),
-                    why="asked for",
-                )
-                for name, what in OUTPUTS.items()
-            ),
-            *(step(name, f"output: {what}", why="asked for") for name, what in CI_OUTPUTS.items() if name in asked),
-        )
-    )
+    asked, steps = frozenset(formats), []
+    for row in STEPS:
+        if all(condition.holds(scenario, asked) for condition in row.listed):
+            failing = next((condition for condition in row.conditions if not condition.holds(scenario, asked)), None)
+            why = row.why if failing is None else failing.otherwise.format(parameter=scenario.parameter.path)
+            what = _cost(scenario) if row.task is Task.SIMULATION else row.task.what
+            steps.append(Step(row.task, failing is None, what, why))
+    return Plan(tuple(steps))
 
 
 IMPACTS_PER_SECOND = 2e6
@@ -225,25 +201,10 @@ def _cost(scenario: Scenario) -> str:
     """The simulation, with what it will cost."""
     asked = scenario.simulation
     if asked is None:
-        return "simulation of the sampled motions"
+        return Task.SIMULATION.what
     values = asked.samples if scenario.sweep is not None else 1
     impacts = values * asked.starts * asked.impacts * (2 if asked.diagram else 1)
     return (
         f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, about "
         f"{impacts / IMPACTS_PER_SECOND:.1g} s and, the first time, a few seconds to compile"
     )
-
-
-def design_value(scenario: Scenario) -> float | None:
-    """Value of the swept parameter (of the length where none is) at the design point, None where it is not given."""
-    values = {
-        "length_m": scenario.device.length_m,
-        "amplitude_n": scenario.excitation.amplitude_n,
-        "frequency_hz": scenario.excitation.frequency_hz,
-        "inclination_deg": scenario.inclination_deg,
-    }
-    return values[scenario.sweep.parameter if scenario.sweep else "length_m"]
-
-
-def _path(scenario: Scenario) -> str:
-    return SWEEPABLE[scenario.sweep.parameter if scenario.sweep else "length_m"]

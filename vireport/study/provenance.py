@@ -10,6 +10,7 @@ import sys
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
@@ -79,7 +80,7 @@ def provenance_of(loaded: Loaded, command: str) -> Provenance:
         scenario_name=PurePath(loaded.document.name).name,
         scenario_sha256=loaded.sha256,
         python=".".join(map(str, sys.version_info[:3])),
-        libraries=_versions(NUMBERS if loaded.scenario.simulation is None else NUMBERS + SIMULATION),
+        libraries=_versions(NUMBERS if loaded.scenario.simulation is None else NUMBERS + _installed(SIMULATION)),
         command=command,
         timestamp=_timestamp(),
     )
@@ -89,6 +90,10 @@ def with_pages(provenance: Provenance, drawn: bool) -> Provenance:
     """Add the libraries that a report is made with, with figures or without."""
     used = PAGES + DRAWINGS if drawn else PAGES
     return replace(provenance, libraries=tuple(sorted({*provenance.libraries, *_versions(used)})))
+
+
+def _installed(names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name for name in names if find_spec(name) is not None)
 
 
 def _versions(names: tuple[str, ...]) -> tuple[tuple[str, str], ...]:

@@ -30,7 +30,6 @@ from vireport.analysis import (
 )
 from vireport.physics import Voltages
 from vireport.scenario import to_dict
-from vireport.study.measured import accuracy_data, compliance_data, plain
 from vireport.study.provenance import Provenance, provenance_of
 from vireport.study.study import Study
 
@@ -67,8 +66,8 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
         **_measured(study),
         "requirements": _requirements(study.criteria) if study.scenario.requirements is not None else None,
-        "alerts": [asdict(alert) for alert in study.alerts],
-        "left_out": [{"step": step.name, "what": step.what, "why": step.why} for step in study.plan.left_out],
+        "alerts": [alert.to_dict() for alert in study.alerts],
+        "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in study.plan.left_out],
         "provenance": {**asdict(provenance), "libraries": dict(provenance.libraries)},
     }
 
@@ -253,16 +252,18 @@ def _measured(study: Study) -> dict[str, Any]:
     """What was measured or proved where that was asked for; null where not."""
     found: dict[str, Any] = {"accuracy": None, "compliant": None, "certificates": None}
     if study.work is not None:
+        from vireport.trust import accuracy_data, compliance_data
+
         found["accuracy"] = accuracy_data(study.work)
         found["compliant"] = None if study.compliance is None else compliance_data(study.compliance)
     if study.certificates is not None:
-        found["certificates"] = plain(study.certificates)
+        found["certificates"] = [asdict(one) for one in study.certificates]
     return found
 
 
 def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
     passed = all(criterion.passed for criterion in criteria)
-    return {"passed": passed, "criteria": [asdict(criterion) for criterion in criteria]}
+    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
 
 
 def _simulation(check: CrossCheck) -> dict[str, Any]:

@@ -20,8 +20,8 @@ from vireport.gate import (
 )
 from vireport.physics import Device, Membrane
 from vireport.progress import Progress
-from vireport.scenario import Loaded, Parameter, Scenario, blocks
-from vireport.study.plan import FORMATS, Plan, plan
+from vireport.scenario import Loaded, Scenario, blocks
+from vireport.study.plan import FORMATS, Plan, Task, plan
 
 if TYPE_CHECKING:
     from vireport.gate import Criterion
@@ -127,7 +127,7 @@ def membrane_of(scenario: Scenario) -> Membrane | None:
 def sweep_of(scenario: Scenario) -> Sweep | None:
     """What a scenario varies."""
     asked = scenario.sweep
-    return Sweep(device_of(scenario), Parameter(asked.parameter), asked.from_, asked.to) if asked else None
+    return Sweep(device_of(scenario), asked.parameter, asked.from_, asked.to) if asked else None
 
 
 def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
@@ -148,7 +148,7 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress
         If the scenario is outside the theory (restitution 1), or a point cannot be computed to its error bound.
     """
     scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
-    found = solution_of(device_of(scenario), membrane_of(scenario), sweep_of(scenario), steps.runs("design"))
+    found = solution_of(device_of(scenario), membrane_of(scenario), sweep_of(scenario), steps.runs(Task.DESIGN))
     study = Study(loaded, steps, found)
     if scenario.simulation is not None:
         study = _with_simulation(study, scenario.simulation, progress)
@@ -167,7 +167,7 @@ def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | No
     from vireport.trust import measure
 
     study = replace(study, work=measure(study.solution, asked.repeats, progress))
-    if not study.plan.runs("compliant"):
+    if not study.plan.runs(Task.COMPLIANT):
         return study
     from vireport.trust import compliance
 

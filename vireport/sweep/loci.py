@@ -1,8 +1,8 @@
 """Curves in the plane of two parameters along which motions change: where they double, meet or graze.
 
 Each point of a curve is a critical point of a sweep, exact; the points of neighbouring sweeps are joined where they are
-plainly the same motion. Where that is not plain the sweeps are taken closer together, and at last a gap is left: better
-than a false line.
+clearly the same motion. Where that is not clear the sweeps are taken closer together, and finally a gap is left rather
+than a false line drawn.
 """
 
 from __future__ import annotations
@@ -12,19 +12,17 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vireport.analysis import CriticalKind, CriticalPoint, Sweep, solve
 from vireport.errors import NumericalError
 from vireport.physics import Device
-from vireport.scenario import SWEEPABLE, Axis, Parameter
-from vireport.sweep.cells import MapPlan
+from vireport.scenario import Parameter
+from vireport.sweep.cells import Floats, MapPlan, axis_ends
 
-Floats = NDArray[np.float64]
 Point = tuple[float, float, float, float]
 """Place along the sweep (as a share of it), u, sine and cosine of the phase."""
 
-Column = dict[str, list[Point]]
+Column = dict[CriticalKind, list[Point]]
 """Critical points of a sweep, by kind."""
 
 SWEEPS = 161
@@ -52,13 +50,13 @@ class Locus:
 
     Attributes
     ----------
-    kind : str
-        ``period_doubling``, ``fold`` or ``grazing``.
+    kind : CriticalKind
+        Period doubling, fold or grazing.
     x, y : ndarray
         Values of the first and of the second axis of the map.
     """
 
-    kind: str
+    kind: CriticalKind
     x: Floats
     y: Floats
 
@@ -72,11 +70,11 @@ def loci_of(plan: MapPlan) -> tuple[Locus, ...]:
         A grid over two axes.
     """
     names = plan.names
-    along = next((k for k in (1, 0) if names[k] in SWEEPABLE), None)
+    along = next((k for k in (1, 0) if names[k] in tuple(Parameter)), None)
     if along is None:
         return ()
     across = 1 - along
-    low, high = ends(plan.axes[along])
+    low, high = axis_ends(plan.axes[along])
     parameter = Parameter(names[along])
 
     def column(value: float) -> Column:
@@ -87,19 +85,13 @@ def loci_of(plan: MapPlan) -> tuple[Locus, ...]:
             return {}
         return _column(points, low, high)
 
-    found = []
-    for kind, chains in _chains(column, *ends(plan.axes[across])).items():
+    loci = []
+    for kind, chains in _chains(column, *axis_ends(plan.axes[across])).items():
         for chain in chains:
             x = np.array([value for value, _ in chain])
             y = low + (high - low) * np.array([point[0] for _, point in chain])
-            found.append(Locus(kind, *((x, y) if across == 0 else (y, x))))
-    return tuple(found)
-
-
-def ends(axis: Axis) -> tuple[float, float]:
-    """Smallest and largest value of an axis."""
-    values = axis.values or (float(axis.from_ or 0.0), float(axis.to or 0.0))
-    return min(values), max(values)
+            loci.append(Locus(kind, *((x, y) if across == 0 else (y, x))))
+    return tuple(loci)
 
 
 def _with(device: Device, name: str, value: float) -> Device:
@@ -107,60 +99,58 @@ def _with(device: Device, name: str, value: float) -> Device:
     return device if name == "ball_mass_kg" else replace(device, **{name: value})  # type: ignore[arg-type]
 
 
-def _column(points: Iterable[CriticalPoint], low: float, high: float) -> Column:
-    found: Column = {}
-    for critical in points:
+def _column(critical_points: Iterable[CriticalPoint], low: float, high: float) -> Column:
+    """Points of a sweep from low to high by kind, mirror images among them."""
+    column: Column = {}
+    for critical in critical_points:
         if critical.kind in KINDS:
-            for one in (critical.point, critical.mirror):
-                if one is not None:
-                    share = (one.sweep_value - low) / (high - low)
-                    place = (float(share), float(one.u), float(np.sin(one.phi)) / 2, float(np.cos(one.phi)) / 2)
-                    found.setdefault(KINDS[critical.kind], []).append(place)
-    return found
+            for orbit in (critical.point, critical.mirror):
+                if orbit is not None:
+                    share = (orbit.sweep_value - low) / (high - low)
+                    point = (float(share), float(orbit.u), float(np.sin(orbit.phi)) / 2, float(np.cos(orbit.phi)) / 2)
+                    column.setdefault(KINDS[critical.kind], []).append(point)
+    return column
 
 
 Chain = list[tuple[float, Point]]
+"""Points of neighbouring sweeps that are one motion, each with the value of the other parameter."""
 
 
-def _chains(column: Callable[[float], Column], first: float, last: float) -> dict[str, list[Chain]]:
+def _chains(column: Callable[[float], Column], first: float, last: float) -> dict[CriticalKind, list[Chain]]:
     """Points of sweeps between two values of the other parameter, joined to chains, by kind."""
     columns = {float(x): column(float(x)) for x in np.linspace(first, last, SWEEPS)}
     for _ in range(HALVINGS):
-        places = sorted(columns)
-        middles = [(a + b) / 2 for a, b in pairwise(places) if _unmatched(columns[a], columns[b])]
+        middles = [(a + b) / 2 for a, b in pairwise(sorted(columns)) if not _all_matched(columns[a], columns[b])]
         columns |= {x: column(x) for x in middles}
-    places = sorted(columns)
-    done: dict[str, list[Chain]] = {kind: [] for kind in dict.fromkeys(KINDS.values())}
-    for kind, chains in done.items():
-        open_chains: list[Chain] = [[(places[0], point)] for point in columns[places[0]].get(kind, [])]
-        for a, b in pairwise(places):
-            here, there = columns[a].get(kind, []), columns[b].get(kind, [])
-            partner = _matched(here, there)
-            ending = dict(zip((chain[-1][1] for chain in open_chains), open_chains, strict=True))
-            begun: list[Chain] = []
-            for k, point in enumerate(there):
-                back = next((i for i, j in partner.items() if j == k), None)
-                chain = ending.pop(here[back], []) if back is not None else []
-                begun.append([*chain, (b, point)])
-            chains += ending.values()
-            open_chains = begun
-        chains += open_chains
-    return {kind: [chain for chain in chains if len(chain) > 1] for kind, chains in done.items()}
+    return {kind: _joined(columns, kind) for kind in dict.fromkeys(KINDS.values())}
 
 
-def _unmatched(one: Column, two: Column) -> bool:
-    """Whether a point of one of two neighbours has no partner in the other."""
-    for kind in set(one) | set(two):
-        here, there = one.get(kind, []), two.get(kind, [])
-        if not len(here) == len(there) == len(_matched(here, there)):
-            return True
-    return False
+def _joined(columns: dict[float, Column], kind: CriticalKind) -> list[Chain]:
+    """Chains of at least two points of a kind."""
+    values = sorted(columns)
+    finished: list[Chain] = []
+    growing: list[Chain] = [[(values[0], point)] for point in columns[values[0]].get(kind, [])]
+    for a, b in pairwise(values):
+        points = columns[b].get(kind, [])
+        partner = {j: i for i, j in _matched(columns[a].get(kind, []), points).items()}
+        finished += [chain for i, chain in enumerate(growing) if i not in partner.values()]
+        growing = [[*(growing[partner[j]] if j in partner else []), (b, point)] for j, point in enumerate(points)]
+    return [chain for chain in [*finished, *growing] if len(chain) > 1]
 
 
-def _matched(here: list[Point], there: list[Point]) -> dict[int, int]:
-    """Points of two neighbours that are each other's nearest, and near."""
-    if not here or not there:
+def _all_matched(left: Column, right: Column) -> bool:
+    """Whether each point of either of two neighbours has a partner in the other."""
+    for kind in left.keys() | right.keys():
+        points, others = left.get(kind, []), right.get(kind, [])
+        if not len(points) == len(others) == len(_matched(points, others)):
+            return False
+    return True
+
+
+def _matched(points: list[Point], others: list[Point]) -> dict[int, int]:
+    """Points of two neighbours, by their indices, that are each other's nearest, and near."""
+    if not points or not others:
         return {}
-    distance = np.linalg.norm(np.array(here)[:, None, :] - np.array(there)[None, :, :], axis=2)
-    forth, back = distance.argmin(axis=1), distance.argmin(axis=0)
-    return {i: int(j) for i, j in enumerate(forth) if back[j] == i and distance[i, j] <= FARTHEST}
+    distance = np.linalg.norm(np.array(points)[:, None, :] - np.array(others)[None, :, :], axis=2)
+    nearest, back = distance.argmin(axis=1), distance.argmin(axis=0)
+    return {i: int(j) for i, j in enumerate(nearest) if back[j] == i and distance[i, j] <= FARTHEST}

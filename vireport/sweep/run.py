@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.analysis import STABILITIES
 from vireport.errors import NumericalError
 from vireport.scenario import load_map
-from vireport.sweep.cells import MapPlan
-from vireport.sweep.plan import map_plan
+from vireport.sweep.cells import MapPlan, map_plan
 
 if TYPE_CHECKING:
-    from vireport.sweep.store import Store
+    from vireport.sweep.store import StabilityCounts, Store
 
 Progress = Callable[[int, int], None]
 """Told how many cells are done, and how many there are."""
@@ -50,58 +51,58 @@ def run_map(
     Raises
     ------
     UsageError, ScenarioError
-        Where the file cannot be used, or the folder holds another map or cannot be written to.
+        Where the file or the address cannot be used, or the folder holds another map, cannot be written to or has no
+        space for this one.
     NumericalError
         Where a map cannot be computed: outside the theory, or a package or the workers are missing.
     """
-    try:
-        from vireport.sweep import store as map_store
-    except ImportError as error:
-        raise NumericalError("a map needs pyarrow: pip install 'vireport[sweep]'") from error
     loaded = load_map(path)
     plan = map_plan(loaded)
-    if plan.sampling in ("latin_hypercube", "sobol"):
-        _need_scipy()
-    store = map_store.Store(folder, plan, map_store.identity_of(loaded, plan), loaded.text)
+    _require_packages()
+    from vireport.sweep import store as map_store
+    from vireport.sweep.workers import require_address
+
+    if scheduler is not None:
+        require_address(scheduler)
+    store = map_store.Store(folder, plan, loaded.sha256, loaded.text)
+    rejected: list[str] = []
     with map_store.opened(store):
-        if not map_store.is_complete(store):
-            there = map_store.chunks_there(store)
-            done = sum(plan.rows(index) for index in there)
-            say = progress or (lambda done, total: None)
-            say(done, plan.cells)
-            todo = (index for index in range(plan.chunks) if index not in there)
-            for index in _stored(store, todo, plan.chunks - len(there), scheduler, workers):
-                done += plan.rows(index)
-                say(done, plan.cells)
-            map_store.finish(store)
-        drawn = _draw(store.result, folder, plan) if draw else []
-        counts = map_store.stability_counts(store)
+        counts = map_store.finished_counts(store, rejected)
+        if counts is None:
+            _compute(store, scheduler, workers or cores(), progress or (lambda done, total: None), rejected)
+            with map_store.writing(folder):
+                counts = map_store.merge(store, rejected)
+        map_store.remove_chunks(store)
+        drawn = _draw(store) if draw else []
     note = "; heat maps are drawn of a grid over two parameters" if draw and not drawn else ""
-    return _summary(plan, counts, [store.result, *drawn]) + note
+    return "\n".join([*rejected, _summary(plan, counts, [store.result, *drawn]) + note])
 
 
-def _need_scipy() -> None:
-    try:
-        import scipy.stats  # type: ignore[import-untyped]  # noqa: F401
-    except ImportError as error:
-        raise NumericalError("samples need scipy: pip install 'vireport[sweep]'") from error
+def _require_packages() -> None:
+    missing = [name for name in ("pyarrow", "filelock") if find_spec(name) is None]
+    if missing:
+        raise NumericalError(f"a map needs {' and '.join(missing)}: pip install 'vireport[sweep]'")
 
 
-def _stored(
-    store: Store, todo: Iterator[int], chunks: int, scheduler: str | None, workers: int | None
-) -> Iterator[int]:
-    """Compute and store chunks, and yield each."""
-    from vireport.sweep import workers as map_workers
-    from vireport.sweep.store import written
+def _compute(store: Store, scheduler: str | None, workers: int, progress: Progress, rejected: list[str]) -> None:
+    """Compute the chunks that are not stored yet."""
+    from vireport.sweep.store import require_space, stored_chunks, writing
+    from vireport.sweep.workers import compute
 
-    count = min(workers or cores(), chunks)
-    with written(store.folder):
-        if scheduler is not None:
-            yield from map_workers.on_cluster(store.plan, todo, store.chunk, scheduler)
-        elif count > 1:
-            yield from map_workers.on_cores(store.plan, todo, store.chunk, count)
-        else:
-            yield from map_workers.here(store.plan, todo, store.chunk)
+    plan = store.plan
+    with writing(store.folder):
+        there = stored_chunks(store, rejected)
+        require_space(store, there)
+        done = sum(map(plan.rows, there))
+        progress(done, plan.cells)
+
+        def stored(chunk: int) -> None:
+            nonlocal done
+            done += plan.rows(chunk)
+            progress(done, plan.cells)
+
+        todo = deque(chunk for chunk in range(plan.chunks) if chunk not in there)
+        compute(store, todo, stored, scheduler, min(workers, len(todo)))
 
 
 def cores() -> int:
@@ -109,52 +110,41 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _draw(result: Path, folder: Path, plan: MapPlan) -> list[Path]:
+def _draw(store: Store) -> list[Path]:
     """Draw the heat maps that are not there yet."""
     from vireport.files import write_whole
     from vireport.sweep.figures import map_pictures, picture_names
-    from vireport.sweep.store import written
+    from vireport.sweep.store import writing
 
-    paths = [folder / f"{name}.png" for name in picture_names(plan)]
+    paths = [store.folder / f"{name}.png" for name in picture_names(store.plan)]
     if not all(path.exists() for path in paths):
-        with written(folder):
-            for picture in map_pictures(plan, result):
-                write_whole(folder / f"{picture.name}.png", picture.png)
+        with writing(store.folder):
+            for picture in map_pictures(store.plan, store.result):
+                write_whole(store.folder / f"{picture.name}.png", picture.png)
     return paths
 
 
-def _summary(plan: MapPlan, counts: dict[str | None, int], files: list[Path]) -> str:
-    stable = sum(counts.get(word, 0) for word in STABILITIES if word.attracts)
-    parts = (stable, counts.get("unstable node", 0), counts.get(None, 0))
-    shares = [f"{100 * part / plan.cells:.3g} %" for part in parts]
-    axes = " x ".join(plan.names)
+def _summary(plan: MapPlan, counts: StabilityCounts, files: list[Path]) -> str:
+    stable = sum(counts[word] for word in STABILITIES if word.attracts)
+    shares = [f"{100 * part / plan.cells:.3g} %" for part in (stable, counts["unstable node"], counts[None])]
     return (
-        f"{plan.cells:,} cells ({axes}): {shares[0]} with a stable 1:1 motion, {shares[1]} with an unstable one only, "
-        f"{shares[2]} with none\nwrote {', '.join(map(str, files))}"
+        f"{plan.cells:,} cells ({' x '.join(plan.names)}): {shares[0]} with a stable 1:1 motion, {shares[1]} with an "
+        f"unstable one only, {shares[2]} with none\nwrote {', '.join(map(str, files))}"
     )
 
 
 def terminal_progress() -> Progress:
-    """A bar with rate and remaining time on standard error, by tqdm.
+    """A bar with rate and remaining time on standard error."""
+    from tqdm import tqdm  # type: ignore[import-untyped]
 
-    Raises
-    ------
-    NumericalError
-        Where tqdm is missing.
-    """
-    try:
-        from tqdm import tqdm  # type: ignore[import-untyped]
-    except ImportError as error:
-        raise NumericalError("the progress bar needs tqdm: pip install 'vireport[sweep]'") from error
-    bars: list[tqdm] = []
+    bar: tqdm | None = None
 
     def show(done: int, total: int) -> None:
-        if not bars:
-            bars.append(
-                tqdm(total=total, initial=done, unit=" cells", unit_scale=True, dynamic_ncols=True, leave=False)
-            )
-        bars[0].update(done - bars[0].n)
+        nonlocal bar
+        if bar is None:
+            bar = tqdm(total=total, initial=done, unit=" cells", unit_scale=True, dynamic_ncols=True, leave=False)
+        bar.update(done - bar.n)
         if done >= total:
-            bars[0].close()
+            bar.close()
 
     return show

@@ -1,35 +1,42 @@
-"""Where a map is kept: chunks while it is made, one Parquet file when it is done; whole files or none.
+"""Where a map is kept: a Parquet file for each chunk while it is computed, and one for all of it when it is done.
 
-A chunk is an Arrow file under its number. It is written under another name, forced to the disk and renamed, so that
-whatever ends a run leaves whole chunks, and the next run goes on from there.
+Every file says in its metadata which map and which chunk it is and what computed it, and its pages carry checksums.
+So a file is used for what it is, whatever happened to it or to the run that wrote it: one that is damaged, missing or
+in the wrong place is computed again. Files are written under another name and renamed.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import tempfile
+import re
+import shutil
+import stat
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.compute as pc  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
+from filelock import FileLock, Timeout
 
-from vireport.errors import UsageError
-from vireport.scenario import LoadedMap
+from vireport.errors import NumericalError, UsageError
+from vireport.files import write_whole
 from vireport.sweep.cells import MapPlan
-from vireport.sweep.chunk import write_durably
-from vireport.sweep.mapping import schema_of
+from vireport.sweep.evaluation import evaluate, schema_of
 from vireport.version import __version__
 
 RESULT = "map.parquet"
+UNFINISHED = ".map.parquet.new"
 CHUNKS = ".chunks"
-MANIFEST = "manifest.json"
+LOCK = ".lock"
+CHUNK_NAME = re.compile(r"(\d{9})\.parquet")
 
 ROW_GROUP = 131_072
 """Rows of a row group of the result, at least: readers work on one at a time."""
@@ -38,12 +45,24 @@ DICTIONARY = ("motions", "stable", "stability", "gbar", "d", "word")
 """Columns beside the axes whose values recur. The others are stored plainly: compression would gain little."""
 
 IDENTITY = b"vireport"
-"""Key under which a table says what it was made of."""
+"""Key under which a file says what it is."""
+
+VALUES_CRC32 = b"values_crc32"
+"""Key of the checksum of all its values."""
+
+SAMPLE = 1024
+"""Cells that are evaluated to estimate the size of a map."""
+
+SIMULATED_BYTES = 9
+"""Size in that estimate of what is simulated in a cell: a share, and a word that recurs."""
+
+StabilityCounts = Counter[str | None]
+"""Cells by the type of their motion; None where there is no motion."""
 
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """What a chunk must have been made of to be part of a map.
+    """What a file of a map is.
 
     Attributes
     ----------
@@ -51,26 +70,35 @@ class Identity:
         Of the map file.
     vireport, numpy : str
         Versions that computed it: results may differ between them in the last bits.
-    cells, chunk_cells : int
-    layout : int
-        Of the stored tables.
+    cells, chunks : int
+        Of the whole map.
+    chunk : int or None
+        Number of the chunk; None for the whole map.
     """
 
     map_sha256: str
     vireport: str
     numpy: str
     cells: int
-    chunk_cells: int
-    layout: int = 1
+    chunks: int
+    chunk: int | None = None
 
-    def to_bytes(self) -> bytes:
-        """As JSON."""
-        return json.dumps(asdict(self), indent=1).encode()
+    def metadata(self) -> dict[bytes, bytes]:
+        """As metadata of a Parquet file."""
+        return {IDENTITY: json.dumps(asdict(self)).encode()}
 
 
-def identity_of(loaded: LoadedMap, plan: MapPlan) -> Identity:
-    """What the chunks of a map are made of, by this version."""
-    return Identity(loaded.sha256, __version__, np.__version__, plan.cells, plan.chunk_cells)
+def identity_of(plan: MapPlan, map_sha256: str, chunk: int | None = None) -> Identity:
+    """What is computed here and now."""
+    return Identity(map_sha256, __version__, np.__version__, plan.cells, plan.chunks, chunk)
+
+
+class RejectedFileError(Exception):
+    """A file that is damaged, or is not what its name says; `identity` is what it is, where that can be read."""
+
+    def __init__(self, reason: str, identity: Identity | None = None) -> None:
+        self.identity = identity
+        super().__init__(reason)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,14 +109,15 @@ class Store:
     ----------
     folder : Path
     plan : MapPlan
-    identity : Identity
+    map_sha256 : str
+        Of the map file.
     text : str
         The map file, which the result carries along.
     """
 
     folder: Path
     plan: MapPlan
-    identity: Identity
+    map_sha256: str
     text: str = field(repr=False)
 
     @property
@@ -101,103 +130,63 @@ class Store:
         """Folder of the chunks."""
         return self.folder / CHUNKS
 
-    def chunk(self, index: int) -> Path:
+    def chunk(self, number: int) -> Path:
         """File of a chunk."""
-        return self.chunks / f"{index:09d}.arrow"
+        return self.chunks / f"{number:09d}.parquet"
+
+    @property
+    def identity(self) -> Identity:
+        """Of the whole map, computed here and now."""
+        return identity_of(self.plan, self.map_sha256)
 
 
 @contextmanager
 def opened(store: Store) -> Iterator[None]:
-    """Hold the folder of a map for one run: made if it is not there, cleared of unfinished files.
+    """Hold the folder of a map for one run: made if it is not there, cleared of what killed runs left unfinished.
 
     Raises
     ------
     UsageError
-        Where it holds another map, or another run is at work in it.
+        Where another run holds it, it cannot be written to, or something other than a file is where one belongs.
     """
-    with written(store.folder):
-        store.chunks.mkdir(parents=True, exist_ok=True)
-    manifest = store.chunks / MANIFEST
-    _refuse_other(store, manifest)
-    with written(store.folder):
-        if not manifest.exists():
-            write_durably(manifest, store.identity.to_bytes())
-    with open(manifest, "rb") as held:
-        _lock(held.fileno(), store.folder)
-        for left in [*store.chunks.glob(".*"), *store.folder.glob(f".{RESULT}.*")]:
-            left.unlink()
+    lock = FileLock(store.folder / LOCK, timeout=0)
+    with writing(store.folder):
+        store.folder.mkdir(parents=True, exist_ok=True)
+        for path, kind in ((lock.lock_file, stat.S_IFREG), (store.chunks, stat.S_IFDIR), (store.result, stat.S_IFREG)):
+            _require(Path(path), kind)
+        try:
+            lock.acquire()
+        except Timeout as error:
+            raise UsageError(
+                f"{store.folder}: another run is writing to this folder (wait until it is done)"
+            ) from error
+    try:
+        with writing(store.folder):
+            store.chunks.mkdir(exist_ok=True)
+            temporary = (*store.folder.glob(".map-*.png.*"), *store.chunks.glob(".*.parquet.*"))
+            for path in (store.folder / UNFINISHED, *temporary):
+                path.unlink(missing_ok=True)
         yield
+    finally:
+        lock.release()
 
 
-def _refuse_other(store: Store, manifest: Path) -> None:
-    there = None
-    if manifest.exists():
-        there = manifest.read_bytes()
-    elif store.result.exists():
-        there = _identity_in(store.result)
-    if there is None or there == store.identity.to_bytes():
-        return
-    try:
-        old = json.loads(there)
-    except ValueError:
-        old = {}
-    now = asdict(store.identity)
-    words = {"map_sha256": "the map file", "vireport": "the version of vireport", "numpy": "the version of numpy"}
-    changed = [words.get(key, key) for key in now if not isinstance(old, dict) or old.get(key) != now[key]]
-    raise UsageError(
-        f"{store.folder}: holds the results of another map: {', '.join(changed)} changed since. They are not mixed. "
-        f"Name another folder (--output), or delete this one"
-    )
+KINDS = {stat.S_IFREG: "a file", stat.S_IFDIR: "a folder", stat.S_IFLNK: "a link", stat.S_IFIFO: "a FIFO"}
 
 
-def _identity_in(path: Path) -> bytes:
-    """What a finished map says it was made of; nothing where it is no map of ours."""
-    try:
-        metadata = pq.read_metadata(path).metadata or {}
-    except (pa.ArrowInvalid, OSError):
-        return b""
-    return bytes(metadata.get(IDENTITY, b""))
-
-
-def _lock(handle: int, folder: Path) -> None:
-    """Lock a file until it is closed, or its process ends however it may; where the system knows no such lock, not."""
-    try:
-        import fcntl
-    except ImportError:
-        return
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        raise UsageError(f"{folder}: another run is writing to this folder") from error
-
-
-def is_complete(store: Store) -> bool:
-    """Whether the result is there, of this map."""
-    return store.result.exists() and _identity_in(store.result) == store.identity.to_bytes()
-
-
-def chunks_there(store: Store) -> set[int]:
-    """Chunks that are there and whole; any other file in their place is removed."""
-    found = set()
-    for path in store.chunks.glob("*.arrow"):
-        index = int(path.stem) if path.stem.isdigit() else -1
-        if 0 <= index < store.plan.chunks and _rows(path) == store.plan.rows(index):
-            found.add(index)
-        else:
-            path.unlink()
-    return found
-
-
-def _rows(path: Path) -> int:
-    try:
-        with pa.memory_map(str(path)) as file, pa.ipc.open_file(file) as reader:
-            return sum(reader.get_batch(k).num_rows for k in range(reader.num_record_batches))
-    except (pa.ArrowInvalid, OSError):
-        return -1
+def _require(path: Path, kind: int) -> None:
+    """Refuse a place where there is something, but not what the map keeps there."""
+    with suppress(FileNotFoundError):
+        present = stat.S_IFMT(os.lstat(path).st_mode)
+        if present != kind:
+            raise UsageError(
+                f"{path}: is {KINDS.get(present, 'a device')}, where a map keeps {KINDS[kind]} "
+                "(delete it, or name another folder with --output)"
+            )
 
 
 @contextmanager
-def written(folder: Path) -> Iterator[None]:
+def writing(folder: Path) -> Iterator[None]:
     """Say what to do where something cannot be written.
 
     Raises
@@ -209,53 +198,236 @@ def written(folder: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise UsageError(
-            f"{error.filename or folder} cannot be written: {error.strerror}. What is computed so far is kept: run the "
-            "same command again to go on"
+            f"{error.filename or folder} cannot be written: {error.strerror or error}. What is computed so far is "
+            "kept: run the same command again to go on"
         ) from error
 
 
-def finish(store: Store) -> None:
-    """Put the chunks together, one after the other, as the result, and remove them."""
-    plan, schema = store.plan, schema_of(store.plan)
-    schema = schema.with_metadata({IDENTITY: store.identity.to_bytes(), b"map": store.text.encode()})
+def encoded_chunk(plan: MapPlan, map_sha256: str, chunk: int) -> bytes:
+    """Compute a chunk, as the bytes of its file."""
+    sink = pa.BufferOutputStream()
+    table = evaluate(plan, plan.numbers(chunk))
+    _write(sink, plan, identity_of(plan, map_sha256, chunk).metadata(), [table])
+    return bytes(sink.getvalue())
+
+
+def write_chunk(plan: MapPlan, map_sha256: str, chunk: int, path: Path) -> None:
+    """Compute a chunk and write its file."""
+    write_whole(path, encoded_chunk(plan, map_sha256, chunk))
+
+
+def _write(sink: Any, plan: MapPlan, metadata: dict[bytes, bytes], row_groups: Iterable[pa.Table]) -> None:
+    """Write a Parquet file with checksums of its pages, and of its values in all."""
+    schema = schema_of(plan).with_metadata(metadata)
     recurring = [name for name in schema.names if name in plan.names or name in DICTIONARY]
-    with written(store.folder):
-        handle, name = tempfile.mkstemp(dir=store.folder, prefix=f".{RESULT}.")
+    checksum = 0
+    with pq.ParquetWriter(
+        sink, schema, compression="none", use_dictionary=recurring, write_page_checksum=True
+    ) as writer:
+        for table in row_groups:
+            checksum = _checksum(table, checksum)
+            writer.write_table(table.replace_schema_metadata(metadata), row_group_size=len(table))
+        writer.add_key_value_metadata({VALUES_CRC32.decode(): str(checksum)})
+
+
+def _checksum(table: pa.Table, value: int) -> int:
+    """CRC-32 of the values of a table after that of others; what is null counts as NaN, of which a map has none."""
+    for column in table.columns:
+        numbers = column
+        if pa.types.is_dictionary(column.type) or pa.types.is_string(column.type):
+            texts = pc.dictionary_encode(column.cast(pa.string()).combine_chunks())
+            value = crc32("\0".join(texts.dictionary.to_pylist()).encode(), value)
+            numbers = pc.fill_null(texts.indices, -1)
+        value = crc32(numbers.to_numpy(), value)
+    return value
+
+
+def read_chunk(store: Store, chunk: int, source: Any) -> pa.Table:
+    """Read and verify a chunk from a file or from a buffer.
+
+    Raises
+    ------
+    RejectedFileError
+    """
+    return pa.concat_tables(_verified(source, store.plan, replace(store.identity, chunk=chunk)))
+
+
+def _verified(source: Any, plan: MapPlan, expected: Identity) -> Iterator[pa.Table]:
+    """Read the row groups of a Parquet file; all of them have been read before it is known whether they are right.
+
+    Checksums of pages do not cover the description of the file at its end, so that the values are compared too.
+    """
+    checksum, identity = 0, None
+    try:
+        with pq.ParquetFile(source, page_checksum_verification=True) as file:
+            schema, metadata = file.schema_arrow, file.metadata.metadata
+            identity = _identity_in(metadata)
+            for group in range(file.num_row_groups if identity == expected else 0):
+                table = file.read_row_group(group)
+                checksum = _checksum(table, checksum)
+                yield table
+            complete = metadata.get(VALUES_CRC32) == str(checksum).encode()
+            intact = complete and schema.remove_metadata().equals(schema_of(plan), check_metadata=True)
+    except Exception as error:  # a damaged file may make the library fail in any way
+        raise RejectedFileError("is damaged", identity) from error
+    if identity is not None and identity != expected:
+        raise RejectedFileError("is of another map or version, or another chunk", identity)
+    if not intact:
+        raise RejectedFileError("is damaged", identity)
+
+
+def _identity_in(metadata: dict[bytes, bytes] | None) -> Identity | None:
+    """What a file says it is; None where it is no file of a map, or one of a version that wrote other metadata."""
+    try:
+        return Identity(**json.loads((metadata or {})[IDENTITY]))
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def stored_chunks(store: Store, rejected: list[str]) -> set[int]:
+    """Numbers of the chunks that are there and intact; the others are deleted, and `rejected` is told why.
+
+    Raises
+    ------
+    UsageError
+        Where all that can be read is of another map: it may be worth keeping. Or where something other than a file is
+        in the place of a chunk.
+    """
+    stored: set[int] = set()
+    unusable: list[tuple[Path, RejectedFileError]] = []
+    for path in sorted(store.chunks.iterdir()):
+        if (name := CHUNK_NAME.fullmatch(path.name)) is None:
+            continue
+        _require(path, stat.S_IFREG)
         try:
-            with os.fdopen(handle, "wb") as file:
-                # Arrow's own file under the same name: Python's would copy every column once more.
-                with (
-                    pa.OSFile(name, "wb") as sink,
-                    pq.ParquetWriter(sink, schema, compression="none", use_dictionary=recurring) as writer,
-                ):
-                    for group in _groups(store):
-                        writer.write_table(group.replace_schema_metadata(schema.metadata), row_group_size=len(group))
-                os.fsync(file.fileno())
-            os.chmod(name, 0o644)
-            os.replace(name, store.result)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
-        for path in store.chunks.glob("*.arrow"):
+            read_chunk(store, int(name[1]), path)
+            stored.add(int(name[1]))
+        except RejectedFileError as error:
+            unusable.append((path, error))
+    others = [reason.identity for _, reason in unusable if reason.identity is not None]
+    if not stored:
+        _refuse_other_map(store, others)
+    for path, reason in unusable:
+        path.unlink()
+        rejected.append(f"{path} {reason}: computed again")
+    return stored
+
+
+def _refuse_other_map(store: Store, identities: list[Identity]) -> None:
+    """Refuse a folder with results of another map, or of this one by other versions."""
+    words = {"map_sha256": "the map file", "vireport": "the version of vireport", "numpy": "the version of numpy"}
+    for identity in identities:
+        changed = [word for key, word in words.items() if getattr(identity, key) != getattr(store.identity, key)]
+        if changed:
+            raise UsageError(
+                f"{store.folder}: holds the results of another map: {', '.join(changed)} changed since. They are not "
+                "mixed. Name another folder (--output), or delete this one"
+            )
+
+
+def finished_counts(store: Store, rejected: list[str]) -> StabilityCounts | None:
+    """What the finished map holds; None where there is none, or it is damaged, of which `rejected` is told.
+
+    Raises
+    ------
+    UsageError
+        Where there is a file of that name which is another map, or none at all.
+    """
+    if not store.result.exists():
+        return None
+    try:
+        return _counted(store, store.result)
+    except RejectedFileError as error:
+        if error.identity is None:
+            raise UsageError(
+                f"{store.result}: is no map, or damaged beyond recognition (delete it, or name another folder with "
+                "--output)"
+            ) from error
+        _refuse_other_map(store, [error.identity])
+        rejected.append(f"{store.result} {error}: computed again")
+        return None
+
+
+def _counted(store: Store, path: Path) -> StabilityCounts:
+    """Read and verify the whole map, and count its cells by the type of their motion."""
+    counts: StabilityCounts = Counter()
+    for table in _verified(path, store.plan, store.identity):
+        for pair in table.column("stability").value_counts().to_pylist():
+            counts[pair["values"]] += pair["counts"]
+    return counts
+
+
+def merge(store: Store, rejected: list[str]) -> StabilityCounts:
+    """Put the chunks together as the finished map, and verify it.
+
+    Returns
+    -------
+    Counter
+        Cells by the type of their motion.
+
+    Raises
+    ------
+    NumericalError
+        Where what was written cannot be read again.
+    """
+    unfinished = store.folder / UNFINISHED
+    metadata = store.identity.metadata() | {b"map": store.text.encode()}
+    try:
+        _write(unfinished, store.plan, metadata, _row_groups(store, rejected))
+        with open(unfinished, "rb+") as file:
+            os.fsync(file.fileno())
+        counts = _counted(store, unfinished)
+        os.replace(unfinished, store.result)
+    except RejectedFileError as error:
+        raise NumericalError(f"{store.result} {error} when it is read after writing (is the disk sound?)") from error
+    finally:
+        unfinished.unlink(missing_ok=True)
+    return counts
+
+
+def remove_chunks(store: Store) -> None:
+    """Remove the chunks of a finished map."""
+    for path in store.chunks.iterdir():
+        if CHUNK_NAME.fullmatch(path.name):
             path.unlink()
+    with suppress(OSError):  # there is something else in it
+        store.chunks.rmdir()
 
 
-def _groups(store: Store) -> Iterator[pa.Table]:
-    """Chunks in their order, joined until they make a row group."""
-    gathered: list[Any] = []
-    for index in range(store.plan.chunks):
-        with pa.memory_map(str(store.chunk(index))) as file, pa.ipc.open_file(file) as reader:
-            gathered.append(reader.read_all())
-        if sum(map(len, gathered)) >= ROW_GROUP or index + 1 == store.plan.chunks:
+def _row_groups(store: Store, rejected: list[str]) -> Iterator[pa.Table]:
+    """Chunks in their order, joined until they make a row group; one that was damaged meanwhile is computed again."""
+    gathered: list[pa.Table] = []
+    for number in range(store.plan.chunks):
+        path = store.chunk(number)
+        try:
+            gathered.append(read_chunk(store, number, path))
+        except RejectedFileError as error:
+            rejected.append(f"{path} {error}: computed again")
+            write_chunk(store.plan, store.map_sha256, number, path)
+            gathered.append(read_chunk(store, number, path))
+        if sum(map(len, gathered)) >= ROW_GROUP or number + 1 == store.plan.chunks:
             yield pa.concat_tables(gathered).unify_dictionaries().combine_chunks()
             gathered = []
 
 
-def stability_counts(store: Store) -> dict[str | None, int]:
-    """How many cells of the result have which type of motion; None where there is no motion."""
-    counts: Counter[str | None] = Counter()
-    with pq.ParquetFile(store.result) as file:
-        for batch in file.iter_batches(columns=["stability"], batch_size=ROW_GROUP):
-            for pair in batch.column(0).value_counts().to_pylist():
-                counts[pair["values"]] += pair["counts"]
-    return dict(counts)
+def require_space(store: Store, stored: Collection[int]) -> None:
+    """Refuse a map that will not fit on its disk: its chunks, and the finished file that is made of them.
+
+    The size is that of some cells, spread evenly, without their nulls, which take no space.
+
+    Raises
+    ------
+    UsageError
+    """
+    plan = store.plan
+    numbers = np.unique(np.linspace(0, plan.cells - 1, SAMPLE).astype(np.int64))
+    sample = evaluate(replace(plan, simulate=None), numbers)
+    size = sum(column.type.bit_width / 8 * (len(column) - column.null_count) for column in sample.columns)
+    per_cell = size / len(numbers) + (0 if plan.simulate is None else SIMULATED_BYTES)
+    needed = per_cell * (2 * plan.cells - sum(map(plan.rows, stored)))
+    free = shutil.disk_usage(store.folder).free
+    if needed > free:
+        raise UsageError(
+            f"{store.folder}: the map needs about {needed / 1e6:,.0f} MB while it is computed, but only "
+            f"{free / 1e6:,.0f} MB are free (name a folder on another disk with --output)"
+        )

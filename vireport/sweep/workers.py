@@ -1,81 +1,141 @@
 """Who computes the chunks of a map: this process, the cores of this machine, or the workers of a Dask scheduler.
 
-Each yields the numbers of chunks as they are stored, in any order, with a bounded number under way, so that memory
-does not grow with the map.
+Processes and cluster are driven through one interface, that of `concurrent.futures` (Dask's own processes on this
+machine would take seconds to start), in any order, with a bounded number of chunks under way, so that memory does not
+grow with the map.
 """
 
 from __future__ import annotations
 
 import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from importlib import import_module
-from itertools import islice
+from io import BytesIO
+from multiprocessing import connection, parent_process
 from multiprocessing.context import BaseContext
-from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
-from vireport.errors import NumericalError
-from vireport.sweep.cells import MapPlan
-from vireport.sweep.chunk import begin_worker, chunk_bytes, made_by, store_chunk, write_durably
+from vireport.errors import NumericalError, UsageError
+from vireport.files import write_whole
+from vireport.sweep.store import RejectedFileError, Store, encoded_chunk, read_chunk, write_chunk
 
-PathOf = Callable[[int], Path]
-"""Where a chunk is to be stored."""
+Stored = Callable[[int], None]
+"""Told the number of each chunk that is stored."""
 
 AHEAD = 2
 """Chunks under way for each worker: one that it computes, and one that waits for it."""
 
 MOST_LOSSES = 5
-"""Times in a row that workers may be lost without one chunk done; then something kills them that will not stop."""
+"""Times in a row that processes may be lost without one chunk done; then something kills them that will not stop."""
 
-RETRIES = 3
-"""Workers of a cluster that may be lost over one chunk."""
+POLL = 2.0
+"""Time between two looks at the workers of a cluster [s]."""
+
+ANSWER = 30.0
+"""How long a scheduler may take to answer [s]."""
 
 PATIENCE = 60.0
-"""How long a scheduler may be without any worker [s]."""
+"""How long a scheduler may be without any worker, or without a sign of life of any [s]."""
 
-KEPT = "What is computed so far is kept: run the same command again to go on"
+SCHEMES = ("tcp", "tls", "ucx", "ucxx", "ws", "wss")
+"""Protocols of a scheduler's address."""
+
+SAME_VERSIONS = ("vireport", "numpy")
+"""Packages on whose versions the bits of the results depend."""
+
+NEEDED = (*SAME_VERSIONS, "pyarrow", "filelock")
+"""Packages without which a worker cannot even read its tasks."""
+
+RESUME = "What is computed so far is kept: run the same command again to go on"
 
 
-def here(plan: MapPlan, todo: Iterator[int], path_of: PathOf) -> Iterator[int]:
-    """Compute chunks in this process."""
-    for index in todo:
-        store_chunk(plan, index, path_of(index))
-        yield index
+def compute(store: Store, todo: deque[int], stored: Stored, scheduler: str | None, workers: int) -> None:
+    """Compute and store chunks.
 
-
-def on_cores(plan: MapPlan, todo: Iterator[int], path_of: PathOf, workers: int) -> Iterator[int]:
-    """Compute chunks in processes of this machine; one that is killed is replaced.
+    Parameters
+    ----------
+    store : Store
+    todo : deque of int
+        Numbers of the chunks; those that are done are taken out.
+    stored : callable
+        Told the number of each chunk that is stored.
+    scheduler : str or None
+        Address of a Dask scheduler.
+    workers : int
+        Processes on this machine, where there is no scheduler.
 
     Raises
     ------
     NumericalError
-        Where the processes are killed again and again.
+        Where the workers are lost for good, or those of a cluster have other versions.
     """
-    pending: dict[Future[None], int] = {}
-    again: list[int] = []
+    if scheduler is not None and todo:
+        _on_cluster(store, todo, stored, scheduler)
+    elif workers > 1:
+        _on_cores(store, todo, stored, workers)
+    else:
+        while todo:
+            write_chunk(store.plan, store.map_sha256, todo[0], store.chunk(todo[0]))
+            stored(todo.popleft())
+
+
+def _complete(
+    todo: deque[int],
+    submit: Callable[[int], Future[Any]],
+    room: Callable[[], int],
+    done: Callable[[int, Any], None],
+) -> None:
+    """Keep chunks under way until none is left, and hand over what each returns.
+
+    `room` says how many may be under way, and is asked at least every `POLL` seconds. Whatever ends the work, the
+    chunks that are not done are in `todo` again.
+    """
+    pending: dict[Future[Any], int] = {}
+    try:
+        while todo or pending:
+            most = room()
+            while todo and len(pending) < most:
+                future = submit(todo[0])
+                pending[future] = todo.popleft()
+            for future in wait(pending, POLL, FIRST_COMPLETED).done:
+                done(pending[future], future.result())
+                del pending[future]
+    finally:
+        todo.extend(pending.values())
+
+
+def _on_cores(store: Store, todo: deque[int], stored: Stored, workers: int) -> None:
+    """Compute chunks in processes of this machine; where one is killed, all begin anew."""
     losses = 0
-    while True:
-        pool = ProcessPoolExecutor(workers, _context(), begin_worker)
+
+    def submit(number: int) -> Future[None]:
+        return pool.submit(write_chunk, store.plan, store.map_sha256, number, store.chunk(number))
+
+    def done(number: int, _: None) -> None:
+        nonlocal losses
+        losses = 0
+        stored(number)
+
+    while todo:
+        pool = ProcessPoolExecutor(workers, _context(), _begin_worker)
         try:
-            while True:
-                while len(pending) < AHEAD * workers and (index := again.pop() if again else next(todo, -1)) >= 0:
-                    pending[pool.submit(store_chunk, plan, index, path_of(index))] = index
-                if not pending:
-                    return
-                for future in wait(pending, return_when=FIRST_COMPLETED).done:
-                    future.result()
-                    losses = 0
-                    yield pending.pop(future)
+            _complete(todo, submit, lambda: AHEAD * workers, done)
         except BrokenProcessPool as error:
             losses += 1
             if losses > MOST_LOSSES:
                 raise NumericalError(
-                    f"worker processes were killed {losses} times in a row (out of memory?). {KEPT}, with fewer workers"
+                    f"worker processes were killed {losses} times in a row (out of memory?). {RESUME}, with fewer "
+                    "workers (--workers)"
                 ) from error
-            again += pending.values()
-            pending.clear()
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 
@@ -85,58 +145,157 @@ def _context() -> BaseContext:
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["vireport.sweep.chunk"])
+    context.set_forkserver_preload([__name__])
     return context
 
 
-def on_cluster(plan: MapPlan, todo: Iterator[int], path_of: PathOf, scheduler: str) -> Iterator[int]:
-    """Compute chunks on the workers of a Dask scheduler, which gives those of a lost worker to another.
+def _begin_worker() -> None:
+    """Prepare a worker process: Ctrl-C is for the process that started it, with which it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    if parent is not None:
+        sentinel = parent.sentinel
 
-    They come back here to be stored: the workers may be on machines that share no disk.
+        def watch() -> None:
+            connection.wait([sentinel])
+            os._exit(1)
+
+        threading.Thread(target=watch, daemon=True).start()
+
+
+def require_address(scheduler: str) -> None:
+    """Refuse what is not the address of a scheduler.
 
     Raises
     ------
-    NumericalError
-        Where the scheduler cannot be reached or is lost, or its workers have other versions.
+    UsageError
     """
+    try:
+        parts = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
+        right = parts.scheme in SCHEMES and parts.hostname and parts.port and not parts.path.strip("/")
+    except ValueError:  # a port that is no number, or brackets that do not match
+        right = False
+    if not right:
+        raise UsageError(
+            f"--scheduler: got {scheduler!r} (allowed: scheme://host:port, such as tcp://127.0.0.1:8786, with one of "
+            f"the schemes {', '.join(SCHEMES)})"
+        )
+
+
+def _on_cluster(store: Store, todo: deque[int], stored: Stored, scheduler: str) -> None:
+    """Compute chunks on the workers of a Dask scheduler, which gives those of a lost worker to another.
+
+    They come back here to be stored: the workers may be on machines that share no disk.
+    """
+
+    def done(number: int, data: bytes) -> None:
+        try:
+            read_chunk(store, number, BytesIO(data))
+        except RejectedFileError as error:
+            raise NumericalError(
+                f"--scheduler {scheduler}: what a worker computed {error} (install the same versions everywhere)"
+            ) from error
+        write_whole(store.chunk(number), data)
+        stored(number)
+
+    with _connected(scheduler) as client:
+        watch = _Watch(client, scheduler)
+        executor = client.get_executor(pure=False)
+        _complete(
+            todo,
+            lambda number: executor.submit(encoded_chunk, store.plan, store.map_sha256, number),
+            watch.room,
+            done,
+        )
+
+
+@contextmanager
+def _connected(scheduler: str) -> Iterator[Any]:
+    """A client of a Dask scheduler; its failures are put in words."""
     try:
         distributed = import_module("distributed")
     except ImportError as error:
         raise NumericalError("--scheduler needs dask.distributed: pip install 'vireport[cluster]'") from error
-    for index, data in _gathered(distributed, plan, todo, scheduler):
-        write_durably(path_of(index), data)
-        yield index
-
-
-def _gathered(distributed: Any, plan: MapPlan, todo: Iterator[int], scheduler: str) -> Iterator[tuple[int, bytes]]:
     try:
         client = distributed.Client(scheduler, set_as_default=False)
-        client.wait_for_workers(1, timeout=PATIENCE)
     except (OSError, ValueError) as error:
-        raise NumericalError(f"--scheduler {scheduler}: cannot be reached, or has no workers ({error})") from error
-    with client:
-        try:
-            index_of: dict[Any, int] = {}
-            futures = distributed.as_completed(loop=client.loop)
-            while True:
-                room = AHEAD * max(sum(client.nthreads().values()), 1) - len(index_of)  # workers may come and go
-                for index in islice(todo, max(room, 0)):
-                    future = client.submit(chunk_bytes, plan, index, pure=False, retries=RETRIES)
-                    index_of[future.key] = index
-                    futures.add(future)
-                if not index_of:
-                    return
-                future = next(futures)
-                versions, data = future.result()
-                if versions != made_by():
-                    raise NumericalError(
-                        f"--scheduler {scheduler}: a worker has {versions}, this process {made_by()}; the results of "
-                        "both are not mixed (install the same everywhere)"
-                    )
-                index = index_of.pop(future.key)
-                del future
-                yield index, data
-        except (distributed.KilledWorker, CancelledError, OSError) as error:
+        raise NumericalError(f"--scheduler {scheduler}: cannot be reached ({error})") from error
+    try:
+        yield client
+    except ImportError as error:
+        raise NumericalError(
+            f"--scheduler {scheduler}: a worker lacks a package: {error} (install the same everywhere)"
+        ) from error
+    except (distributed.KilledWorker, CancelledError) as error:
+        raise NumericalError(
+            f"--scheduler {scheduler}: the scheduler or its workers were lost ({type(error).__name__}). {RESUME}"
+        ) from error
+    finally:
+        client.close(timeout=POLL)
+
+
+class _Watch:
+    """Looks after the workers of a cluster now and then: that there are some, that they live, and what they have."""
+
+    def __init__(self, client: Any, scheduler: str) -> None:
+        self.client, self.scheduler = client, scheduler
+        self.threads = 0
+        self.known: set[str] = set()
+        self.last_seen = 0.0
+        self.alive = time.monotonic()
+        self.looked = -POLL + self.alive
+
+    def room(self) -> int:
+        """Chunks that the workers can have under way; while there are no workers, it waits.
+
+        Raises
+        ------
+        NumericalError
+            Where the scheduler does not answer, is without workers for too long, or they have other versions.
+        """
+        while not self.threads or time.monotonic() - self.looked >= POLL:
+            self._look()
+            self.looked = time.monotonic()
+            if not self.threads:
+                time.sleep(POLL / 4)
+        return AHEAD * self.threads
+
+    def _look(self) -> None:
+        workers = self._answer(self.client.scheduler.identity)["workers"]
+        if not workers.keys() <= self.known:
+            self._compare_versions()
+            self.known = set(workers)
+        self.threads = sum(worker["nthreads"] for worker in workers.values())
+        last_seen = max((worker["last_seen"] for worker in workers.values()), default=0.0)
+        if last_seen > self.last_seen:
+            self.last_seen, self.alive = last_seen, time.monotonic()
+        elif time.monotonic() - self.alive > PATIENCE:
+            missing = "no sign of life from its workers" if workers else "no workers"
             raise NumericalError(
-                f"--scheduler {scheduler}: the scheduler or its workers were lost ({type(error).__name__}). {KEPT}"
+                f"--scheduler {self.scheduler}: {missing} for {PATIENCE:g} s (start one: dask worker "
+                f"{self.scheduler}; where they end at once, their logs say why). {RESUME}"
+            )
+
+    def _compare_versions(self) -> None:
+        """Refuse a cluster on which other versions, or none, would compute: the results are not mixed."""
+        versions = self._answer(self.client.get_versions, packages=list(NEEDED))
+        own = versions["client"]["packages"]
+        nodes = [("the scheduler", "vireport", versions["scheduler"])]  # it reads the tasks, but computes nothing
+        nodes += [
+            (f"worker {address}", package, node) for address, node in versions["workers"].items() for package in NEEDED
+        ]
+        for name, package, node in nodes:
+            version = node["packages"][package]
+            if version != own[package] and (version is None or package in SAME_VERSIONS):
+                raise NumericalError(
+                    f"--scheduler {self.scheduler}: {name} has {package} in version {version or 'none'}, this process "
+                    f"in version {own[package]} (install the same everywhere)"
+                )
+
+    def _answer(self, ask: Callable[..., Any], **arguments: Any) -> Any:
+        try:
+            return self.client.sync(ask, callback_timeout=ANSWER, **arguments)
+        except OSError as error:  # a time-out among them
+            raise NumericalError(
+                f"--scheduler {self.scheduler}: the scheduler was lost, or has not answered for {ANSWER:g} s. {RESUME}"
             ) from error

@@ -1,4 +1,4 @@
-"""Numbers as text."""
+"""Numbers as text, tables of them, and text in Markdown."""
 
 from vireport.text.formatting import (
     ABSENT,
@@ -15,6 +15,8 @@ from vireport.text.formatting import (
     significant,
     words,
 )
+from vireport.text.markdown import markdown_table, markdown_text
+from vireport.text.tables import Column, Table, broken, numbers, plain_table, plain_text, texts
 
 __all__ = [
     "ABSENT",
@@ -22,12 +24,21 @@ __all__ = [
     "MOST_DIGITS",
     "PREFIXES",
     "TIMES",
+    "Column",
+    "Table",
     "bounded",
+    "broken",
     "error_bound",
     "exact",
+    "markdown_table",
+    "markdown_text",
+    "numbers",
     "percent",
+    "plain_table",
+    "plain_text",
     "quantity",
     "scaled",
     "significant",
+    "texts",
     "words",
 ]

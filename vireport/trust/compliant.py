@@ -1,32 +1,30 @@
-"""The ball between two compliant membranes: its return map to nearly full accuracy.
+"""The ball between two compliant membranes: its return map to nearly full accuracy, and the motions on it.
 
-In the units of `model`, Z'' = gbar + cos(pi t + phi) - k delta^h (1 + lambda delta') at the bottom membrane, where
+In dimensionless units, Z'' = gbar + cos(pi t + phi) - k delta^h (1 + lambda delta') at the bottom membrane, where
 delta = Z - d/2 > 0, and the mirror image of the last term at the top one. The membranes move with the capsule, which
 does not feel the ball; k = K x_c^h M/(m F). For each contact lambda is set from its impact velocity so that the contact
-alone would have the restitution coefficient r (see `contact`).
+alone would have the restitution coefficient r (`physics.contact`).
 
 Flights are in closed form. Contacts are integrated in units of their own duration and depth, in which they look the
-same however stiff the membrane is: no stiffness is left to suffer from. What solvers make of the equation as it
-stands is in `stiffness`.
+same however stiff the membrane is. What solvers make of the equation as it stands is in `stiff_solvers`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from math import acos, cos, inf, pi, sin
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vireport.errors import NumericalError
 from vireport.physics import Device, Membrane, contacts
 from vireport.physics import flight as rigid_flight
 from vireport.scenario import Parameter
-
-Floats = NDArray[np.float64]
+from vireport.trust.rootfinding import Floats, solve
 
 TOLERANCE = 1e-12
 """Relative tolerance of the contacts' integration, in units in which everything is of order 1."""
@@ -37,11 +35,30 @@ LONGEST_STEP = 0.05
 LONGEST_CONTACT = 20.0
 """In durations of the contact without external force: a ball that stays longer is pressed on, and does not bounce."""
 
+BRACKETED = 1e-15
+"""Absolute and relative length of the bracket at which a time of flight is found [t_c]."""
+
+NEARBY = 0.5
+"""Relative change of an unknown beyond which another motion was found than the one asked for."""
+
+CONVERGED, NOISE = 1e-11, 1e-11
+"""Last correction of a motion or critical point, and the irregularity of the return map and of its differences."""
+
+MOST_EVALUATIONS = 60
+"""Of the conditions, before a search is given up; about ten are usual."""
+
+FORWARD = 1e-5
+"""Step of the forward differences that the iteration begins with."""
+
+DIFFERENCE = 2e-3
+"""Step of fourth-order differences of the return map, in its scaled unknowns: truncation and rounding are both near
+1e-10 there."""
+
 BOTTOM, TOP = 1, -1
 
 
 @dataclass(frozen=True, slots=True)
-class Compliant:
+class CompliantModel:
     """The dimensionless model.
 
     Attributes
@@ -49,13 +66,13 @@ class Compliant:
     d, gbar : float
         As in `Device.groups`.
     membrane : Membrane
-        Its stiffness is k, so that with mass 1 `contact` works in dimensionless numbers; the rest is as it was.
+        Its stiffness is k, so that with mass 1 `contacts` works in dimensionless numbers; the rest is as it was.
     restitution : float
         r of a contact alone.
     period : float
         2n, the time after which the motion repeats [t_c].
-    length_unit, velocity_unit, time_unit : float
-        x_c [m], y_c [m/s], t_c [s].
+    length_unit, velocity_unit : float
+        x_c [m], y_c [m/s].
     """
 
     d: float
@@ -65,7 +82,6 @@ class Compliant:
     period: float
     length_unit: float
     velocity_unit: float
-    time_unit: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,47 +117,86 @@ class Touch:
         return -self.leaving / self.velocity
 
 
+@dataclass(frozen=True, slots=True)
+class Lap:
+    """From one touch of the bottom to the next, by way of the top: its contacts, times and final velocity."""
+
+    bottom: Touch
+    top: Touch
+    flight_down: float
+    time: float
+    velocity: float
+
+
+@dataclass(frozen=True, slots=True)
+class CompliantOrbit:
+    """A periodic motion with one contact on each membrane.
+
+    Attributes
+    ----------
+    bottom, top : Touch
+    flight_down : float
+        Time from leaving the top to touching the bottom [t_c].
+    residual : float
+        By which the state fails to repeat.
+    trace, determinant : float
+        Of the linearised return map from touch to touch of the bottom.
+    """
+
+    bottom: Touch
+    top: Touch
+    flight_down: float
+    residual: float
+    trace: float
+    determinant: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether both multipliers are inside the unit circle."""
+        return abs(self.trace) < 1 + self.determinant and self.determinant < 1
+
+    @property
+    def multipliers(self) -> tuple[complex, complex]:
+        """Eigenvalues of the linearised return map, the larger first."""
+        root = complex(self.trace**2 / 4 - self.determinant) ** 0.5
+        pair = self.trace / 2 + root, self.trace / 2 - root
+        return pair if abs(pair[0]) >= abs(pair[1]) else pair[::-1]
+
+    @property
+    def error_bound(self) -> float:
+        """Relative error: tolerance and residual over the distance of a multiplier from 1, and room."""
+        return 10 * (TOLERANCE + self.residual) / min(abs(1 - multiplier) for multiplier in self.multipliers)
+
+    @property
+    def longest_contact(self) -> float:
+        """Duration of the longer contact [t_c]."""
+        return max(self.bottom.duration, self.top.duration)
+
+
 def compliant_model(
     device: Device, parameter: Parameter, value: float, membrane: Membrane, factor: float = 1.0
-) -> Compliant:
-    """The dimensionless model of a device with compliant membranes.
-
-    Parameters
-    ----------
-    device : Device
-    parameter, value : str, float
-        One parameter, and the value it has.
-    membrane : Membrane
-    factor : float
-        By which its stiffness K is multiplied.
-    """
+) -> CompliantModel:
+    """The dimensionless model of a device where `parameter` has `value`, its membranes' K multiplied by `factor`."""
     at = device.at(parameter, float(value))
     d, gbar = device.groups(parameter, float(value))
-    speed, time = float(device.velocity_unit(parameter, float(value))), 1 / (2 * at[Parameter.FREQUENCY])
-    length, h = speed * time, membrane.exponent
+    speed = float(device.velocity_unit(parameter, float(value)))
+    length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
     per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])
     scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball, ball_mass_kg=1.0)
-    return Compliant(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed, time)
+    return CompliantModel(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed)
 
 
-def contact_phase(model: Compliant, wall: int, speed: float, phase: float, deepest: bool = False) -> tuple[float, ...]:
+def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> Touch:
     """Integrate one contact from its touch to the departure.
 
     Parameters
     ----------
-    model : Compliant
+    model : CompliantModel
     wall : int
-    speed : float
-        |Z'| at the touch, positive [y_c].
+    velocity : float
+        Z' at the touch, towards the wall [y_c].
     phase : float
         Forcing phase there [rad].
-    deepest : bool
-        Whether the largest deflection is wanted; it is 0 otherwise.
-
-    Returns
-    -------
-    tuple of float
-        Duration [t_c], speed away from the membrane at the departure [y_c], largest deflection [x_c].
 
     Raises
     ------
@@ -150,6 +205,7 @@ def contact_phase(model: Compliant, wall: int, speed: float, phase: float, deepe
     """
     from scipy.integrate import DOP853, solve_ivp  # type: ignore[import-untyped]
 
+    speed = wall * velocity
     alone = contacts(np.array(speed), model.membrane, model.restitution)
     time, depth = float(alone.duration), float(alone.deflection)
     h, gbar = model.membrane.exponent, model.gbar
@@ -181,23 +237,24 @@ def contact_phase(model: Compliant, wall: int, speed: float, phase: float, deepe
     while solver.status == "running":
         t, (y, v) = solver.t, solver.y
         solver.step()
-        if deepest and v > 0 >= solver.y[1]:
-            # The end is where a function of the state vanishes: it is taken as the variable of the last step.
+        # Where a coordinate of the state vanishes, that coordinate is the variable of the last step.
+        if v > 0 >= solver.y[1]:
             turned = float(solve_ivp(in_velocity, (v, 0.0), [t, y], method="DOP853", **settings).y[1, -1])
         if solver.y[0] <= 0:
             end = solve_ivp(in_depth, (y, 0.0), [t, v], method="DOP853", **settings).y[:, -1]
-            return float(end[0]) * time, -float(end[1]) * depth / time, turned * depth
+            away = wall * float(end[1]) * depth / time
+            return Touch(wall, velocity, phase % (2 * pi), float(end[0]) * time, away, turned * depth)
     raise NumericalError("the ball stays on the membrane instead of bouncing: there is no motion of single impacts")
 
 
-def flight(model: Compliant, wall: int, leaving: float, phase: float) -> tuple[float, int, float]:
-    """Fly from a membrane to the first touch of either one, found for certain.
+def flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tuple[float, int, float]:
+    """Fly from a membrane to the first touch of either one: time of flight [t_c], wall, and Z' there.
 
-    Z is monotone between the zeros of Z', and Z' between those of Z'', which are known.
+    It is found for certain: Z is monotone between the zeros of Z', and Z' between those of Z'', which are known.
 
     Parameters
     ----------
-    model : Compliant
+    model : CompliantModel
     wall : int
         That is left.
     leaving : float
@@ -205,18 +262,11 @@ def flight(model: Compliant, wall: int, leaving: float, phase: float) -> tuple[f
     phase : float
         Forcing phase there [rad].
 
-    Returns
-    -------
-    tuple of float, int, float
-        Time of flight [t_c], the wall that is touched, and Z' there.
-
     Raises
     ------
     NumericalError
         If no membrane is touched within two periods of the motion.
     """
-    from scipy.optimize import brentq  # type: ignore[import-untyped]
-
     start, sine, cosine, gbar = wall * model.d / 2, sin(phase), cos(phase), model.gbar
 
     def speed(t: float) -> float:
@@ -230,66 +280,120 @@ def flight(model: Compliant, wall: int, leaving: float, phase: float) -> tuple[f
         side = BOTTOM if speed((a + b) / 2) > 0 else TOP
         if beyond(b, side) > 0:
             # Already beyond at a: it left so slowly that it is pressed back at once.
-            at_once = beyond(a, side) >= 0
-            t = a if at_once else float(brentq(beyond, a, b, args=(side,), xtol=1e-15, rtol=1e-15, maxiter=200))
+            t = a if beyond(a, side) >= 0 else _zero(partial(beyond, side=side), a, b)
             return t, side, speed(t)
     raise NumericalError("no membrane is touched within two periods")
 
 
-def _monotone(speed: Any, phase: float, gbar: float, end: float) -> Iterator[float]:
+def _monotone(speed: Callable[[float], float], phase: float, gbar: float, end: float) -> Iterator[float]:
     """Ascending times from 0 between which the displacement is monotone."""
-    from scipy.optimize import brentq
-
     bends = [0.0, end]
     if gbar < 1:
         angle = acos(-gbar)
-        turns = range(int(end / 2) + 3)
-        times = [((side * angle - phase) / pi) % 2 + 2 * k for side in (1, -1) for k in turns]
+        times = [((side * angle - phase) / pi) % 2 + 2 * k for side in (1, -1) for k in range(int(end / 2) + 3)]
         bends = sorted({0.0, end, *(t for t in times if 0 < t < end)})
     yield 0.0
     for a, b in pairwise(bends):
         if speed(a) * speed(b) < 0:
-            yield float(brentq(speed, a, b, xtol=1e-15, rtol=1e-15, maxiter=200))
+            yield _zero(speed, a, b)
         yield b
 
 
-@dataclass(frozen=True, slots=True)
-class Lap:
-    """From one touch of the bottom to the next, by way of the top."""
+def _zero(function: Callable[[float], float], a: float, b: float) -> float:
+    from scipy.optimize import brentq  # type: ignore[import-untyped]
 
-    bottom: Touch
-    top: Touch
-    flight_down: float
-    time: float
-    velocity: float
+    return float(brentq(function, a, b, xtol=BRACKETED, rtol=BRACKETED, maxiter=200))
 
 
-def lap(model: Compliant, speed: float, phase: float, deepest: bool = False) -> Lap:
-    """Apply the return map of the motions with one contact on each membrane.
-
-    Parameters
-    ----------
-    model : Compliant
-    speed, phase : float
-        Velocity and forcing phase at a touch of the bottom [y_c], [rad].
-    deepest : bool
-        Whether the deflections are wanted.
+def lap(model: CompliantModel, velocity: float, phase: float) -> Lap:
+    """Apply the return map of the motions with one contact on each membrane to a touch of the bottom.
 
     Raises
     ------
     NumericalError
         If the contacts come in another order.
     """
-    if not 0 < speed < inf:
+    if not 0 < velocity < inf:
         raise NumericalError("the ball must strike the bottom membrane with a velocity towards it")
-    touches, elapsed, v, down = [], 0.0, speed, 0.0
+    touches, elapsed, time = [], 0.0, 0.0
     for wall in (BOTTOM, TOP):
-        at = phase + pi * elapsed
-        duration, away, depth = contact_phase(model, wall, wall * v, at, deepest)
-        touches.append(Touch(wall, v, at % (2 * pi), duration, -wall * away, depth))
-        elapsed += duration
-        down, reached, v = flight(model, wall, -wall * away, phase + pi * elapsed)
-        elapsed += down
+        touch = contact(model, wall, velocity, phase + pi * elapsed)
+        touches.append(touch)
+        elapsed += touch.duration
+        time, reached, velocity = flight(model, wall, touch.leaving, phase + pi * elapsed)
+        elapsed += time
         if reached == wall:
             raise NumericalError("the ball falls back on the same membrane: not a motion with one impact on each")
-    return Lap(touches[0], touches[1], down, elapsed, v)
+    return Lap(touches[0], touches[1], time, elapsed, velocity)
+
+
+def mismatch(model: CompliantModel, x: Floats) -> Floats:
+    """By how much a state (velocity, phase) at the bottom fails to repeat after the period: zero on a motion."""
+    end = lap(model, float(x[0]), float(x[1]))
+    return np.array([end.velocity - x[0], pi * (end.time - model.period)])
+
+
+def linearised(model: CompliantModel, x: Floats) -> Floats:
+    """Jacobian of the return map in velocity and phase, by differences of fourth order."""
+    columns = []
+    for k in range(2):
+        step = np.zeros(2)
+        step[k] = DIFFERENCE * (x[0] if k == 0 else 1.0)
+        near, far = (mismatch(model, x + s * step) - mismatch(model, x - s * step) for s in (1, 2))
+        columns.append((8 * near - far) / (12 * step[k]))
+    return np.asarray(np.stack(columns, axis=1) + np.eye(2))
+
+
+def find_orbit(model: CompliantModel, guess: Sequence[float] | Floats) -> CompliantOrbit:
+    """Find the periodic motion near a guess of velocity and phase at the bottom; NumericalError if there is none."""
+    x = _solved(partial(mismatch, model), np.asarray(guess, dtype=float))
+    closed, matrix = lap(model, float(x[0]), float(x[1])), linearised(model, x)
+    residual = max(abs(closed.velocity - float(x[0])), abs(pi * (closed.time - model.period)))
+    trace, determinant = float(np.trace(matrix)), float(np.linalg.det(matrix))
+    return CompliantOrbit(closed.bottom, closed.top, closed.flight_down, residual, trace, determinant)
+
+
+def find_critical(
+    device: Device,
+    parameter: Parameter,
+    membrane: Membrane,
+    factor: float,
+    guess: Sequence[float] | Floats,
+    multiplier: float,
+) -> Floats:
+    """Find where a multiplier of the compliant motion is -1 (period doubling) or 1 (fold).
+
+    1 + tr + det = 0 or 1 - tr + det = 0, with the condition of periodicity; det is not r^4 here.
+
+    Parameters
+    ----------
+    device, parameter, membrane, factor
+        As in `compliant_model`; `parameter` is the one that varies.
+    guess : sequence of three floats
+        Velocity, phase at the bottom and value of the parameter, which are returned for the critical point.
+    multiplier : float
+        -1 or 1.
+
+    Raises
+    ------
+    NumericalError
+        If none is found near.
+    """
+
+    def conditions(x: Floats) -> Floats:
+        model = compliant_model(device, parameter, float(x[2]), membrane, factor)
+        shifted = linearised(model, x[:2]) - multiplier * np.eye(2)
+        return np.append(mismatch(model, x[:2]), np.linalg.det(shifted))
+
+    return _solved(conditions, np.asarray(guess, dtype=float))
+
+
+def _solved(conditions: Callable[[Floats], Floats], guess: Floats) -> Floats:
+    """Where a small system vanishes, near a guess; NumericalError if there is no such place."""
+    scale = np.maximum(np.abs(guess), 0.1)
+    x = scale * solve(
+        lambda x: conditions(scale * x), guess / scale, CONVERGED, NOISE, difference=FORWARD, most=MOST_EVALUATIONS
+    )
+    if not np.all(np.abs(x - guess) < NEARBY * scale):
+        raise NumericalError("the iteration on the return map leads to no motion nearby")
+    return np.asarray(x)

@@ -119,7 +119,7 @@ class CrossCheck:
     @property
     def words(self) -> dict[str, int]:
         """How many starts end in each motion, by its word or its kind, most frequent first."""
-        names = [one.word or one.outcome.value for row in self.found for one in row]
+        names = [attractor.word or attractor.outcome.value for row in self.found for attractor in row]
         return dict(sorted(((name, names.count(name)) for name in set(names)), key=lambda item: (-item[1], item[0])))
 
 
@@ -162,11 +162,11 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     say(f"simulating {len(values) * len(starts)} starts")
     found = attractors(d, gbar, device.restitution, starts, asked.impacts)
     say("checking the stable motions")
-    checked = [_check(one, d[i], gbar[i], device) for i, one in enumerate(orbits) if one is not None]
+    checked = [_check(motions, d[i], gbar[i], device) for i, motions in enumerate(orbits) if motions is not None]
     pairs = [pair for group, _ in checked for pair in group]
     trials, reached = _basin(orbits, found, device.period_ratio)
-    made = [portrait(device, parameter, value, starts) for value in asked.portraits]
-    moved = [portrait(device, parameter, value, starts) for value in asked.displacement]
+    portraits = [_portrait(device, parameter, value, starts) for value in asked.portraits]
+    displacements = [_portrait(device, parameter, value, starts) for value in asked.displacement]
     drawn = diagram(d, gbar, device.restitution, starts, asked.impacts) if asked.diagram else None
     return CrossCheck(
         parameter=parameter,
@@ -183,9 +183,15 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
         trials=trials,
         reached=reached,
         diagram=drawn,
-        portraits=tuple(made),
-        displacements=tuple(moved),
+        portraits=tuple(portraits),
+        displacements=tuple(displacements),
     )
+
+
+def _portrait(device: Device, parameter: Parameter, value: float, starts: Sequence[Impact]) -> Portrait:
+    d, gbar = (float(x) for x in device.groups(parameter, value))
+    label = f"{parameter.symbol} = {parameter.show(value)}"
+    return portrait(d, gbar, float(device.restitution), starts, label)
 
 
 def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | None]:
@@ -207,7 +213,7 @@ def starting_states(orbits: Sequence[Motions | None], r: float, count: int) -> l
     Velocities reach to half as much again as the fastest orbit has, or as the forcing alone gives.
     """
     rng = np.random.default_rng(SEED)
-    fastest = max((float(one.velocity_bottom.max()) for one in orbits if one is not None), default=0.0)
+    fastest = max((float(m.velocity_bottom.max()) for m in orbits if m is not None), default=0.0)
     fastest = 1.5 * max(fastest, 2 / (np.pi * (1 - r)) if r < 0.9 else 2 / (np.pi * 0.1))
     return [Impact(BOTTOM, float(rng.uniform(0, fastest)), float(rng.uniform(0, 2 * np.pi))) for _ in range(count)]
 
@@ -249,4 +255,4 @@ def difference(attractor: Attractor, motions: Motions, i: int) -> tuple[float, f
 def _basin(orbits: Sequence[Motions | None], found: Sequence[tuple[Attractor, ...]], n: int) -> tuple[int, int]:
     """Starts at values with a stable admissible orbit, and how many of them end on a 1:1 motion."""
     rows = [row for motions, row in zip(orbits, found, strict=True) if motions is not None and motions.stable.any()]
-    return sum(map(len, rows)), sum(is_one_to_one(one, n) for row in rows for one in row)
+    return sum(map(len, rows)), sum(is_one_to_one(attractor, n) for row in rows for attractor in row)

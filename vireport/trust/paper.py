@@ -1,7 +1,7 @@
-"""The numbers that the paper prints, beside those computed here, where a scenario is one of the paper's.
+"""The numbers that the paper prints, as it prints them, beside those computed here for the same scenario.
 
-Ours are computed on the spot. Where they differ from the print by more than the rounding of all its digits
-leaves open, the row says so.
+Three sweeps, a motion on each, and the slips in the text. Our numbers are computed on the spot. Where they differ from
+the print by more than the rounding of all its digits leaves open, the row says so.
 """
 
 from __future__ import annotations
@@ -9,23 +9,169 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import floor, pi
-from typing import cast
+from typing import Literal, cast
 
 import numpy as np
 
 from vireport.analysis import (
+    CriticalKind,
     CriticalPoint,
+    Family,
     Solution,
+    Stability,
     Sweep,
+    find_motions,
+    motions_of,
     polish,
     value_condition,
 )
 from vireport.scenario import Parameter
-from vireport.text import (
-    ABSENT,
-    significant,
+from vireport.text import ABSENT, significant
+
+PAPER = (
+    "Serdukova, Kuske, Yurchenko: Stability and bifurcation analysis of the period-T motion of a vibroimpact "
+    "energy harvester, Nonlinear Dynamics (2019)"
 )
-from vireport.trust.paper_cases import CAPSULE_MASS, CASES, FREQUENCY, GRAVITY, RESTITUTION, Case, Misprint
+
+RESTITUTION, CAPSULE_MASS, FREQUENCY, GRAVITY = 0.5, 0.1245, 2.0, 9.8
+"""Of all figures of the paper."""
+
+NODE, FOCUS, UNSTABLE = Stability.STABLE_NODE, Stability.STABLE_FOCUS, Stability.UNSTABLE_NODE
+
+
+@dataclass(frozen=True, slots=True)
+class PrintedMotion:
+    """A motion of Fig. 3 as its caption prints it; numbers are texts, for their digits count."""
+
+    figure: str
+    d: str
+    velocity: str
+    phi: str
+    q: str
+    length_m: str
+
+
+@dataclass(frozen=True, slots=True)
+class PrintedPhase:
+    """A critical point that the paper gives by the phase at one of its impacts, as printed."""
+
+    kind: CriticalKind
+    letter: str
+    printed: str
+    impact: Literal["bottom", "top"]
+
+
+@dataclass(frozen=True, slots=True)
+class PrintedTypes:
+    """A block of Table 1: types from small d to large on the branch that has a critical point of that kind."""
+
+    family: Family
+    kind: CriticalKind
+    words: tuple[Stability, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Misprint:
+    """A slip in the paper's text: where it is, what it should say, and why."""
+
+    place: str
+    printed: str
+    meant: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class PaperCase:
+    """One of the paper's three sweeps.
+
+    Attributes
+    ----------
+    held : tuple of (str, float)
+        The other of length and force, and its value.
+    letters : tuple of str
+        Critical points that have a letter but no number.
+    """
+
+    name: str
+    inclination_deg: float
+    parameter: Parameter
+    held: tuple[str, float]
+    phases: tuple[PrintedPhase, ...]
+    letters: tuple[str, ...]
+    types: tuple[PrintedTypes, ...]
+    motion: PrintedMotion
+    misprints: tuple[Misprint, ...]
+
+
+SLIPS = (
+    Misprint("(3.10)", "*g*/2", "*ḡ*/2", "(3.4) and (3.6), of which it is made, have ḡ"),
+    Misprint(
+        "Section 4, Im *λ*",
+        "√([4 Det − Tr²]/2)",
+        "√(4 Det − Tr²)/2",
+        "(4.3); only so is |λ| = √Det = r², as the paper says in the same sentence",
+    ),
+    Misprint("Table 1; caption of Fig. 4", "Figure 1", "Figure 2", "Figure 1 is the sketch of the device"),
+)
+"""Slips that bear on every case."""
+
+CASES = (
+    PaperCase(
+        name="horizontal capsule, F = 3 N, length swept",
+        inclination_deg=0.0,
+        parameter=Parameter.LENGTH,
+        held=("amplitude_n", 3.0),
+        phases=(
+            PrintedPhase(CriticalKind.PITCHFORK, "C1", "3.66", "top"),
+            PrintedPhase(CriticalKind.PERIOD_DOUBLING, "B1", "3.02", "top"),
+        ),
+        letters=("A1", "A2", "A3"),
+        types=(
+            PrintedTypes(Family.SYMMETRIC, CriticalKind.PITCHFORK, (UNSTABLE, NODE, FOCUS)),
+            PrintedTypes(Family.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE, FOCUS, NODE)),
+        ),
+        motion=PrintedMotion("Fig. 3(a, b)", "0.3688", "0.7153", "0.5924", "0.5", "0.56"),
+        misprints=(
+            *SLIPS,
+            Misprint(
+                "Section 4, C1",
+                "saddle-node",
+                "pitchfork",
+                "the symmetric motion is on both sides of C1 and passes its stability to two asymmetric ones",
+            ),
+        ),
+    ),
+    PaperCase(
+        name="capsule at 45°, F = 3 N, length swept",
+        inclination_deg=45.0,
+        parameter=Parameter.LENGTH,
+        held=("amplitude_n", 3.0),
+        phases=(PrintedPhase(CriticalKind.PERIOD_DOUBLING, "B1", "0.49", "bottom"),),
+        letters=(),
+        types=(PrintedTypes(Family.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
+        motion=PrintedMotion("Fig. 3(c, d)", "0.4604", "1.004", "0.5635", "0.587", "0.69"),
+        misprints=SLIPS,
+    ),
+    PaperCase(
+        name="capsule at 45°, s = 0.75 m, force swept",
+        inclination_deg=45.0,
+        parameter=Parameter.AMPLITUDE,
+        held=("length_m", 0.75),
+        phases=(PrintedPhase(CriticalKind.PERIOD_DOUBLING, "B1", "0.22", "bottom"),),
+        letters=(),
+        types=(PrintedTypes(Family.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
+        motion=PrintedMotion("Fig. 3(e, f)", "0.2814", "0.726", "0.2101", "0.6507", "0.75"),
+        misprints=(
+            *SLIPS,
+            Misprint(
+                "Section 3, period 4",
+                "Figure 2 (g) and (h)",
+                "Figure 3 (g) and (h)",
+                "the phase portraits are in Figure 3",
+            ),
+        ),
+    ),
+)
 
 SYMMETRIC = 1e-9
 """Largest |q - 1/2| of what is meant to be the symmetric motion."""
@@ -34,16 +180,8 @@ LETTER_ONLY = "the paper gives the letter only"
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
-    """The paper beside a solution.
-
-    Attributes
-    ----------
-    case : str
-    rows, types : tuple of ComparedRow
-        Numbers, and the types of motion along the branches.
-    misprints : tuple of Misprint
-    """
+class PaperComparison:
+    """The paper beside a solution: its numbers, the types of motion along the branches, and the slips in the text."""
 
     case: str
     rows: tuple[ComparedRow, ...]
@@ -53,14 +191,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class ComparedRow:
-    """A number of the paper's, and ours.
-
-    Attributes
-    ----------
-    quantity, printed, ours, remark : str
-    agrees : bool or None
-        None where there is nothing to compare.
-    """
+    """A number of the paper's, and ours; `agrees` is None where there is nothing to compare."""
 
     quantity: str
     printed: str
@@ -69,21 +200,16 @@ class ComparedRow:
     agrees: bool | None
 
 
-def comparison(solution: Solution) -> Comparison | None:
-    """Set the paper's numbers beside ours; None where the scenario is not one of the paper's.
-
-    Parameters
-    ----------
-    solution : Solution
-    """
+def compare_with_paper(solution: Solution) -> PaperComparison | None:
+    """Set the paper's numbers beside ours; None where the scenario is not one of the paper's."""
     for case in CASES:
         if _is_case(solution, case):
             rows = (*_critical_rows(solution, case), *_motion_rows(solution, case))
-            return Comparison(case.name, rows, tuple(_type_rows(solution, case)), case.misprints) if rows else None
+            return PaperComparison(case.name, rows, tuple(_type_rows(solution, case)), case.misprints) if rows else None
     return None
 
 
-def _is_case(solution: Solution, case: Case) -> bool:
+def _is_case(solution: Solution, case: PaperCase) -> bool:
     device, sweep = solution.device, solution.sweep
     held, value = case.held
     same = (
@@ -96,7 +222,7 @@ def _is_case(solution: Solution, case: Case) -> bool:
         and getattr(device, held) == value
     )
     if not same or sweep is not None:
-        return same and sweep is not None and sweep.parameter == case.parameter
+        return same and sweep is not None and sweep.parameter is case.parameter
     return _rounds_to(float(device.groups(Parameter.LENGTH, device.length_m)[0]), case.motion.d)
 
 
@@ -125,20 +251,20 @@ def _row(quantity: str, printed: str, ours: float, remark: str = "") -> Compared
     return ComparedRow(quantity, printed, significant(ours, 8), remarks, agrees)
 
 
-def _critical_rows(solution: Solution, case: Case) -> Iterator[ComparedRow]:
+def _critical_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
     points = solution.critical_points
     for phase in case.phases:
-        found = [
+        candidates = [
             (abs(ours - float(phase.printed)), ours, mirrored, point)
             for point in points
-            if point.kind == phase.kind
+            if point.kind is phase.kind
             for ours, mirrored in _phases(point, phase.impact)
         ]
-        if not found:
+        if not candidates:
             continue
-        _, ours, mirrored, point = min(found, key=lambda each: each[0])
+        _, ours, mirrored, point = min(candidates, key=lambda candidate: candidate[0])
         where = f"phase at the {phase.impact} impact{' of the mirror image' if mirrored else ''}"
-        kind = "the paper's saddle-node is a pitchfork" if phase.kind == "pitchfork" else ""
+        kind = "the paper's saddle-node is a pitchfork" if phase.kind is CriticalKind.PITCHFORK else ""
         yield _row(f"{phase.letter}: *φ*", phase.printed, ours, "; ".join(filter(None, (where, kind))))
         yield _letter_row(phase.letter, point)
     for point in points:
@@ -158,12 +284,15 @@ def _phases(point: CriticalPoint, impact: str) -> Iterator[tuple[float, bool]]:
         yield (other + pi) % (2 * pi), True
 
 
-def _motion_rows(solution: Solution, case: Case) -> Iterator[ComparedRow]:
+def _motion_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
     """The motion of Fig. 3: ours at the printed d, compared within what the rounding of d leaves open."""
     printed, half, d = case.motion, _half(case.motion.d), float(case.motion.d)
-    sweep, guess = _sweep(solution), _guess(solution, d)
+    sweep = _sweep(solution)
     value = float(sweep.value(d, None))
-    if guess is None or not min(sweep.start, sweep.end) <= value <= max(sweep.start, sweep.end):
+    if not min(sweep.start, sweep.end) <= value <= max(sweep.start, sweep.end):
+        return
+    guess = _stable_motion(sweep, value)
+    if guess is None:
         return
     points = [
         polish(
@@ -199,37 +328,18 @@ def _sweep(solution: Solution) -> Sweep:
     return Sweep(solution.device, Parameter.LENGTH, length / 2, length * 2)
 
 
-def _guess(solution: Solution, d: float) -> tuple[float, float] | None:
-    """About u and phase of a solution's stable motion at a d, between the rows of a branch around it."""
-    motions = [branch.motions for branch in solution.branches]
-    if solution.diagram is None and solution.design is not None:
-        motions = [solution.design.motions]
-    found = []
-    for x in motions:
-        stable = np.nonzero(x.stable)[0]
-        if stable.size:
-            nearest = int(np.argmin(np.abs(x.d[stable] - d)))
-            rows = stable[max(nearest - 2, 0) : nearest + 3]
-            weights = _weights(x.d[rows], d)
-            u, phi = weights @ (x.q[rows] - 0.5), weights @ np.unwrap(x.phi_bottom[rows])
-            found.append((abs(float(x.d[stable[nearest]]) - d), float(u), float(phi)))
-    return min(found)[1:] if found else None
+def _stable_motion(sweep: Sweep, value: float) -> tuple[float, float] | None:
+    """U and phase of the first stable motion at a value of the swept parameter."""
+    d, gbar = (np.array([group], dtype=float) for group in sweep.device.groups(sweep.parameter, value))
+    motions = motions_of(sweep, sweep.level, find_motions(d, gbar, sweep.device.restitution, 1).orbit)
+    stable = np.flatnonzero(motions.stable)
+    return (float(motions.q[stable[0]]) - 0.5, float(motions.phi_bottom[stable[0]])) if stable.size else None
 
 
-def _weights(nodes: np.ndarray, at: float) -> np.ndarray:
-    """Weights of Lagrange's interpolation; of the nearest node alone where two coincide."""
-    gaps = nodes[:, None] - nodes[None, :] + np.eye(len(nodes))
-    if not gaps.all():
-        return np.asarray(np.arange(len(nodes)) == np.argmin(np.abs(nodes - at)), dtype=float)
-    shares = (at - nodes[None, :]) / gaps
-    np.fill_diagonal(shares, 1.0)
-    return np.asarray(shares.prod(axis=1))
-
-
-def _type_rows(solution: Solution, case: Case) -> Iterator[ComparedRow]:
+def _type_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
     points = solution.critical_points
     for types in case.types:
-        branch = next((point.branch for point in points if point.kind == types.kind), None)
+        branch = next((point.branch for point in points if point.kind is types.kind), None)
         ours = tuple(row.stability for row in solution.table if row.branch == branch)
         if ours:
             agrees = ours == types.words

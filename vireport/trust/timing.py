@@ -23,6 +23,9 @@ SAMPLE, MOST_CALLS = 2e-3, 100
 LONG, FEW = 0.04, 3
 """A call longer than this [s] is timed so many times at the most: no warming up shows in it."""
 
+LONGEST = 0.5
+"""A call longer than this [s] is timed once."""
+
 SHORT, MORE = 3e-3, 5
 """A call shorter than this [s] is sampled so many times as often: it costs little, and a busy machine disturbs it."""
 
@@ -60,28 +63,26 @@ def timed_in_turns(calls: Sequence[Callable[[], Any]], repeats: int, progress: P
     calls : sequence of callable
         Called before, so that what is loaded or compiled at a first call is not timed.
     repeats : int
-        Samples of each, at least one; fewer of long ones (`LONG`), more of short ones (`SHORT`).
+        Samples of each, at least one; fewer of long ones (`LONG`, `LONGEST`), more of short ones (`SHORT`).
     progress : callable, optional
         Told each round as it begins.
     """
-    times: list[list[float]] = [[] for _ in calls]
     enabled = gc.isenabled()
     gc.disable()
     try:
-        trial = [_once(call, 1) for call in calls]
-        counts = [min(MOST_CALLS, max(1, ceil(SAMPLE / max(t, 1e-6)))) for t in trial]
+        first = [_once(call, 1) for call in calls]
+        counts = [min(MOST_CALLS, max(1, ceil(SAMPLE / max(t, 1e-6)))) for t in first]
+        rounds = [repeats if t < LONG else 0 if t > LONGEST else min(repeats, FEW) - 1 for t in first]
+        times = [[t] if t >= LONG else [] for t in first]
         for k in range(repeats):
             if progress is not None:
                 progress(f"accuracy: run times, round {k + 1} of {repeats}")
-            for call, first, count, taken in zip(calls, trial, counts, times, strict=True):
-                if first < LONG or k < FEW - 1:
-                    taken += [_once(call, count) for _ in range(MORE if first < SHORT else 1)]
+            for i, call in enumerate(calls):
+                if k < rounds[i]:
+                    times[i] += [_once(call, counts[i]) for _ in range(MORE if first[i] < SHORT else 1)]
     finally:
         if enabled:
             gc.enable()
-    for first, taken in zip(trial, times, strict=True):
-        if first >= LONG:
-            taken.append(first)
     return [_spread(taken) for taken in times]
 
 
@@ -99,19 +100,21 @@ def _once(call: Callable[[], Any], calls: int) -> float:
 
 def machine() -> Machine:
     """Describe the machine, without its name."""
-    found = []
-    for name in COMPUTING:
-        try:
-            found.append((name, version(name)))
-        except PackageNotFoundError:
-            continue
+    versions = [(name, _version(name)) for name in COMPUTING]
     return Machine(
         _processor(),
         os.cpu_count() or 1,
         f"{platform.system()} {platform.machine()}",
         f"{platform.python_implementation()} {platform.python_version()}",
-        tuple(found),
+        tuple((name, found) for name, found in versions if found),
     )
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
 
 
 def _processor() -> str:

@@ -1,14 +1,15 @@
 """Error against run time: every method on this scenario's own motion and critical point, against 40 digits.
 
-Turns a study into measured runs. All methods start from one guess, wrong in the second or third digit, and use one
-iteration, so that they differ in what it is applied to. Errors and counts are the same in every run; times are not.
+A table of runs, one for each method, setting and task, judged by one function. All methods start from one guess, wrong
+in the second or third digit. Errors and counts are the same in every run of the study; times are not.
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from importlib.util import find_spec
 from math import inf, log10
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -17,10 +18,10 @@ import numpy as np
 
 from vireport.errors import NumericalError
 from vireport.progress import Progress
-from vireport.trust.contenders import WHOLE, Contender, contenders
-from vireport.trust.integrators import Budget
+from vireport.trust.benchmark import Benchmark, MethodTask, Quantity, Target, benchmark_of
+from vireport.trust.flights import Budget
+from vireport.trust.methods import METHODS, WHOLE, Knob, Method
 from vireport.trust.timing import Machine, Spread, machine, timed_in_turns
-from vireport.trust.yardstick import Quantity, Yardstick, yardstick
 
 if TYPE_CHECKING:
     from vireport.analysis import Solution
@@ -32,20 +33,22 @@ WRONG = 0.1
 """Error from which a method has found something else than what was asked for: far more than the guess is off."""
 
 ELSEWHERE = 1e-6
-"""The same, over three, where a method has no error of its own but that of differences."""
+"""The same, over three, where a method has no error of its own."""
 
 ASYMPTOTIC = 0.03
 """Error above which a run is left out of a fitted order."""
 
-FLOORS = {"orbit": 1e-13, "critical": 1e-11}
-"""Error below which rounding is seen, and a run is left out of a fitted order: of a lap, and of the differences of laps
-that the multipliers are taken from."""
+FLOOR = 1e-13
+"""Error below which rounding is seen, and a run is left out of a fitted order."""
 
 LEAST_POINTS = 3
 """Of a fit."""
 
-LOST = (NumericalError, ArithmeticError, ValueError, Warning)
+FAILURES = (NumericalError, ArithmeticError, ValueError, Warning)
 """What a method that fails raises; warnings of the integrators count as failures."""
+
+INSTALL = {"numba": "pip install 'vireport[simulation]'"}
+"""How to get what a method needs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +57,11 @@ class MethodRun:
 
     Attributes
     ----------
-    method, knob : str
-        As in `Contender`.
+    method : str
+    knob : Knob
+        What the setting is.
     setting : float
-    task : str
-        ``orbit`` or ``critical``.
+    task : MethodTask
     errors : dict
         By the key of the quantity; empty where it failed.
     seconds : Spread or None
@@ -70,9 +73,9 @@ class MethodRun:
     """
 
     method: str
-    knob: str
+    knob: Knob
     setting: float
-    task: str
+    task: MethodTask
     errors: dict[str, float]
     seconds: Spread | None
     evaluations: int
@@ -90,50 +93,26 @@ class Order:
 
     Attributes
     ----------
-    method, task : str
+    method : str
+    task : MethodTask
     against : str
         ``step``, ``tolerance`` or ``evaluations``: error ~ step^order, tolerance^order, evaluations^(-order).
     fitted : float
     theory : tuple of float
-        The range that theory gives; empty where it gives none.
+        Empty where theory gives none.
     first, last : float
         Ends of the range that was fitted, coarse to fine: steps a period, tolerances or numbers of evaluations.
     points : int
     """
 
     method: str
-    task: str
+    task: MethodTask
     against: str
     fitted: float
     theory: tuple[float, ...]
     first: float
     last: float
     points: int
-
-
-@dataclass(frozen=True, slots=True)
-class Fastest:
-    """Which method reaches an accuracy soonest.
-
-    Attributes
-    ----------
-    task : str
-    accuracy : float
-    method : str
-        "" where none does.
-    seconds : float
-    factors : tuple of (str, float)
-        Of each other method that reaches it too: how many times as long it takes, ascending.
-    short : tuple of str
-        Methods that do not reach it.
-    """
-
-    task: str
-    accuracy: float
-    method: str
-    seconds: float
-    factors: tuple[tuple[str, float], ...]
-    short: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,18 +123,16 @@ class WorkPrecision:
     ----------
     nothing : str
         Why nothing can be compared, or "".
-    yardstick : Yardstick or None
-        The tasks and the reference; None where nothing can be compared.
-    runs : tuple of MethodRun
-    orders : tuple of Order
+    benchmark : Benchmark or None
+        The targets and the exact answers; None where nothing can be compared.
     absent : tuple of (str, str)
         Methods that could not be tried, and why.
-    machine : Machine
     repeats : int
+        Samples of each time.
     """
 
     nothing: str
-    yardstick: Yardstick | None
+    benchmark: Benchmark | None
     runs: tuple[MethodRun, ...]
     orders: tuple[Order, ...]
     absent: tuple[tuple[str, str], ...]
@@ -165,33 +142,30 @@ class WorkPrecision:
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """What was to be found."""
-        return self.yardstick.quantities if self.yardstick is not None else ()
+        return self.benchmark.quantities if self.benchmark is not None else ()
 
     @property
-    def tasks(self) -> tuple[str, ...]:
-        """``orbit`` and, where there is a critical point, ``critical``."""
+    def tasks(self) -> tuple[MethodTask, ...]:
+        """The motion and, where there is one, the critical point."""
         return tuple(dict.fromkeys(quantity.task for quantity in self.quantities))
 
-    def best(self, method: str, task: str, accuracy: float) -> MethodRun | None:
+    def runs_of(self, method: str, task: MethodTask) -> tuple[MethodRun, ...]:
+        """The runs of a method on a task, from coarse to fine."""
+        return tuple(run for run in self.runs if (run.method, run.task) == (method, task))
+
+    def best(self, method: str, task: MethodTask, accuracy: float) -> MethodRun | None:
         """The fastest run of a method on a task that is as accurate as that."""
-        good = (r for r in self.runs if (r.method, r.task) == (method, task) and r.error <= accuracy)
+        good = (run for run in self.runs_of(method, task) if run.error <= accuracy)
         return min(good, key=lambda run: run.seconds.median if run.seconds else inf, default=None)
 
-    def fastest(self, accuracy: float) -> tuple[Fastest, ...]:
-        """Which method reaches an accuracy soonest from the guess, for each task.
+    def fastest(self, task: MethodTask, accuracy: float) -> float:
+        """The shortest median time [s] in which a method reaches an accuracy from the guess, infinite where none does.
 
-        The solution of the whole sweep needs no guess and answers more; it is not ranked.
+        The solution of the whole sweep needs no guess and answers more; it does not count.
         """
-        found = []
-        for task in self.tasks:
-            tried = dict.fromkeys(run.method for run in self.runs if run.task == task and run.method != WHOLE)
-            best = {name: self.best(name, task, accuracy) for name in tried}
-            times = sorted((run.seconds.median, name) for name, run in best.items() if run and run.seconds)
-            first = times[0] if times else (inf, "")
-            factors = tuple((name, seconds / first[0]) for seconds, name in times[1:])
-            short = tuple(name for name, run in best.items() if run is None)
-            found.append(Fastest(task, accuracy, first[1], first[0], factors, short))
-        return tuple(found)
+        tried = dict.fromkeys(run.method for run in self.runs if run.method != WHOLE)
+        best = (self.best(name, task, accuracy) for name in tried)
+        return min((run.seconds.median for run in best if run and run.seconds), default=inf)
 
 
 def measure(solution: Solution, repeats: int = 5, progress: Progress | None = None) -> WorkPrecision:
@@ -208,99 +182,123 @@ def measure(solution: Solution, repeats: int = 5, progress: Progress | None = No
     Raises
     ------
     NumericalError
-        If mpmath is missing, or the reference cannot be computed.
+        If the reference cannot be computed.
     """
-    stick = yardstick(solution)
-    if stick is None:
+    benchmark = benchmark_of(solution)
+    if benchmark is None:
         reason = "there is no stable admissible 1:1 motion to measure on"
         return WorkPrecision(reason, None, (), (), (), machine(), repeats)
-    label = stick.point.label if stick.point is not None else ""
-    tried, absent = contenders(solution, stick.orbit, stick.critical, label)
-    return compare(stick, tried, absent, repeats, progress)
+    return compare(benchmark, METHODS, repeats, progress)
 
 
 def compare(
-    stick: Yardstick,
-    tried: Iterable[Contender],
-    absent: tuple[tuple[str, str], ...],
-    repeats: int,
-    progress: Progress | None = None,
+    benchmark: Benchmark, methods: Iterable[Method], repeats: int, progress: Progress | None = None
 ) -> WorkPrecision:
     """Measure given methods; see `measure`."""
     trials: list[tuple[MethodRun, Callable[[], Any] | None]] = []
     orders: list[Order] = []
-    for one in tried:
+    absent: list[tuple[str, str]] = []
+    for method in methods:
+        if method.needs and find_spec(method.needs) is None:
+            absent.append((method.name, f"needs the package {method.needs}: {INSTALL[method.needs]}"))
+            continue
         if progress is not None:
-            progress(f"accuracy: {one.name}")
-        for task, solver in (("orbit", one.orbit), ("critical", one.critical)):
-            if solver is not None:
-                ladder = list(_ladder(one, task, solver, stick))
+            progress(f"accuracy: {method.name}")
+        tasks = (
+            (MethodTask.ORBIT, benchmark.motion, method.motion),
+            (MethodTask.CRITICAL, benchmark.critical, method.critical),
+        )
+        for task, target, solver in tasks:
+            if target is not None and solver is not None:
+                ladder = list(_ladder(method, task, target, solver, benchmark))
                 trials += ladder
-                orders += _orders(one, task, [run for run, _ in ladder])
-    spreads = iter(timed_in_turns([solve for _, solve in trials if solve is not None], repeats, progress))
-    runs = tuple(run if solve is None else replace(run, seconds=next(spreads)) for run, solve in trials)
-    return WorkPrecision("", stick, runs, tuple(orders), absent, machine(), repeats)
+                orders += _orders(method, task, [run for run, _ in ladder])
+    spreads = iter(timed_in_turns([call for _, call in trials if call is not None], repeats, progress))
+    runs = tuple(run if call is None else replace(run, seconds=next(spreads)) for run, call in trials)
+    return WorkPrecision("", benchmark, runs, tuple(orders), tuple(absent), machine(), repeats)
 
 
 def _ladder(
-    one: Contender, task: str, solver: Callable[[float, Budget], Any], stick: Yardstick
+    method: Method,
+    task: MethodTask,
+    target: Target,
+    solver: Callable[[Target, float, Budget], Any],
+    benchmark: Benchmark,
 ) -> Iterator[tuple[MethodRun, Callable[[], Any] | None]]:
-    """The runs of a method from coarse to fine, and what is to be timed where they did not fail.
+    """The runs of a method on a task from coarse to fine, and what is to be timed where they did not fail.
 
     Finer ones than one that spent the budget are not tried.
     """
-    exhausted = ""
-    for setting in one.settings:
-        budget = Budget(one.most)
+    exhausted = False
+    for setting in method.settings:
+        budget = Budget(method.most)
 
-        def solve(setting: float = setting, budget: Budget = budget) -> Any:
+        def call(setting: float = setting, budget: Budget = budget) -> Any:
             budget.spent = 0
-            return solver(setting, budget)
+            return solver(target, setting, budget)
 
+        run = MethodRun(method.name, method.knob, setting, task, {}, None, 0)
         if exhausted:
-            yield MethodRun(one.name, one.knob, setting, task, {}, None, 0, exhausted), None
+            yield replace(run, failed="not tried: a coarser setting spent the budget"), None
             continue
-        errors: dict[str, float] = {}
-        started, failed = perf_counter(), ""
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")
-                errors = stick.errors(solve())
-        except LOST as error:
-            failed = str(error) or type(error).__name__
-            exhausted = "not tried: a coarser setting spent the budget" if budget.spent > budget.most else ""
+        started = perf_counter()
+        errors, failed = _judged(call, benchmark, _limit(method, setting))
         took = perf_counter() - started
-        far = max(errors.values(), default=0.0)
-        if far > _limit(one.knob, setting):
-            failed = f"found something else, {far:.2g} away"
-        run = MethodRun(one.name, one.knob, setting, task, {} if failed else errors, None, budget.spent, failed)
-        yield (replace(run, seconds=Spread(took, took, took)), None) if failed else (run, solve)
+        run = replace(run, errors=errors, evaluations=budget.spent, failed=failed)
+        yield (replace(run, seconds=Spread(took, took, took)), None) if failed else (run, call)
+        exhausted = budget.spent > budget.most
 
 
-def _limit(knob: str, setting: float) -> float:
+def _judged(call: Callable[[], Any], benchmark: Benchmark, limit: float) -> tuple[dict[str, float], str]:
+    """Errors of what a method finds, or why it failed."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            errors = benchmark.errors(call())
+    except FAILURES as error:
+        return {}, str(error) or type(error).__name__
+    largest = max(errors.values())
+    return ({}, f"found something else, {largest:.2g} away") if largest > limit else (errors, "")
+
+
+def _limit(method: Method, setting: float) -> float:
     """Error from which a run has found something else; less where nothing but Newton's stop limits it."""
-    return min(WRONG, 3 * max(setting, ELSEWHERE)) if knob in ("stop", "") else WRONG
+    return WRONG if method.knob.limits_accuracy else min(WRONG, 3 * max(setting, ELSEWHERE))
 
 
-def _orders(one: Contender, task: str, ladder: list[MethodRun]) -> Iterator[Order]:
-    """Least squares of the logarithm of the error, over the runs between the first digits and rounding."""
-    if one.order is None:
-        return
-    good = [run for run in ladder if FLOORS[task] < run.error < ASYMPTOTIC]
-    against = "step" if one.knob == "steps" else "tolerance"
-    sign = -1 if against == "step" else 1
-    # Multipliers from differences keep e^(4/5) of the error e of a lap that is irregular on the scale of e.
-    theory = (one.order,) if task == "orbit" or against == "step" else (0.8 * one.order, one.order)
-    yield from _fit(one.name, task, against, good, [run.setting for run in good], sign, theory)
-    if one.cost_order is not None:
-        theory = (one.cost_order,) if task == "orbit" else (0.8 * one.cost_order, one.cost_order)
-        yield from _fit(one.name, task, "evaluations", good, [float(r.evaluations) for r in good], -1, theory)
+def _orders(method: Method, task: MethodTask, ladder: list[MethodRun]) -> Iterator[Order]:
+    """Fits over the runs between the first digits and rounding."""
+    good = [run for run in ladder if FLOOR < run.error < ASYMPTOTIC]
+    if method.order is not None:
+        against, sign = ("step", -1) if method.knob is Knob.STEPS else ("tolerance", 1)
+        yield from _fit(method.name, task, against, good, [run.setting for run in good], sign, method.order)
+    if method.cost_order is not None:
+        yield from _fit(
+            method.name, task, "evaluations", good, [float(run.evaluations) for run in good], -1, method.cost_order
+        )
 
 
 def _fit(
-    method: str, task: str, against: str, runs: list[MethodRun], x: list[float], sign: int, theory: tuple[float, ...]
+    method: str, task: MethodTask, against: str, runs: list[MethodRun], x: list[float], sign: int, theory: float
 ) -> Iterator[Order]:
-    if len(set(x)) < LEAST_POINTS:
-        return
-    slope = np.polyfit([log10(value) for value in x], [log10(run.error) for run in runs], 1)[0]
-    yield Order(method, task, against, sign * float(slope), theory, x[0], x[-1], len(x))
+    """Least squares of the logarithm of the error."""
+    if len(set(x)) >= LEAST_POINTS:
+        slope = np.polyfit([log10(value) for value in x], [log10(run.error) for run in runs], 1)[0]
+        yield Order(method, task, against, sign * float(slope), (theory,), x[0], x[-1], len(x))
+
+
+def accuracy_data(work: WorkPrecision) -> dict[str, Any]:
+    """Errors and times of every method and setting as plain data, for results.json and accuracy.json.
+
+    Times differ from run to run; nothing else does.
+    """
+    return {
+        "nothing": work.nothing or None,
+        "value": work.benchmark.value if work.benchmark is not None else None,
+        "repeats": work.repeats,
+        "machine": asdict(work.machine),
+        "quantities": [asdict(quantity) for quantity in work.quantities],
+        "runs": [asdict(run) for run in work.runs],
+        "orders": [asdict(order) for order in work.orders],
+        "left_out": [{"method": method, "why": why} for method, why in work.absent],
+    }

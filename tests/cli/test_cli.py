@@ -1,0 +1,256 @@
+"""The command line as its users meet it: exit codes, streams, files, messages."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import signal
+import stat
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from bad_scenarios import BAD_SCENARIOS
+
+from vireport.cli import main
+
+
+def heeding_ctrl_c() -> None:
+    """In a child: take Ctrl-C, also where the tests were started in the background of a script and ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def vireport(*arguments: str, stdin: bytes = b"", cwd: Path | None = None) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run([sys.executable, "-m", "vireport", *arguments], input=stdin, capture_output=True, cwd=cwd)
+
+
+ALL = {"report.html", "report.pdf", "figure-2.png", "figure-4.png", "figure-7.png", "results.json", "branches.csv"}
+
+
+@pytest.mark.parametrize("name", ["horizontal", "inclined", "inclined-forcing"])
+def test_every_output_of_an_example(name: str, example, tmp_path: Path) -> None:
+    run = vireport(str(example(name)), cwd=tmp_path)
+    assert run.returncode == 0, run.stderr.decode()
+    folder = tmp_path / name
+    assert {path.name for path in folder.iterdir()} == ALL
+    assert run.stdout == b""
+    assert b"wrote" in run.stderr
+    assert (folder / "report.pdf").read_bytes().startswith(b"%PDF-")
+    assert (folder / "figure-2.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_design_point_draws_no_bifurcation_figure(example, tmp_path: Path) -> None:
+    run = vireport(str(example("design-point")), "-o", str(tmp_path / "out"))
+    assert run.returncode == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"report.html", "report.pdf", "results.json"}
+
+
+def test_the_same_input_gives_the_same_bytes(example, tmp_path: Path) -> None:
+    digests = []
+    for folder in ("one", "two"):
+        vireport(str(example("horizontal")), "-o", str(tmp_path / folder))
+        digests.append({p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in (tmp_path / folder).iterdir()})
+    assert digests[0] == digests[1]
+    assert set(digests[0]) == ALL
+
+
+def test_json_is_alone_on_stdout_and_writes_no_file(example, tmp_path: Path) -> None:
+    run = vireport("run", str(example("inclined")), "--json", cwd=tmp_path)
+    assert run.returncode == 0
+    assert run.stderr == b""
+    assert json.loads(run.stdout)["schema_version"] == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_default_command_and_run_are_the_same(example) -> None:
+    one, two = vireport(str(example("inclined")), "--json"), vireport("run", str(example("inclined")), "--json")
+    assert one.stdout == two.stdout
+    assert vireport("--json", str(example("inclined"))).stdout == one.stdout
+
+
+def test_standard_input(example, tmp_path: Path) -> None:
+    text = example("inclined").read_bytes()
+    results = json.loads(vireport("-", "--json", stdin=text).stdout)
+    assert results["critical_points"]
+    run = vireport("-", "--format", "csv", stdin=text, cwd=tmp_path)
+    assert run.returncode == 0
+    assert (tmp_path / "stdin" / "branches.csv").exists()
+
+
+def test_overrides_reach_the_results(example) -> None:
+    run = vireport(str(example("inclined")), "--json", "--set", "device.restitution=0.6", "--set", "inclination_deg=30")
+    scenario = json.loads(run.stdout)["scenario"]
+    assert scenario["device"]["restitution"] == 0.6
+    assert scenario["inclination_deg"] == 30
+
+
+def test_formats_narrow_what_is_written(example, tmp_path: Path) -> None:
+    run = vireport(str(example("inclined")), "-o", str(tmp_path / "a/b"), "--format", "csv,json", "--format", "png")
+    assert run.returncode == 0
+    assert {path.name for path in (tmp_path / "a/b").iterdir()} == ALL - {"report.html", "report.pdf"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fragment"),
+    [
+        (["nothing.yaml"], "nothing.yaml"),
+        (["validat", "x.yaml"], "did you mean the command 'validate'"),
+        (["run"], "Missing argument"),
+        (["--nope", "x.yaml"], "No such option"),
+        (["run", "examples/inclined.yaml", "--format", "docx"], "allowed: html, pdf"),
+        (["run", "examples/inclined.yaml", "--json", "-o", "x"], "leave out --output"),
+        (["run", "examples/inclined.yaml", "--set", "device.lenght_m=1"], "did you mean"),
+        (["run", "examples"], "folder"),
+        (["run", "examples/inclined.yaml", "-o", "/dev/null/x"], "cannot be written"),
+        (["run", "examples/inclined.yaml", "--templates", "no-such-folder"], "no-such-folder"),
+    ],
+)
+def test_usage_mistakes(arguments: list[str], fragment: str) -> None:
+    run = vireport(*arguments, cwd=Path(__file__).parents[2])
+    assert run.returncode == 2, run.stderr.decode()
+    assert fragment in run.stderr.decode()
+    assert "Traceback" not in run.stderr.decode()
+    assert run.stdout == b""
+
+
+@pytest.mark.parametrize("bad", BAD_SCENARIOS, ids=lambda bad: bad.name)
+def test_a_broken_scenario_exits_with_2_and_no_traceback(
+    bad, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "broken.yaml"
+    path.write_bytes(bad.text if isinstance(bad.text, bytes) else bad.text.encode("utf-8", "surrogatepass"))
+    assert main(["validate", str(path)]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "Traceback" not in err
+    for line, key, fragment in bad.expected:
+        assert any(
+            report.startswith(f"{path}:{line}: ") and key in report and fragment in report
+            for report in err.splitlines()
+        ), (line, key, fragment, err)
+
+
+def test_a_real_process_refuses_a_broken_scenario(tmp_path: Path) -> None:
+    (tmp_path / "x.yaml").write_text("schema_version: 1\ndevice: [1]\n")
+    run = vireport("x.yaml", cwd=tmp_path)
+    assert run.returncode == 2
+    assert run.stderr.decode().startswith("x.yaml:")
+    assert list(tmp_path.iterdir()) == [tmp_path / "x.yaml"]
+
+
+def test_a_case_outside_the_theory_exits_with_3(example) -> None:
+    run = vireport(str(example("inclined")), "--json", "--set", "device.restitution=1")
+    assert run.returncode == 3
+    assert b"restitution" in run.stderr
+    assert b"Traceback" not in run.stderr
+
+
+def test_plan_says_what_runs_and_what_is_left_out(example) -> None:
+    text = vireport("plan", str(example("design-point"))).stdout.decode()
+    lines = {line.split()[1]: line for line in text.splitlines()}
+    assert lines["figure-2"].startswith("skip")
+    assert "no sweep" in lines["figure-2"]
+    assert lines["design"].startswith("run")
+    full = vireport("plan", str(example("horizontal"))).stdout.decode()
+    skipped = {line.split()[1]: line for line in full.splitlines() if line.startswith("skip")}
+    assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", "accuracy", "compliant"}
+    for name, line in skipped.items():
+        assert f"no {'accuracy' if name in ('accuracy', 'compliant') else 'simulation'} block" in line
+    sparse = vireport("plan", str(example("horizontal")), "--format", "json").stdout.decode()
+    assert "no figure, HTML or PDF is asked for" in sparse
+
+
+def test_without_a_ball_mass_no_energy_is_evaluated(example, tmp_path: Path) -> None:
+    text = "".join(
+        line
+        for line in example("inclined").read_text().splitlines(keepends=True)
+        if not line.lstrip().startswith("ball_mass_kg")
+    )
+    (tmp_path / "massless.yaml").write_text(text)
+    run = vireport("massless.yaml", cwd=tmp_path)
+    assert run.returncode == 0, run.stderr.decode()
+    assert {path.name for path in (tmp_path / "massless").iterdir()} == ALL - {"figure-7.png"}
+    results = json.loads((tmp_path / "massless/results.json").read_text())
+    assert "u_ave_v" not in results["branches"][0]
+    assert any("ball_mass_kg" in entry["why"] for entry in results["left_out"])
+
+
+def test_init_writes_a_scenario_that_runs_and_never_overwrites(tmp_path: Path) -> None:
+    assert vireport("init", cwd=tmp_path).returncode == 0
+    assert vireport("validate", "scenario.yaml", cwd=tmp_path).returncode == 0
+    assert vireport("scenario.yaml", "--json", cwd=tmp_path).returncode == 0
+    before = (tmp_path / "scenario.yaml").read_bytes()
+    again = vireport("init", cwd=tmp_path)
+    assert again.returncode == 2
+    assert b"exists already" in again.stderr
+    assert (tmp_path / "scenario.yaml").read_bytes() == before
+
+
+def test_schema_is_json_and_names_every_block() -> None:
+    schema = json.loads(vireport("schema").stdout)
+    assert {"device", "excitation", "sweep"} <= set(schema["properties"])
+
+
+def test_version_and_help() -> None:
+    assert vireport("--version").stdout.startswith(b"vireport ")
+    text = vireport("--help").stdout.decode()
+    for command in ("run", "validate", "schema", "init", "plan"):
+        assert command in text
+    assert vireport().returncode == 2
+
+
+def test_a_reader_that_goes_away_is_no_error(example) -> None:
+    command = f"{sys.executable} -m vireport {example('inclined')} --json | head -c 10"
+    run = subprocess.run(command, shell=True, capture_output=True)
+    assert b"Traceback" not in run.stderr
+    assert run.stdout == b'{\n"schema_'
+
+
+def test_interrupting_leaves_old_files_and_nothing_half_written(example, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "results.json").write_text("old")
+    code = (
+        "import os, signal, vireport.files as o\n"
+        "real = o.write_whole\n"
+        "def write(path, data):\n"
+        "    if path.name == 'results.json': os.kill(os.getpid(), signal.SIGINT)\n"
+        "    real(path, data)\n"
+        "o.write_whole = write\n"
+        "import sys; from vireport.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code, str(example("inclined")), "-o", str(out), "--format", "json,csv"],
+        preexec_fn=heeding_ctrl_c,
+        capture_output=True,
+    )
+    assert run.returncode == 130
+    assert (out / "results.json").read_text() == "old"
+    assert {path.name for path in out.iterdir()} <= {"results.json", "branches.csv"}
+    assert b"Traceback" not in run.stderr
+
+
+def test_files_get_the_permissions_that_the_user_asked_for(example, tmp_path: Path) -> None:
+    previous = os.umask(0o027)
+    try:
+        vireport(str(example("inclined")), "-o", str(tmp_path / "out"), "--format", "csv")
+    finally:
+        os.umask(previous)
+    assert stat.S_IMODE((tmp_path / "out/branches.csv").stat().st_mode) == 0o640
+
+
+def test_ctrl_c_of_a_real_process(example, tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "vireport", "-", "-o", str(tmp_path / "out")],
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        preexec_fn=heeding_ctrl_c,
+    )
+    time.sleep(1.0)  # it waits for its scenario
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert b"Traceback" not in err

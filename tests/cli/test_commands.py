@@ -1,0 +1,117 @@
+"""The commands beside `run`, as their users meet them: exit codes, streams and files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from vireport.cli import main
+
+MAP = Path(__file__).resolve().parents[2] / "examples" / "maps" / "map.yaml"
+
+
+@pytest.fixture
+def quick(monkeypatch) -> None:
+    """Of the accuracy study only the closed form, so that it takes no time."""
+    from vireport.trust import workprecision
+
+    monkeypatch.setattr(workprecision, "METHODS", workprecision.METHODS[:2])
+
+
+def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path, capsys) -> None:
+    text = "".join(row for row in example("inclined").read_text().splitlines(True) if "ball_mass" not in row)
+    (tmp_path / "massless.yaml").write_text(text)
+    folder = tmp_path / "out"
+    assert main(["accuracy", str(tmp_path / "massless.yaml"), "-o", str(folder)]) == 0
+    out = capsys.readouterr().out
+    assert "closed form" in out
+    assert "device.ball_mass_kg is not given" in out
+    found = json.loads((folder / "accuracy.json").read_text())
+    errors = [e for run in found["accuracy"]["runs"] if run["method"] == "closed form" for e in run["errors"].values()]
+    assert min(errors) < 1e-15
+    assert found["compliant"] is None
+    assert (folder / "figure-accuracy.png").read_bytes().startswith(b"\x89PNG")
+    assert not (folder / "figure-stiffness.png").exists()
+
+
+def test_a_report_has_the_section_where_the_scenario_asks_for_it(quick, example, tmp_path: Path) -> None:
+    asked = ["--set", "accuracy.repeats=1", "--set", "accuracy.compliant_membrane=false"]
+    folder = tmp_path / "out"
+    assert main(["run", str(example("inclined")), *asked, "-o", str(folder), "--format", "html,json,png", "-q"]) == 0
+    page = (folder / "report.html").read_text()
+    assert "Error against run time" in page
+    assert "accuracy.compliant_membrane is false" in page or "compliant_membrane is false" in page
+    assert (folder / "figure-accuracy.png").exists()
+    results = json.loads((folder / "results.json").read_text())
+    assert results["accuracy"]["quantities"]
+    assert results["compliant"] is None
+
+
+def test_certify_prints_enclosures_and_keeps_them(example, tmp_path: Path, capsys) -> None:
+    pytest.importorskip("flint")
+    code = main(["run", str(example("inclined")), "--certify", "-o", str(tmp_path), "--format", "json", "-q"])
+    assert code == 0
+    assert "0.62945714101175734927828" in capsys.readouterr().out
+    (one,) = json.loads((tmp_path / "results.json").read_text())["certificates"]
+    assert one["proved"]
+    assert one["bound_holds"]
+
+
+def test_certify_without_a_sweep_says_that_there_is_nothing(example, tmp_path: Path, capsys) -> None:
+    pytest.importorskip("flint")
+    main(["run", str(example("design-point")), "--certify", "-o", str(tmp_path), "--format", "json", "-q"])
+    assert "no sweep" in capsys.readouterr().out
+
+
+def test_diff_by_its_exit_code(example, tmp_path: Path, capsys) -> None:
+    scenario = str(example("inclined"))
+    assert main(["run", scenario, "-o", str(tmp_path), "--format", "json", "-q"]) == 0
+    old = str(tmp_path / "results.json")
+    assert main(["diff", old, scenario]) == 0
+    assert main(["diff", old, scenario, "--set", "device.restitution=0.51", "--markdown"]) == 1
+    assert "B1" in capsys.readouterr().out
+    assert main(["diff", str(tmp_path / "absent.json"), scenario]) == 2
+
+
+def test_compare_writes_its_files(example, tmp_path: Path) -> None:
+    files = [str(example(name)) for name in ("inclined", "inclined-forcing")]
+    assert main(["compare", *files, "-o", str(tmp_path), "--format", "json,csv,html", "-q"]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"compare.json", "compare.csv", "report.html"}
+    assert main(["compare", files[0]]) == 2
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
+    from vireport.errors import NumericalError
+    from vireport.extremes import catalogue
+    from vireport.extremes.judge import Case, Finding
+
+    def refused():
+        raise NumericalError("a reason")
+
+    case = Case(
+        "test", "made up", "refused", refused, lambda answer: Finding(""), refusal="reason" if alone else "other"
+    )
+    monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (case,))
+    assert main(["extremes"]) == (0 if alone else 1)
+    assert "made up" in capsys.readouterr().out
+    assert main(["extremes", "--set", "inclination_deg=1"]) == 2
+
+
+def test_explain(capsys) -> None:
+    assert main(["explain", "vr010"]) == 0
+    assert capsys.readouterr().out.startswith("VR010 (warning)")
+    assert main(["explain", "VR999"]) == 2
+
+
+def test_sweep_writes_a_map(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    text = MAP.read_text().replace("count: 60", "count: 5").replace("count: 80", "count: 4")
+    (tmp_path / "map.yaml").write_text(text)
+    arguments = ["sweep", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "m"), "-q"]
+    assert main([*arguments, "--no-figures", "--workers", "1"]) == 0
+    first = (tmp_path / "m" / "map.parquet").read_bytes()
+    assert main([*arguments, "--no-figures"]) == 0
+    assert (tmp_path / "m" / "map.parquet").read_bytes() == first

@@ -1,0 +1,80 @@
+"""What a command comes to: printed, written and said, each on its stream, and the exit code."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from vireport.cli.outcome import Outcome, deliver
+from vireport.errors import UsageError
+from vireport.files import write_whole
+
+
+def test_everything_goes_where_it_belongs(tmp_path: Path, capsys) -> None:
+    outcome = Outcome("β\n", {"a.txt": b"1", "b.txt": b"2"}, "done", "not met")
+    deliver(outcome, tmp_path / "new" / "folder")
+    out, err = capsys.readouterr()
+    folder = tmp_path / "new" / "folder"
+    assert out == "β\n"
+    assert err == f"done\nwrote {folder}/a.txt, {folder}/b.txt\n"
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == outcome.files
+
+
+def test_without_files_there_is_no_folder(tmp_path: Path, capsys) -> None:
+    deliver(Outcome(b"text"), tmp_path / "folder")
+    assert capsys.readouterr() == ("text", "")
+    assert not (tmp_path / "folder").exists()
+
+
+@pytest.mark.parametrize(("summary", "quiet"), [("", False), ("done", True)])
+def test_a_failure_is_told_where_the_summary_is_not(summary: str, quiet: bool, capsys) -> None:
+    with pytest.raises(typer.Exit) as caught:
+        deliver(Outcome(summary=summary, failure="1 of 2 requirements is not met", exit_code=1), quiet=quiet)
+    assert caught.value.exit_code == 1
+    assert capsys.readouterr().err == "vireport: 1 of 2 requirements is not met\n"
+
+
+def test_a_folder_that_cannot_be_written_to(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match="cannot be written"):
+        deliver(Outcome(files={"a": b""}), tmp_path / "file")
+
+
+def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    with pytest.raises(TypeError):
+        write_whole(path, "no bytes")  # type: ignore[arg-type]
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_steps_are_shown_on_a_terminal_and_nothing_is_left_of_them(example, tmp_path: Path) -> None:
+    pty = pytest.importorskip("pty")
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "vireport", str(example("design-point")), "-o", str(tmp_path), "--format", "json"]
+    environment = {**os.environ, "TERM": "xterm"}
+    process = subprocess.Popen(command, stderr=theirs, stdout=subprocess.PIPE, env=environment)
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            part = os.read(ours, 4096)
+        except OSError:  # the other end is closed
+            break
+        if not part:
+            break
+        shown += part
+    os.close(ours)
+    assert process.communicate()[0] == b""
+    assert process.returncode == 0
+    steps, erased, summary = shown.rpartition(b"\x1b[2K")
+    assert b"solving" in steps
+    assert erased
+    assert b"solving" not in summary
+    assert b"wrote" in summary

@@ -1,0 +1,408 @@
+"""Comparing scenarios: the numbers of the paper side by side, figures on shared axes, sentences that name both."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+import vireport
+from vireport import analyse, load
+from vireport.comparison.comparison import Comparison, compare, left_out
+from vireport.comparison.differences import Difference, listed
+from vireport.comparison.figures import compare_figure, compare_pictures
+from vireport.comparison.outputs import comparison_provenance, render_comparison, write_comparison
+from vireport.comparison.pages import build_comparison_report
+from vireport.errors import NumericalError, ScenarioError, UsageError
+from vireport.report.pages import Table
+from vireport.report.rendering import render_html
+from vireport.study.study import Study
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+THREE = ("horizontal", "inclined", "inclined-forcing")
+PAPER_PANELS = {"figure-2": (3, 3), "figure-4": (2, 3), "figure-7": (1, 3)}
+
+
+@cache
+def study(name: str, *overrides: str) -> Study:
+    return analyse(load(EXAMPLES / f"{name}.yaml", overrides))
+
+
+@cache
+def three() -> Comparison:
+    return compare([study(name) for name in THREE])
+
+
+@cache
+def inclinations() -> Comparison:
+    return compare(EXAMPLES / "inclined.yaml", vary={"inclination_deg": [0, 5, 15, 30, 45]})
+
+
+def found(comparison: Comparison, start: str, end: str = "") -> Difference:
+    (one,) = [x for x in comparison.quantities if x.quantity.startswith(start) and x.quantity.endswith(end)]
+    return one
+
+
+# Numbers
+
+
+def test_the_papers_critical_points_stand_side_by_side_in_d() -> None:
+    b1 = found(three(), "B1, period doubling", ", d")
+    np.testing.assert_allclose(b1.values, [0.1870532313, 0.4179595416, 0.2792918143], rtol=1e-9)
+    assert b1.change == pytest.approx(1 - 0.1870532313 / 0.4179595416, rel=1e-8)
+    c1 = found(three(), "C1, pitchfork", ", d")
+    assert c1.values == (pytest.approx(0.2634315843, rel=1e-9), None, None)
+    assert c1.differs
+    assert c1.change is None
+
+
+def test_swept_values_are_compared_only_where_the_same_parameter_is_swept() -> None:
+    in_s = found(three(), "B1, period doubling", ", s")
+    assert in_s.unit == "m"
+    assert in_s.values[:2] == (pytest.approx(0.281707, abs=1e-6), pytest.approx(0.629457, abs=1e-6))
+    assert in_s.values[2] is None
+    assert in_s.notes[2] == "sweeps the force amplitude"
+    assert not [x for x in three().quantities if x.quantity.endswith(", F")]
+    over_angles = compare([study("inclined", "sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=80",
+                                 f"excitation.amplitude_n={force}") for force in (3.0, 3.2)])  # fmt: skip
+    assert {x.unit for x in over_angles.quantities if x.group == "critical point"} == {"°"}
+
+
+def test_d_stands_beside_the_swept_value_where_it_is_another_multiple_of_it() -> None:
+    heavier = compare([study("inclined"), study("inclined", "excitation.amplitude_n=3.3")])
+    length, d = found(heavier, "B1", ", s"), found(heavier, "B1", ", d")
+    ratio = np.divide(d.values, length.values)
+    assert ratio[0] == pytest.approx(1.1 * ratio[1], rel=1e-9)
+
+
+def test_a_scenario_is_no_different_from_itself() -> None:
+    same = compare([study("horizontal"), analyse(load(EXAMPLES / "horizontal.yaml"))])
+    assert same.differences == ()
+    assert same.settings == ()
+    assert same.names == ("horizontal", "horizontal (2)")
+    assert all(x.change in (0.0, None) for x in same.quantities)
+
+
+def test_what_only_some_have_comes_first_and_then_what_changed_most() -> None:
+    changes = [x.change for x in three().differences]
+    first = changes.index(next(x for x in changes if x is not None))
+    assert first == 6  # A1, A2, A3, C1, G1, G2
+    assert None not in changes[first:]
+    assert changes[first:] == sorted(changes[first:], reverse=True)
+    assert all(not x.differs for x in three().quantities[len(changes) :])
+
+
+def test_sentences_have_the_scenarios_and_their_numbers() -> None:
+    b1 = found(three(), "B1, period doubling", ", d").sentence
+    assert "d = 0.187053 in horizontal, 0.417960 in inclined and 0.279292 in inclined-forcing" in b1
+    assert "55 % apart" in b1
+    assert found(three(), "C1").sentence.endswith("d = 0.263432 in horizontal; none in the sweep of inclined and "
+                                                  "inclined-forcing.")  # fmt: skip
+    assert "42.84 kV in inclined" in found(three(), "U_ave of the stable").sentence
+    assert "stable focus" in found(three(), "stable 1:1 motions").sentence
+    assert [x for x in three().differences if x.group == "design point"]  # a focus and two nodes
+
+
+def test_margins_and_voltages_are_those_of_the_studies() -> None:
+    margin = found(three(), "margin from the design point to B1", "in d")
+    for value, name in zip(margin.values, THREE, strict=True):
+        points = study(name).solution.critical_points
+        b1 = next(x.point.d for x in points if x.label == "B1")
+        assert value == pytest.approx(100 * (b1 / float(study(name).solution.design.motions.d[0]) - 1), rel=1e-9)
+    volts = found(three(), "U_ave of the stable")
+    assert volts.values == tuple(study(name).solution.design.voltages.average_v[0] for name in THREE)
+    highest, lowest = found(three(), "highest U_ave"), found(three(), "lowest U_ave")
+    assert all(a > b for a, b in zip(highest.values, lowest.values, strict=True))
+
+
+def test_what_was_not_asked_for_is_no_difference() -> None:
+    lacking = compare([study("inclined"), study("inclined", "device.ball_mass_kg=")])
+    volts = found(lacking, "U_ave of the stable")
+    assert volts.notes[1] == "device.ball_mass_kg is not given"
+    assert not [x for x in lacking.differences if x.group == "voltage"]
+    point = compare([study("design-point"), study("inclined")])
+    b1 = found(point, "B1, period doubling of")
+    assert b1.values[0] is None
+    assert not b1.differs
+
+
+def test_stable_ranges_have_numbers_where_a_scenario_has_several() -> None:
+    tilted = compare([study("horizontal", "inclination_deg=15", f"device.restitution={r}") for r in (0.5, 0.4)])
+    ranges = [study.solution.stable_ranges for study in tilted.studies]
+    assert [len(parts) for parts in ranges] == [2, 1]
+    assert found(tilted, "stable range 1 from").values == tuple(parts[0].start for parts in ranges)
+    second = found(tilted, "stable range 2 to")
+    assert second.values == (ranges[0][1].end, None)
+    assert second.notes[1] == "no further stable range"
+
+
+def test_losing_stable_motion_stands_at_the_top() -> None:
+    lost = compare([study("inclined"), study("inclined", "inclination_deg=60")])
+    assert lost.quantities[0].quantity == "stable 1:1 motions at the design point"
+    assert lost.quantities[0].sentence.endswith("none in inclined, inclination_deg = 60.")
+    assert found(lost, "stable range from").notes[1] == "no stable 1:1 motion"
+
+
+# Variants
+
+
+def test_two_varied_keys_make_a_grid() -> None:
+    grid = compare(EXAMPLES / "design-point.yaml", vary=["device.restitution=0.4,0.5", "inclination_deg=30,45"])
+    assert grid.names[:2] == (
+        "restitution = 0.4, inclination_deg = 30",
+        "restitution = 0.4, inclination_deg = 45",
+    )
+    pairs = [(x.scenario.device.restitution, x.scenario.inclination_deg) for x in grid.studies]
+    assert pairs == [(0.4, 30), (0.4, 45), (0.5, 30), (0.5, 45)]
+    assert {setting.path for setting in grid.settings} == {"device.restitution", "inclination_deg"}
+    assert compare_pictures(grid) == ()  # no sweep, nothing to draw along
+    assert left_out(grid, "figure-2") == [(name, "it has no sweep") for name in grid.names]
+
+
+def test_a_variant_is_the_scenario_with_that_value() -> None:
+    varied = inclinations().studies[3]
+    alone = study("inclined", "inclination_deg=30")
+    assert varied.to_dict()["stable_range"] == alone.to_dict()["stable_range"]
+    np.testing.assert_array_equal(varied.solution.design.motions.q, alone.solution.design.motions.q)
+
+
+def test_values_with_commas_are_kept_together() -> None:
+    varied = compare(EXAMPLES / "design-point.yaml", vary=["title='a, b',c"])
+    assert [x.scenario.title for x in varied.studies] == ["a, b", "c"]
+
+
+def test_mistakes_name_the_variant_and_all_are_told() -> None:
+    with pytest.raises(ScenarioError) as failure:
+        compare(EXAMPLES / "inclined.yaml", vary=["inclination_deg=15,95,120"])
+    lines = str(failure.value).splitlines()
+    assert len(lines) == 2
+    assert "inclination_deg = 95" in lines[0]
+    assert "inclination_deg = 120" in lines[1]
+
+
+def test_mistakes_of_several_files_are_told_file_by_file(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.yaml").write_text("schema_version: 1\nnonsense: 1\n")
+    with pytest.raises(ScenarioError) as failure:
+        compare([tmp_path / "one.yaml", tmp_path / "two.yaml"])
+    text = str(failure.value)
+    assert f"{tmp_path / 'one.yaml'}:2: nonsense" in text
+    assert f"{tmp_path / 'two.yaml'}:2: nonsense" in text
+
+
+def test_a_scenario_outside_the_theory_is_named() -> None:
+    with pytest.raises(NumericalError, match=r"restitution = 1: "):
+        compare(EXAMPLES / "design-point.yaml", vary=["device.restitution=0.5,1"])
+
+
+@pytest.mark.parametrize(
+    ("vary", "message"),
+    [
+        (["inclination_deg"], "not of the form"),
+        (["inclination_deg=1,,2"], "a value is missing"),
+        (["inclination_deg=1,1"], "given twice"),
+        (["inclination_deg=1,2", "inclination_deg=3,4"], "varied twice"),
+        ([f"inclination_deg={','.join(map(str, range(60)))}"], "60 scenarios are too many"),
+        (None, "at least two"),
+    ],
+)
+def test_a_comparison_that_cannot_be_made_says_why(vary: list[str] | None, message: str) -> None:
+    with pytest.raises(UsageError, match=message):
+        compare(EXAMPLES / "inclined.yaml", vary)
+
+
+def test_names_are_the_files_and_never_alike() -> None:
+    assert three().names == THREE
+    named = compare([study("inclined"), study("horizontal")], names=("change", "change"))
+    assert named.names == ("change (2)", "change (3)")
+    assert [row["change"] for row in named.rows()] == [x.change for x in named.quantities]
+    with pytest.raises(UsageError, match="3 names for 2"):
+        compare([study("inclined"), study("horizontal")], names=("a", "b", "c"))
+    assert listed(["b = 1", "b = 2", "b = 3"]) == "b = 1, 2 and 3"
+    assert listed(["a, b = 1", "a, b = 2"]) == "a, b = 1 and a, b = 2"
+
+
+def test_files_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+    for folder in ("old", "new"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "point.yaml").write_bytes((EXAMPLES / "design-point.yaml").read_bytes())
+    assert compare([tmp_path / "old" / "point.yaml", tmp_path / "new" / "point.yaml"]).names == (
+        "old/point",
+        "new/point",
+    )
+
+
+# Figures
+
+
+def panels(figure: Figure) -> list[list[tuple[float, float]]]:
+    """Limits of the vertical axes, by rows from the top one down."""
+    rows: dict[float, list[tuple[float, tuple[float, float]]]] = {}
+    for axes in figure.axes:
+        place = axes.get_position()
+        rows.setdefault(round(place.y0, 9), []).append((place.x0, axes.get_ylim()))
+    return [[y for _, y in sorted(rows[low])] for low in sorted(rows, reverse=True)]
+
+
+@pytest.mark.parametrize("name", PAPER_PANELS)
+def test_the_papers_figures_are_there_panel_for_panel_on_shared_axes(name: str) -> None:
+    (figure,) = compare_figure(three(), name)
+    limits = panels(figure)
+    assert (len(limits), len(limits[0])) == PAPER_PANELS[name]
+    for row in limits:
+        assert len(set(row)) == 1
+    texts = [text.get_text() for text in figure.texts]
+    rows, columns = PAPER_PANELS[name]
+    for k in range(rows * columns):
+        assert f"({'abcdefghi'[k]})" in texts
+    assert [text for text in texts if text in THREE] == list(THREE)
+
+
+def test_a_column_draws_what_the_figure_of_its_scenario_draws() -> None:
+    single = vireport.figure_2(study("inclined"))
+    (grid,) = compare_figure(three(), "figure-2")
+    column = [axes for axes in grid.axes if abs(axes.get_position().x0 - grid.axes[1].get_position().x0) < 1e-9]
+
+    def drawn(axes: object) -> list[np.ndarray]:
+        return [line.get_xydata() for line in axes.lines if 2.1 < line.get_zorder() < 3]
+
+    for one, other in zip(single.axes, column, strict=True):
+        assert drawn(one)
+        for left, right in zip(drawn(one), drawn(other), strict=True):
+            np.testing.assert_array_equal(left, right)
+
+
+def test_a_row_holds_the_values_of_every_scenario() -> None:
+    (figure,) = compare_figure(three(), "figure-7")
+    low, high = panels(figure)[0][0]
+    volts = [branch.voltages.average_v / 1e3 for name in THREE for branch in study(name).solution.branches]
+    branches = [branch for name in THREE for branch in study(name).solution.branches]
+    for u, branch in zip(volts, branches, strict=True):
+        admissible = u[branch.motions.admissible]
+        assert ((admissible > low) & (admissible < high)).all()
+
+
+def test_more_scenarios_than_fit_across_make_several_figures() -> None:
+    names = [picture.name for picture in compare_pictures(inclinations())]
+    assert names == ["figure-2", "figure-2-2", "figure-4", "figure-4-2", "figure-7", "figure-7-2"]
+
+
+def test_captions_have_the_conditions_of_the_papers_captions() -> None:
+    two, four, seven = compare_pictures(three())
+    for picture, letters in ((two, "(a)–(c)"), (four, "(a)–(b)"), (seven, "(a)")):
+        caption = picture.caption
+        assert (
+            f"{letters} horizontal: F = 3 N, f = 2 Hz, β = 0°, M = 0.1245 kg, r = 0.5; s from 0.26 m to 0.75 m"
+            in caption
+        )
+        assert "inclined: F = 3 N, f = 2 Hz, β = 45°" in caption
+        assert "s from 0.59 m to 0.75 m" in caption
+        assert "inclined-forcing: s = 0.75 m, f = 2 Hz, β = 45°" in caption
+        assert "F from 3 N to 6 N" in caption
+        assert "B1" in picture.alt
+    assert "ranking only (VR010)" in seven.caption
+
+
+# Files
+
+
+def test_the_files_read_back(tmp_path: Path) -> None:
+    summary = write_comparison(three(), tmp_path / "out", ("json", "csv"), "vireport compare a b c")
+    assert "0.417960 in inclined" in summary
+    data = json.loads((tmp_path / "out" / "compare.json").read_text())
+    assert [x["name"] for x in data["scenarios"]] == list(THREE)
+    assert data["provenance"]["command"] == "vireport compare a b c"
+    for read, one in zip(data["quantities"], three().quantities, strict=True):
+        assert read["values"] == list(one.values)
+        assert read["sentence"] == one.sentence
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "out" / "compare.csv").read_text())))
+    for row, one in zip(rows, three().quantities, strict=True):
+        assert [float(row[name]) if row[name] else None for name in THREE] == list(one.values)
+        assert row["differs"] == str(one.differs).lower()
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["compare.csv", "compare.json"]
+
+
+def test_the_report_says_what_differs_and_is_the_same_every_time() -> None:
+    def say(what: str) -> None:
+        pass
+
+    files = render_comparison(three(), {"html", "pdf"}, "vireport compare", None, say)
+    again = render_comparison(compare([study(name) for name in THREE]), {"html", "pdf"}, "vireport compare", None, say)
+    assert files == again
+    page = files["report.html"].decode()
+    assert "d = 0.187053 in horizontal, 0.417960 in inclined" in page
+    assert "outside the membrane" in page
+    assert files["report.pdf"].startswith(b"%PDF-")
+
+
+def test_a_name_is_no_markup() -> None:
+    odd = compare([study("inclined"), study("horizontal")], names=("<b>*x*</b>", "a_b"))
+    report = build_comparison_report(odd, (), comparison_provenance(odd, ""))
+    page = render_html(report).decode()
+    assert "<b>" not in page
+    assert "<sub>b</sub>" not in page
+    assert "<i>x</i>" not in page
+    tables = [block for part in report.sections for block in part.blocks if isinstance(block, Table)]
+    assert all(len(row) == len(table.columns) for table in tables for row in table.rows)
+
+
+@pytest.mark.parametrize("command", ["compare", "diff"])
+def test_data_are_compared_without_drawing(command: str, tmp_path: Path) -> None:
+    baseline = tmp_path / "results.json"
+    baseline.write_text(json.dumps(study("inclined").to_dict()))
+    first = str(baseline) if command == "diff" else str(EXAMPLES / "design-point.yaml")
+    code = "import sys; from vireport.cli import main; main(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
+    arguments = [sys.executable, "-c", code, command, first, str(EXAMPLES / "inclined.yaml"), "--json"]
+    loaded = set(subprocess.run(arguments, capture_output=True, text=True, check=True).stderr.split())
+    assert "vireport.comparison" in loaded
+    assert not {"matplotlib", "jinja2", "scipy", "vireport.figures", "vireport.report", "vireport.trust"} & loaded
+
+
+# Notebooks
+
+
+def test_the_package_has_the_functions_after_their_modules_are_imported() -> None:
+    from vireport import compare as first
+    from vireport import diff
+
+    assert vireport.compare is first is compare
+    assert vireport.diff is diff
+    assert set(vireport.__all__) == set(dir(vireport))
+    assert all(getattr(vireport, name) for name in vireport.__all__)
+
+
+def test_figures_show_themselves_without_pyplot() -> None:
+    figure = vireport.figure_2(study("inclined"))
+    with Image.open(io.BytesIO(figure._repr_png_())) as image:
+        assert image.size == tuple(int(size) for size in figure.get_size_inches() * figure.dpi)
+    assert figure._repr_png_() == vireport.pictures(study("inclined"))[0].png
+
+
+def test_studies_and_comparisons_show_themselves() -> None:
+    titled = study("inclined", "title='<script>'")
+    text = titled._repr_html_()
+    assert "<script>" not in text
+    assert "<td>B1</td><td>period doubling</td>" in text
+    assert "Stable" in text
+    assert "<td>0.417960</td>" in three()._repr_html_()
+
+
+def test_rows_are_the_motions_by_the_names_of_the_files() -> None:
+    from vireport.study.results import branches_csv
+
+    rows = study("inclined").rows()
+    read = list(csv.DictReader(io.StringIO(branches_csv(study("inclined")).decode())))
+    assert len(rows) == len(read)
+    assert set(read[0]) <= set(rows[0])
+    assert [repr(row["u_ave_v"]) for row in rows] == [row["u_ave_v"] for row in read]
+    assert "provenance" not in study("inclined").to_dict()
+    json.dumps(study("inclined").to_dict(), allow_nan=False)

@@ -1,0 +1,193 @@
+"""Changes since a baseline: what moved is found, what is rounding is not."""
+
+from __future__ import annotations
+
+import copy
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vireport import analyse, diff, load
+from vireport.comparison.baseline import Change, changes, diff_json, diff_markdown, diff_text, read_baseline
+from vireport.errors import UsageError
+from vireport.study.study import Study
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+@cache
+def study(*overrides: str, name: str = "inclined") -> Study:
+    return analyse(load(EXAMPLES / f"{name}.yaml", overrides))
+
+
+@cache
+def _results(name: str) -> str:
+    return json.dumps(study(name=name).to_dict())
+
+
+def results(name: str = "inclined") -> dict[str, Any]:
+    return json.loads(_results(name))
+
+
+def of(group: str, found: tuple[Change, ...]) -> list[Change]:
+    return [change for change in found if change.group == group]
+
+
+@pytest.mark.parametrize("name", ["horizontal", "inclined", "inclined-forcing", "design-point"])
+def test_nothing_has_changed_since_the_same_scenario(name: str) -> None:
+    assert diff(results(name), study(name=name)) == ()
+    assert diff_text(()) == "No change beyond tolerance since the baseline."
+
+
+def test_a_moved_critical_point_is_found_and_rounding_is_not() -> None:
+    baseline = results()
+    b1 = baseline["critical_points"][0]
+    b1["sweep_value"] *= 1 + 1e-9
+    assert diff(baseline, study()) == ()
+    b1["sweep_value"] *= 1.001
+    (change,) = diff(baseline, study())
+    assert change.group == "critical point"
+    assert change.after == pytest.approx(0.629457141, rel=1e-8)
+    assert change.change == pytest.approx(-0.001, rel=1e-2)
+    assert "B1" in change.sentence
+    b1["error_bound"] = 0.01
+    assert diff(baseline, study()) == ()
+    b1["error_bound"] = 0.0
+    assert diff(baseline, study(), relative=0.01) == ()
+
+
+def test_a_changed_scenario_tells_cause_and_effect() -> None:
+    found = diff(results(), study("device.restitution=0.52"))
+    assert [(x.what, x.before, x.after) for x in of("scenario", found)] == [("device.restitution", 0.5, 0.52)]
+    (moved,) = of("critical point", found)
+    (start,) = of("stable range", found)
+    assert moved.after == start.after == study("device.restitution=0.52").solution.critical_points[0].point.sweep_value
+    (margin,) = of("margin", found)
+    assert margin.before == pytest.approx(-9.2216, abs=1e-4)
+    assert {x.unit for x in of("voltage", found)} == {"V"}
+    assert len(of("voltage", found)) == 3
+
+
+def test_a_point_that_appears_does_not_rename_the_others() -> None:
+    wide = study("sweep.from=0.02", "sweep.to=0.75", name="horizontal")
+    found = diff(results("horizontal"), wide)
+    before = {(x["kind"], round(x["d"], 9)) for x in results("horizontal")["critical_points"]}
+    now = {(x.kind, round(x.point.d, 9)) for x in wide.solution.critical_points}
+    assert before < now
+    assert len(of("critical point", found)) == len(now - before)
+    assert all(x.before is None for x in of("critical point", found))
+    assert not of("margin", found)
+
+
+def test_a_point_that_is_gone_is_told_apart_from_one_that_has_its_label_now() -> None:
+    baseline = results()
+    b1 = baseline["critical_points"][0]
+    baseline["critical_points"].insert(0, b1 | {"sweep_value": 0.6, "d": 0.4})
+    for point in (b1, *(x for x in baseline["design_point"]["margins"] if x["label"] == "B1")):
+        point["label"] = "B2"
+    (gone,) = diff(baseline, study())
+    assert gone.what == "B1 of the baseline, period doubling of the asymmetric motion, s"
+    assert (gone.before, gone.after) == (0.6, None)
+
+
+def test_what_vanishes_is_told() -> None:
+    found = diff(results(), study("inclination_deg=60"))
+    assert [x.after for x in of("design point", found)] == ["none"]
+    (gone,) = of("critical point", found)
+    assert gone.after is None
+    assert "gone" in gone.sentence
+    ends = [0.6294571410117573, 0.75]
+    assert [(x.before, x.after) for x in of("stable range", found)] == [(pytest.approx(end), None) for end in ends]
+    assert {x.what.split()[0] for x in of("alert", found)} >= {"VR001", "VR003"}
+    assert all(x.after is None for x in of("voltage", found))
+
+
+def test_another_swept_parameter_is_compared_in_d() -> None:
+    found = diff(results(), study("sweep.parameter=amplitude_n", "sweep.from=3", "sweep.to=6"))
+    (moved,) = [x for x in of("critical point", found) if "B1" in x.what]
+    assert moved.unit == ""
+    assert moved.what.endswith(", d")
+    assert moved.before == pytest.approx(0.4179595416, rel=1e-9)
+    assert [x.what for x in of("stable range", found)] == ["stable range from, d", "stable range to, d"]
+
+
+def test_what_a_sweep_of_the_inclination_cannot_have_in_d_is_not_gone() -> None:
+    found = diff(results(), study("sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=80"))
+    assert not of("stable range", found)
+    assert not of("margin", found)
+    assert len(of("critical point", found)) == 2
+
+
+def test_what_error_bounds_leave_open_is_no_change() -> None:
+    baseline = results()
+    baseline["stable_range"][0]["from"] *= 1.001
+    baseline["design_point"]["margins"][0]["relative"] *= 1.001
+    assert {x.group for x in diff(baseline, study())} == {"stable range", "margin"}
+    baseline["stable_range"][0]["from_error_bound"] = 0.01
+    baseline["design_point"]["margins"][0]["error_bound"] = 0.01
+    assert diff(baseline, study()) == ()
+
+
+def test_a_requirement_that_is_not_met_any_more_is_told() -> None:
+    baseline, now = results(), copy.deepcopy(study().to_dict())
+    baseline["requirements"] = {"passed": True, "criteria": [{"key": "u_ave_at_least_v", "passed": True}]}
+    now["requirements"] = {"passed": False, "criteria": [{"key": "u_ave_at_least_v", "passed": False}]}
+    (change,) = changes(baseline, now)
+    assert change.sentence == "requirements.u_ave_at_least_v: met to not met."
+
+
+def test_texts_have_the_numbers() -> None:
+    found = diff(results(), study("device.restitution=0.52"))
+    text = diff_text(found, "old.json")
+    assert text.startswith(f"{len(found)} changes since old.json:")
+    assert "0.629457 m to 0.624644 m" in text
+    table = diff_markdown(found, "old|.json")
+    assert "old\\|.json" in table
+    lines = [line for line in table.splitlines() if line.startswith("|")]
+    assert len(lines) == len(found) + 2
+    data = json.loads(diff_json(found))
+    assert data["changed"] is True
+    assert [x["after"] for x in data["changes"]] == [x.after for x in found]
+    assert set(data["changes"][0]) == {"group", "what", "before", "after", "unit", "change"}
+
+
+def test_numbers_are_told_with_the_digits_in_which_they_differ() -> None:
+    baseline = results()
+    baseline["critical_points"][0]["sweep_value"] *= 1 + 2e-6
+    (change,) = diff(baseline, study())
+    before, after = change.sides
+    assert before != after
+    assert before.startswith("0.62945")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "is no JSON"),
+        ("[]", "a block of keys"),
+        ('{"schema_version": 1}', "scenario, branches, critical_points, .* missing"),
+    ],
+)
+def test_what_is_no_baseline_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "old.json"
+    path.write_text(text)
+    with pytest.raises(UsageError, match=message):
+        read_baseline(path)
+
+
+def test_a_baseline_is_read_or_refused_with_what_is_missing(tmp_path: Path) -> None:
+    path = tmp_path / "results.json"
+    path.write_text(json.dumps(results()))
+    assert diff(read_baseline(path), study()) == ()
+    with pytest.raises(UsageError, match="cannot be read"):
+        read_baseline(tmp_path / "none.json")
+    later = results() | {"schema_version": 99}
+    with pytest.raises(UsageError, match="schema_version 99"):
+        diff(later, study())
+    broken = results()
+    del broken["critical_points"][0]["kind"]
+    with pytest.raises(UsageError, match="'kind' is missing"):
+        diff(broken, study())

@@ -1,0 +1,252 @@
+"""The catalogue of extreme cases: every case passes, and planted faults are caught."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import EXAMPLES
+
+from vireport import load
+from vireport.analysis.motions import Motions
+from vireport.errors import NumericalError
+from vireport.extremes.catalogue import catalogue, run_catalogue, summary, table_data, table_text
+from vireport.extremes.harvester import PAPER, harvester_of
+from vireport.extremes.judge import Case, Finding, NotThereError, Outcome, Verdict, judge
+from vireport.scenario.parameters import Parameter
+from vireport.simulation import FLIGHT, REST, VELOCITY
+from vireport.study import Study
+
+CHEAP = ("restitution", "inclination", "length", "share of the period", "membrane", "grazing")
+
+
+SLOW = ("1,000,000 points", "period doubling meets grazing")
+
+
+def named(cases: tuple[Case, ...]) -> list:
+    marks = {True: (pytest.mark.slow,), False: ()}
+    return [pytest.param(case, id=f"{case.group}: {case.name}", marks=marks[case.name in SLOW]) for case in cases]
+
+
+@pytest.mark.parametrize("case", named(catalogue()))
+def test_around_the_paper_s_device(case: Case) -> None:
+    """Which has every point of the catalogue."""
+    outcome = judge(case)
+    assert outcome.verdict is Verdict.PASSED, outcome.found
+
+
+HORIZONTAL = tuple(case for case in catalogue(load(EXAMPLES / "horizontal.yaml")) if case.group in CHEAP)
+
+
+@pytest.mark.parametrize("case", named(HORIZONTAL))
+def test_around_a_horizontal_capsule(case: Case) -> None:
+    outcome = judge(case)
+    assert outcome.verdict is Verdict.PASSED, outcome.found
+
+
+@pytest.mark.parametrize("name", ["horizontal", "inclined", "inclined-forcing", "design-point"])
+def test_cases_are_built_around_the_device_of_a_scenario(name: str, example) -> None:
+    harvester = harvester_of(load(example(name)))
+    scenario = load(example(name)).scenario
+    assert harvester.device.restitution == scenario.device.restitution
+    assert None not in [getattr(harvester.device, field) for field in harvester.device.__slots__]
+    d, gbar = harvester.with_groups(d=0.3, gbar=0.2).device.groups(Parameter.FREQUENCY, harvester.device.frequency_hz)
+    assert (d, gbar) == pytest.approx((0.3, 0.2), rel=1e-14)
+
+
+def test_a_device_that_is_refused_itself_has_no_catalogue(example) -> None:
+    loaded = load(example("inclined"), ["device.restitution=1"])
+    with pytest.raises(NumericalError, match=r"device\.restitution"):
+        run_catalogue(loaded)
+
+
+CASES = {f"{case.group}: {case.name}": case for case in catalogue()}
+
+
+def planted(name: str, fault: Callable[[Any], Any]) -> Outcome:
+    """The judgement of a case whose answer is altered before it is checked."""
+    answer = fault(CASES[name].answer())
+    return judge(replace(CASES[name], answer=lambda: answer))
+
+
+def with_motions(study: Study, change: Callable[[Motions], Motions]) -> Study:
+    design = study.solution.design
+    return replace(study, solution=replace(study.solution, design=replace(design, motions=change(design.motions))))
+
+
+def without_first(motions: Motions) -> Motions:
+    arrays = (field.name for field in fields(Motions) if field.name != "restitution")
+    return replace(motions, **{name: getattr(motions, name)[1:] for name in arrays})
+
+
+def with_points(study: Study, change: Callable[[tuple], tuple]) -> Study:
+    diagram = study.solution.diagram
+    changed = replace(diagram, critical_points=change(diagram.critical_points))
+    return replace(study, solution=replace(study.solution, diagram=changed))
+
+
+def moved(points, by: float = 1e-13):
+    first, *others = points
+    value = first.point.sweep_value * (1 + by)
+    return (replace(first, point=replace(first.point, sweep_value=value)), *others)
+
+
+def nudged(rows_and_summary, column: int, by: float):
+    rows, summary = rows_and_summary
+    rows[-1, column] *= 1 + by
+    return rows, summary
+
+
+def ended(rows_and_summary, end: int):
+    rows, summary = rows_and_summary
+    summary[2] = end
+    return rows, summary
+
+
+def sped_up(study: Study) -> Study:
+    return with_motions(study, lambda m: replace(m, velocity_bottom=m.velocity_bottom * (1 + 1e-10)))
+
+
+FAULTS: tuple[tuple[str, str, Callable[[Any], Any]], ...] = (
+    ("inclination: beta = 90 deg", "a velocity off in the tenth digit", sped_up),
+    ("sweep: relative width 2e-9", "a motion that is missing", lambda study: with_motions(study, without_first)),
+    (
+        "length: d = 0.001",
+        "a number that is not finite",
+        lambda study: with_motions(study, lambda m: replace(m, wall_gap=m.wall_gap * np.nan)),
+    ),
+    ("sweep: reversed", "a critical point beyond its bound", lambda study: with_points(study, moved)),
+    (
+        "gravity over forcing: gbar = 1e-14",
+        "a branch with another trace",
+        lambda study: replace(
+            study,
+            solution=replace(
+                study.solution,
+                diagram=replace(
+                    study.solution.diagram,
+                    branches=tuple(
+                        replace(branch, motions=replace(branch.motions, trace=branch.motions.trace + 1e-8))
+                        for branch in study.solution.branches
+                    ),
+                ),
+            ),
+        ),
+    ),
+    ("share of the period: q = 1/2, horizontal", "another d", lambda found: replace(found, d=found.d * (1 + 1e-9))),
+    ("membrane: deflection rb", "another voltage", lambda v: replace(v, average_v=v.average_v * (1 + 1e-9))),
+    ("critical points: fold in a sweep", "a fold that is moved", moved),
+    (
+        "critical points: narrow range of foci, gbar = 0.001",
+        "two changes that are missing",
+        lambda study: with_points(study, lambda points: tuple(p for p in points if p.label not in ("A1", "A2"))),
+    ),
+    (
+        "critical points: 1e-06 inside a fold",
+        "one of the two motions",
+        lambda answers: [(without_first(motions), states, d) for motions, states, d in answers],
+    ),
+    (
+        "grazing: gap +1e-14",
+        "a motion called inadmissible",
+        lambda answers: [(replace(m, admissible=~m.admissible), near, device) for m, near, device in answers],
+    ),
+    ("simulation: flight, d = 1", "a flight time", lambda answer: nudged(answer, FLIGHT, 1e-11)),
+    ("simulation: flight, gbar = 1", "a velocity", lambda answer: nudged(answer, VELOCITY, 1e-11)),
+    ("simulation: a slow ball at gbar = 1 - 1e-12", "rest before its time", lambda answer: ended(answer, REST)),
+    ("simulation: chatter 0.1 before the release", "a ball never held", lambda a: (a[0] * [1, 1, 1, 1, 0, 0], *a[1:])),
+)
+
+
+@pytest.mark.parametrize(("name", "fault", "alter"), FAULTS, ids=[f"{name}: {fault}" for name, fault, _ in FAULTS])
+def test_a_planted_fault_is_caught(name: str, fault: str, alter: Callable[[Any], Any]) -> None:
+    assert planted(name, alter).verdict is Verdict.FAILED
+
+
+def test_an_answer_where_a_refusal_is_due_is_caught() -> None:
+    assert judge(replace(CASES["restitution: r = 1"], answer=PAPER.over)).verdict is Verdict.FAILED
+
+
+def test_what_is_not_there_does_not_apply(example) -> None:
+    cases = catalogue(load(example("inclined"), ["device.restitution=0"]))
+    case = next(case for case in cases if case.name == "gap 0")
+    outcome = judge(case)
+    assert outcome.verdict is Verdict.DOES_NOT_APPLY
+    assert "1 does not apply" in summary([outcome])
+
+
+def judged(check: Callable[[], Finding], **more) -> Outcome:
+    return judge(Case("judge", "made up", "", lambda: None, lambda answer: check(), **more))
+
+
+def test_an_error_beyond_its_bound_fails() -> None:
+    assert judged(lambda: Finding("", 1e-13, 1e-12)).verdict == "passed"
+    assert judged(lambda: Finding("", 1e-11, 1e-12)).verdict == "failed"
+    assert judged(lambda: Finding("", float("nan"), 1e-12)).verdict == "failed"
+    assert judged(lambda: Finding("", 1e-13, 1e-12, right=False)).verdict == "failed"
+
+
+def test_an_exception_a_warning_and_an_answer_where_a_refusal_is_due_fail() -> None:
+    def refuse() -> Finding:
+        raise NumericalError("device.restitution: too large")
+
+    def absent() -> Finding:
+        raise NotThereError("no fold")
+
+    def warn() -> Finding:
+        warnings.warn("divide by zero", RuntimeWarning, stacklevel=1)
+        return Finding("")
+
+    fault = judged(lambda: Finding(str(1 // 0)))
+    assert (fault.verdict, fault.found) == ("failed", "ZeroDivisionError: integer division or modulo by zero")
+    assert judged(lambda: Finding(str(np.float64(1) / np.float64(0)))).verdict == "failed"
+    assert judged(warn).verdict == "failed"
+    assert judged(refuse).verdict == "failed"
+    assert judged(refuse, refusal="sweep").verdict == "failed"
+    assert judged(refuse, refusal="restitution").verdict == "passed"
+    assert judged(lambda: Finding("an answer"), refusal="restitution").verdict == "failed"
+    assert judged(lambda: Finding("an answer"), refusal="restitution", answers=True).verdict == "passed"
+    assert judged(absent).verdict == "does not apply"
+
+
+def test_a_case_without_its_package_is_left_out_with_the_reason() -> None:
+    outcome = judged(lambda: Finding(""), needs="no_such_package")
+    assert outcome.verdict == "left out"
+    assert "left out: needs no_such_package" in table_text([outcome])
+
+
+@pytest.fixture(scope="module")
+def outcomes() -> tuple[Outcome, ...]:
+    cases = [case for case in catalogue() if case.group in ("restitution", "membrane")]
+    return tuple(judge(case) for case in cases)
+
+
+def test_the_table_is_for_a_terminal(outcomes) -> None:
+    text = table_text(outcomes)
+    lines = text.splitlines()
+    assert max(map(len, lines)) <= 120
+    assert {"RESTITUTION", "MEMBRANE"} <= set(lines)
+    assert sum(line.endswith("  passed") for line in lines) == len(outcomes)
+    assert summary(outcomes) in text
+
+
+def test_the_machine_form_is_json_and_whole(outcomes) -> None:
+    data = json.loads(json.dumps(table_data(outcomes), allow_nan=False))
+    assert [row["case"] for row in data] == [outcome.case.name for outcome in outcomes]
+    assert {row["verdict"] for row in data} == {"passed"}
+    refused = next(row for row in data if row["case"] == "r = 1")
+    assert refused["error"] is None
+    assert refused["found"].endswith("(allowed here: at most 1 - 1e-06)")
+
+
+def test_a_run_tells_each_case_as_it_begins(monkeypatch) -> None:
+    cases = tuple(Case("group", name, "", lambda: None, lambda answer: Finding("")) for name in ("one", "two"))
+    monkeypatch.setattr("vireport.extremes.catalogue.catalogue", lambda loaded: cases)
+    told: list[str] = []
+    assert [outcome.verdict for outcome in run_catalogue(None, told.append)] == ["passed", "passed"]
+    assert told == ["group: one", "group: two"]

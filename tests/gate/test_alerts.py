@@ -1,0 +1,89 @@
+"""Alerts: each is raised where its cause is, not elsewhere, and each can be explained."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vireport import analyse, loads
+from vireport.analysis.sensitivity import contact_share, mass_elasticity, restitution_effect
+from vireport.errors import UsageError
+from vireport.gate import AlertCode, explanation
+from vireport.gate.alerts import CHECKS
+
+
+def codes(example, name: str, *overrides: str) -> set[str]:
+    text = example(name).read_text()
+    return {alert.code for alert in analyse(loads(text, overrides=list(overrides)), ("json",)).alerts}
+
+
+def test_every_code_has_one_check_and_is_explained() -> None:
+    assert [check.code for check in CHECKS] == list(AlertCode)
+    for check in CHECKS:
+        text = explanation(check.code.lower())
+        assert text.startswith(f"{check.code} ({check.severity}): {check.title}")
+        assert "Cause:" in text
+        assert "Remedy:" in text
+        assert max(map(len, text.splitlines())) <= 100
+    assert explanation().count("Remedy:") == len(AlertCode)
+
+
+def test_an_unknown_code_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(UsageError, match="VR010"):
+        explanation("VR999")
+
+
+@pytest.mark.parametrize(
+    ("code", "name", "there", "elsewhere"),
+    [
+        ("VR005", "inclined", ["device.length_m=0.632"], ["device.length_m=0.69"]),
+        ("VR007", "horizontal", ["device.length_m=0.27", "inclination_deg=14"], []),
+        ("VR009", "inclined", ["device.length_m=0.632"], ["device.length_m=0.72"]),
+        ("VR010", "inclined", [], ["device.ball_mass_kg=1e-7"]),
+        ("VR011", "inclined", [], ["device.membrane.stiffness=1e12"]),
+        ("VR012", "inclined", [], ["device.membrane.exponent=12"]),
+        ("VR022", "inclined", ["excitation.amplitude_n=0.85", "sweep.from=0.2"], []),
+    ],
+)
+def test_raised_where_its_cause_is(code: str, name: str, there: list[str], elsewhere: list[str], example) -> None:
+    assert code in codes(example, name, *there)
+    assert code not in codes(example, name, *elsewhere)
+
+
+def test_next_to_a_fold_digits_are_said_to_be_missing(example, study_of) -> None:
+    text = example("horizontal").read_text()
+    tilted = analyse(loads(text, overrides=["inclination_deg=0.5"]))
+    fold = next(c for c in tilted.solution.critical_points if c.kind == "fold").point.sweep_value
+    at = [f"device.length_m={float(np.nextafter(fold, side))!r}" for side in (0.0, 1.0)]
+    raised = [codes(example, "horizontal", "inclination_deg=0.5", one) for one in at]
+    assert any("VR008" in one for one in raised)
+    assert "VR008" not in {alert.code for alert in study_of("horizontal").alerts}
+
+
+def test_restitution_effect_is_the_derivative(study_of) -> None:
+    """Against the same design solved anew at another restitution."""
+    study = study_of("inclined")
+    effect = restitution_effect(study.solution.device, study.solution.design.motions)
+    assert effect.lost_at is None
+    row = np.flatnonzero(study.solution.design.motions.stable)[0]
+    before = study.solution.design.motions.velocity_bottom[row]
+    found = []
+    for r in (0.475, 0.525):
+        text = study.loaded.document.text
+        other = analyse(loads(text, overrides=[f"device.restitution={r}"])).solution.design.motions
+        found.append(abs(other.velocity_bottom[np.flatnonzero(other.stable)[0]] / before - 1) / 0.05)
+    assert effect.elasticity == pytest.approx(max(found), rel=1e-9)
+
+
+def test_mass_elasticity_of_gentle_impacts_is_that_of_the_deflection(study_of) -> None:
+    """Shallow: the voltage grows as the square of the deflection, the deflection as m^(1/(h+1))."""
+    membrane = study_of("inclined").solution.membrane
+    found = mass_elasticity(np.array([1e-6]), np.array([1e-6]), membrane)
+    assert found == pytest.approx(2 / (membrane.exponent + 1), rel=1e-3)
+
+
+def test_contacts_of_slow_impacts_are_the_longest(study_of) -> None:
+    membrane = study_of("inclined").solution.membrane
+    one, both = (contact_share(np.array(v), membrane, 0.5, np.full(len(v), 2.0)) for v in ([1.0], [4.0, 1.0]))
+    assert one == both
+    assert contact_share(np.array([1.0]), membrane, 0.0, np.array([2.0])) is None

@@ -1,0 +1,432 @@
+"""What a scenario requires is met on one side of its limit and not on the other, and jobs are told so."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from junitparser import Failure, JUnitXml
+
+from vireport import analyse, load, loads
+from vireport.analysis import Sweep, design_point, endings, solve
+from vireport.cli.app import main
+from vireport.gate.requirements import REQUIREMENTS, Criterion, Limit, LimitKind, assess, held, unmet, with_peaks
+from vireport.report.ci_formats import github, junit, markdown
+from vireport.scenario import Parameter, Requirements
+from vireport.scenario.document import read
+from vireport.study.plan import ALL_FORMATS, FORMATS
+from vireport.study.provenance import provenance_of
+from vireport.study.results import results
+
+ROOT = Path(__file__).resolve().parents[2]
+CI = ROOT / "examples" / "ci"
+
+
+def judged(name: str, required: dict[str, object], **overrides: object) -> dict[str, Criterion]:
+    """The criteria of an example with requirements, by their keys."""
+    over = {f"requirements.{key}": value for key, value in required.items()}
+    given = {path.replace("__", "."): value for path, value in overrides.items()}
+    study = analyse(load(ROOT / "examples" / f"{name}.yaml", over | given))
+    return {one.key: one for one in study.criteria}
+
+
+def only(name: str, required: dict[str, object], **overrides: object) -> Criterion:
+    (one,) = judged(name, required, **overrides).values()
+    return one
+
+
+def test_every_key_of_the_block_is_required_by_one_row() -> None:
+    keys = [key for requirement in REQUIREMENTS for key in requirement.keys]
+    assert sorted(keys) == sorted(Requirements.model_fields)
+
+
+def volts(study) -> dict[str, float]:
+    """The voltages of the stable motions at the design point, each the worst of them."""
+    stable, x = study.solution.design.motions.stable, study.solution.design.voltages
+    return {
+        "u_ave_at_least_v": float(x.average_v[stable].min()),
+        "u_bottom_top_difference_at_most_v": float(np.abs(x.bottom_v - x.top_v)[stable].max()),
+        "deflection_at_most_m": float(x.deflection_m[stable].max()),
+    }
+
+
+@pytest.mark.parametrize("key", ["u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m"])
+@pytest.mark.parametrize("name", ["inclined", "design-point"])
+def test_voltages_on_both_sides_of_their_limit(name: str, key: str, study_of) -> None:
+    value, least = volts(study_of(name))[key], key.endswith("least_v")
+    for change in (-1e-9, 0.0, 1e-9):
+        one = only(name, {key: value * (1 + change)})
+        assert one.outcome.value == value
+        assert one.passed is (change < 0 if least else change > 0)
+        assert 0 < one.outcome.error_bound < 1e-11 * value
+        # Exactly on the limit it is open on which side the true value lies, and what is open is not met.
+        assert ("not decided" in one.outcome.why) is (change == 0)
+        assert change == 0 or one.outcome.text.split()[0] != one.limit.text.split()[2]
+
+
+@pytest.mark.parametrize("key", ["margin_period_doubling_percent", "margin_any_percent"])
+@pytest.mark.parametrize(("name", "parameter"), [("inclined", "length_m"), ("design-point", "frequency_hz")])
+def test_margin_to_the_period_doubling_that_is_nearest(name: str, parameter: str, key: str, study_of) -> None:
+    nearest = next(margin for margin in study_of(name).solution.design.margins if margin.ends_stability)
+    assert (nearest.kind, nearest.parameter) == ("period_doubling", parameter)
+    value = 100 * abs(nearest.relative)
+    for limit, passed in ((value - 1e-9, True), (value + 1e-9, False)):
+        one = only(name, {key: limit})
+        assert one.passed is passed
+        assert one.outcome.value == pytest.approx(value, rel=1e-12)
+        assert f"period doubling B1 at {parameter} = " in one.outcome.why or name == "design-point"
+
+
+def test_a_margin_wider_than_the_sweep_is_looked_for_beyond_it(study_of) -> None:
+    narrow = {"sweep__from": 0.69, "sweep__to": 0.70}
+    inside = only("inclined", {"margin_period_doubling_percent": 0.2}, **narrow)
+    assert inside.passed
+    assert inside.outcome.value is None
+    assert inside.outcome.text == "none in the range looked at"
+    assert only("inclined", {"margin_period_doubling_percent": 9.2}, **narrow).passed
+    beyond = only("inclined", {"margin_period_doubling_percent": 9.3}, **narrow)
+    assert not beyond.passed
+    assert beyond.outcome.value == pytest.approx(
+        100 * (1 - study_of("inclined").solution.stable_ranges[0].start / 0.6934), rel=1e-12
+    )
+
+
+def test_no_grazing_point_ends_stability() -> None:
+    one = only("inclined", {"margin_grazing_percent": 5})
+    assert one.passed
+    assert (one.outcome.value, one.outcome.margin) == (None, None)
+    assert "length_m from 0.59 to 0.75" in only("inclined", {"margin_grazing_percent": 5}).outcome.why
+
+
+def test_margin_is_that_of_the_motion_that_ends_first() -> None:
+    # Nearly horizontal, the stable motion at 0.42 m doubles its period at B2; the stable range goes on to B1, with
+    # another motion that is not there at 0.42 m: it begins in the fold C1, near 0.375 m.
+    study = analyse(load(ROOT / "examples/horizontal.yaml", {"inclination_deg": 1, "device.length_m": 0.42}))
+    assert study.solution.design.motions.stable.sum() == 1
+    value = {point.label: point.point.sweep_value for point in study.solution.critical_points}
+    assert value["B1"] == study.solution.stable_ranges[0].start < value["B2"] < value["C1"] < 0.42
+    found = endings(study.solution.device, study.solution.diagram, 0.2).found
+    assert [ending.label for ending in found] == ["B2", "B1"]
+    for label, at in (("C1", 0.36), ("B2", 0.40)):
+        device = replace(study.solution.device, length_m=at)
+        assert endings(device, study.solution.diagram, 0.2).found[0].label == label
+
+
+@pytest.mark.parametrize(("length", "force", "angle"), [(0.7, 3, 45), (0.42, 3, 1), (0.35, 3, 0), (0.5, 4, 8)])
+def test_there_is_stable_motion_up_to_the_nearest_ending(length: float, force: float, angle: float) -> None:
+    over = {"device.length_m": length, "excitation.amplitude_n": force, "inclination_deg": angle}
+    study = analyse(load(ROOT / "examples/design-point.yaml", over))
+    found, ranges = endings(study.solution.device, None, 0.05).found, endings(study.solution.device, None, 0.05).ranges
+    assert {name for name, _, _ in ranges} == {"length_m", "amplitude_n", "frequency_hz"} | {"inclination_deg"} - {
+        "inclination_deg" if angle == 0 else ""
+    }
+    for share in (0.5, 0.9):
+        for name, low, high in ranges:
+            for sign in (-1, 1):
+                value = getattr(study.solution.device, name) * (1 + sign * share * found[0].relative)
+                assert low < value < high
+                device = replace(study.solution.device, **{name: value})
+                around = solve(Sweep(device, Parameter.LENGTH, 0.9 * device.length_m, 1.1 * device.length_m))
+                assert design_point(device, around).motions.stable.any()
+    # Beyond the ending that motion is gone; another one may be there.
+    value = found[0].value + 1e-3 * (found[0].value - getattr(study.solution.device, found[0].parameter))
+    device = replace(study.solution.device, **{found[0].parameter: value})
+    around = solve(Sweep(device, Parameter.LENGTH, 0.9 * device.length_m, 1.1 * device.length_m))
+    q = design_point(device, around).motions
+    assert not (
+        np.abs(q.q[q.stable][:, None] - study.solution.design.motions.q[study.solution.design.motions.stable]) < 1e-3
+    ).any()
+
+
+def test_stable_range_is_strict_at_a_critical_point_and_open_at_the_end_of_the_sweep(study_of) -> None:
+    start = study_of("inclined").solution.stable_ranges[0].start
+    for low, passed in ((start + 1e-12, True), (start, False), (start - 1e-12, False)):
+        one = only("inclined", {"stable_from": 0.75, "stable_to": low})
+        assert one.passed is passed
+        assert one.outcome.margin == pytest.approx(low - start, abs=1e-16)
+        assert ("period doubling" in one.outcome.why) is not passed
+    assert only("horizontal", {"stable_from": 0.45, "stable_to": 0.75}).passed
+    assert only("horizontal", {"stable_from": 0.30, "stable_to": 0.75}).passed  # across the pitchfork C1
+    nowhere = only("inclined", {"stable_from": 0.6, "stable_to": 0.62})
+    assert (nowhere.passed, nowhere.outcome.value, nowhere.outcome.text) == (False, 0.0, "nowhere")
+
+
+@pytest.mark.parametrize("parameter", ["length_m", "inclination_deg"])
+def test_inclinations_up_to_the_period_doubling(parameter: str, study_of) -> None:
+    margins = study_of("design-point").solution.design.margins
+    (end,) = (m.sweep_value for m in margins if m.parameter == "inclination_deg" and m.kind == "period_doubling")
+    sweep = {"sweep__parameter": parameter, "sweep__from": 20 if parameter[0] == "i" else 0.59, "sweep__to": 0.75}
+    sweep |= {"sweep__to": 60} if parameter[0] == "i" else {}
+    for to, passed in ((end - 1e-9, True), (end + 1e-9, False)):
+        required = {"inclination_from_deg": 40, "inclination_to_deg": to}
+        one = only("inclined", required, device__length_m=0.70, **sweep)
+        assert one.passed is passed
+        assert one.outcome.margin == pytest.approx(end - to, abs=1e-12)
+
+
+def test_difference_of_u_ave_is_that_of_many_design_points() -> None:
+    low, high = 0.65, 0.74
+    points = [
+        analyse(load(ROOT / "examples/inclined.yaml", {"device.length_m": float(value)}))
+        for value in np.linspace(low, high, 9)
+    ]
+    found = [volts(point)["u_ave_at_least_v"] for point in points]
+    expected = max(found) - min(found)
+    ends = {"stable_from": low, "stable_to": high}
+    for change, passed in ((-1e-9, False), (1e-9, True)):
+        one = judged("inclined", {"u_ave_difference_at_most_v": expected * (1 + change), **ends})
+        assert one["u_ave_difference_at_most_v"].outcome.value == pytest.approx(expected, rel=1e-11)
+        assert one["u_ave_difference_at_most_v"].passed is passed
+    assert only("inclined", {"u_ave_difference_at_most_v": 1e5}).outcome.value > expected
+    broken = judged("inclined", {"u_ave_difference_at_most_v": 1e5, "stable_from": 0.6, "stable_to": 0.7})
+    assert not broken["u_ave_difference_at_most_v"].passed
+
+
+def test_peaks_of_a_parabola_are_exact() -> None:
+    x = np.array([0.0, 0.3, 0.3, 1.1, 2.0])
+    for sign in (1, -1):
+        where, height = with_peaks(sign * x, 3 - 2 * (sign * x - sign * 0.7) ** 2)
+        assert height.max() == pytest.approx(3, abs=1e-14)
+        assert where[height.argmax()] == pytest.approx(sign * 0.7, abs=1e-14)
+    assert len(with_peaks(x, x)[0]) == 4
+
+
+def test_without_stable_motion_nothing_is_met() -> None:
+    keys = ("margin_period_doubling_percent", "margin_grazing_percent", "u_ave_at_least_v", "deflection_at_most_m")
+    found = judged("inclined", dict.fromkeys(keys, 1), device__length_m=0.6)
+    assert len(found) == 4
+    for one in found.values():
+        assert not one.passed
+        assert one.outcome.value is None
+        assert one.outcome.why == "there is no stable 1:1 motion at the design point"
+
+
+def test_what_an_error_bound_leaves_open_is_not_met() -> None:
+    percent = Limit(LimitKind.AT_LEAST, (4.9,), "%")
+    assert held(5.0, percent, (), 0.09).passed
+    undecided = held(5.0, percent, ("B1",), 0.11)
+    assert not undecided.passed
+    assert undecided.why.startswith("not decided: known to within 0.1 %")
+    volts = Limit(LimitKind.AT_MOST, (5.0,), "V")
+    assert held(5.0, volts).passed
+    assert held(5 + 1e-13, volts).text == "5.0000000000001 V"
+
+
+def crosscheck(**found: object):
+    """A simulation that found something."""
+    usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
+    return SimpleNamespace(**usual | {"tolerance": 1e-9} | found)
+
+
+def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
+    over = ["requirements={crosscheck_passed: true, u_ave_at_least_v: 1}", "simulation={samples: 2}"]
+    loaded = load(ROOT / "examples/inclined.yaml", over)
+    plain = replace(loaded, scenario=loaded.scenario.model_copy(update={"simulation": None}))
+    study = analyse(plain)
+    volt, check = assess(study.loaded, study.solution, crosscheck())
+    assert volt.passed
+    assert check.passed
+    assert check.outcome.margin == 1e-9 - 2e-14
+    volt, check = assess(study.loaded, study.solution, crosscheck(passed=False, misses=(1,)))
+    assert not volt.passed
+    assert volt.outcome.why == "the simulation does not agree with the solution"
+    assert not check.passed
+    assert check.outcome.why == "8 of 9 stable orbits found again"
+    volt, check = assess(study.loaded, study.solution, crosscheck(orbits=0))
+    assert volt.passed
+    assert not check.passed
+    assert "no stable orbit" in check.outcome.why
+
+
+def test_results_and_verdict_say_what_is_not_met() -> None:
+    study = analyse(load(CI / "failing.yaml"))
+    found = results(study, provenance_of(study.loaded, "test"))["requirements"]
+    assert not found["passed"]
+    failed = [one["key"] for one in found["criteria"] if not one["passed"]]
+    assert failed == [
+        *("inclination_from_deg", "margin_period_doubling_percent", "margin_any_percent", "deflection_at_most_m")
+    ]
+    json.dumps(found, allow_nan=False)
+    verdict = study.verdict
+    assert (verdict.status, verdict.word) == ("bad", "Requirements not met")
+    assert verdict.headline.startswith("4 of 9 requirements are not met: Stable 1:1 motion over the inclinations (from")
+    passing = analyse(load(CI / "passing.yaml"))
+    assert passing.verdict.word == "Stable"
+    assert unmet(passing.criteria) == ""
+    assert results(passing, provenance_of(passing.loaded, "test"))["requirements"]["passed"]
+
+
+def test_without_the_block_nothing_is_judged_and_no_room_for_it_imported(study_of) -> None:
+    assert study_of("inclined").criteria == ()
+    assert results(study_of("inclined"), provenance_of(study_of("inclined").loaded, "test"))["requirements"] is None
+    code = "import sys; from vireport.cli import main; main(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
+    command = [sys.executable, "-c", code, "run", str(ROOT / "examples/inclined.yaml"), "--json"]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stderr.split()
+    assert "vireport.study.study" in loaded
+    assert not {f"vireport.{room}" for room in ("comparison", "report", "figures", "trust", "proofs")} & set(loaded)
+
+
+@pytest.mark.parametrize(("name", "code"), [("passing", 0), ("failing", 1)])
+def test_exit_code(name: str, code: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = str(CI / f"{name}.yaml")
+    assert main([path, "--json"]) == code
+    out, err = capfd.readouterr()
+    assert json.loads(out)["requirements"]["passed"] is (code == 0)
+    assert ("4 of 9 requirements are not met" in err) is (code == 1)
+    assert main([path, "-o", str(tmp_path), "--format", "csv,junit,markdown", "--quiet"]) == code
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert ("Deflection (at most 0.015 m)" in err) is (code == 1)
+    assert {file.name for file in tmp_path.iterdir()} == {"branches.csv", "junit.xml", "summary.md"}
+
+
+def test_formats_for_jobs_are_written_only_when_asked_for(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert FORMATS == ("html", "pdf", "png", "json", "csv")
+    assert set(ALL_FORMATS) - set(FORMATS) == {"junit", "markdown", "github"}
+    folder = tmp_path / "out"
+    assert main([str(CI / "failing.yaml"), "-o", str(folder), "--format", "github"]) == 1
+    out, err = capfd.readouterr()
+    assert not folder.exists()
+    assert out.count("::error ") == 4
+    assert "::" not in err
+    assert main(["plan", str(CI / "failing.yaml"), "--format", "junit"]) == 0
+    out = capfd.readouterr().out
+    assert re.search(r"run +junit", out)
+    assert not re.search(r"(markdown|github)", out)
+
+
+def test_junit_is_read_by_a_parser() -> None:
+    study = analyse(load(CI / "failing.yaml"))
+    assert junit(study) == junit(study)
+    parsed = JUnitXml.fromstring(junit(study))
+    (suite,) = parsed
+    cases = list(suite)
+    assert (parsed.tests, parsed.failures, parsed.errors) == (suite.tests, suite.failures, suite.errors) == (9, 4, 0)
+    assert (len(cases), sum(not case.is_passed for case in cases)) == (9, 4)
+    for case, one in zip(cases, study.criteria, strict=True):
+        assert case.name == f"{one.title}: {one.limit.text}"
+        assert case.is_passed is one.passed
+        if not one.passed:
+            (failure,) = case.result
+            assert isinstance(failure, Failure)
+            assert one.outcome.text in failure.message
+            assert failure.type == one.key
+
+
+def test_junit_without_requirements_is_one_case(study_of) -> None:
+    (suite,) = JUnitXml.fromstring(junit(study_of("inclined")))
+    (case,) = suite
+    assert (case.name, case.is_passed, suite.tests, suite.failures) == ("solved", True, 1, 0)
+
+
+TITLE = "<b>|%0A`x` *y* _z_ [l](u) & ~s~ $m$: \\|"
+
+
+@pytest.fixture(scope="module")
+def odd():
+    text = (CI / "failing.yaml").read_text()
+    title = "title: Capsule at 45 degrees, refused"
+    assert title in text
+    return analyse(loads(text.replace(title, f"title: '{TITLE}'"), "odd,na:me%.yaml"))
+
+
+def test_a_title_is_text_in_every_format(odd) -> None:
+    (suite,) = JUnitXml.fromstring(junit(odd))
+    assert suite.name == TITLE
+    text = markdown(odd, provenance_of(odd.loaded, "test"))
+    head = text.splitlines()[0]
+    assert head == (
+        "## Requirements not met: &lt;b&gt;\\|%0A\\`x\\` \\*y\\* \\_z\\_ \\[l\\](u) &amp; \\~s\\~ \\$m\\$: \\\\\\|"
+    )
+    assert "<" not in text
+    rows = [line for line in text.splitlines() if line.startswith("|")]
+    assert len(rows) == 2 + 9
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {7}
+    assert sum("**NOT MET**" in row for row in rows) == 4
+
+
+def test_characters_that_xml_cannot_hold(odd) -> None:
+    loaded = replace(odd.loaded, document=replace(odd.loaded.document, name="a\x1b\udcff.yaml"))
+    study = replace(odd, loaded=loaded)
+    (suite,) = JUnitXml.fromstring(junit(study))
+    assert len(list(suite)) == 9
+    github(study).encode()
+
+
+def test_annotations_point_to_the_lines(odd) -> None:
+    lines = github(odd).splitlines()
+    failed = [one for one in odd.criteria if not one.passed]
+    errors = [line for line in lines if line.startswith("::error ")]
+    rows = odd.loaded.document.text.splitlines()
+    assert len(errors) == len(failed) == 4
+    for line, one in zip(errors, failed, strict=True):
+        found = re.fullmatch(r"::error file=odd%2Cna%3Ame%25\.yaml,line=(\d+),title=([^:,]*)::(.*)", line)
+        assert found
+        assert rows[int(found[1]) - 1].split(":")[0].strip() == one.key
+        assert not re.search(r"%(?!25|0A|0D|3A|2C)", found[2] + found[3])
+    warnings = [line for line in lines if line.startswith("::warning ")]
+    assert len(warnings) == sum(alert.severity == "warning" for alert in odd.alerts) > 0
+    assert len(lines) == len(errors) + len(warnings)
+
+
+def test_annotations_are_seen_from_the_root_of_the_repository(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GITHUB_WORKSPACE", str(ROOT))
+    monkeypatch.chdir(CI)
+    assert "::error file=examples/ci/failing.yaml,line=28," in github(analyse(load("failing.yaml")))
+    standard_input = analyse(loads((CI / "failing.yaml").read_text(), "<stdin>"))
+    assert github(standard_input).startswith("::error title=")
+
+
+def test_what_is_set_over_the_file_has_no_line() -> None:
+    study = analyse(load(CI / "passing.yaml", {"requirements.u_ave_at_least_v": 1e6}))
+    (one,) = (one for one in study.criteria if not one.passed)
+    assert (one.key, one.line) == ("u_ave_at_least_v", None)
+    assert "::error file=" in github(study)
+    assert "line=" not in github(study).split("::")[1]
+    assert sum(one.line is None for one in study.criteria) == 1
+    whole = analyse(load(CI / "passing.yaml", {"requirements": {"u_ave_at_least_v": 1}}))
+    assert [one.line for one in whole.criteria] == [None]
+
+
+def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
+    from vireport.report.build import build_report
+
+    study = analyse(load(CI / "failing.yaml"), ("html",))
+    model = build_report(study, (), provenance_of(study.loaded, "test"))
+    assert [section.key for section in model.sections][:2] == ["acceptance", "alerts"]
+    table = model.sections[0].blocks[1]
+    assert [row[1] for row in table.rows].count("✗ NOT MET") == 4
+    assert [row[1] for row in table.rows].count("✓ met") == 5
+    plain = build_report(study_of("inclined"), (), provenance_of(study_of("inclined").loaded, "test"))
+    assert "acceptance" not in [section.key for section in plain.sections]
+    assert main([str(CI / "failing.yaml"), "-o", str(tmp_path), "--format", "html", "-q"]) == 1
+    html = (tmp_path / "report.html").read_text()
+    assert html.index('id="acceptance"') < html.index('id="alerts"')
+    assert html.count("NOT MET") == 4
+
+
+def test_the_workflow_runs_what_exists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    workflow = read((CI / "vireport.yml").read_text(), "vireport.yml")
+    assert not workflow.mistakes
+    job = workflow.data["jobs"]["acceptance"]
+    assert (ROOT / job["env"]["SCENARIO"]).is_file()
+    commands = [shlex.split(step["run"]) for step in job["steps"] if step.get("run", "").startswith("vireport ")]
+    assert len(commands) == 1
+    summary = tmp_path / "summary"
+    monkeypatch.chdir(tmp_path)
+    arguments = [str(ROOT / job["env"]["SCENARIO"]) if word == "$SCENARIO" else word for word in commands[0][1:]]
+    assert main(arguments) == 0
+    (step,) = (step for step in job["steps"] if "GITHUB_STEP_SUMMARY" in step.get("run", ""))
+    environment = {"GITHUB_STEP_SUMMARY": str(summary), "PATH": "/usr/bin:/bin"}
+    subprocess.run(["bash", "-e", "-c", step["run"]], env=environment, check=True)
+    assert summary.read_text().startswith("## Stable: Capsule at 45 degrees, accepted\n")
+    (upload,) = (step for step in job["steps"] if "upload-artifact" in step.get("uses", ""))
+    assert Path(upload["with"]["path"]).is_dir()

@@ -1,0 +1,125 @@
+"""The JSON Schema says what the loader does, and the commented scenario to start from shows every key."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from bad_scenarios import BAD_SCENARIOS, GOOD
+from jsonschema import Draft202012Validator
+
+from vireport.errors import ScenarioError
+from vireport.scenario import Scenario, init_text, loads, schema, to_dict
+from vireport.scenario.blocks import MapFile
+from vireport.scenario.document import read
+from vireport.scenario.schema import keys
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+VALIDATOR = Draft202012Validator(schema())
+SCENARIOS = [GOOD, init_text(), *(path.read_text(encoding="utf-8") for path in EXAMPLES.glob("*.yaml"))]
+KEYS = {path: key for path, key in keys(Scenario).items() if path and not path.endswith("*")}
+LEAVES = [path for path, key in KEYS.items() if "properties" not in key]
+
+# What a schema cannot see: how a number is written, not-a-number, control characters, and comparisons.
+BEYOND = {
+    *("period_ratio 2.0", "schema_version 1.0", "device.length_m .nan", "title '  '", "sweep.to 0.59"),
+    *('title "\\e[31m"', 'title "two\\nlines"', "device.ball_mass_kg 0.2", "device.ball_mass_kg 0.1245"),
+    *("row 9 '    ball_radius_m: 7e-3'", "row 9 '    active_radius_m: 5e-3'", "key simulation: {samples: 4.0}"),
+    *("nothing behind requirements", "required stable_from: 0.6, stable_to: 0.76 stable_to"),
+    "required inclination_from_deg: 20, inclination_to_deg: 20.0 inclination_to_deg",
+    "required margin_any_percent: 6 margin_any_percent",
+    *("key simulation: {portraits: [.nan]}", "key simulation: {portraits: [-0.6]}", "simulation without a sweep"),
+}
+
+
+def test_committed_schema_is_the_one_in_force():
+    committed = (EXAMPLES / "scenario.schema.json").read_text(encoding="utf-8")
+    assert committed == json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def test_schema_is_a_schema():
+    Draft202012Validator.check_schema(schema())
+    assert schema()["$schema"] == Draft202012Validator.META_SCHEMA["$id"]
+
+
+@pytest.mark.parametrize("text", SCENARIOS)
+def test_schema_accepts_scenarios_and_what_is_made_of_them(text):
+    VALIDATOR.validate(read(text, "text").data)
+    VALIDATOR.validate(to_dict(loads(text).scenario))
+
+
+def readable():
+    for case in BAD_SCENARIOS:
+        try:
+            document = read(case.text, "text")
+        except ScenarioError:
+            continue
+        if not document.mistakes:
+            yield pytest.param(case.name, document.data, id=case.name)
+
+
+@pytest.mark.parametrize(("name", "tree"), list(readable()))
+def test_schema_refuses_what_the_loader_refuses(name, tree):
+    assert VALIDATOR.is_valid(tree) is (name in BEYOND)
+
+
+@pytest.mark.parametrize("block", ["", "device", "device.membrane", "excitation", "sweep"])
+def test_schema_refuses_unknown_keys(block):
+    tree = read(GOOD, "text").data
+    inner = tree
+    for step in filter(None, block.split(".")):
+        inner = inner[step]
+    inner["colour"] = "red"
+    assert [list(error.absolute_path) for error in VALIDATOR.iter_errors(tree)] == [block.split(".") if block else []]
+
+
+@pytest.mark.parametrize("path", KEYS)
+def test_every_key_is_explained(path):
+    key = KEYS[path]
+    assert key["title"]
+    assert key["description"].endswith(".")
+
+
+@pytest.mark.parametrize("path", LEAVES)
+def test_every_value_has_an_example_that_is_valid(path):
+    key = KEYS[path]
+    for value in key["examples"]:
+        Draft202012Validator(key).validate(value)
+    if "number" in key["type"]:
+        assert key["unit"]
+
+
+@pytest.mark.parametrize("suffix", ["m", "kg", "n", "hz", "deg", "v", "m_s2"])
+def test_unit_in_the_key_is_the_unit_in_the_schema(suffix):
+    units = {"m": "m", "kg": "kg", "n": "N", "hz": "Hz", "deg": "deg", "v": "V", "m_s2": "m/s^2"}
+    matching = [path for path in LEAVES if path.endswith(f"_{suffix}")]
+    assert matching
+    assert {KEYS[path]["unit"] for path in matching} == {units[suffix]}
+
+
+def test_template_has_every_key_and_the_defaults():
+    head, marked, block = init_text().partition("# simulation:")
+    assert loads(init_text()).scenario.simulation is None  # commented out: it needs a package that may not be there
+    loaded = loads(head + (marked + block).replace("\n# ", "\n").removeprefix("# "))
+    assert loaded.given == set(KEYS)
+    plain = to_dict(loaded.scenario)
+    without = {path: key["default"] for path, key in KEYS.items() if key.get("default") is not None}
+    assert len(without) == 17
+    for path, default in without.items():
+        value = plain
+        for step in path.split("."):
+            value = value[step]
+        assert value == default
+
+
+def test_template_explains_every_value():
+    assert init_text().startswith("# yaml-language-server: $schema=scenario.schema.json\n")
+    for row in init_text().splitlines():
+        assert len(row) <= 110
+        assert "#" in row or row in ("", "device:", "excitation:")
+
+
+def test_keys_are_those_of_the_blocks():
+    assert [path for path in KEYS if "." not in path] == list(Scenario.model_fields)
+    assert {"map", "map.axes", "map.axes.*", "map.axes.*.values.*", "map.simulate.starts"} <= set(keys(MapFile))

@@ -1,0 +1,320 @@
+"""Attractors: what is called periodic is an orbit with a residual, however slow the approach to it."""
+
+from __future__ import annotations
+
+from math import inf, log, pi, radians, sin
+
+import numpy as np
+import pytest
+
+from vireport.simulation import cycles
+from vireport.simulation.attractors import SETTLED, Outcome, attractors, diagram, find_attractor
+from vireport.simulation.cycles import exponent, jacobians, multipliers, product, refine, word_of
+from vireport.simulation.events import (
+    BOTTOM,
+    PHASE,
+    REST,
+    RIDING,
+    RUNNING,
+    SETTLING,
+    TOP,
+    VELOCITY,
+    WALL,
+    Impact,
+    InFlight,
+    as_start,
+    check_model,
+    check_start,
+    follow,
+    follow_one,
+)
+from vireport.simulation.trajectories import simulate
+
+INCLINED = 0.1245 * 9.8 * sin(radians(45)) / 3
+CHAOS = (0.2545, 0.3, 0.5)
+STARTS = [Impact(BOTTOM, 0.7, 0.2), Impact(BOTTOM, 0.3, 2.0), Impact(TOP, -0.5, 4.0), InFlight(0.0, 0.4, 1.0)]
+# Period doubling at 45 degrees and 3 N, and pitchfork of the horizontal device, in 40-digit arithmetic.
+DOUBLING, PITCHFORK = 0.4179595416, 0.2634315843
+
+
+def trajectory(model, start, impacts):
+    return follow_one(check_model(*model)[0], check_start(start, model[0]), impacts)[0]
+
+
+def test_the_period_four_orbit_of_figure_3gh() -> None:
+    d, g = 0.2545, 0.1245 * 9.8 * sin(radians(45)) / 5.87
+    for start in STARTS:
+        found = find_attractor(d, g, 0.5, start)
+        assert (found.outcome, found.word, found.period) == (Outcome.PERIODIC, "BTBT", 2)
+        cycle = found.cycle
+        assert cycle is not None
+        assert cycle.velocity[0] == pytest.approx(0.71495891, abs=0.6e-8)
+        assert cycle.phase[0] == pytest.approx(0.23548277, abs=0.6e-8)
+        assert np.round(np.roll(cycle.flight, -1), 4).tolist() == [1.2131, 0.7495, 1.4245, 0.6129]
+        assert cycle.residual < 1e-14
+        assert found.lyapunov == pytest.approx(log(0.08597951) / 2, abs=1e-6)
+
+
+@pytest.mark.parametrize(("away", "word"), [(1e-3, "BT"), (1e-5, "BT"), (-1e-5, "BTBT"), (-1e-3, "BTBT")])
+def test_near_a_period_doubling_the_transient_is_as_long_as_it_must_be(away: float, word: str) -> None:
+    found = find_attractor(DOUBLING + away, INCLINED, 0.5, Impact(BOTTOM, 0.9, 0.6), budget=2_000_000)
+    assert (found.outcome, found.word) == (Outcome.PERIODIC, word)
+    assert found.distance <= SETTLED
+    assert found.cycle is not None
+    assert found.cycle.residual < 1e-14
+    rate = abs(found.cycle.multipliers[0])
+    assert rate == pytest.approx(1 - abs(away) * (3.756 if away > 0 else 15.03), abs=5 * abs(away) ** 1.4)
+    if abs(away) < 1e-4:
+        needed = log(1e-4 / SETTLED) / -log(rate) * len(word)
+        assert needed / 2 < found.impacts < 10 * needed
+
+
+def test_a_transient_cut_by_the_budget_is_reported_with_its_distance() -> None:
+    found = find_attractor(DOUBLING + 1e-6, INCLINED, 0.5, Impact(BOTTOM, 0.9, 0.6), budget=400_000)
+    assert (found.outcome, found.word, found.impacts) == (Outcome.PERIODIC, "BT", 400_000)
+    assert SETTLED < found.distance < 1e-2
+
+
+def test_the_pitchfork_has_two_mirror_orbits() -> None:
+    pair = [find_attractor(PITCHFORK - 1e-4, 0.0, 0.5, start).cycle for start in STARTS[:2]]
+    assert pair[0] is not None
+    assert pair[1] is not None
+    assert pair[0].word == pair[1].word == "BT"
+    assert pair[0].flight == pytest.approx(pair[1].flight[::-1], abs=1e-12)
+    assert abs(pair[0].flight[0] - 1) > 0.01
+    assert pair[0].velocity == pytest.approx(-pair[1].velocity[::-1], abs=1e-12)
+
+
+def test_an_unstable_orbit_is_not_an_attractor() -> None:
+    """Started on the 1:1 orbit below its period doubling, the motion leaves it for the doubled one."""
+    d = DOUBLING - 0.01
+    model = check_model(d, INCLINED, 0.5)[0]
+    doubled = find_attractor(d, INCLINED, 0.5, STARTS[0]).cycle
+    assert doubled is not None
+    middle = np.array([[1.0, doubled.phase[::2].mean(), 0.0, doubled.velocity[::2].mean(), 0.0, 0.0]])
+    single = refine(model, np.repeat(middle, 3, axis=0), 2)
+    assert single is not None
+    assert (single.word, single.growth > 1) == ("BT", True)
+    start = Impact(BOTTOM, float(single.velocity[0]), float(single.phase[0]))
+    assert find_attractor(d, INCLINED, 0.5, start).word == "BTBT"
+    # A trajectory, unlike an attractor, may stay where it was put.
+    stays = simulate(d, INCLINED, 0.5, start, 40)
+    assert stays.outcome is Outcome.PERIODIC
+    assert stays.cycle is not None
+    assert (stays.cycle.word, stays.cycle.growth > 1) == ("BT", True)
+
+
+def test_twice_round_is_not_twice_the_period() -> None:
+    model = check_model(0.4604, INCLINED, 0.5)[0]
+    rows = trajectory(model, Impact(BOTTOM, 1.0, 0.5), 400)
+    cycle = refine(model, rows, 6)
+    assert cycle is not None
+    assert (cycle.word, cycle.period) == ("BT", 1)
+
+
+def test_chaos_has_a_positive_exponent_and_no_word() -> None:
+    found = find_attractor(*CHAOS, STARTS[0], budget=50_000)
+    assert (found.outcome, found.word, found.period, found.cycle) == (Outcome.APERIODIC, "", 0, None)
+    assert found.impacts == 50_000
+    assert found.distance == inf
+    assert found.lyapunov > 0.1
+
+
+def test_exponent_is_the_growth_of_a_small_difference() -> None:
+    """Two trajectories side by side, drawn together again at every impact, against the Jacobians' product."""
+    model = check_model(*CHAOS)[0]
+    rows = trajectory(CHAOS, STARTS[0], 3000)
+    apart, growth = np.array([1e-7, 0.0]), 0.0
+    for i in range(2000, 3000):
+        wall, z, velocity, phase = as_start(rows[i])
+        lap = follow_one(model, (wall, z, velocity + apart[1], phase + apart[0]), 1)[0][1]
+        apart = np.array(
+            [(lap[PHASE] - rows[i + 1, PHASE] + pi) % (2 * pi) - pi, lap[VELOCITY] - rows[i + 1, VELOCITY]]
+        )
+        size = np.abs(apart).max()
+        if lap[WALL] != rows[i + 1, WALL] or size > 1e-3:  # on two sides of a graze: begin anew
+            apart = np.array([1e-7, 0.0])
+            continue
+        growth += log(size / 1e-7)
+        apart *= 1e-7 / size
+    span = rows[2001:3001, cycles.FLIGHT].sum() / 2
+    assert exponent(model, rows[2000:3001]) == pytest.approx(growth / span, abs=0.05)
+
+
+def test_jacobians_are_the_derivatives_of_the_map() -> None:
+    model = check_model(*CHAOS)[0]
+    rows = trajectory(CHAOS, STARTS[2], 300)
+    exact = jacobians(model, rows[:-1], rows[1:])
+    checked, step = 0, 1e-6
+    for i in range(100, 300):
+        if abs(rows[i + 1, VELOCITY]) < 0.2:
+            continue
+        columns = []
+        for dp, dv in ((step, 0.0), (0.0, step)):
+            ends = []
+            for sign in (1, -1):
+                wall, z, velocity, phase = as_start(rows[i])
+                ends.append(follow_one(model, (wall, z, velocity + sign * dv, phase + sign * dp), 1)[0][1])
+            if ends[0][WALL] == ends[1][WALL] == rows[i + 1, WALL]:
+                columns.append((ends[0] - ends[1])[[PHASE, VELOCITY]] / (2 * step))
+        if len(columns) == 2 and abs(columns[0][0]) < 100:
+            checked += 1
+            assert np.abs(np.array(columns).T - exact[i]).max() < 1e-6 * (1 + np.abs(exact[i]).max())
+    assert checked > 100
+
+
+def test_area_shrinks_by_the_square_of_r_and_is_kept_without_loss() -> None:
+    for r in (1.0, 0.7):
+        model = check_model(0.3, 0.2, r)[0]
+        rows = follow_one(model, check_start(Impact(BOTTOM, 0.8, 0.3), 0.3), 200_000)[0]
+        v = np.abs(rows[:, VELOCITY])
+        fine = (v[1:] > 1e-2) & (v[:-1] > 1e-2) & (rows[:-1, RIDING] + rows[:-1, SETTLING] == 0)
+        (a, b), (c, d) = np.moveaxis(jacobians(model, rows[:-1], rows[1:]), 0, -1)
+        determinant = a * d - b * c
+        # In phase and energy, v dv: what r takes is r^2 an impact, and nothing else.
+        area = determinant * rows[1:, VELOCITY] / rows[:-1, VELOCITY]
+        assert fine.sum() > 100_000
+        assert np.abs(area[fine] / (r * r) - 1).max() < 1e-9
+
+
+@pytest.mark.parametrize("word", ["BT", "BTBT", "BBT"])
+def test_determinant_of_a_cycle_is_a_power_of_r(word: str) -> None:
+    d, g = {"BT": (0.4604, INCLINED), "BTBT": (0.41, INCLINED), "BBT": (0.2, 0.3)}[word]
+    found = find_attractor(d, g, 0.5, STARTS[0])
+    assert found.word == word
+    cycle = found.cycle
+    assert cycle is not None
+    model = check_model(d, g, 0.5)[0]
+    lap = follow_one(model, (float(cycle.wall[0]), 0.0, cycle.velocity[0], cycle.phase[0]), len(word))[0]
+    matrix, scale = product(jacobians(model, lap[:-1], lap[1:]))
+    matrix = matrix * np.exp(scale)
+    assert np.linalg.det(matrix) == pytest.approx(0.5 ** (2 * len(word)), rel=1e-10)
+    assert sorted(map(abs, cycle.multipliers)) == pytest.approx(sorted(np.abs(np.linalg.eigvals(matrix))), rel=1e-6)
+
+
+def test_ends_of_every_kind() -> None:
+    kinds = {
+        Outcome.REST: (0.5, 1.2, 0.5, STARTS[0]),
+        Outcome.FREE: (3.0, 0.0, 0.5, InFlight(0.0, 0.0, 0.0)),
+        Outcome.STICKING: (0.06, INCLINED, 0.5, STARTS[0]),
+        Outcome.PERIODIC: (0.4604, INCLINED, 0.5, STARTS[0]),
+        Outcome.APERIODIC: (*CHAOS, STARTS[0]),
+    }
+    for outcome, arguments in kinds.items():
+        assert find_attractor(*arguments, budget=3000).outcome is outcome
+
+
+def test_chaos_that_sticks_now_and_then_is_not_sold_as_a_cycle() -> None:
+    """A release is always the same; the cycle from one to the next is computed only if rounding stays small."""
+    rng = np.random.default_rng(0)
+    kinds = []
+    for d, g in zip(rng.uniform(0.03, 0.45, 150), rng.uniform(0.4, 0.75, 150), strict=True):
+        found = find_attractor(d, g, 0.7, STARTS[0], budget=8000)
+        rows = trajectory((d, g, 0.7), STARTS[0], 8000)
+        rides = (rows[rows[:, RIDING] > 0, WALL] == BOTTOM).sum()
+        if found.outcome is Outcome.STICKING:
+            assert found.cycle is not None
+            assert found.cycle.sticks
+            assert found.cycle.residual < cycles.STICK_TOL
+            # What comes after a release comes after every release.
+            lap = np.flatnonzero(rows[:, RIDING] > 0)[-1]
+            assert found.cycle.distance(rows[lap]) == 0.0
+        kinds.append((found.outcome, bool(rides > 1), len(found.word) > 20))
+    assert kinds.count((Outcome.APERIODIC, True, False)) > 5
+    assert kinds.count((Outcome.STICKING, True, False)) > 20
+    assert kinds.count((Outcome.STICKING, True, True)) > 1
+
+
+@pytest.mark.parametrize(
+    ("velocities", "rides", "word"),
+    [
+        ([3, -3, -2, 1], [], "BTTB"),
+        ([3, 2, 1, -3], [2], "B~T"),
+        ([2, 3, 1, -3], [2], "BB~T"),
+        ([-3, 3, 2, -3, -2], [2, 4], "TB~T~"),
+        ([3, 2, 1, 0.5], [1, 3], "B~B~"),
+    ],
+)
+def test_words(velocities, rides, word: str) -> None:
+    rows = np.zeros((len(velocities), 6))
+    rows[:, WALL], rows[:, VELOCITY] = np.sign(velocities), velocities
+    rows[rides, RIDING] = 0.1
+    assert "".join(word_of(rows)) == word
+
+
+@pytest.mark.parametrize(
+    ("trace", "determinant"),
+    [(3.0, 1e-12), (-3.0, 1e-12), (0.1, 0.06), (0.0, 0.0), (-0.5, 0.0625), (2.0, 1.0)],
+)
+def test_multipliers_solve_their_polynomial(trace: float, determinant: float) -> None:
+    one, two = multipliers(trace, determinant)
+    assert abs(one) >= abs(two)
+    assert one + two == pytest.approx(trace, abs=1e-15)
+    assert one * two == pytest.approx(determinant, rel=1e-14, abs=1e-300)
+
+
+def test_product_keeps_order_and_size() -> None:
+    rng = np.random.default_rng(3)
+    chain = rng.normal(size=(301, 2, 2))
+    expected, scale = np.eye(2), 0.0
+    for matrix in chain:
+        expected = matrix @ expected
+        size = np.abs(expected).max()
+        expected, scale = expected / size, scale + log(size)
+    matrix, logarithm = product(chain)
+    assert matrix == pytest.approx(expected, abs=1e-12)
+    assert logarithm == pytest.approx(scale, rel=1e-13)
+    chain[150] = 0.0
+    assert product(chain)[1] == -inf
+
+
+def test_results_do_not_depend_on_the_number_of_threads() -> None:
+    model = check_model(np.repeat(np.linspace(0.05, 0.6, 41), len(STARTS)), INCLINED, 0.5)
+    starts = np.array([check_start(STARTS[i % len(STARTS)], d) for i, d in enumerate(model[:, 0])])
+    alone, two, five = (follow(model, starts, 300, 20, workers=count) for count in (1, 2, 5))
+    for rows, summary in (two, five):
+        assert np.array_equal(rows, alone[0], equal_nan=True)
+        assert np.array_equal(summary, alone[1])
+    single = follow(model[30:31], starts[30:31], 300, 20)[0]
+    assert np.array_equal(single[0], alone[0][30])
+
+
+def test_trajectories_that_end_early_say_so() -> None:
+    model = check_model([0.5, 0.5], [1.3, 0.2], 0.5)
+    rows, summary = follow(model, np.array([check_start(STARTS[0], 0.5)] * 2), 200, keep=50)
+    assert summary[:, 2].tolist() == [REST, RUNNING]
+    assert summary[0, 0] < 100
+    assert np.isfinite(rows[1]).all()
+
+
+def test_many_attractors_are_those_found_one_by_one() -> None:
+    d = np.linspace(0.1, 0.5, 9)
+    together = attractors(d, INCLINED, 0.5, STARTS, impacts=600)
+    for row, value in zip(together, d, strict=True):
+        for found, start in zip(row, STARTS, strict=True):
+            alone = find_attractor(float(value), INCLINED, 0.5, start, budget=20_000)
+            assert (found.outcome, found.word, found.period) == (alone.outcome, alone.word, alone.period)
+
+
+def test_a_diagram_shows_cycles_once_and_names_them() -> None:
+    d = np.array([0.2545, 0.4604, 0.06])
+    g = [CHAOS[1], INCLINED, INCLINED]
+    shown = diagram(d, g, 0.5, STARTS, keep=64)
+    names = [{shown.labels[k] for k in shown.label[shown.index == i]} for i in range(3)]
+    assert names == [{Outcome.APERIODIC.value}, {"BT"}, {"B~T"}]
+    assert (shown.index == 0).sum() == 64 * len(STARTS)
+    assert (shown.index == 1).sum() == 2
+    bottom = (shown.index == 1) & (shown.wall == BOTTOM)
+    assert shown.velocity[bottom] == pytest.approx([1.00400474], abs=1e-8)
+
+
+def test_a_diagram_does_not_mistake_a_slow_approach_for_a_longer_period() -> None:
+    d = DOUBLING + np.array([1e-3, 3e-4, 1e-4])
+    shown = diagram(d, INCLINED, 0.5, [Impact(BOTTOM, 0.9, 0.6)], impacts=1000)
+    assert shown.labels == ("BT",)
+    assert len(shown.index) == 2 * len(d)
+
+
+def test_an_empty_list_of_starts_is_refused() -> None:
+    with pytest.raises(ValueError, match="start"):
+        attractors(0.4, 0.2, 0.5, [], 10)

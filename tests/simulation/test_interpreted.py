@@ -1,0 +1,90 @@
+"""The event search without numba: the same impacts, slower; and with it, compiled only when it is needed."""
+
+from __future__ import annotations
+
+import importlib.util
+import logging
+import subprocess
+import sys
+from math import pi
+
+import numpy as np
+import pytest
+
+import vireport.simulation
+from vireport.simulation import BOTTOM, Impact, Outcome, events, find_attractor, follow, kernel
+
+CHAOS = (0.2545, 0.3, 0.5)
+
+
+@pytest.fixture(scope="module")
+def interpreted():
+    """The kernel as it is where numba is missing."""
+    spec = importlib.util.find_spec("vireport.simulation.kernel")
+    module = importlib.util.module_from_spec(spec)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "numba", None)
+        spec.loader.exec_module(module)
+    assert not module.COMPILED
+    return module
+
+
+@pytest.fixture
+def without_numba(interpreted, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vireport.simulation, "kernel", interpreted)
+
+
+def random_models(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Devices and starts of all sizes, at rest, in flight, chattering and grazing."""
+    model = np.column_stack(
+        [10 ** rng.uniform(-3, 3, count), rng.choice([0, 1e-9, 0.3, 1, 1.5], count), rng.choice([0, 0.5, 1], count)]
+    )
+    wall = rng.choice([1.0, -1.0, 0.0], count)
+    velocity = np.where(wall == 0, rng.choice([-1, 1], count), wall) * 10 ** rng.uniform(-9, 3, count)
+    velocity[::7] = 0.0
+    position = np.where(wall == 0, model[:, 0] * rng.uniform(-0.49, 0.49, count), 0.0)
+    return model, np.column_stack([wall, position, velocity, rng.uniform(0, 2 * pi, count)])
+
+
+def test_interpreted_impacts_are_the_compiled_ones(interpreted, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To rounding: sine and cosine may come from another library, and a flight between touches may grow it."""
+    assert kernel.COMPILED
+    model, starts = random_models(np.random.default_rng(1), 400)
+    compiled, summary = follow(model, starts, 3)
+    monkeypatch.setattr(vireport.simulation, "kernel", interpreted)
+    rows, ends = follow(model, starts, 3)
+    same = (rows == compiled) | (np.isnan(rows) & np.isnan(compiled))
+    close = np.isclose(rows, compiled, rtol=1e-9, atol=1e-9, equal_nan=True)
+    assert same.mean() > 0.5
+    assert close.all(axis=(1, 2)).mean() > 0.98
+    assert (summary[:, 2] == ends[:, 2]).mean() > 0.98
+
+
+@pytest.mark.usefixtures("without_numba")
+def test_an_orbit_is_found_without_the_compiler() -> None:
+    found = find_attractor(0.4604, 0.1245 * 9.8 * np.sin(np.radians(45)) / 3, 0.5, Impact(BOTTOM, 1.0, 0.5))
+    assert (found.outcome, found.word) == (Outcome.PERIODIC, "BT")
+    assert found.cycle.velocity[0] == pytest.approx(1.00400474, abs=0.6e-8)
+
+
+@pytest.mark.usefixtures("without_numba")
+def test_a_long_interpreted_job_says_so_once(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    model, starts = np.array([CHAOS] * 2), np.array([[1.0, 0.0, 0.7, 0.2]] * 2)
+    with caplog.at_level(logging.WARNING):
+        follow(model, starts, 10)
+        assert not caplog.records
+        monkeypatch.setattr(events, "LONG", 1e-5)
+        follow(model, starts, 10)
+        follow(model, starts, 10)
+    assert [record.message.count("pip install 'vireport[simulation]'") for record in caplog.records] == [1]
+
+
+def test_the_compiler_is_not_paid_for_unless_something_is_simulated() -> None:
+    code = "import sys, vireport.simulation\nsys.exit(bool({'numba', 'vireport.simulation.kernel'} & set(sys.modules)))"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_kernel_names_its_columns_as_its_callers_do() -> None:
+    """They are repeated in it, as its compiled code is kept until its own file changes."""
+    for name in ("WALL", "PHASE", "FLIGHT", "VELOCITY", "SETTLING", "RIDING", "RUNNING", "REST", "FREE", "TURN"):
+        assert getattr(kernel, name) == getattr(events, name)

@@ -1,0 +1,79 @@
+"""The plan of a run: every step is run or left out for a reason, and what is not asked for is not listed."""
+
+from __future__ import annotations
+
+import pytest
+
+from vireport import loads
+from vireport.study import ALL_FORMATS, FIGURES, FORMATS, Task, plan
+
+DESIGN = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1, ball_mass_kg: 0.004, restitution: 0.5, length_m: 0.7}
+excitation: {amplitude_n: 3, frequency_hz: 2}
+inclination_deg: 45
+"""
+SWEEP = "sweep: {parameter: length_m, from: 0.6, to: 0.8}\n"
+SIMULATION = "simulation: {portraits: [0.7], displacement: [0.7], diagram: true}\n"
+EVERYTHING = f"{DESIGN}{SWEEP}{SIMULATION}accuracy: {{}}\nrequirements: {{margin_any_percent: 5}}\n"
+
+
+def of(text: str, *formats: str, **overrides: object):
+    over = {path.replace("__", "."): value for path, value in overrides.items()}
+    return plan(loads(text, overrides=over).scenario, formats or FORMATS)
+
+
+def why(made, task: Task) -> str:
+    (step,) = [step for step in made.steps if step.task is task]
+    assert not step.runs
+    return step.why
+
+
+def test_every_task_is_listed_once_and_runs_where_everything_is_asked_for():
+    made = of(EVERYTHING, *ALL_FORMATS, inclination_deg=0)
+    assert sorted(step.task for step in made.steps) == sorted(Task)
+    assert made.left_out == ()
+
+
+@pytest.mark.parametrize("text", [DESIGN, DESIGN + SWEEP, EVERYTHING])
+def test_every_step_has_its_words(text: str):
+    for step in of(text).steps:
+        assert step.what
+        assert step.why
+        assert "{" not in step.what + step.why
+
+
+def test_a_design_point_has_no_branches_and_no_figures():
+    made = of(DESIGN)
+    assert not made.runs(Task.BRANCHES, Task.CRITICAL, Task.PNG, Task.CSV, *FIGURES)
+    assert made.runs(Task.DESIGN)
+    assert why(made, Task.FIGURE_2) == "no sweep: a single design point has no branches to follow"
+
+
+def test_reasons_name_what_is_missing():
+    made = of(DESIGN + SWEEP, device__length_m=None, device__ball_mass_kg=None)
+    assert why(made, Task.DESIGN) == "device.length_m is not given"
+    assert why(made, Task.ENERGY) == why(made, Task.FIGURE_7) == "device.ball_mass_kg is not given"
+    assert why(made, Task.SYMMETRIC).startswith("gravity along the capsule")
+    assert why(of(DESIGN, inclination_deg=0, period_ratio=2), Task.SYMMETRIC).startswith("for an even period ratio")
+
+
+def test_figures_are_drawn_only_where_an_output_shows_them():
+    made = of(EVERYTHING, "json", "csv")
+    assert not made.runs(*FIGURES)
+    assert why(made, Task.FIGURE_2) == "no figure, HTML or PDF is asked for"
+    assert why(made, Task.HTML) == "not among the formats asked for"
+    assert of(EVERYTHING, "png").runs(Task.FIGURE_7)
+
+
+def test_what_only_some_runs_have_is_not_listed_in_the_others():
+    listed = {step.task for step in of(DESIGN + SWEEP).steps}
+    assert listed.isdisjoint({Task.REQUIREMENTS, Task.FIGURE_ACCURACY, Task.JUNIT, Task.MARKDOWN, Task.GITHUB})
+    massless = of(EVERYTHING, device__ball_mass_kg=None)
+    assert {Task.FIGURE_ACCURACY} <= {step.task for step in massless.steps}
+    assert Task.FIGURE_STIFFNESS not in {step.task for step in massless.steps}
+
+
+def test_cost_of_a_simulation_counts_its_impacts():
+    (step,) = [step for step in of(EVERYTHING).steps if step.task is Task.SIMULATION]
+    assert step.what.startswith("simulation: 41 x 4 starts x 1000 impacts, about 0.2 s")

@@ -1,0 +1,173 @@
+"""Simulation and solution side by side: they agree where they must, and disagreement is seen."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vireport import analyse, load, loads
+from vireport.analysis.design import design_point
+from vireport.figures.overlay import simulated_points
+from vireport.trust.crosscheck import crosscheck, difference, orbits_at, wilson
+
+
+@pytest.fixture(scope="module")
+def checked(example):
+    return {
+        name: analyse(loads(example(name).read_text(), overrides=["simulation.samples=41"]))
+        for name in ("horizontal", "inclined", "inclined-forcing", "design-point")
+    }
+
+
+@pytest.mark.parametrize("name", ["horizontal", "inclined", "inclined-forcing"])
+def test_agreement_on_the_papers_scenarios(checked, name: str) -> None:
+    check = checked[name].crosscheck
+    assert check.orbits > 20
+    assert check.misses == ()
+    assert check.velocity_difference < 1e-12
+    assert check.phase_difference < 1e-12
+    assert check.passed
+
+
+def test_a_design_point_is_checked_too(checked) -> None:
+    check = checked["design-point"].crosscheck
+    assert check.orbits == 1
+    assert check.passed
+
+
+def test_orbits_at_are_those_of_the_design_points(checked) -> None:
+    study = checked["horizontal"]
+    values = np.array([0.3, 0.45, 0.6])
+    for value, motions in zip(values, orbits_at(study.solution.diagram, values), strict=True):
+        alone = design_point(replace(study.solution.device, length_m=float(value)), study.solution.diagram).motions
+        np.testing.assert_allclose(np.sort(motions.velocity_bottom), np.sort(alone.velocity_bottom), rtol=1e-11)
+
+
+def test_below_the_period_doubling_the_simulation_finds_the_doubled_motion(checked) -> None:
+    check = checked["inclined-forcing"].crosscheck
+    doubled = [one for value, found in zip(check.values, check.found, strict=True) for one in found if value > 5.36]
+    assert {one.word for one in doubled} == {"BTBT"}
+    assert {one.period for one in doubled} == {2}
+    assert all(one.cycle.residual < 1e-12 for one in doubled)
+
+
+def test_a_wrong_solution_is_found_out(checked) -> None:
+    """The cross-check must be able to fail: orbits of another restitution are not those of the simulation."""
+    study = checked["inclined"]
+    asked = study.scenario.simulation
+    wrong = replace(study.solution, device=replace(study.solution.device, restitution=0.52))
+    check = crosscheck(wrong, asked)
+    assert check.misses
+    assert not check.passed
+    verdict = replace(study, crosscheck=check).verdict
+    assert verdict.headline.startswith("Not verified")
+    assert "VR020" in {alert.code for alert in replace(study, crosscheck=check).alerts}
+
+
+def test_difference_counts_phases_around_the_circle(checked) -> None:
+    study = checked["inclined"]
+    one = study.crosscheck.found[-1][0]
+    motions = orbits_at(study.solution.diagram, study.crosscheck.values[-1:])[0]
+    row = int(np.nonzero(motions.stable)[0][0])
+    turned = replace(motions, phi_bottom=motions.phi_bottom + 2 * np.pi)
+    assert difference(one, turned, row) == pytest.approx(difference(one, motions, row), abs=1e-14)
+
+
+def test_wilson_interval() -> None:
+    assert wilson(0, 10)[:2] == (0.0, 0.0)
+    assert wilson(10, 10)[2] == 1.0
+    # 8 of 10 (Brown, Cai, DasGupta 2001): 0.4902 to 0.9433.
+    share, low, high = wilson(8, 10)
+    assert share == 0.8
+    assert low == pytest.approx(0.4902, abs=5e-5)
+    assert high == pytest.approx(0.9433, abs=5e-5)
+
+
+def test_overlay_lies_on_the_curves(checked) -> None:
+    study = checked["inclined"]
+    points = simulated_points(study)
+    main = next(branch.motions for branch in study.solution.branches if "B1" in branch.labels)
+    order = np.argsort(main.d)
+    stable = points.d > 0.42
+    expected = np.interp(points.d[stable], main.d[order], main.velocity_bottom[order])
+    np.testing.assert_allclose(points.velocity_bottom[stable], expected, rtol=1e-3)
+    assert points.voltages is not None
+    assert np.isfinite(points.voltages.average_v[stable]).all()
+
+
+def test_results_do_not_depend_on_the_number_of_threads(example) -> None:
+    from vireport.simulation.attractors import attractors
+    from vireport.trust.crosscheck import starting_states
+
+    starts = starting_states([None], 0.5, 3)
+    d, gbar = np.linspace(0.25, 0.5, 9), 0.28
+    one, two = (attractors(d, gbar, 0.5, starts, 500, workers=n) for n in (1, 2))
+    assert [[a.word for a in row] for row in one] == [[a.word for a in row] for row in two]
+
+
+def test_without_a_simulation_block_nothing_of_it_is_imported(example) -> None:
+    code = (
+        "import sys; from vireport import load, analyse; analyse(load(sys.argv[1]))\n"
+        "ours = ('vireport.trust.crosscheck', 'vireport.simulation.events')\n"
+        "print([m for m in sys.modules if 'numba' in m or m in ours])"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code, str(example("inclined"))], capture_output=True, text=True, check=True
+    )
+    assert run.stdout.strip() == "[]"
+
+
+@pytest.mark.slow
+def test_the_simulated_example_writes_everything(example, tmp_path) -> None:
+    run = subprocess.run(
+        [sys.executable, "-m", "vireport", str(example("simulated")), "-o", str(tmp_path)],
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 0, run.stderr
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {"figure-3.png", "figure-6.png", "figure-diagram.png", "figure-2.png", "report.pdf"} <= names
+    results = json.loads((tmp_path / "results.json").read_text())
+    assert results["simulation"]["passed"] is True
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "5.31, 5.87" in page  # as the scenario has them, not as Python does
+    assert ">true<" in page
+    assert "numba" in results["provenance"]["libraries"]
+    assert results["simulation"]["basin"]["low_95"] <= results["simulation"]["basin"]["share"]
+
+
+def test_figure_3gh_is_the_period_4_motion(example) -> None:
+    study = analyse(load(example("simulated")))
+    portrait = study.crosscheck.portraits[1]
+    cycle = portrait.attractor.cycle
+    assert portrait.label == "F = 5.87 N"
+    assert cycle.word == "BTBT"
+    assert cycle.period == 2
+    assert np.abs(np.abs(cycle.velocity) - 0.71495891).min() < 1e-5  # printed for d = 0.2545, which is F = 5.8699 N
+
+
+def test_average_voltage_of_a_doubled_motion_is_over_its_four_impacts(checked) -> None:
+    """Eq. (5.1): the mean over all impacts of a period, one number for each motion."""
+    points = simulated_points(checked["inclined-forcing"])
+    value = points.sweep_value.max()
+    rows = np.nonzero(points.sweep_value == value)[0]
+    assert len(rows) == 2
+    volts = points.voltages
+    expected = np.mean([volts.bottom_v[rows], volts.top_v[rows]])
+    np.testing.assert_allclose(volts.average_v[rows], expected, rtol=1e-14)
+    assert abs(volts.bottom_v[rows[0]] - volts.bottom_v[rows[1]]) > 100
+
+
+def test_units_of_what_is_in_the_unit_of_the_parameter(example) -> None:
+    from vireport.report.context import scenario
+
+    study = analyse(load(example("simulated")))
+    rows = {row[-1]: row for row in next(iter(scenario(study))).rows}
+    for path in ("sweep.from", "sweep.to", "simulation.portraits", "simulation.displacement"):
+        assert rows[path][3] == "N"
+    assert rows["simulation.portraits"][2] == "5.31, 5.87"

@@ -1,0 +1,118 @@
+"""The harvester that the extreme cases are built around: its device, its membranes, and scenarios made of them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from vireport.physics import Device, Membrane
+from vireport.scenario import Loaded, Parameter, loads
+from vireport.study import Study, analyse, device_of, membrane_of
+
+WIDE = (0.02, 3.0)
+"""Range of d in which 1:1 motions begin and end."""
+
+SweepRange = tuple[Parameter, float, float]
+"""Parameter that is swept, and the ends of its range."""
+
+
+@dataclass(frozen=True, slots=True)
+class Harvester:
+    """A device with membranes.
+
+    Attributes
+    ----------
+    device : Device
+        With all its parameters given.
+    membrane : Membrane
+    span : tuple of float
+        Sweep of the length, as factors of the device's.
+    """
+
+    device: Device
+    membrane: Membrane
+    span: tuple[float, float]
+
+    @property
+    def groups(self) -> tuple[float, float]:
+        """The groups d and gbar."""
+        d, gbar = self.device.groups(Parameter.LENGTH, self.device.length_m)
+        return float(d), float(gbar)
+
+    def with_device(self, **changes: Any) -> Harvester:
+        """The same with other values of the device."""
+        return replace(self, device=replace(self.device, **changes))
+
+    def with_groups(self, d: float | None = None, gbar: float | None = None) -> Harvester:
+        """The same with these groups: the force gives gbar, at 90 degrees where the capsule was horizontal."""
+        changed, (own_d, own_gbar) = self, self.groups
+        if gbar is not None:
+            changed = changed if own_gbar > 0 else changed.with_device(inclination_deg=90.0)
+            weight = changed.groups[1] * changed.device.amplitude_n
+            changed = changed.with_device(amplitude_n=float(weight / gbar))
+        return changed.with_device(length_m=changed.length(own_d if d is None else d))
+
+    def length(self, d: float) -> float:
+        """The length at which the device has this d [m]."""
+        x = self.device
+        return float(d * x.amplitude_n / (4 * x.capsule_mass_kg * x.frequency_hz**2))
+
+    def scenario(self, sweep: SweepRange | None = None) -> Loaded:
+        """The device as a scenario; ScenarioError where that is invalid."""
+        x, membrane = self.device, asdict(self.membrane)
+        ball_mass = membrane.pop("ball_mass_kg")
+        tree: dict[str, Any] = {
+            "schema_version": 1,
+            "inclination_deg": x.inclination_deg,
+            "gravity_m_s2": x.gravity_m_s2,
+            "period_ratio": x.period_ratio,
+            "excitation": {"amplitude_n": x.amplitude_n, "frequency_hz": x.frequency_hz},
+            "device": {
+                "capsule_mass_kg": x.capsule_mass_kg,
+                "ball_mass_kg": ball_mass,
+                "restitution": x.restitution,
+                "length_m": x.length_m,
+                "membrane": membrane,
+            },
+        }
+        if sweep is not None:
+            tree["sweep"] = {"parameter": sweep[0], "from": sweep[1], "to": sweep[2]}
+        return loads(json.dumps(tree), "extreme case")
+
+    def study(self, sweep: SweepRange | None = None, formats: Sequence[str] = ("json",)) -> Study:
+        """Everything that a run finds out about the device, and about a sweep."""
+        return analyse(self.scenario(sweep), formats)
+
+    def over(self, d: tuple[float, float] = WIDE, formats: Sequence[str] = ("json",)) -> Study:
+        """The study with the length swept over a range of d."""
+        return self.study((Parameter.LENGTH, self.length(d[0]), self.length(d[1])), formats)
+
+
+PAPER = Harvester(
+    Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0),
+    Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0, 0.0041),
+    (0.59 / 0.6934, 0.75 / 0.6934),
+)
+"""That of the paper's Fig. 3 (c)-(d), and the sweep of its Fig. 2 (d)-(f)."""
+
+
+def harvester_of(loaded: Loaded | None) -> Harvester:
+    """That of a scenario, in the middle of its sweep where it gives no design point; the paper's for None."""
+    if loaded is None:
+        return PAPER
+    scenario, device = loaded.scenario, device_of(loaded.scenario)
+    span = PAPER.span
+    if scenario.sweep is not None:
+        parameter, ends = Parameter(scenario.sweep.parameter), (scenario.sweep.from_, scenario.sweep.to)
+        if getattr(device, parameter) is None:
+            middle: dict[str, Any] = {parameter: sum(ends) / 2}
+            device = replace(device, **middle)
+        if parameter is Parameter.LENGTH:
+            span = ends[0] / device.length_m, ends[1] / device.length_m
+    membrane = membrane_of(scenario)
+    if membrane is None:
+        mass = PAPER.membrane.ball_mass_kg / PAPER.device.capsule_mass_kg * device.capsule_mass_kg
+        membrane = replace(PAPER.membrane, ball_mass_kg=float(mass))
+    return Harvester(device, membrane, span)

@@ -1,0 +1,189 @@
+"""The wording of mistakes: what is wrong, with the value that was given, and what is allowed.
+
+Ranges, units and keys come from the JSON Schema, which comes from the declarations of the keys.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from vireport.errors import Mistake
+from vireport.scenario import hints
+from vireport.scenario.blocks import UNIT_OF_SWEPT, Scenario
+from vireport.scenario.document import Document, is_within
+from vireport.scenario.parameters import Parameter
+from vireport.scenario.rules import Finding, Kind, axes_of, axis_path, swept
+from vireport.scenario.schema import keys
+
+_LONGEST_VALUE = 60  # characters of a value that are shown
+_LONGEST_LIST = 200  # characters of the names of keys that are shown
+
+Schema = dict[str, Any]
+
+
+def word(findings: Iterable[Finding], document: Document, model: type[Scenario]) -> list[Mistake]:
+    """Turn findings into mistakes with their lines; the first finding on a path stands for all.
+
+    What is wrong below a path that could not be read is left out: it follows from that mistake.
+    """
+    words, mistakes = _Words(document, keys(model)), dict[str, Mistake]()
+    for finding in findings:
+        path = finding.path
+        if path not in mistakes and not any(is_within(path, unread) for unread in document.unread):
+            mistakes[path] = Mistake(document.line_of(path), path, words.message(finding))
+    return list(mistakes.values())
+
+
+class _Words:
+    """The wording for one document, by the keys that it may have."""
+
+    def __init__(self, document: Document, keys: dict[str, Schema]) -> None:
+        self.document, self.keys = document, keys
+
+    def message(self, finding: Finding) -> str:
+        path, value = finding.path, finding.value
+        if finding.kind is Kind.RULE:
+            return str(value)
+        if finding.kind is Kind.UNKNOWN:
+            return self.unknown(path, value)
+        key, ruling = self.keys[_pattern(path)], self.ruling(path)
+        if key.get("type") == "null":
+            return str(key["description"])
+        limits = allowed(ruling)
+        if finding.kind is Kind.MISSING:
+            unless = " unless it is swept" if path in {parameter.path for parameter in Parameter} else ""
+            instead = "; without it, the file is for 'vireport run'" if path == "map" else ""
+            gone = "empty" if path in self.document.written else "missing"
+            return f"required{unless}, but {gone} ({limits}{instead})"
+        if value is None:
+            return f"is empty ({limits})"
+        written = self.document.written.get(path)
+        return f"got {_shown(value, written)}{_wrong(path, value, written or '', ruling)} ({limits})"
+
+    def unknown(self, path: str, value: object) -> str:
+        block = path
+        while block and (block == path or _pattern(block) not in self.keys):
+            block = block.rpartition(".")[0]
+        key = path.removeprefix(f"{block}.") if block else path
+        units = {name: str(node.get("unit", "")) for name, node in self.keys.items() if name and name[-1] != "*"}
+        nodes = self.keys[_pattern(block)]["properties"]
+        names = ", ".join(name for name, node in nodes.items() if node.get("type") != "null")
+        if len(names) > _LONGEST_LIST:
+            names = f"{names[:_LONGEST_LIST].rpartition(', ')[0]}, ..."
+        meant = hints.for_key(_pattern(block), key, value, units)
+        return f"unknown key{meant} (allowed{f' in {block}' if block else ''}: {names})"
+
+    def ruling(self, path: str) -> Schema:
+        """Schema that a value must meet: that of its key, or of the parameter that it is a value of."""
+        key = self.keys[_pattern(path)]
+        if key.get("unit") == UNIT_OF_SWEPT and "array" not in _kinds(key):
+            parameter = swept(self.document)
+            return key if parameter is None else self.keys[parameter.path]
+        steps = path.split(".")
+        if steps[:2] == ["map", "axes"] and steps[3:4] in (["from"], ["to"], ["values"]) and "array" not in _kinds(key):
+            varied = axis_path(axes_of(self.document.data)[int(steps[2])])
+            return key if varied is None else self.keys[varied.value]
+        return key
+
+
+def _pattern(path: str) -> str:
+    """Path with a star for the number of each element of a list."""
+    return ".".join("*" if step.isdigit() else step for step in path.split("."))
+
+
+def _wrong(path: str, value: object, written: str, key: Schema) -> str:
+    """What is wrong with a value, as it follows "got ...": by its type first, then by its size."""
+    kinds = _kinds(key)
+    if "object" in kinds:
+        return ""
+    if "array" in kinds:
+        return f" of {len(value)} values" if isinstance(value, list) else ", where a list belongs"
+    if isinstance(value, dict | list):
+        return ", where one value belongs"
+    if "boolean" in kinds:
+        return ", which is not true or false"
+    if "enum" in key:
+        return _wrong_choice(path, str(value), key["enum"])
+    if isinstance(value, str):
+        if "string" in kinds:
+            return f", which has {len(value)} characters" if value else ", which is empty"
+        quoted = written[:1] in ("'", '"')
+        return f", which is text{hints.for_number(value, quoted, key.get('unit', ''))}"
+    if "string" in kinds:
+        return ", which is not text; put it in quotes"
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return ", which is not a number"
+    return _wrong_number(path, value, key)
+
+
+def _wrong_choice(path: str, value: str, choices: list[str]) -> str:
+    last = {choice.rpartition(".")[2]: choice for choice in choices}
+    close = hints.closest(value.rpartition(".")[2], last)
+    if close:
+        return f"; did you mean '{last[close]}'?"
+    inputs = {name for name in keys(Scenario) if name.rpartition(".")[2] == value.rpartition(".")[2]}
+    return f", which cannot be {'swept' if path.startswith('sweep') else 'varied'}" if inputs else ""
+
+
+def _wrong_number(path: str, value: float, key: Schema) -> str:
+    if not math.isfinite(value):
+        return ", which is not a finite number"
+    if isinstance(value, float) and "integer" in _kinds(key):
+        return f"; write {value:.0f}" if value == int(value) else ", which is not a whole number"
+    if path == "schema_version":
+        return ", a version that is not known here"
+    low, above = key.get("minimum", -math.inf), key.get("exclusiveMinimum", -math.inf)
+    if value <= 0 < max(low, above):
+        return ", which is not positive"
+    return ", which is too small" if value < low or value <= above else ", which is too large"
+
+
+def allowed(key: Schema) -> str:
+    """What a key may be by its JSON Schema: its type, range and unit, in words."""
+    kinds = _kinds(key)
+    unit = f", in {key['unit']}" if key.get("unit", "1") != "1" else ""
+    if "object" in kinds:
+        return f"a block of keys: {', '.join(key['properties'])}"
+    if "enum" in key:
+        return f"one of {', '.join(key['enum'])}"
+    if "array" in kinds and "$ref" in key["items"]:
+        return f"a list of {key['minItems']} to {key['maxItems']} blocks of keys"
+    if "array" in kinds:
+        return f"a list of at most {key['maxItems']} numbers{unit}"
+    if "boolean" in kinds:
+        return "true or false"
+    if "string" in kinds:
+        return f"text on one line, 1 to {key['maxLength']} characters"
+    if key.get("minimum") is not None and key["minimum"] == key.get("maximum"):
+        return f"always {key['minimum']}"
+    noun = "a whole number" if "integer" in kinds else "a number"
+    if "exclusiveMinimum" in key:
+        return f"{noun} above {_short(key['exclusiveMinimum'])}, at most {_short(key['maximum'])}{unit}"
+    if "minimum" in key:
+        return f"{noun} from {_short(key['minimum'])} to {_short(key['maximum'])}{unit}"
+    return f"{noun}{unit}"
+
+
+def _kinds(key: Schema) -> list[str]:
+    kind = key.get("type", "object")
+    return kind if isinstance(kind, list) else [kind]
+
+
+def _short(number: float) -> str:
+    return str(number) if isinstance(number, int) else f"{number:g}".replace("e+", "e")
+
+
+def _shown(value: object, written: str | None) -> str:
+    """Render a value as it was written, on one line and not too long."""
+    if isinstance(value, dict):
+        return "a block of keys"
+    if isinstance(value, list):
+        return "a list"
+    text = str(value) if written is None else written
+    if len(text) > _LONGEST_VALUE:
+        text = f"{text[: _LONGEST_VALUE - 3]}..."
+    if not text.isprintable():
+        return repr(text)
+    return f"'{text}'" if isinstance(value, str) and text[:1] not in ("'", '"') else text

@@ -1,0 +1,93 @@
+"""Tables of text, set by `tabulate` for a terminal; the report's templates set the same records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from textwrap import fill
+from typing import ClassVar, Literal
+
+LINE = 110
+"""Characters after which a paragraph is broken on a terminal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a table.
+
+    Attributes
+    ----------
+    title : str
+    kind : str
+        ``text``, ``number`` (aligned at the right) or ``code``.
+    width : int or None
+        Characters after which a terminal breaks a cell; None where it never does.
+    """
+
+    title: str
+    kind: Literal["text", "number", "code"] = "text"
+    width: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with a head.
+
+    Attributes
+    ----------
+    caption : str
+    columns : tuple of Column
+    rows : tuple of tuple of str
+        A cell for each column.
+    note : str
+        What a reader needs for reading it, or "".
+    """
+
+    kind: ClassVar[str] = "table"
+    caption: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+def numbers(*titles: str) -> tuple[Column, ...]:
+    """Columns of numbers."""
+    return tuple(Column(title, "number") for title in titles)
+
+
+def texts(*titles: str) -> tuple[Column, ...]:
+    """Columns of text."""
+    return tuple(Column(title) for title in titles)
+
+
+def plain_text(parts: Iterable[str | Table]) -> str:
+    """Paragraphs, broken into lines, and tables under their captions, for a terminal; a blank line between them."""
+    return "\n\n".join(broken(part) if isinstance(part, str) else _captioned(part) for part in parts)
+
+
+def broken(text: str, indent: str = "") -> str:
+    """A paragraph in lines for a terminal; all but the first are indented."""
+    return fill(text, LINE, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+def _captioned(table: Table) -> str:
+    parts = (table.caption, plain_table(table), broken(table.note))
+    return "\n".join(part for part in parts if part)
+
+
+def plain_table(table: Table) -> str:
+    """The head and the rows in aligned columns two spaces apart, for a terminal; without caption and note."""
+    from tabulate import tabulate
+
+    sides = ["right" if column.kind == "number" else "left" for column in table.columns]
+    lines = tabulate(
+        table.rows,
+        [column.title for column in table.columns],
+        "plain",
+        colalign=sides,
+        headersalign=sides,
+        maxcolwidths=[column.width for column in table.columns],
+        break_on_hyphens=False,
+        disable_numparse=True,
+    )
+    return "\n".join(line.rstrip() for line in lines.splitlines())
