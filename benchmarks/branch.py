@@ -20,9 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from vireport import analyse, load
-from vireport.analysis.motions import motions_of
-from vireport.analysis.tracing import sample
-from vireport.physics.energy import voltages
+from vireport.analysis import motions_of, sample
+from vireport.physics import voltages
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 SIZES = (10_000, 100_000, 1_000_000)

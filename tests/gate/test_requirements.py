@@ -16,10 +16,7 @@ import pytest
 from junitparser import Failure, JUnitXml
 
 from vireport import analyse, load, loads
-from vireport.analysis.design import design_point
-from vireport.analysis.diagram import solve
-from vireport.analysis.endings import endings
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import Sweep, design_point, endings, solve
 from vireport.cli.app import main
 from vireport.gate.requirements import REQUIREMENTS, Criterion, Limit, LimitKind, assess, held, unmet, with_peaks
 from vireport.report.ci_formats import github, junit, markdown

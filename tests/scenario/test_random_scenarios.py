@@ -8,41 +8,16 @@ import yaml
 from bad_scenarios import GOOD
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from strategies import valid_trees
 
 from vireport.errors import ScenarioError
 from vireport.scenario import Parameter, loads, to_dict
 
 REPEATABLE = settings(derandomize=True, max_examples=200, deadline=None)
-POSITIVE = st.floats(1e-15, 1e15)
-ANGLE = st.floats(0, 90)
-MASSES = st.tuples(POSITIVE, POSITIVE).filter(lambda pair: pair[0] < pair[1])
-RADII = MASSES
-
-
-@st.composite
-def scenarios(draw):
-    ball, capsule = draw(MASSES)
-    ball_radius, active_radius = draw(RADII)
-    membrane = {"stiffness": draw(POSITIVE), "exponent": draw(st.floats(0, 20, exclude_min=True))}
-    membrane |= {"ball_radius_m": ball_radius, "active_radius_m": active_radius}
-    device = {"capsule_mass_kg": capsule, "ball_mass_kg": ball, "restitution": draw(st.floats(0, 1))}
-    parameter = draw(st.sampled_from(Parameter))
-    ends = draw(st.tuples(*[st.floats(*parameter.limits)] * 2))
-    tree = {
-        "schema_version": 1,
-        "title": draw(st.none() | st.from_regex(r"[A-Z][a-z]{1,9}( [a-z]{1,9}){0,9}", fullmatch=True)),
-        "device": device | {"length_m": draw(POSITIVE), "membrane": draw(st.none() | st.just(membrane))},
-        "excitation": {"amplitude_n": draw(POSITIVE), "frequency_hz": draw(POSITIVE)},
-        "inclination_deg": draw(ANGLE),
-        "period_ratio": draw(st.integers(1, 20)),
-    }
-    if ends[0] != ends[1]:
-        tree["sweep"] = {"parameter": parameter.value, "from": ends[0], "to": ends[1]}
-    return tree
 
 
 @REPEATABLE
-@given(scenarios(), st.sampled_from([yaml.safe_dump, json.dumps]))
+@given(valid_trees(), st.sampled_from([yaml.safe_dump, json.dumps]))
 def test_loading_the_plain_data_gives_the_same_scenario(tree, dump):
     scenario = loads(dump(tree)).scenario
     plain = to_dict(scenario)

@@ -1,23 +1,38 @@
 """The 1:1 motions of a device in closed form: their branches, critical points, margins and error bounds."""
 
-from vireport.analysis.admissibility import turning_points
+from vireport.analysis.admissibility import Touch, touches, turning_points
 from vireport.analysis.branches import Branch, CriticalPoint
-from vireport.analysis.critical import CONDITIONS, Condition, Point, polish, value_condition
-from vireport.analysis.design import DesignPoint, Margin, StableInterval, design_point, stable_ranges, stable_runs
-from vireport.analysis.diagram import BifurcationDiagram, solve
-from vireport.analysis.endings import Endings, endings
-from vireport.analysis.grazing import touch
-from vireport.analysis.kinds import STABILITIES, Change, CriticalKind, Family, Stability, StrandEvent
+from vireport.analysis.critical import (
+    CONDITIONS,
+    Condition,
+    PolishedMotion,
+    equations,
+    orbit_at,
+    polish,
+    pressing_condition,
+    touch_condition,
+    value_condition,
+)
+from vireport.analysis.design import DesignPoint, Endings, Margin, StableInterval, design_point, endings, stable_ranges
+from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
+from vireport.analysis.error_bounds import NO_BOUND, rounded_up
+from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
+from vireport.analysis.level_curve import sample
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
-from vireport.analysis.orbits import Level, Orbits, coefficients, level_residual, level_terms, orbits
+from vireport.analysis.orbits import Flight, Orbits, coefficients, orbits
 from vireport.analysis.pointwise import find_motions
 from vireport.analysis.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 from vireport.analysis.solution import SMALLEST_LOSS, Solution, solution_of
-from vireport.analysis.stability import UNSTABLE, classify, eigenvalues, flight_jacobian, trace_and_determinant
-from vireport.analysis.sweep import Sweep
-from vireport.analysis.table import Row
-from vireport.analysis.tracing import sample, select
-from vireport.analysis.uncertainty import NO_BOUND, shown
+from vireport.analysis.stability import (
+    STABILITIES,
+    UNSTABLE,
+    Stability,
+    classify,
+    eigenvalues,
+    flight_jacobian,
+    return_trace,
+)
+from vireport.analysis.sweep import Held, Level, Sweep, level_residual, level_terms
 
 __all__ = [
     "CONDITIONS",
@@ -34,23 +49,27 @@ __all__ = [
     "DesignPoint",
     "Endings",
     "Family",
+    "Flight",
+    "Held",
     "Level",
     "Margin",
     "Motions",
     "Orbits",
-    "Point",
-    "Row",
+    "PolishedMotion",
     "Solution",
     "Stability",
     "StableInterval",
     "StrandEvent",
     "Sweep",
+    "TableRow",
+    "Touch",
     "classify",
     "coefficients",
     "contact_share",
     "design_point",
     "eigenvalues",
     "endings",
+    "equations",
     "find_motions",
     "flight_jacobian",
     "impact_velocities",
@@ -59,18 +78,19 @@ __all__ = [
     "level_terms",
     "mass_elasticity",
     "motions_of",
+    "orbit_at",
     "orbits",
     "polish",
+    "pressing_condition",
     "restitution_effect",
+    "return_trace",
+    "rounded_up",
     "sample",
-    "select",
-    "shown",
     "solution_of",
     "solve",
     "stable_ranges",
-    "stable_runs",
-    "touch",
-    "trace_and_determinant",
+    "touch_condition",
+    "touches",
     "turning_points",
     "value_condition",
 ]

@@ -9,30 +9,28 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.orbits import Orbits
-from vireport.physics import flight
+from vireport.analysis.orbits import Flight, Orbits
+from vireport.analysis.roots import newton_root
 
 Floats = NDArray[np.float64]
-
-ITERATIONS = 60
-"""More than bisection needs to exhaust a double; Newton's steps end the search after four to seven."""
 
 SMALLEST_STEP = 1e-15
 """Newton step at which a turning point is found: the position there no longer depends on it, for Z' is zero."""
 
 
-def wall_gap(orbit: Orbits, r: float, n: int) -> Floats:
+def wall_gap(orbit: Orbits, r: float | Floats, n: int) -> Floats:
     """Smallest distance between the ball and a membrane at the turning points of its flights [x_c].
 
     Parameters
     ----------
     orbit : Orbits
         Arrays of motions with velocity_bottom > 0 > velocity_top.
-    r : float
+    r : float or ndarray
         Restitution coefficient.
     n : int
         Forcing periods per motion.
@@ -42,15 +40,8 @@ def wall_gap(orbit: Orbits, r: float, n: int) -> Floats:
     ndarray
         Negative where the ball would have to pass through a membrane, zero at grazing, and d where it crosses from
         wall to wall without ever turning back.
-
-    Notes
-    -----
-    A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign
-    in pairs, around an extremum of Z' of the other sign: where Z' is positive at such an extremum of an upward
-    flight (or negative in a downward one), there is exactly one zero on either side.
     """
-    d = np.asarray(orbit.d, dtype=float)
-    gap = d.copy()
+    gap = np.array(orbit.d, dtype=float)
     for turn in turning_points(orbit, r, n):
         np.minimum.at(gap.reshape(-1), turn.index, np.minimum(turn.from_start_wall, turn.from_end_wall))
     return gap
@@ -79,53 +70,67 @@ class Turns:
     from_end_wall: Floats
 
 
-def turning_points(orbit: Orbits, r: float, n: int) -> Iterator[Turns]:
+class Touch(NamedTuple):
+    """A turning point near a wall: its distance, its time in the flight, which flight, and which wall."""
+
+    distance: float
+    time: float
+    upward: bool
+    at_start: bool
+
+
+def touches(orbit: Orbits, r: float, n: int) -> list[Touch]:
+    """The turning points of one motion (arrays of length one) with their distance from either wall, nearest first."""
+    return sorted(
+        Touch(abs(float(gap[0])), float(turn.time[0]), turn.upward, at_start)
+        for turn in turning_points(orbit, r, n)
+        for at_start, gap in ((True, turn.from_start_wall), (False, turn.from_end_wall))
+    )
+
+
+def turning_points(orbit: Orbits, r: float | Floats, n: int) -> Iterator[Turns]:
     """Every turning point of the motions' flights; parameters are those of `wall_gap`."""
-    d = np.atleast_1d(np.asarray(orbit.d, dtype=float))
-    gbar = np.broadcast_to(np.asarray(orbit.gbar, dtype=float), d.shape)
+    up, down = orbit.flights(r)
+    yield from _turns(up, orbit.phi, n)
+    yield from _turns(down, np.arctan2(orbit.sin_top, orbit.cos_top), n)
+
+
+def _turns(way: Flight, phase: Floats, n: int) -> Iterator[Turns]:
+    """The turning points of one flight of each motion, from the forcing phase at which it begins.
+
+    A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign
+    in pairs, around an extremum of Z' of the other sign: where Z' is positive at such an extremum of an upward
+    flight (or negative in a downward one), there is exactly one zero on either side.
+    """
     # Z' is largest at phase `turn`, the wrong way for an upward flight, and smallest at -turn, for a downward one.
     # Where gbar > 1, Z'' never vanishes; then Z' is not of the wrong sign at phase pi either.
-    turn = np.arccos(np.clip(-gbar, -1.0, 1.0))
+    turn = np.arccos(np.clip(-way.gbar, -1.0, 1.0))
     rise, fall = 2 * turn / np.pi, 2 - 2 * turn / np.pi
-    phase_top = np.arctan2(orbit.sin_top, orbit.cos_top)
-    up = (orbit.phi, -r * orbit.velocity_bottom, orbit.sin_phi, orbit.cos_phi, orbit.time_up)
-    down = (phase_top, -r * orbit.velocity_top, orbit.sin_top, orbit.cos_top, orbit.time_down)
-    for sign, start in ((1.0, up), (-1.0, down)):
-        phase, velocity, sine, cosine, duration = (np.broadcast_to(np.asarray(x, dtype=float), d.shape) for x in start)
-        first = np.mod(sign * turn - phase, 2 * np.pi) / np.pi
-        since, until = (rise, fall) if sign > 0 else (fall, rise)
-        for lap in range(n + 1):
-            worst = first + 2 * lap
-            index = np.nonzero(worst < duration)[0]
-            w, p, v, s, g = (x[index] for x in (worst, phase, velocity, sine, gbar))
-            index = index[sign * flight.velocity(w, v, s, np.sin(p + np.pi * w), g) > 0]
-            if not index.size:
-                continue
-            w, p, v, s, c, g = (x[index] for x in (worst, phase, velocity, sine, cosine, gbar))
-            before = np.maximum(w - since[index], 0.0)
-            after = np.minimum(w + until[index], duration[index])
-            for low, high in ((before, w), (w, after)):
-                t = _velocity_zero(low, high, p, v, s, g)
-                covered = -sign * flight.displacement(t, v, s, c, np.cos(p + np.pi * t), g)
-                yield Turns(index, sign > 0, t, covered, d[index] - covered)
+    since, until = (rise, fall) if way.direction < 0 else (fall, rise)
+    first = np.mod(-way.direction * turn - phase, 2 * np.pi) / np.pi
+    for lap in range(n + 1):
+        slowest = first + 2 * lap
+        index = np.nonzero(slowest < way.duration)[0]
+        speed = way.select(index).speed(slowest[index], np.sin(phase[index] + np.pi * slowest[index]))
+        index = index[speed < 0]
+        if not index.size:
+            continue
+        part, start, middle = way.select(index), phase[index], slowest[index]
+        before = np.maximum(middle - since[index], 0.0)
+        after = np.minimum(middle + until[index], part.duration)
+        for low, high in ((before, middle), (middle, after)):
+            t = _at_rest(part, start, low, high)
+            covered = part.covered(t, np.cos(start + np.pi * t))
+            yield Turns(index, way.direction < 0, t, covered, part.d - covered)
 
 
-def _velocity_zero(low: Floats, high: Floats, phase: Floats, velocity: Floats, sine: Floats, gbar: Floats) -> Floats:
-    """Zero of a monotone Z' between two times where its sign differs, by Newton's method kept inside the bracket."""
-    low, high = low.copy(), high.copy()
-    rising = flight.velocity(high, velocity, sine, np.sin(phase + np.pi * high), gbar) > 0
-    t = (low + high) / 2
-    for _ in range(ITERATIONS):
-        angle = phase + np.pi * t
-        value = flight.velocity(t, velocity, sine, np.sin(angle), gbar)
-        upper = (value > 0) == rising
-        high = np.where(upper, t, high)
-        low = np.where(upper, low, t)
-        slope = flight.acceleration(np.cos(angle), gbar)
-        step = value / np.where(slope == 0, 1.0, slope)
-        done = (np.abs(step) <= SMALLEST_STEP * np.maximum(t, 1.0)) & (slope != 0)
-        if done.all():
-            break
-        inside = (t - step > low) & (t - step < high) & (slope != 0)
-        t = np.where(done, t, np.where(inside, t - step, (low + high) / 2))
-    return t
+def _at_rest(way: Flight, phase: Floats, low: Floats, high: Floats) -> Floats:
+    """Zero of a monotone Z' between two times where its sign differs."""
+
+    def speed(t: Floats, which: NDArray[np.intp]) -> tuple[Floats, Floats]:
+        part = way if t.size == phase.size else way.select(which)
+        angle = phase[which] + np.pi * t
+        return part.speed(t, np.sin(angle)), part.pressing(np.cos(angle))
+
+    rising = way.speed(high, np.sin(phase + np.pi * high)) > 0
+    return newton_root(speed, low, high, rising, SMALLEST_STEP)

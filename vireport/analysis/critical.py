@@ -1,29 +1,33 @@
-"""Critical points to the last digit of a double: polished beyond double precision, and given an error bound."""
+"""Motions singled out by a condition, to the last digit of a double: critical points and their error bounds.
+
+Solved in decimals beyond double precision together with the level of the sweep. Two of the conditions are those of
+grazing, where a turning point of the ball comes to touch a membrane and a branch of motions ends.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cache
+from math import sqrt
 from typing import Any
 
 import numpy as np
 
+from vireport.analysis.admissibility import touches
 from vireport.analysis.kinds import StrandEvent
-from vireport.analysis.orbits import Level, Orbits, level_residual, orbits
-from vireport.analysis.stability import trace_and_determinant
-from vireport.analysis.sweep import Sweep
+from vireport.analysis.orbits import Orbits, orbits
+from vireport.analysis.stability import focus_border, return_trace, stability_border
+from vireport.analysis.sweep import Held, Sweep, level_residual
 from vireport.errors import NumericalError
-from vireport.physics import (
-    DIGITS,
-    DecimalOps,
-    Device,
-)
+from vireport.physics import DIGITS, FLOATS, DecimalOps
 
 POLISHED = 1e-28
 """Relative size of the last correction at which a polish is finished; a double needs 1e-17."""
+
+STEP = 1e-6
+"""Step of central differences in doubles: the cube root of their rounding, at which the difference is best."""
 
 FINE_STEP = Decimal("1e-18")
 """Step of differences in decimals: far below any scale of a motion, far above their rounding."""
@@ -37,18 +41,27 @@ QUICK_STEPS = 8
 MOST_STEPS = 60
 """Corrections before a polish is given up."""
 
+SHORT = 1e-3
+"""Time since the impact, below which a touch is a ball that comes back before it has left. It is found from its
+expansion, for in doubles the distance covered is lost against the length of the capsule."""
+
 Condition = Callable[[Orbits, Any, Any, Any], list[Any]]
 """(orbit, further unknowns, r, ops) -> residuals beyond that of the level."""
 
+Equations = Callable[[list[Any]], list[Any]]
+"""Unknowns -> residuals, as many of them."""
+
 
 @dataclass(frozen=True, slots=True)
-class Point:
-    """A motion singled out by a condition, polished.
+class PolishedMotion:
+    """A motion singled out by a condition.
 
     Attributes
     ----------
     u, phi : float
         q - 1/2 and phase at the bottom impact [rad], correctly rounded.
+    phi_top : float
+        Phase at the top impact [rad], computed in doubles from these.
     d, gbar, velocity_bottom, velocity_top : float
         As in `Orbits`, correctly rounded.
     sweep_value : float
@@ -56,11 +69,12 @@ class Point:
     error_bound : float
         Of `sweep_value`: the last correction, rounding, and the conversion to the swept unit.
     bounds : dict
-        Error bounds of the others, by their names, and of the phase at the top, `phi_top`.
+        Error bounds of the others, by their names.
     """
 
     u: float
     phi: float
+    phi_top: float
     d: float
     gbar: float
     velocity_bottom: float
@@ -70,38 +84,78 @@ class Point:
     bounds: dict[str, float]
 
 
+POLISHED_NUMBERS = ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")
+"""What is solved for of a motion."""
+
+
 def trace_condition(target: Callable[[Any], Any]) -> Condition:
     """The trace of DP equals a function of r: a change of type, a fold, a pitchfork or a period doubling."""
-    return lambda orbit, more, r, ops: [trace_and_determinant(orbit, r)[0] - target(r)]
+    return lambda orbit, more, r, ops: [return_trace(orbit, r) - target(r)]
 
 
 CONDITIONS: dict[StrandEvent, Condition] = {
-    StrandEvent.DOUBLING: trace_condition(lambda r: -(1 + r**4)),
-    StrandEvent.FOCUS_BELOW: trace_condition(lambda r: -2 * r * r),
-    StrandEvent.FOCUS_ABOVE: trace_condition(lambda r: 2 * r * r),
-    StrandEvent.MEETING: trace_condition(lambda r: 1 + r**4),
+    StrandEvent.DOUBLING: trace_condition(lambda r: -stability_border(r)),
+    StrandEvent.FOCUS_BELOW: trace_condition(lambda r: -focus_border(r)),
+    StrandEvent.FOCUS_ABOVE: trace_condition(focus_border),
+    StrandEvent.MEETING: trace_condition(stability_border),
     StrandEvent.BOTTOM_REST: lambda orbit, more, r, ops: [orbit.velocity_bottom],
     StrandEvent.TOP_REST: lambda orbit, more, r, ops: [orbit.velocity_top],
 }
-"""What singles out a critical point; that of grazing is in `grazing`."""
+"""What singles out a critical point; for grazing see `touch_condition`."""
 
 
 def value_condition(sweep: Sweep, value: float) -> Condition:
     """The swept parameter has a given value."""
+    target = cache(lambda ops: sweep.coordinate_of(value, ops))
+    return lambda orbit, more, r, ops: [sweep.coordinate(orbit) - target(ops)]
 
-    @cache
-    def target(exact: bool) -> Any:
-        return _decimal_sweep(sweep).coordinate_of(Decimal(value)) if exact else sweep.coordinate_of(value)
+
+def touch_condition(upward: bool, at_start: bool) -> Condition:
+    """At rest, and on the wall left or on the one to arrive at, a time `more[0]` after the flight began."""
 
     def condition(orbit: Orbits, more: Any, r: Any, ops: Any) -> list[Any]:
-        return [sweep.coordinate(orbit) - target(isinstance(r, Decimal))]
+        t, way = more[0], orbit.flights(r)[0 if upward else 1]
+        sine, cosine = way.turned(ops.sin(ops.pi * t), ops.cos(ops.pi * t))
+        covered = way.covered(t, cosine, ops)
+        return [way.speed(t, sine, ops), covered / t if at_start else covered - orbit.d]
 
     return condition
 
 
+def pressing_condition(upward: bool, acceleration: float) -> Condition:
+    """The ball leaves the wall at the start of a flight with this acceleration towards that wall."""
+
+    def condition(orbit: Orbits, more: Any, r: Any, ops: Any) -> list[Any]:
+        way = orbit.flights(r)[0 if upward else 1]
+        return [-way.pressing(way.cosine) - ops.exact(acceleration)]
+
+    return condition
+
+
+def orbit_at(sweep: Sweep, x: Sequence[Any], symmetric: bool, ops: Any) -> Orbits:
+    """The motion of some unknowns: q - 1/2 and phase, or the phase alone of a symmetric motion; others may follow."""
+    r, n = ops.exact(sweep.device.restitution), sweep.device.period_ratio
+    return orbits(0 * r, x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
+
+
+def equations(sweep: Sweep, condition: Condition, symmetric: bool, ops: Any) -> Equations:
+    """What the unknowns of `orbit_at`, and those of the condition behind them, have to fulfil: level and condition.
+
+    Among the symmetric motions of a horizontal capsule, u = 0 takes the place of the level.
+    """
+    r, level, own = ops.exact(sweep.device.restitution), sweep.level_in(ops), 1 if symmetric else 2
+
+    def residuals(x: list[Any]) -> list[Any]:
+        orbit = orbit_at(sweep, x, symmetric, ops)
+        held = [] if symmetric else [level_residual(level, orbit)]
+        return [*held, *condition(orbit, x[own:], r, ops)]
+
+    return residuals
+
+
 def polish(
     sweep: Sweep, u: float, phi: float, condition: Condition, more: tuple[float, ...] = (), symmetric: bool = False
-) -> Point:
+) -> PolishedMotion:
     """Solve level and condition together in long decimals, from a guess good to a few digits.
 
     Parameters
@@ -120,111 +174,44 @@ def polish(
     NumericalError
         If the corrections do not settle.
     """
-    n = sweep.device.period_ratio
-
-    def residual(x: list[Any], r: Any, level: Level, ops: Any) -> list[Any]:
-        if symmetric:
-            return condition(orbits(0 * r, x[0], r, n, ops), x[1:], r, ops)
-        orbit = orbits(x[0], x[1], r, n, ops)
-        return [level_residual(level, orbit), *condition(orbit, x[2:], r, ops)]
-
+    place = f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g}"
     with localcontext() as context:
         context.prec = DIGITS
-        exact = _decimal_sweep(sweep)
-        level, floats, ops = exact.level, sweep.level, DecimalOps()
-        x = [Decimal(float(value)) for value in ((phi, *more) if symmetric else (u, phi, *more))]
+        ops = DecimalOps()
+        exact, double = (equations(sweep, condition, symmetric, numbers) for numbers in (ops, FLOATS))
+        guess = [Decimal(float(value)) for value in ((phi, *more) if symmetric else (u, phi, *more))]
         # u and the time since an impact are stepped and measured relative to themselves: their scale may be a tiny
         # gbar's or r's.
-        relative = {len(x) - 1} if more else set()
-        relative |= {0} if not symmetric and floats.kind != "d" else set()
-        guess, size = x, np.inf
-        for count in range(MOST_STEPS):
-            value = residual(x, exact.device.restitution, level, ops)
-            scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
-            if count < QUICK_STEPS:
-                columns = _differences(
-                    lambda y: residual(y, sweep.device.restitution, floats, math),
-                    [float(v) for v in x],
-                    [float(v) for v in scale],
-                    1e-6,
-                )
-            else:
-                columns = _differences(lambda y: residual(y, exact.device.restitution, level, ops), x, scale, FINE_STEP)
-            step = _solve(columns, value)
-            x = [a - b * s for a, b, s in zip(x, step, scale, strict=True)]
-            size = max(abs(float(b)) for b in step)
-            if size < POLISHED:
-                break
-            if max(abs(float(a - b)) for a, b in zip(x, guess, strict=True)) > FARTHEST:
-                raise NumericalError(
-                    f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} was lost (correction {size:.1g})"
-                )
+        relative = {len(guess) - 1} if more else set()
+        relative |= {0} if not symmetric and sweep.level.held is not Held.D else set()
+        x = _newton(exact, double, guess, relative, place)
+        return _as_doubles(sweep, orbit_at(sweep, x, symmetric, ops), ops)
+
+
+def _newton(exact: Equations, double: Equations, guess: list[Decimal], relative: set[int], place: str) -> list[Decimal]:
+    """Solve equations in decimals, with the Jacobian in doubles as long as that leads on.
+
+    Unknowns are stepped, and corrections measured, relative to the size of those in `relative`.
+    """
+    x = guess
+    for count in range(MOST_STEPS):
+        value = exact(x)
+        scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
+        if count < QUICK_STEPS:
+            columns = _differences(double, [float(v) for v in x], [float(v) for v in scale], STEP)
         else:
-            raise NumericalError(
-                f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g} did not settle (last correction {size:.1g})"
-            )
-        u_phi = (Decimal(0), x[0]) if symmetric else (x[0], x[1])
-        return _rounded(exact, sweep, orbits(*u_phi, exact.device.restitution, n, ops))
+            columns = _differences(exact, x, scale, FINE_STEP)
+        correction = _correction(columns, value)
+        x = [a - b * s for a, b, s in zip(x, correction, scale, strict=True)]
+        size = max(abs(float(b)) for b in correction)
+        if size < POLISHED:
+            return x
+        if max(abs(float(a - b)) for a, b in zip(x, guess, strict=True)) > FARTHEST:
+            raise NumericalError(f"{place} was lost (correction {size:.1g})")
+    raise NumericalError(f"{place} did not settle (last correction {size:.1g})")
 
 
-def _rounded(exact: Sweep, sweep: Sweep, orbit: Orbits) -> Point:
-    value = _sweep_value(exact, sweep, orbit)
-    rounded = float(value)
-    motion = {
-        "u": float(orbit.u),
-        "phi": float(orbit.phi % (2 * DecimalOps().pi)),
-        "d": float(orbit.d),
-        "gbar": 0.0 if sweep.level.horizontal else float(orbit.gbar),
-        "velocity_bottom": float(orbit.velocity_bottom),
-        "velocity_top": float(orbit.velocity_top),
-    }
-    # Rounding to a double is half a spacing; a whole one also covers what the polish has left.
-    return Point(
-        **motion,
-        sweep_value=rounded,
-        error_bound=max(abs(float(value - Decimal(rounded))), float(np.spacing(abs(rounded)))),
-        bounds=with_top({name: float(np.spacing(abs(x))) for name, x in motion.items()}, sweep.device.period_ratio),
-    )
-
-
-def with_top(bounds: dict[str, float], n: int) -> dict[str, float]:
-    """Add the bound of the phase at the top, which is computed in doubles from u and the phase at the bottom."""
-    rounding = (10 + 10 * n) * float(np.finfo(float).eps)
-    return {**bounds, "phi_top": bounds["phi"] + 2 * np.pi * n * bounds["u"] + rounding}
-
-
-def _sweep_value(exact: Sweep, sweep: Sweep, orbit: Orbits) -> Decimal:
-    """The swept parameter in long decimals."""
-    device = exact.device
-    if sweep.parameter == "frequency_hz":
-        return Decimal(orbit.d * device.amplitude_n / (4 * device.capsule_mass_kg * device.length_m)).sqrt()
-    if sweep.parameter != "inclination_deg":
-        return Decimal(exact.value(orbit.d, orbit.gbar))
-    ops, degree = DecimalOps(), DecimalOps().pi / 180
-    sine = orbit.gbar * device.amplitude_n / (device.capsule_mass_kg * device.gravity_m_s2)
-    angle = Decimal(float(sweep.value(float(orbit.d), float(orbit.gbar))))
-    for _ in range(6):
-        cosine = ops.cos(angle * degree)
-        if not cosine:
-            break
-        angle -= (ops.sin(angle * degree) - sine) / (cosine * degree)
-    return angle
-
-
-def _decimal_sweep(sweep: Sweep) -> Sweep:
-    """The same sweep, its numbers exact."""
-    device = sweep.device
-    numbers = {
-        name: None if (value := getattr(device, name)) is None else Decimal(value)
-        for name in Device.__slots__
-        if name != "period_ratio"
-    }
-    return Sweep(replace(device, **numbers), sweep.parameter, Decimal(sweep.start), Decimal(sweep.end))  # type: ignore[arg-type]
-
-
-def _differences(
-    function: Callable[[list[Any]], list[Any]], x: list[Any], scale: list[Any], step: Any
-) -> list[list[float]]:
+def _differences(function: Equations, x: list[Any], scale: list[Any], step: Any) -> list[list[float]]:
     """Columns of the Jacobian by central differences, each unknown stepped by its scale and divided by it."""
     columns = []
     for i, size in enumerate(scale):
@@ -234,7 +221,7 @@ def _differences(
     return columns
 
 
-def _solve(columns: list[list[float]], value: list[Decimal]) -> list[Decimal]:
+def _correction(columns: list[list[float]], value: list[Decimal]) -> list[Decimal]:
     """One Newton correction; the rows are first brought to one size."""
     matrix = np.array(columns).T
     size = np.max(np.abs(matrix), axis=1)
@@ -245,3 +232,65 @@ def _solve(columns: list[list[float]], value: list[Decimal]) -> list[Decimal]:
         return [Decimal(float(b)) for b in np.linalg.solve(matrix / size[:, None], right)]
     except np.linalg.LinAlgError as error:
         raise NumericalError("a critical point is degenerate: two of its conditions coincide") from error
+
+
+def _as_doubles(sweep: Sweep, orbit: Orbits, ops: DecimalOps) -> PolishedMotion:
+    """Round a motion in decimals to doubles."""
+    exact_value = sweep.value(orbit.d, orbit.gbar, ops)
+    value = float(exact_value)
+    numbers = {name: float(getattr(orbit, name)) for name in POLISHED_NUMBERS}
+    numbers["phi"] = float(orbit.phi % (2 * ops.pi))
+    if sweep.level.horizontal:
+        numbers["gbar"] = 0.0
+    # Rounding to a double is half a spacing; a whole one also covers what the polish has left.
+    bounds = {name: float(np.spacing(abs(x))) for name, x in numbers.items()}
+    error = max(abs(float(exact_value - Decimal(value))), float(np.spacing(abs(value))))
+    return singled_out(sweep, numbers, bounds, value, error)
+
+
+def singled_out(
+    sweep: Sweep, numbers: dict[str, float], bounds: dict[str, float], value: float, error: float
+) -> PolishedMotion:
+    """Complete the `POLISHED_NUMBERS` of a motion, with their bounds, by the phase at the top."""
+    n = sweep.device.period_ratio
+    orbit = orbits(numbers["u"], numbers["phi"], float(sweep.device.restitution), n)
+    phi_top = float(np.mod(np.arctan2(orbit.sin_top, orbit.cos_top), 2 * np.pi))
+    rounding = (10 + 10 * n) * float(np.finfo(float).eps)
+    top = {"phi_top": bounds["phi"] + 2 * np.pi * n * bounds["u"] + rounding}
+    return PolishedMotion(**numbers, phi_top=phi_top, sweep_value=value, error_bound=error, bounds={**bounds, **top})
+
+
+def polish_grazing(sweep: Sweep, orbit: Orbits, symmetric: bool) -> PolishedMotion:
+    """Polish a grazing point.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    orbit : Orbits
+        The motion as far as it is known (arrays of length one).
+    symmetric : bool
+        As in `polish`.
+
+    Raises
+    ------
+    NumericalError
+        If it does not settle.
+    """
+    u, phi, r = float(orbit.u[0]), float(orbit.phi[0]), sweep.device.restitution
+    nearest = next(iter(touches(orbit, r, sweep.device.period_ratio)), None)
+    if nearest is not None and not (nearest.time < SHORT and nearest.at_start):
+        condition = touch_condition(nearest.upward, nearest.at_start)
+        return polish(sweep, u, phi, condition, (nearest.time,), symmetric)
+    # A ball that touches again shortly after the impact, where v t = a t^2/2 + j t^3/6 and v = a t + j t^2/2 give the
+    # acceleration a = (-8 j v/3)^(1/2) towards the wall, and t = -3 a/(2 j).
+    flights = orbit.flights(r)
+    pressed = [float(abs(way.pressing(way.cosine)[0])) for way in flights]
+    upward = nearest.upward if nearest is not None else pressed[0] < pressed[1]
+    way = flights[0 if upward else 1]
+    jerk = -float(way.jerk(way.sine)[0])
+    acceleration = sqrt(max(-8 * jerk * abs(float(way.velocity[0])) / 3, 0.0))
+    point = polish(sweep, u, phi, pressing_condition(upward, acceleration), (), symmetric)
+    if acceleration == 0:  # for r = 0 the ball starts at rest, and touches where the membrane begins to hold it
+        return point
+    condition = touch_condition(upward, at_start=True)
+    return polish(sweep, point.u, point.phi, condition, (-1.5 * acceleration / jerk,), symmetric)

@@ -1,4 +1,4 @@
-"""The bifurcation diagram of a sweep: its branches of motions, and the critical points that divide them, numbered."""
+"""The bifurcation diagram of a sweep: its branches of motions, the critical points that divide them, and Table 1."""
 
 from __future__ import annotations
 
@@ -7,16 +7,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.branches import Branch, CriticalPoint, Draft, Event, Mark, draft, phase_at_top
+from vireport.analysis.branches import Branch, CriticalPoint, Mark
 from vireport.analysis.kinds import BranchEnd, CriticalKind, Family
-from vireport.analysis.pieces import pieces
-from vireport.analysis.sweep import Sweep
-from vireport.analysis.tracing import Curve, curve_of, sample
+from vireport.analysis.level_curve import Curve, curve_of, sample
+from vireport.analysis.stability import Stability
+from vireport.analysis.sweep import Held, Sweep
+from vireport.analysis.tracing import Draft, Event, drafts
 
 Floats = NDArray[np.float64]
 
 SAME_POINT = 1e-9
 """Relative difference of the swept value below which two critical points of one kind are mirror images."""
+
+SAME_SHARE = 1e-9
+"""Difference from q = 1/2 below which a branch begins at the symmetric motion."""
+
+SAME_ENDS = 1e-6
+"""Difference of d, q and impact velocity up to which two branches are mirror images: both end within rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,60 +58,60 @@ def solve(sweep: Sweep) -> BifurcationDiagram:
         With a restitution below 1.
     """
     curve = curve_of(sweep)
-    samples = sample(curve)
-    branches, critical_points = _label(curve, [draft(curve, piece) for piece in pieces(curve, samples)])
+    branches, critical_points = _numbered(curve, drafts(curve, sample(curve)))
     return BifurcationDiagram(curve, branches, critical_points)
 
 
-def _label(curve: Curve, drafts: list[Draft]) -> tuple[tuple[Branch, ...], tuple[CriticalPoint, ...]]:
+def _numbered(curve: Curve, unordered: list[Draft]) -> tuple[tuple[Branch, ...], tuple[CriticalPoint, ...]]:
     """Number branches and critical points, and join mirror images."""
-    drafts.sort(
-        key=lambda one: (one.branch.family is Family.ASYMMETRIC, float(one.branch.motions.q.min()) < 0.5 - 1e-9)
-    )
-    mirrored = _mirrors(curve, drafts)
-    found: list[CriticalPoint] = []
+    ordered = sorted(unordered, key=_order)
+    mirrored = _mirrors(curve, ordered)
+    critical: list[CriticalPoint] = []
     owner: dict[tuple[int, int], int] = {}
-    for i, one in enumerate(drafts):
-        for event in one.events:
-            if not _near_admissible(one.branch, event.row):
+    for i, draft in enumerate(ordered):
+        for event in draft.events:
+            if not _near_admissible(draft.branch, event.row):
                 continue
-            twin = next((k for k, other in enumerate(found) if _is_twin(other, event, mirrored[i])), None)
+            twin = next((k for k, other in enumerate(critical) if _is_twin(other, event, mirrored[i])), None)
             if twin is None:
-                owner[i, event.row] = len(found)
-                found.append(_critical(curve, one.branch.family, event, i))
+                owner[i, event.row] = len(critical)
+                family = draft.branch.family
+                critical.append(CriticalPoint("", event.kind, family, event.point, None, i + 1, event.change))
             else:
                 owner[i, event.row] = twin
-                found[twin] = replace(found[twin], mirror=event.point)
-    labels, order = _labels(curve, found)
-    points = {k: replace(found[k], label=labels[k]) for k in order}
+                critical[twin] = replace(critical[twin], mirror=event.point)
+    labels, order = _labels(curve, critical)
+    points = {k: replace(critical[k], label=labels[k]) for k in order}
     branches = []
-    for i, one in enumerate(drafts):
-        marks: list[Mark] = [None] * len(one.branch.motions)
-        for event in one.events:
+    for i, (draft, mirror) in enumerate(zip(ordered, mirrored, strict=True)):
+        branch = draft.branch
+        marks: list[Mark] = [None] * len(branch.motions)
+        for event in draft.events:
             marks[event.row] = points[owner[i, event.row]] if (i, event.row) in owner else event.kind
         for row in (0, -1):
-            if one.branch.ends[row] is BranchEnd.PITCHFORK:
-                marks[row] = next((point for point in points.values() if _meets(point, one.branch, row)), None)
-        mirror = mirrored[i]
-        branches.append(
-            replace(one.branch, number=i + 1, mirror_of=None if mirror is None else mirror + 1, marks=tuple(marks))
-        )
+            if branch.ends[row] is BranchEnd.PITCHFORK:
+                marks[row] = next((point for point in points.values() if _meets(point, branch, row)), None)
+        mirror_of = None if mirror is None else mirror + 1
+        branches.append(replace(branch, number=i + 1, mirror_of=mirror_of, marks=tuple(marks)))
     return tuple(branches), tuple(points.values())
 
 
-def _critical(curve: Curve, family: Family, event: Event, branch: int) -> CriticalPoint:
-    top = phase_at_top(event.point, curve)
-    return CriticalPoint("", event.kind, family, event.point, top, None, branch + 1, event.change)
+def _order(draft: Draft) -> tuple[bool, bool]:
+    """Symmetric branches first, and of two mirror images the one with the larger q."""
+    branch = draft.branch
+    return branch.family is Family.ASYMMETRIC, float(branch.motions.q.min()) < 0.5 - SAME_SHARE
 
 
-def _labels(curve: Curve, found: list[CriticalPoint]) -> tuple[dict[int, str], list[int]]:
+def _labels(curve: Curve, critical: list[CriticalPoint]) -> tuple[dict[int, str], list[int]]:
     """Letters and numbers along d (along the sweep where d is constant), and the order they are numbered in."""
-    constant = curve.level.kind == "d"
-    order = sorted(range(len(found)), key=lambda k: (0.0 if constant else found[k].point.d, found[k].point.sweep_value))
+    constant = curve.level.held is Held.D
+    order = sorted(
+        range(len(critical)), key=lambda k: (0.0 if constant else critical[k].point.d, critical[k].point.sweep_value)
+    )
     counts: dict[str, int] = {}
     labels = {}
     for k in order:
-        letter = found[k].kind.letter
+        letter = critical[k].kind.letter
         counts[letter] = counts.get(letter, 0) + 1
         labels[k] = f"{letter}{counts[letter]}"
     return labels, order
@@ -120,20 +127,18 @@ def _is_twin(other: CriticalPoint, event: Event, mirrored: int | None) -> bool:
 
 def _meets(point: CriticalPoint, branch: Branch, row: int) -> bool:
     """Whether a critical point is the pitchfork at which an asymmetric branch begins."""
-    return (
-        point.kind is CriticalKind.PITCHFORK
-        and abs(point.point.d - float(branch.motions.d[row])) <= SAME_POINT * point.point.d
-    )
+    apart = abs(point.point.d - float(branch.motions.d[row]))
+    return point.kind is CriticalKind.PITCHFORK and apart <= SAME_POINT * point.point.d
 
 
-def _mirrors(curve: Curve, drafts: list[Draft]) -> list[int | None]:
+def _mirrors(curve: Curve, ordered: list[Draft]) -> list[int | None]:
     """For each branch of a horizontal capsule, the earlier one whose mirror image it is."""
-    result: list[int | None] = [None] * len(drafts)
-    for i, one in enumerate(drafts):
-        if curve.horizontal and one.branch.family is Family.ASYMMETRIC:
-            earlier = (k for k in range(i) if result[k] is None and _reflected(one.branch, drafts[k].branch))
-            result[i] = next(earlier, None)
-    return result
+    mirrors: list[int | None] = [None] * len(ordered)
+    for i, draft in enumerate(ordered):
+        if curve.horizontal and draft.branch.family is Family.ASYMMETRIC:
+            earlier = (k for k in range(i) if mirrors[k] is None and _reflected(draft.branch, ordered[k].branch))
+            mirrors[i] = next(earlier, None)
+    return mirrors
 
 
 def _reflected(one: Branch, two: Branch) -> bool:
@@ -145,9 +150,83 @@ def _reflected(one: Branch, two: Branch) -> bool:
         rows = np.stack([m.d, sign * (m.q - 0.5), speed], axis=1)[[0, -1]]
         return np.asarray(rows[np.argsort(rows[:, 1])])
 
-    return one.family == two.family and bool(np.allclose(ends(one, 1.0), ends(two, -1.0), rtol=0, atol=1e-6))
+    return one.family == two.family and bool(np.allclose(ends(one, 1.0), ends(two, -1.0), rtol=0, atol=SAME_ENDS))
 
 
 def _near_admissible(branch: Branch, row: int) -> bool:
     """Whether a motion or a neighbour is admissible; inside an inadmissible stretch nothing is a critical point."""
     return bool(branch.motions.admissible[max(row - 1, 0) : row + 2].any())
+
+
+@dataclass(frozen=True, slots=True)
+class TableRow:
+    """One row of Table 1.
+
+    Attributes
+    ----------
+    family : Family
+    branch : int
+        Number of the branch; mirror images share the row of the first.
+    start_point, end_point : CriticalPoint or None
+        At the ends of the interval; None where it is the sweep or the branch that ends.
+    stability : Stability
+    d_start, d_end : float
+        The interval in d, ascending (at constant d, ordered along the sweep).
+    sweep_start, sweep_end : float
+        The swept parameter at the same two ends.
+    first_row, last_row : int
+        Rows of the branch at these ends.
+    """
+
+    family: Family
+    branch: int
+    start_point: CriticalPoint | None
+    end_point: CriticalPoint | None
+    stability: Stability
+    d_start: float
+    d_end: float
+    sweep_start: float
+    sweep_end: float
+    first_row: int
+    last_row: int
+
+    @property
+    def criteria(self) -> str:
+        """Table 1's criteria for the type."""
+        return self.stability.criteria
+
+
+def table(diagram: BifurcationDiagram) -> tuple[TableRow, ...]:
+    """Rows of Table 1 for the admissible motions of a sweep, by family and branch, ascending in d.
+
+    Source: Table 1; the paper's reference to Figure 1 in it means Figure 2.
+    """
+    constant_d = diagram.curve.level.held is Held.D
+    originals = (branch for branch in diagram.branches if branch.mirror_of is None)
+    return tuple(row for branch in originals for row in _table_rows(branch, constant_d))
+
+
+def _table_rows(branch: Branch, constant_d: bool) -> list[TableRow]:
+    motions = branch.motions
+    key = motions.sweep_value if constant_d else motions.d
+    rows = []
+    for part in branch.segments():
+        if not part.admissible:
+            continue
+        first, last = sorted((part.first, part.last), key=lambda row: float(key[row]))
+        rows.append(
+            TableRow(
+                family=branch.family,
+                branch=branch.number,
+                start_point=branch.critical_point(first),
+                end_point=branch.critical_point(last),
+                stability=part.stability,
+                d_start=float(motions.d[first]),
+                d_end=float(motions.d[last]),
+                sweep_start=float(motions.sweep_value[first]),
+                sweep_end=float(motions.sweep_value[last]),
+                first_row=first,
+                last_row=last,
+            )
+        )
+    return sorted(rows, key=lambda row: row.sweep_start if constant_d else row.d_start)

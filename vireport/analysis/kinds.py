@@ -1,33 +1,8 @@
-"""What the motions are called: their stability, their family, their critical points, and why a branch ends."""
+"""What distinguishes motions, critical points and the ends of branches."""
 
 from __future__ import annotations
 
 from enum import IntEnum, StrEnum
-
-
-class Stability(StrEnum):
-    """Table 1's types of a motion. An unstable focus cannot be: |lambda| = r^2 < 1 where the eigenvalues are complex.
-
-    Arrays hold `code`, the place of a member among the others.
-    """
-
-    STABLE_NODE = "stable node"
-    STABLE_FOCUS = "stable focus"
-    UNSTABLE_NODE = "unstable node"
-
-    @property
-    def code(self) -> int:
-        """Index that stands for the type in an array."""
-        return STABILITIES.index(self)
-
-    @property
-    def attracts(self) -> bool:
-        """Whether motions nearby approach it."""
-        return self is not Stability.UNSTABLE_NODE
-
-
-STABILITIES = tuple(Stability)
-"""The types by their codes."""
 
 
 class Family(StrEnum):
@@ -54,9 +29,8 @@ class CriticalKind(StrEnum):
     @property
     def letter(self) -> str:
         """Letter of its labels; the paper's A, B, C, and G for grazing, which it does not treat."""
-        return {CriticalKind.NODE_FOCUS: "A", CriticalKind.PERIOD_DOUBLING: "B", CriticalKind.GRAZING: "G"}.get(
-            self, "C"
-        )
+        letters = {CriticalKind.NODE_FOCUS: "A", CriticalKind.PERIOD_DOUBLING: "B", CriticalKind.GRAZING: "G"}
+        return letters.get(self, "C")
 
 
 class Change(StrEnum):
@@ -80,22 +54,42 @@ class BranchEnd(StrEnum):
     """Why a branch of motions begins or ends."""
 
     SWEEP = "end of the sweep"
-    BOTTOM_REST = "the impact at the bottom loses its velocity"
-    TOP_REST = "the impact at the top loses its velocity"
+    BOTTOM_REST = Change.BOTTOM_REST.value
+    TOP_REST = Change.TOP_REST.value
     PITCHFORK = "pitchfork"
     CLOSED = "closed curve"
 
 
 class StrandEvent(IntEnum):
-    """What can happen along a strand of the level curve; the columns of `Curve.event_values`."""
+    """What can happen along a strand of the level curve; the columns of `Curve.event_values`.
 
-    DOUBLING = 0
-    FOCUS_BELOW = 1
-    FOCUS_ABOVE = 2
-    MEETING = 3
-    GRAZING = 4
-    BOTTOM_REST = 5
-    TOP_REST = 6
+    Attributes
+    ----------
+    kind : CriticalKind
+        Of the critical point; a meeting of motions is a fold unless it is shown to be a pitchfork. The ends of the
+        sweep, START and END, are none.
+    change : Change
+        What happens there.
+    """
+
+    kind: CriticalKind
+    change: Change
+
+    def __new__(cls, column: int, kind: CriticalKind | None = None, change: Change | None = None) -> StrandEvent:
+        """Number the members, and give them what they stand for."""
+        member = int.__new__(cls, column)
+        member._value_ = column
+        if kind is not None and change is not None:
+            member.kind, member.change = kind, change
+        return member
+
+    DOUBLING = 0, CriticalKind.PERIOD_DOUBLING, Change.DOUBLING
+    FOCUS_BELOW = 1, CriticalKind.NODE_FOCUS, Change.TYPE
+    FOCUS_ABOVE = 2, CriticalKind.NODE_FOCUS, Change.TYPE
+    MEETING = 3, CriticalKind.FOLD, Change.MEETING
+    GRAZING = 4, CriticalKind.GRAZING, Change.TOUCH
+    BOTTOM_REST = 5, CriticalKind.GRAZING, Change.BOTTOM_REST
+    TOP_REST = 6, CriticalKind.GRAZING, Change.TOP_REST
     START = 7
     END = 8
 
@@ -103,33 +97,3 @@ class StrandEvent(IntEnum):
     def at_rest(self) -> bool:
         """Whether an impact velocity vanishes there."""
         return self in (StrandEvent.BOTTOM_REST, StrandEvent.TOP_REST)
-
-    @property
-    def kind(self) -> CriticalKind:
-        """Kind of the critical point; a meeting of motions is a fold unless it is shown to be a pitchfork."""
-        return KINDS[self]
-
-    @property
-    def change(self) -> Change:
-        """What happens there."""
-        return CHANGES[self]
-
-
-KINDS = {
-    StrandEvent.DOUBLING: CriticalKind.PERIOD_DOUBLING,
-    StrandEvent.FOCUS_BELOW: CriticalKind.NODE_FOCUS,
-    StrandEvent.FOCUS_ABOVE: CriticalKind.NODE_FOCUS,
-    StrandEvent.MEETING: CriticalKind.FOLD,
-    StrandEvent.GRAZING: CriticalKind.GRAZING,
-    StrandEvent.BOTTOM_REST: CriticalKind.GRAZING,
-    StrandEvent.TOP_REST: CriticalKind.GRAZING,
-}
-CHANGES = {
-    StrandEvent.DOUBLING: Change.DOUBLING,
-    StrandEvent.FOCUS_BELOW: Change.TYPE,
-    StrandEvent.FOCUS_ABOVE: Change.TYPE,
-    StrandEvent.MEETING: Change.MEETING,
-    StrandEvent.GRAZING: Change.TOUCH,
-    StrandEvent.BOTTOM_REST: Change.BOTTOM_REST,
-    StrandEvent.TOP_REST: Change.TOP_REST,
-}

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis.admissibility import wall_gap
-from vireport.analysis.kinds import STABILITIES
-from vireport.analysis.orbits import Level, Orbits
-from vireport.analysis.stability import UNSTABLE, classify, discriminant, trace_and_determinant
-from vireport.analysis.sweep import Sweep
+from vireport.analysis.orbits import Orbits
+from vireport.analysis.stability import STABILITIES, UNSTABLE, classify, discriminant, return_trace
+from vireport.analysis.sweep import Held, Level, Sweep
 from vireport.physics import Device
 from vireport.scenario import Parameter
 
@@ -40,7 +39,7 @@ class Motions:
     trace, discriminant : ndarray
         Of DP, Eq. (4.3).
     stability : ndarray of int
-        Codes of `kinds.Stability`.
+        Codes of `Stability`.
     wall_gap : ndarray
         Distance of the nearest turning point to a membrane, see `admissibility.wall_gap`.
     admissible : ndarray of bool
@@ -74,10 +73,10 @@ class Motions:
         """Of DP: r^4 for every motion, Eq. (A.3)."""
         return np.full(len(self), self.restitution**4)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The columns as lists, with Table 1's words for the stability."""
-        names = (name for name in self.__slots__ if name != "restitution")
-        return {**{name: getattr(self, name).tolist() for name in names}, "stability": self.words}
+    def select(self, index: Any) -> Motions:
+        """The motions picked by an index or mask, or in another order."""
+        names = (field.name for field in fields(self) if field.name != "restitution")
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
 
     @property
     def words(self) -> list[str]:
@@ -103,11 +102,11 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:
     """
     r, n = sweep.device.restitution, sweep.device.period_ratio
     d, gbar = np.array(orbit.d, dtype=float), np.array(orbit.gbar, dtype=float)
-    if level.kind == "gbar":
+    if level.held is Held.GBAR:
         gbar[:] = level.value
-    elif level.kind == "d":
+    elif level.held is Held.D:
         d[:] = level.value
-    trace = np.array(trace_and_determinant(orbit, r)[0])
+    trace = np.array(return_trace(orbit, r))
     gap = wall_gap(orbit, r, n)
     return Motions(
         sweep_value=np.array(sweep.value(d, gbar), dtype=float),

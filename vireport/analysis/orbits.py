@@ -7,19 +7,17 @@ needed, no motion is lost, and neither q = 1/(1+r), where (3.10) divides by zero
 a level curve on that surface.
 
 Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a nearly horizontal capsule live at u
-~ gbar, where q itself has no digits left. The formulae take the module that provides `sin`, `cos` and `pi`, so that
-the same lines serve arrays, floats and decimal numbers of any length.
+~ gbar, where q itself has no digits left. The formulae serve every kind of number, see `vireport.physics.numbers`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from vireport.physics import ARRAYS, flight
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +49,7 @@ class Coefficients:
     d_cosine: Any
 
 
-def coefficients(u: Any, r: Any, n: int, ops: Any = np) -> Coefficients:
+def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
     """Solve the linear system (3.9)-(3.11) for the velocity, gbar and d at given q = 1/2 + u.
 
     Parameters
@@ -62,8 +60,8 @@ def coefficients(u: Any, r: Any, n: int, ops: Any = np) -> Coefficients:
         Restitution coefficient, 0 <= r < 1 [-].
     n : int
         Forcing periods per motion, T = 2n, Eq. (3.14).
-    ops : module
-        Provider of `sin`, `cos` and `pi`.
+    ops
+        Functions of the kind of number: `sin`, `cos` and `pi`.
 
     Notes
     -----
@@ -137,8 +135,77 @@ class Orbits:
     gbar: Any
     d: Any
 
+    def select(self, index: Any) -> Orbits:
+        """The motions picked by an index or mask."""
+        return Orbits(*(np.asarray(getattr(self, field.name))[index] for field in fields(Orbits)))
 
-def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = np) -> Orbits:
+    def flights(self, r: Any) -> tuple[Flight, Flight]:
+        """The flight from the bottom upward, and the one back down, for the restitution coefficient r."""
+        bottom, top = flight.reflect(self.velocity_bottom, r), flight.reflect(self.velocity_top, r)
+        return (
+            Flight(-1, bottom, self.sin_phi, self.cos_phi, self.time_up, self.gbar, self.d),
+            Flight(1, top, self.sin_top, self.cos_top, self.time_down, self.gbar, self.d),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flight:
+    """A flight from one membrane to the other, as numbers or arrays of one shape (dimensionless).
+
+    Attributes
+    ----------
+    direction : int
+        Sign of a velocity from the membrane left to the other: -1 upward, 1 downward.
+    velocity : array_like
+        Z' just after the impact that it begins with.
+    sine, cosine : array_like
+        Of the forcing phase at that impact.
+    duration : array_like
+        Flight time [t_c].
+    gbar, d : array_like
+        Gravity, and the distance between the membranes.
+    """
+
+    direction: int
+    velocity: Any
+    sine: Any
+    cosine: Any
+    duration: Any
+    gbar: Any
+    d: Any
+
+    def select(self, index: Any) -> Flight:
+        """The flights picked by an index or mask, of arrays of one shape."""
+        return Flight(self.direction, *(getattr(self, name)[index] for name in FLIGHT_NUMBERS))
+
+    def speed(self, t: Any, sine: Any, ops: Any = ARRAYS) -> Any:
+        """Velocity away from the membrane left, a time t after the impact, where the phase has this sine."""
+        return self.direction * flight.velocity(t, self.velocity, self.sine, sine, self.gbar, pi=ops.pi)
+
+    def covered(self, t: Any, cosine: Any, ops: Any = ARRAYS) -> Any:
+        """Distance from the membrane left, a time t after the impact, where the phase has this cosine."""
+        return self.direction * flight.displacement(
+            t, self.velocity, self.sine, self.cosine, cosine, self.gbar, pi=ops.pi
+        )
+
+    def pressing(self, cosine: Any) -> Any:
+        """Acceleration away from the membrane left, where the phase has this cosine."""
+        return self.direction * flight.acceleration(cosine, self.gbar)
+
+    def jerk(self, sine: Any, ops: Any = ARRAYS) -> Any:
+        """Rate of that acceleration, where the phase has this sine."""
+        return -self.direction * ops.pi * sine
+
+    def turned(self, sine: Any, cosine: Any) -> tuple[Any, Any]:
+        """Sine and cosine of the phase when it has grown by an angle with this sine and cosine."""
+        return self.sine * cosine + self.cosine * sine, self.cosine * cosine - self.sine * sine
+
+
+FLIGHT_NUMBERS = tuple(field.name for field in fields(Flight) if field.name != "direction")
+"""What a `Flight` holds numbers of."""
+
+
+def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS) -> Orbits:
     """Evaluate the motion through (q = 1/2 + u, phi): the only one there is, with the gbar and d it belongs to.
 
     Parameters are those of `coefficients`, and the forcing phase `phi` at the bottom impact [rad].
@@ -146,7 +213,7 @@ def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = np) -> Orbits:
     return orbits_above(coefficients(u, r, n, ops), u, phi, r, n, ops)
 
 
-def orbits_above(c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = np) -> Orbits:
+def orbits_above(c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS) -> Orbits:
     """Evaluate `orbits` where the coefficients above each u are known already. The velocity at the top is (3.8)."""
     sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
     gbar = c.gbar_sine * sin_phi + c.gbar_cosine * cos_phi
@@ -165,51 +232,3 @@ def orbits_above(c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = n
         gbar=gbar,
         d=c.d_sine * sin_phi + c.d_cosine * cos_phi,
     )
-
-
-@dataclass(frozen=True, slots=True)
-class Level:
-    """What a sweep holds: a linear condition on (gbar, d), hence a curve on the surface.
-
-    Attributes
-    ----------
-    kind : str
-        ``"gbar"`` (a sweep over length or frequency, or any sweep of a horizontal capsule), ``"ratio"``, d/gbar held
-        (a sweep over the force), or ``"d"`` (a sweep over the inclination).
-    value : float, Decimal or Rounded
-        The value held.
-    """
-
-    kind: str
-    value: Any
-
-    @property
-    def horizontal(self) -> bool:
-        """Whether it is gbar = 0 that is held."""
-        return self.kind == "gbar" and bool(self.value == 0)
-
-
-def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any = np) -> tuple[Any, Any, Any]:
-    """Write the level as a sin(phi) + b cos(phi) = c above each q, and return (a, b, c); `k` is of the same u.
-
-    For a horizontal capsule and odd n the factor u, whose zeros are the symmetric family, is divided out.
-    """
-    zero = 0 * k.determinant
-    if level.kind == "gbar":
-        if level.horizontal and n % 2:
-            p = (1 + r) * u - (1 - r) / 2
-            a = 2 * ops.pi * n * ops.sinc(n * u) * ops.sin(ops.pi * n * u) * p - 2 * (1 + r)
-            return a, -2 * ops.pi * n * ops.sinc(2 * n * u) * p, zero
-        return k.gbar_sine, k.gbar_cosine, zero + level.value
-    if level.kind == "ratio":
-        return k.d_sine - level.value * k.gbar_sine, k.d_cosine - level.value * k.gbar_cosine, zero
-    return k.d_sine, k.d_cosine, zero + level.value
-
-
-def level_residual(level: Level, orbit: Orbits) -> Any:
-    """How far a motion is from the level, in the level's own terms (zero on the curve)."""
-    if level.kind == "gbar":
-        return orbit.gbar - level.value
-    if level.kind == "ratio":
-        return orbit.d - level.value * orbit.gbar
-    return orbit.d - level.value

@@ -11,13 +11,7 @@ from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import orbits
 from vireport.analysis.pointwise import find_motions
 from vireport.analysis.stability import UNSTABLE, classify
-from vireport.physics import (
-    SMALLEST_RESTITUTION,
-    Device,
-    Membrane,
-    contacts,
-    voltages,
-)
+from vireport.physics import SMALLEST_RESTITUTION, Device, Membrane, contacts, voltages
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -67,20 +61,19 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     rows = np.flatnonzero(motions.stable)
     if not rows.size or r == 0:
         return None
-    tried = np.array([r * (1 - UNSURE), min(r * (1 + UNSURE), (1 + r) / 2)])
-    d, gbar = (np.full(2, float(x)) for x in device.groups(Parameter.LENGTH, device.length_m))
-    found = find_motions(d, gbar, tried, device.period_ratio)
+    changed = np.array([r * (1 - UNSURE), min(r * (1 + UNSURE), (1 + r) / 2)])
+    d, gbar = (np.full(2, float(group)) for group in device.groups(Parameter.LENGTH, device.length_m))
+    others = find_motions(d, gbar, changed, device.period_ratio)
     elasticity = 0.0
-    for k, other in enumerate(tried):
-        mine = found.cell == k
-        stable = classify(found.trace[mine], float(other)) != UNSTABLE
-        there = found.orbit.velocity_bottom[mine][stable & (found.wall_gap[mine] > 0)]
-        if there.size < rows.size:
+    for k, other in enumerate(changed):
+        own = others.cell == k
+        stable = classify(others.trace[own], float(other)) != UNSTABLE
+        velocities = others.orbit.velocity_bottom[own][stable & others.admissible[own]]
+        if velocities.size < rows.size:
             return RestitutionEffect(float(other), 0.0)
-        for row in rows:
-            before = motions.velocity_bottom[row]
-            moved = np.min(np.abs(there - before)) / before
-            elasticity = max(elasticity, float(moved / abs(other / r - 1)))
+        for before in motions.velocity_bottom[rows]:
+            change = np.min(np.abs(velocities - before)) / before
+            elasticity = max(elasticity, float(change / abs(other / r - 1)))
     return RestitutionEffect(None, elasticity)
 
 
@@ -107,11 +100,9 @@ def input_error(device: Device, motions: Motions) -> Floats:
 def mass_elasticity(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> float:
     """Largest relative change of U_ave over that of the ball's mass, at impact velocities [m/s] of some motions."""
     heavier = replace(membrane, ball_mass_kg=membrane.ball_mass_kg * (1 + SMALL))
-    base, more = (voltages(speed_bottom, speed_top, struck).average_v for struck in (membrane, heavier))
+    base, more = (voltages(speed_bottom, speed_top, either).average_v for either in (membrane, heavier))
     usable = base > 0
-    if not usable.any():
-        return 0.0
-    return float(np.max((more[usable] / base[usable] - 1) / SMALL))
+    return float(np.max((more[usable] / base[usable] - 1) / SMALL, initial=0.0))
 
 
 def contact_share(speeds: Floats, membrane: Membrane, r: float, frequency_hz: Floats) -> float | None:

@@ -11,18 +11,12 @@ from numpy.typing import NDArray
 
 from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.design import DesignPoint, StableInterval, design_point, stable_ranges
-from vireport.analysis.diagram import BifurcationDiagram, solve
+from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve, table
+from vireport.analysis.error_bounds import Bounds, bounds_of
 from vireport.analysis.motions import Motions, impact_velocities
 from vireport.analysis.sweep import Sweep
-from vireport.analysis.table import Row, table
-from vireport.analysis.uncertainty import Bounds, bounds_of
 from vireport.errors import NumericalError
-from vireport.physics import (
-    Device,
-    Membrane,
-    Voltages,
-    voltages,
-)
+from vireport.physics import Device, Membrane, Voltages, voltages
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -77,7 +71,7 @@ class Solution:
         return stable_ranges(self.diagram) if self.diagram is not None else ()
 
     @cached_property
-    def table(self) -> tuple[Row, ...]:
+    def table(self) -> tuple[TableRow, ...]:
         """Table 1 for the sweep."""
         return table(self.diagram) if self.diagram is not None else ()
 

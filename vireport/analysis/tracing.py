@@ -1,233 +1,379 @@
-"""Samples of a level curve, as finely as a drawing shows: refined by bisection in the planes that are drawn."""
+"""From the samples of a level curve to branches of motions, with what happens on them.
+
+A strand is cut where it leaves the sweep or an impact velocity vanishes; on what is left, the points are found at
+which the ball grazes a membrane or the type of stability changes; then the motions are evaluated, with the events
+polished.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.admissibility import wall_gap
-from vireport.analysis.kinds import StrandEvent
-from vireport.analysis.orbits import Level, Orbits
-from vireport.analysis.stability import discriminant, trace_and_determinant
-from vireport.analysis.strands import Strand, evaluate, find_strands, reach
-from vireport.analysis.sweep import Sweep
+from vireport.analysis.branches import Branch
+from vireport.analysis.critical import (
+    CONDITIONS,
+    POLISHED_NUMBERS,
+    PolishedMotion,
+    polish,
+    polish_grazing,
+    singled_out,
+)
+from vireport.analysis.kinds import BranchEnd, Change, CriticalKind, Family, StrandEvent
+from vireport.analysis.level_curve import VALIDITY, Curve, Samples, Strand
+from vireport.analysis.motions import Motions, motions_of
+from vireport.analysis.orbits import orbits
+from vireport.analysis.roots import bracketed_root, golden_minimum, may_hide_zeros
+from vireport.analysis.stability import NODE, UNSTABLE
 from vireport.errors import NumericalError
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
-FIRST_SAMPLES = 97
-"""Samples of a strand before refinement; odd, so that the symmetric motion q = 1/2 is one of them."""
+ROUGH = 1e-7
+"""Tolerance of a parameter at which an event is found before it is polished."""
 
-SMOOTHNESS = 8e-4
-"""Largest distance of the curve from the drawn polyline, as a share of the axes: about half a pixel."""
+BRACKET = 10 * ROUGH
+"""Distance to either side of an event at which it is evaluated to bound it where the polish does not settle."""
 
-LONGEST_CHORD = 0.05
-"""Longest step of the polyline as a share of the axes, so that no feature of that size hides between two samples."""
+HAIR = 1e-7
+"""Share of the first and of the last step by which the search for events stays inside a piece, and by which the
+motions at an impact without velocity stay short of it: there the trace diverges, and the gap is not that of a motion.
+"""
 
-SURFACE = slice(3, 6)
-"""Columns of `Samples.drawn` that say where on the surface of motions a sample is, by its phase and q."""
+DIP_SECTIONS = 45
+"""Golden sections that find an extremum of the trace: down to the root of rounding, where an extremum is flat."""
 
-LONGEST_JUMP = 0.05
-"""Longest step on the surface itself (of phase over 2 pi, and q)."""
+CROSSED = 1e-11
+"""Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
 
-MOST_SAMPLES = 200_000
-"""Samples at which a curve is given up: none that rounding resolves takes a twentieth of that."""
+OUTSIDE = -1e-12
+"""Value of a condition of validity below which it fails rather than rounds to zero."""
 
-PASSES = 60
-"""Bisections of one first step: enough to come from 1/96 of a strand down to rounding."""
+LARGEST_STEP = 1e6
+"""Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
 
-VALIDITY = slice(StrandEvent.BOTTOM_REST, None)
-"""Columns of `event_values` that are positive on what may be a motion."""
+AT_SYMMETRY = 1e-9
+"""|u| below which a sample of an asymmetric branch of a horizontal capsule is on the symmetric motion."""
 
+BEGINS_AT_SYMMETRY = 1e-12
+"""|u| at the end of a piece below which it begins at the symmetric motion; the end is known to rounding."""
 
-@dataclass(frozen=True, slots=True)
-class Curve:
-    """A level curve ready to be evaluated.
+TURN_STEP = 1e-4
+"""Step of w over which a turn of the sweep's coordinate is told from its going on."""
 
-    Attributes
-    ----------
-    sweep : Sweep
-    level : Level
-    strands : list of Strand
-    bounds : tuple of float
-        Range of the sweep's coordinate that is asked for.
-    """
-
-    sweep: Sweep
-    level: Level
-    strands: list[Strand]
-    bounds: tuple[float, float]
-
-    @property
-    def r(self) -> float:
-        """Restitution coefficient."""
-        return float(self.sweep.device.restitution)
-
-    @property
-    def n(self) -> int:
-        """Forcing periods per motion."""
-        return self.sweep.device.period_ratio
-
-    @property
-    def horizontal(self) -> bool:
-        """Whether gravity has no part along the capsule and n is odd: motions then have mirror images."""
-        return self.level.horizontal and self.n % 2 == 1
-
-    def at(self, which: Ints, w: Floats) -> Orbits:
-        """Motions at parameters `w` of the strands `which`."""
-        return evaluate(self.strands, which, w, self.level, self.r, self.n)
-
-    def event_values(self, orbit: Orbits, with_gap: object = True) -> Floats:
-        """Functions whose zeros are the events of `StrandEvent`; the last four are positive on what may be a motion.
-
-        The gap costs most; it is NaN outside the mask `with_gap` and where there can be no motion.
-        """
-        r, (low, high) = self.r, self.bounds
-        coordinate = self.sweep.coordinate(orbit)
-        validity = [
-            orbit.velocity_bottom,
-            -orbit.velocity_top,
-            (coordinate - low) / (high - low),
-            (high - coordinate) / (high - low),
-        ]
-        with np.errstate(all="ignore"):
-            trace = trace_and_determinant(orbit, r)[0]
-        one, two = 1 + r**4, 2 * r * r
-        gap = np.full(trace.shape, np.nan)
-        inside = (np.min(validity, axis=0) > 0) & with_gap
-        if inside.any():
-            gap[inside] = wall_gap(select(orbit, inside), r, self.n)
-        # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
-        foci = [trace + two, trace - two] if r > 0 else [np.full(trace.shape, np.nan)] * 2
-        return np.stack([trace + one, *foci, trace - one, gap, *validity], axis=-1)
-
-
-def curve_of(sweep: Sweep) -> Curve:
-    """Find the level curve of a sweep."""
-    level = sweep.level
-    device = sweep.device
-    groups = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
-    nearest = (min(float(group[k]) for group in groups) for k in range(2))
-    beyond = any(x > most for x, most in zip(nearest, reach(device.restitution, device.period_ratio), strict=True))
-    strands = [] if beyond else find_strands(level, device.restitution, device.period_ratio)
-    return Curve(sweep, level, strands, sweep.coordinate_range)
-
-
-def select(orbit: Orbits, index: Any) -> Orbits:
-    """The motions picked by an index or mask."""
-    return Orbits(*(np.asarray(getattr(orbit, field.name))[index] for field in fields(Orbits)))
+BRACKET_ROUNDING = 1e-12
+"""Relative rounding of what is known of an event that was only bracketed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Samples:
-    """Parameters along the strands, in order, and what was evaluated there.
+class Piece:
+    """A connected run of possible motions inside the sweep, with the events on it.
 
     Attributes
     ----------
-    which, w : ndarray
-        Strand and parameter of each sample.
-    valid : ndarray of bool
-        Inside the sweep, with impact velocities of the right sign.
-    validity : ndarray
-        The least of the functions that decide it.
-    drawn : ndarray, shape (len, columns)
-        The sample in the planes that are drawn, each axis scaled to 1.
+    strand : int
+    w : ndarray
+        Parameters, ascending; events are among them.
+    event : ndarray of int
+        A `StrandEvent` for each parameter, -1 for an ordinary sample.
     """
 
-    which: Ints
+    strand: int
     w: Floats
-    validity: Floats
-    drawn: Floats
+    event: NDArray[np.int8]
+
+    def happening(self, row: int) -> StrandEvent | None:
+        """What happens at a row."""
+        return None if self.event[row] < 0 else StrandEvent(self.event[row])
+
+    def with_rows(self, w: Floats, event: NDArray[np.int8]) -> Piece:
+        """The piece with more parameters."""
+        merged = np.concatenate([self.w, w])
+        order = np.argsort(merged, kind="stable")
+        return Piece(self.strand, merged[order], np.concatenate([self.event, event])[order])
 
 
-def sample(curve: Curve) -> Samples:
-    """Sample every strand, finer wherever the drawn curve bends, jumps, or may enter the sweep unseen.
+def _pieces(curve: Curve, samples: Samples) -> list[Piece]:
+    """Cut the strands into runs of possible motions and locate the events on them."""
+    runs = [run for k in range(len(curve.strands)) for run in _runs(curve, samples, k)]
+    if not runs:
+        return []
+    pieces = []
+    for run, (first, last) in zip(runs, _locate_ends(curve, runs), strict=True):
+        lead, tail = ([] if run.before is None else [first]), ([] if run.after is None else [last])
+        w = np.concatenate([[end for end, _ in lead], run.w, [end for end, _ in tail]])
+        event = [*(kind for _, kind in lead), *[-1] * len(run.w), *(kind for _, kind in tail)]
+        pieces.append(Piece(run.strand, w, np.array(event, dtype=np.int8)))
+    return _with_inner_events(curve, _with_dips(curve, pieces))
 
-    Parameters
-    ----------
-    curve : Curve
 
-    Raises
-    ------
-    NumericalError
-        If rounding does not resolve the curve.
-    """
-    which = np.repeat(np.arange(len(curve.strands)), FIRST_SAMPLES)
-    w = np.concatenate([np.linspace(s.start, s.end, FIRST_SAMPLES) for s in curve.strands] or [np.empty(0)])
-    samples = _samples(curve, which, w)
-    active = np.ones(max(len(w) - 1, 0), dtype=bool)
-    for _ in range(PASSES):
-        same = samples.which[1:] == samples.which[:-1]
-        index = np.nonzero(active & same & (_relevant(samples) | _jumps(samples)))[0]
-        if not index.size:
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """Valid samples of a strand, and the invalid parameter on either side (None where the strand ends)."""
+
+    strand: int
+    w: Floats
+    before: float | None
+    after: float | None
+
+
+def _runs(curve: Curve, samples: Samples, k: int) -> Iterator[Run]:
+    """The runs of strand k, cut where it passes through the symmetric motion."""
+    strand = curve.strands[k]
+    mine = samples.which == k
+    w, valid = samples.w[mine], samples.validity[mine] > 0
+    if strand.closed and valid[0] and not valid.all():
+        turn = strand.end - strand.start
+        first = int(np.argmin(valid))
+        w = np.concatenate([w[first:-1], w[: first + 1] + turn])
+        valid = np.concatenate([valid[first:-1], valid[: first + 1]])
+    edges = np.nonzero(np.diff(np.concatenate([[False], valid, [False]]).astype(np.int8)))[0]
+    cuts = _symmetric_points(curve, strand)
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        run = w[a:b]
+        inner = [cut for cut in cuts if run[0] < cut < run[-1]]
+        ends = [w[a - 1] if a else None, *[None] * (2 * len(inner)), w[b] if b < len(w) else None]
+        for i, part in enumerate(np.split(run, np.searchsorted(run, inner, side="left"))):
+            lead, tail = inner[max(i - 1, 0) : i], inner[i : i + 1]
+            body = part[~np.isin(part, inner)]
+            yield Run(k, np.concatenate([lead, body, tail]), ends[2 * i], ends[2 * i + 1])
+
+
+def _symmetric_points(curve: Curve, strand: Strand) -> list[float]:
+    """Parameters at which an asymmetric strand of a horizontal capsule passes through the symmetric motion."""
+    if not curve.horizontal or strand.symmetric:
+        return []
+    middle = 2 * np.arcsin(np.sqrt(-strand.low / (strand.high - strand.low)))
+    return [w for w in (-middle, middle, 2 * np.pi - middle) if strand.start < w < strand.end]
+
+
+Ends = tuple[tuple[float, int], tuple[float, int]]
+"""The parameter at which a run begins and ends, and the `StrandEvent` there."""
+
+
+def _locate_ends(curve: Curve, runs: list[Run]) -> list[Ends]:
+    """Where each run ends and which condition fails there."""
+    edges = [(run.strand, w, beyond) for run in runs for w, beyond in ((run.w[0], run.before), (run.w[-1], run.after))]
+    which = np.array([strand for strand, _, _ in edges], dtype=np.intp)
+    good = np.array([w for _, w, _ in edges])
+    bad = np.array([w if beyond is None else beyond for _, w, beyond in edges])
+
+    def conditions(w: Floats) -> Floats:
+        return curve.event_values(curve.at(which, w), with_gap=False)[:, VALIDITY]
+
+    failing = conditions(bad).argmin(axis=1)
+    for _ in range(4):  # the nearest failing condition may be another than the one failing at the far sample
+        root = _event_roots(curve, which, good, bad, failing + StrandEvent.BOTTOM_REST)
+        values = conditions(root)
+        worst = values.argmin(axis=1)
+        wrong = (values.min(axis=1) < OUTSIDE) & (worst != failing)
+        if not wrong.any():
             break
-        if len(samples.w) > MOST_SAMPLES:
-            raise NumericalError(
-                f"the motions from {curve.sweep.parameter} = {curve.sweep.start:g} to {curve.sweep.end:g} are not "
-                "resolved in double precision: their curve bends on every scale (narrow the sweep, or use a "
-                "restitution further from 1)"
-            )
-        middle = _samples(curve, samples.which[index], (samples.w[index] + samples.w[index + 1]) / 2)
-        chord = samples.drawn[index + 1] - samples.drawn[index]
-        bend = middle.drawn - samples.drawn[index] - chord / 2
-        coarse = (np.linalg.norm(bend, axis=1) > SMOOTHNESS) | (np.linalg.norm(chord, axis=1) > LONGEST_CHORD)
-        seen = (middle.validity > 0) | (samples.validity[index] > 0) | (samples.validity[index + 1] > 0)
-        coarse &= np.abs(middle.w - samples.w[index]) > np.where(seen, 1e-13, 1e-9)
-        # A step that jumps along the surface is never left alone: what lies in between may be in the sweep though its
-        # ends are not.
-        coarse |= np.linalg.norm(chord[:, SURFACE], axis=1) > LONGEST_JUMP
-        order = np.argsort(np.concatenate([np.arange(len(samples.w)), index + 0.5]), kind="stable")
-        halves = np.zeros(len(samples.w), dtype=bool)
-        halves[index] = coarse
-        active = np.concatenate([halves, coarse])[order][:-1]
-        samples = Samples(
-            *(np.concatenate([getattr(samples, f.name), getattr(middle, f.name)])[order] for f in fields(Samples))
-        )
-    return samples
+        bad, failing = np.where(wrong, root, bad), np.where(wrong, worst, failing)
+    ends = [(float(w), int(k) + StrandEvent.BOTTOM_REST) for w, k in zip(root, failing, strict=True)]
+    return list(zip(ends[::2], ends[1::2], strict=True))
 
 
-def _samples(curve: Curve, which: Ints, w: Floats) -> Samples:
+def _event_roots(curve: Curve, which: Ints, low: Floats, high: Floats, event: Ints, tolerance: float = 0.0) -> Floats:
+    """Parameters between `low` and `high` at which the event of each row happens."""
+    rows, grazing = np.arange(len(which)), event == StrandEvent.GRAZING
+
+    def function(w: Floats) -> Floats:
+        return np.asarray(curve.event_values(curve.at(which, w), grazing)[rows, event])
+
+    return bracketed_root(function, low, high, tolerance)
+
+
+def _joined(pieces: list[Piece]) -> tuple[Ints, Ints, Floats]:
+    """Strand, piece and parameter of every sample of some pieces, their ends moved in by a hair."""
+
+    def inside(w: Floats) -> Floats:
+        moved = w.copy()
+        if len(w) > 1:
+            moved[0] += HAIR * (w[1] - w[0])
+            moved[-1] += HAIR * (w[-2] - w[-1])
+        return moved
+
+    which = np.concatenate([np.full(len(p.w), p.strand) for p in pieces])
+    owner = np.concatenate([np.full(len(p.w), i) for i, p in enumerate(pieces)])
+    return which, owner, np.concatenate([inside(p.w) for p in pieces])
+
+
+def _with_dips(curve: Curve, pieces: list[Piece]) -> list[Piece]:
+    """Add to the pieces the extrema at which the trace crosses a border between two samples and comes back."""
+    which, owner, w = _joined(pieces)
+    value = curve.event_values(curve.at(which, w), with_gap=False)[:, : StrandEvent.GRAZING]
+    with np.errstate(invalid="ignore"):
+        dips = may_hide_zeros(value)
+    row, event = np.nonzero(dips & (owner[2:] == owner[:-2])[:, None])
+    if not row.size:
+        return pieces
+    row = row + 1
+    sign, rows = np.sign(value[row, event]), np.arange(len(row))
+
+    def height(x: Floats) -> Floats:
+        values = curve.event_values(curve.at(which[row], x), with_gap=False)
+        return np.asarray(sign * values[rows, event])
+
+    lowest = golden_minimum(height, w[row - 1], w[row + 1], DIP_SECTIONS)
+    crossing = height(lowest) < -CROSSED
+    extra = [np.unique(lowest[crossing & (owner[row] == i)]) for i in range(len(pieces))]
+    return [p.with_rows(x, np.full(len(x), -1, dtype=np.int8)) for p, x in zip(pieces, extra, strict=True)]
+
+
+def _with_inner_events(curve: Curve, pieces: list[Piece]) -> list[Piece]:
+    """Insert the changes of stability and the grazing points into the pieces."""
+    which, owner, w = _joined(pieces)
     orbit = curve.at(which, w)
-    events = curve.event_values(orbit, with_gap=False)
-    r, trace = curve.r, events[:, 0] - (1 + curve.r**4)
-    low, high = curve.bounds
-    speed = 1 + (1 + r) / (1 - r) / np.pi
-    with np.errstate(all="ignore"):
-        root = np.sqrt(np.abs(np.clip(discriminant(trace, r), -4.0, 4.0)))
-        # The trace passes through infinity where an impact velocity vanishes; faded, the eigenvalues are continuous.
-        fade = np.clip(-100 * orbit.velocity_bottom * orbit.velocity_top, -1.0, 1.0) / 3
-        drawn = np.stack(
-            [
-                (curve.sweep.coordinate(orbit) - low) / (high - low),
-                orbit.velocity_bottom / speed,
-                orbit.velocity_top / speed,
-                orbit.cos_phi / (2 * np.pi),
-                orbit.sin_phi / (2 * np.pi),
-                orbit.u,
-                fade * np.clip((trace + root) / 2, -1.5, 1.5),
-                fade * np.clip((trace - root) / 2, -1.5, 1.5),
-            ],
-            axis=-1,
-        )
-    return Samples(which, w, events[:, VALIDITY].min(axis=1), np.nan_to_num(drawn))
+    values = curve.event_values(orbit)[:, : StrandEvent.GRAZING + 1]
+    # On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing: rounding there is no event.
+    asymmetric = np.array([not strand.symmetric for strand in curve.strands])[which]
+    touching = asymmetric & (np.abs(orbit.u) < AT_SYMMETRY) & curve.horizontal
+    values[touching, StrandEvent.MEETING] = np.nan
+    with np.errstate(invalid="ignore"):
+        crossing = (values[1:] > 0) != (values[:-1] > 0)
+    crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
+    crossing &= np.abs(values[1:]) + np.abs(values[:-1]) < LARGEST_STEP
+    row, event = np.nonzero(crossing)
+    root = _event_roots(curve, which[row], w[row], w[row + 1], event, ROUGH) if row.size else np.empty(0)
+    owners = [owner[row] == i for i in range(len(pieces))]
+    return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
 
 
-def _jumps(samples: Samples) -> NDArray[np.bool_]:
-    """Steps that are long on the surface of motions, wherever they are in the sweep."""
-    return np.asarray(np.linalg.norm(np.diff(samples.drawn[:, SURFACE], axis=0), axis=1) > LONGEST_JUMP)
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A critical point on a branch before it has a name: at which row, of what kind, and the polished motion."""
+
+    row: int
+    kind: CriticalKind
+    point: PolishedMotion
+    change: Change
 
 
-def _relevant(samples: Samples) -> NDArray[np.bool_]:
-    """Steps that touch a valid sample, leap over the sweep, or next to which the validity may rise above zero."""
-    v, beyond_middle = samples.validity, samples.drawn[:, 0] > 0.5
-    touches = (v[1:] > 0) | (v[:-1] > 0) | (beyond_middle[1:] != beyond_middle[:-1])
-    inner = v[1:-1]
-    rise = 2 * inner - np.minimum(v[:-2], v[2:])  # the peak, if it stands as far above as the lower neighbour below
-    hopeful = (inner < 0) & (inner >= v[:-2]) & (inner >= v[2:]) & (rise > 0)
-    touches[:-1] |= hopeful
-    touches[1:] |= hopeful
-    return np.asarray(touches)
+@dataclass(frozen=True, slots=True, eq=False)
+class Draft:
+    """A branch before it and its critical points are numbered."""
+
+    branch: Branch
+    events: tuple[Event, ...]
+
+
+def drafts(curve: Curve, samples: Samples) -> list[Draft]:
+    """The branches of a curve, with their events polished."""
+    return [_draft(curve, piece) for piece in _pieces(curve, samples)]
+
+
+def _draft(curve: Curve, piece: Piece) -> Draft:
+    events, w = [], piece.w.copy()
+    for row in map(int, np.nonzero(piece.event >= 0)[0]):
+        happening = StrandEvent(piece.event[row])
+        if happening not in (StrandEvent.START, StrandEvent.END):
+            events.append(_event(curve, piece, row, happening))
+        if happening.at_rest:
+            inner = 1 if row == 0 else row - 1
+            w[row] += HAIR * (piece.w[inner] - piece.w[row])
+    orbit = curve.on(piece.strand, w)
+    u, phi = np.array(orbit.u), np.array(orbit.phi)
+    for event in events:
+        if not event.change.at_rest:
+            u[event.row], phi[event.row] = event.point.u, event.point.phi
+    at_symmetry = _symmetric_ends(curve, piece)
+    u[at_symmetry] = 0.0
+    motions = motions_of(curve.sweep, curve.level, orbits(u, phi, curve.r, curve.n))
+    _pin(motions, curve, piece, events, at_symmetry)
+    family = Family.SYMMETRIC if curve.strands[piece.strand].symmetric else Family.ASYMMETRIC
+    ends = _why_ends(piece, 0, at_symmetry), _why_ends(piece, -1, at_symmetry)
+    return Draft(Branch(0, family, None, motions, (), ends), tuple(events))
+
+
+def _event(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> Event:
+    try:
+        point = _polished(curve, piece, row, event)
+    except (NumericalError, ArithmeticError):
+        point = _bracketed(curve, piece, row)
+    # Zero by the condition, not what the polish or the bracket leaves of it.
+    if event is StrandEvent.BOTTOM_REST:
+        point = replace(point, velocity_bottom=0.0, bounds={**point.bounds, "velocity_bottom": 0.0})
+    elif event is StrandEvent.TOP_REST:
+        point = replace(point, velocity_top=0.0, bounds={**point.bounds, "velocity_top": 0.0})
+    elif event is StrandEvent.MEETING and curve.strands[piece.strand].symmetric and not _turns(curve, piece, row):
+        return Event(row, CriticalKind.PITCHFORK, point, Change.HANDOVER)
+    return Event(row, event.kind, point, event.change)
+
+
+def _polished(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> PolishedMotion:
+    """The event at a row of a piece, polished."""
+    symmetric = curve.strands[piece.strand].symmetric
+    orbit = curve.on(piece.strand, piece.w[[row]])
+    if event is StrandEvent.GRAZING:
+        return polish_grazing(curve.sweep, orbit, symmetric)
+    return polish(curve.sweep, float(orbit.u[0]), float(orbit.phi[0]), CONDITIONS[event], symmetric=symmetric)
+
+
+def _bracketed(curve: Curve, piece: Piece, row: int) -> PolishedMotion:
+    """The event as it was bracketed, where the polish does not settle: its bound is what the bracket leaves open."""
+    orbit = curve.on(piece.strand, piece.w[row] + BRACKET * np.array([0.0, -1.0, 1.0]))
+
+    def spread(values: Floats) -> float:
+        return float(np.max(np.abs(values - values[0])) + BRACKET_ROUNDING * abs(values[0]))
+
+    value = np.asarray(curve.sweep.value(orbit.d, orbit.gbar), dtype=float)
+    numbers = {name: np.asarray(getattr(orbit, name), dtype=float) for name in POLISHED_NUMBERS}
+    middle, bounds = {k: float(x[0]) for k, x in numbers.items()}, {k: spread(x) for k, x in numbers.items()}
+    return singled_out(curve.sweep, middle, bounds, float(value[0]), spread(value))
+
+
+def _turns(curve: Curve, piece: Piece, row: int) -> bool:
+    """Whether the sweep's coordinate has an extremum at an event."""
+    x = curve.sweep.coordinate(curve.on(piece.strand, piece.w[row] + TURN_STEP * np.array([-1.0, 0.0, 1.0])))
+    return bool((x[0] - x[1]) * (x[2] - x[1]) > 0)
+
+
+def _symmetric_ends(curve: Curve, piece: Piece) -> list[int]:
+    """Rows, 0 or -1, at which an asymmetric branch of a horizontal capsule begins at the symmetric motion."""
+    if not curve.horizontal or curve.strands[piece.strand].symmetric:
+        return []
+    u = curve.on(piece.strand, piece.w[[0, -1]]).u
+    return [row for row, value in zip((0, -1), u, strict=True) if abs(value) < BEGINS_AT_SYMMETRY]
+
+
+def _pin(motions: Motions, curve: Curve, piece: Piece, events: list[Event], at_symmetry: list[int]) -> None:
+    """Put into the rows of a branch what is known exactly there.
+
+    Where an impact has no velocity, the trace stays that of a hair before it.
+    """
+    sweep = curve.sweep
+    low_end, high_end = sorted((sweep.start, sweep.end), key=sweep.coordinate_of)
+    for row in (0, -1):
+        happening = piece.happening(row)
+        if happening in (StrandEvent.START, StrandEvent.END):
+            motions.sweep_value[row] = end = low_end if happening is StrandEvent.START else high_end
+            motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
+    for event in events:
+        point, row = event.point, event.row
+        motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
+        motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + point.u, point.u, point.phi
+        motions.velocity_bottom[row], motions.velocity_top[row] = point.velocity_bottom, point.velocity_top
+        motions.phi_top[row] = point.phi_top
+        if event.kind is not CriticalKind.GRAZING:
+            motions.stability[row] = NODE if event.kind is CriticalKind.NODE_FOCUS else UNSTABLE
+        elif not event.change.at_rest:
+            motions.wall_gap[row], motions.admissible[row] = 0.0, False
+    motions.stability[at_symmetry] = UNSTABLE
+    np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
+
+
+def _why_ends(piece: Piece, row: int, at_symmetry: list[int]) -> BranchEnd:
+    match piece.happening(row):
+        case None:
+            return BranchEnd.PITCHFORK if row in at_symmetry else BranchEnd.CLOSED
+        case StrandEvent.BOTTOM_REST:
+            return BranchEnd.BOTTOM_REST
+        case StrandEvent.TOP_REST:
+            return BranchEnd.TOP_REST
+        case _:
+            return BranchEnd.SWEEP

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis import CriticalKind, CriticalPoint, Family, Motions, Solution, motions_of, sample, select
+from vireport.analysis import CriticalKind, CriticalPoint, Family, Motions, Solution, motions_of, sample
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.judge import (
     BOUND,
@@ -203,9 +203,9 @@ def _counted_changes(solution: Solution) -> int:
         orbit = curve.at(np.full(TRACES, k), dense)
         within = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
         within &= (orbit.d >= curve.bounds[0]) & (orbit.d <= curve.bounds[1])
-        orbit, place = select(orbit, within), np.flatnonzero(within)
+        orbit, place = orbit.select(within), np.flatnonzero(within)
         admissible = motions_of(curve.sweep, curve.level, orbit).admissible
-        orbit, place = select(orbit, admissible), place[admissible]
+        orbit, place = orbit.select(admissible), place[admissible]
         trace = exact.trace((orbit.velocity_bottom, orbit.phi, orbit.u), orbit.gbar, r, curve.n, np)
         focus = np.abs(trace) < 2 * r * r
         counted += int(np.sum((focus[1:] != focus[:-1]) & (np.diff(place) == 1)))

@@ -28,7 +28,6 @@ from vireport.analysis import (
     impact_velocities,
     solve,
     stable_ranges,
-    stable_runs,
 )
 from vireport.errors import NumericalError
 from vireport.physics import (
@@ -390,7 +389,7 @@ def _u_ave_difference(results: Results, limit: Limit) -> Outcome:
     bound = 0.0
     for branch, bounds in zip(diagram.branches, solution.bounds.branches, strict=True):
         volts = cast(Voltages, branch.voltages)
-        for first, last in stable_runs(branch):
+        for first, last in branch.stable_runs():
             rows = slice(first, last + 1)
             sampled = volts.average_v[rows]
             value, u_ave = with_peaks(branch.motions.sweep_value[rows], sampled)

@@ -2,17 +2,18 @@
 
 from vireport.physics import flight
 from vireport.physics.contact import SMALLEST_RESTITUTION, Contact, contacts, damping_number, law_of
-from vireport.physics.decimals import DIGITS, DecimalOps
-from vireport.physics.device import FINEST_D, FINEST_GBAR, NO_GRAVITY, Device, Number
+from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device
 from vireport.physics.energy import Membrane, Voltages, contact_cosine, deflection, generated_voltage, voltages
-from vireport.physics.flight import acceleration, displacement, velocity
-from vireport.physics.rounding import FUNCTION, UNIT, Rounded, RoundedOps
+from vireport.physics.numbers import ARRAYS, DIGITS, FLOATS, FUNCTION, UNIT, DecimalOps, Rounded, RoundedOps
 
 __all__ = [
+    "ARRAYS",
     "DIGITS",
     "FINEST_D",
     "FINEST_GBAR",
+    "FLOATS",
     "FUNCTION",
+    "GROUP_ERROR",
     "NO_GRAVITY",
     "SMALLEST_RESTITUTION",
     "UNIT",
@@ -20,19 +21,15 @@ __all__ = [
     "DecimalOps",
     "Device",
     "Membrane",
-    "Number",
     "Rounded",
     "RoundedOps",
     "Voltages",
-    "acceleration",
     "contact_cosine",
     "contacts",
     "damping_number",
     "deflection",
-    "displacement",
     "flight",
     "generated_voltage",
     "law_of",
-    "velocity",
     "voltages",
 ]

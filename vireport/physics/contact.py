@@ -47,30 +47,20 @@ STEP = 0.04
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """What a contact of exponent h and restitution r is, in numbers without dimension.
+    """What a contact of exponent h and restitution r is, in dimensionless numbers.
 
     Attributes
     ----------
-    exponent, restitution : float
-        h and r.
     damping : float
         D = lambda v: the damping coefficient lambda [s/m] times the impact velocity.
     duration : float
         tau: time between touch and departure over (m/K)^(1/(h+1)) v^(-(h-1)/(h+1)).
-    approach : float
-        The part of tau before the largest deflection.
-    depth : float
-        Largest deflection over ((h+1)(m/K) v^2)^(1/(h+1)).
     depth_ratio : float
-        The same over the deflection of (5.5), which has no damping: at most 1.
+        Largest deflection over that of (5.5), which has no damping: at most 1.
     """
 
-    exponent: float
-    restitution: float
     damping: float
     duration: float
-    approach: float
-    depth: float
     depth_ratio: float
 
 
@@ -147,17 +137,8 @@ def law_of(exponent: float, restitution: float) -> Law:
     approach = weights * top * (top * nodes * _loading(damping, top * nodes)) ** fall
     retreat = weights * bottom * (bottom * nodes * _unloading(damping, r, w, bottom * nodes)) ** fall
     scale = (h + 1) ** fall
-    approach_time = float(scale * approach.sum())
-    stored = _stored(damping)
-    return Law(
-        exponent=h,
-        restitution=r,
-        damping=damping,
-        duration=approach_time + float(scale * retreat.sum()),
-        approach=approach_time,
-        depth=stored ** (1 / (h + 1)),
-        depth_ratio=(2 * stored) ** (1 / (h + 1)),
-    )
+    duration = float(scale * approach.sum()) + float(scale * retreat.sum())
+    return Law(damping, duration, depth_ratio=(2 * _stored(damping)) ** (1 / (h + 1)))
 
 
 def damping_number(restitution: float) -> float:

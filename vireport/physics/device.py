@@ -1,31 +1,28 @@
 """The crossing between a scenario in SI units and the dimensionless groups, in both directions.
 
 With r and n, the groups d = s/x_c and gbar = M g sin(beta)/F are all of the dynamics. No other module mixes the two
-kinds of number.
+kinds of quantity. The formulae serve every kind of number; see `numbers`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from decimal import Decimal
 from typing import Any
 
-import numpy as np
-
-from vireport.physics.decimals import DecimalOps
+from vireport.physics.numbers import ARRAYS, UNIT
 from vireport.scenario import Parameter
-
-Number = Any
-"""A float, a decimal where a point is polished, or None for a swept parameter without a design point."""
 
 NO_GRAVITY = 1e-15
 """gbar up to which gravity is lost: q - 1/2 ~ gbar could no longer be told from zero. As a value within a sweep it
-counts as zero; a scenario that holds such a gbar is refused (`too_light`), for its folds would not be where they are
-said to be."""
+counts as zero; a scenario that holds such a gbar is refused (`Device.too_light`), for its folds would not be where they
+are said to be."""
 
 FINEST_D, FINEST_GBAR = 1e-10, 1e-12
 """Length of a capsule and range of d, and range of gbar, times (1-r)/n, below which motions are not resolved: positions
 are sums of terms of size n/(1-r) in the length unit, and gbar keeps its digits next to zero."""
+
+GROUP_ERROR = 12 * UNIT
+"""Relative error of d or gbar as computed in doubles: the rounding of at most six products and of a sine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,35 +33,62 @@ class Device:
     ----------
     capsule_mass_kg, restitution, gravity_m_s2 : float
         M, r, g.
-    length_m, amplitude_n, frequency_hz, inclination_deg : float or None
+    length_m, amplitude_n, frequency_hz, inclination_deg : float, ndarray or None
         s, F, omega/2 pi, beta.
     period_ratio : int
         n, forcing periods per motion, Eq. (3.14).
     """
 
-    capsule_mass_kg: Number
-    restitution: Number
-    gravity_m_s2: Number
-    length_m: Number
-    amplitude_n: Number
-    frequency_hz: Number
-    inclination_deg: Number
+    capsule_mass_kg: Any
+    restitution: Any
+    gravity_m_s2: Any
+    length_m: Any
+    amplitude_n: Any
+    frequency_hz: Any
+    inclination_deg: Any
     period_ratio: int = 1
 
     def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
         """The four parameters that can be swept, with one of them (an array, say) replaced."""
         return {name: value if name == parameter else getattr(self, name) for name in Parameter}
 
-    def groups(self, parameter: Parameter, value: Any) -> tuple[Any, Any]:
-        """The groups d = 4 M s f^2/F and gbar = M g sin(beta)/F where `parameter` has `value`, Eqs. (2.5), (2.6)."""
-        x = self.at(parameter, value)
-        mass, force = self.capsule_mass_kg, x[Parameter.AMPLITUDE]
+    def groups(self, parameter: Parameter, value: Any, ops: Any = ARRAYS) -> tuple[Any, Any]:
+        """The groups d = 4 M s f^2/F and gbar = M g sin(beta)/F where `parameter` has `value`, Eqs. (2.5), (2.6).
+
+        A gbar up to `NO_GRAVITY` is zero.
+
+        Parameters
+        ----------
+        parameter : Parameter
+        value : array_like
+            In the parameter's unit.
+        ops
+            Functions of the kind of number wanted, see `numbers`.
+        """
+        x = {name: ops.exact(number) for name, number in self.at(parameter, value).items()}
+        mass, force = ops.exact(self.capsule_mass_kg), x[Parameter.AMPLITUDE]
         d = 4 * mass * x[Parameter.LENGTH] * x[Parameter.FREQUENCY] ** 2 / force
-        angle = x[Parameter.INCLINATION]
-        exact = isinstance(angle, Decimal)
-        sine = DecimalOps().sin(angle * DecimalOps().pi / 180) if exact else sine_of_degrees(angle)
-        gbar = mass * self.gravity_m_s2 * sine / force
+        gbar = mass * ops.exact(self.gravity_m_s2) * ops.sin_degrees(x[Parameter.INCLINATION]) / force
         return d, gbar * (gbar > NO_GRAVITY)
+
+    def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
+        """The value of `parameter` that gives the groups, the other three parameters as they are.
+
+        The inverse of `groups`: from gbar for the inclination, otherwise from d.
+        """
+        mass = ops.exact(self.capsule_mass_kg)
+        if parameter is Parameter.INCLINATION:
+            return ops.arcsin_degrees(gbar * ops.exact(self.amplitude_n) / (mass * ops.exact(self.gravity_m_s2)))
+        if parameter is Parameter.LENGTH:
+            return d * ops.exact(self.amplitude_n) / (4 * mass * ops.exact(self.frequency_hz) ** 2)
+        if parameter is Parameter.AMPLITUDE:
+            return 4 * mass * ops.exact(self.length_m) * ops.exact(self.frequency_hz) ** 2 / d
+        return ops.sqrt(d * ops.exact(self.amplitude_n) / (4 * mass * ops.exact(self.length_m)))
+
+    def velocity_unit(self, parameter: Parameter, value: Any) -> Any:
+        """y_c = F/(2 M f) [m/s], Eq. (2.5)."""
+        x = self.at(parameter, value)
+        return x[Parameter.AMPLITUDE] / (2 * self.capsule_mass_kg * x[Parameter.FREQUENCY])
 
     def finest(self, of: float) -> float:
         """Least d, or least range, that rounding resolves, from `FINEST_D` or `FINEST_GBAR`."""
@@ -96,15 +120,3 @@ class Device:
         """Why rounding does not resolve the device, whose four parameters are all given, or ""."""
         at = Parameter.LENGTH, self.length_m
         return self.too_short(*at) or self.too_light(*at)
-
-    def velocity_unit(self, parameter: Parameter, value: Any) -> Any:
-        """y_c = F/(2 M f) [m/s], Eq. (2.5)."""
-        x = self.at(parameter, value)
-        return x[Parameter.AMPLITUDE] / (2 * self.capsule_mass_kg * x[Parameter.FREQUENCY])
-
-
-def sine_of_degrees(angle: Any) -> Any:
-    """Sin of an angle in degrees, exact at 0 and 90, and with full relative accuracy near both."""
-    angle = np.asarray(angle, dtype=float)
-    sine = np.where(angle <= 45, np.sin(np.radians(angle)), np.cos(np.radians(90 - angle)))
-    return sine[()]

@@ -7,8 +7,7 @@ doubles, each taken as the exact number that it is.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,19 +20,24 @@ from vireport.analysis import (
     CriticalKind,
     CriticalPoint,
     Family,
+    Held,
+    Level,
     Orbits,
-    Point,
+    PolishedMotion,
     StrandEvent,
     Sweep,
+    equations,
     level_residual,
+    orbit_at,
     orbits,
-    touch,
-    trace_and_determinant,
-    turning_points,
+    pressing_condition,
+    return_trace,
+    touch_condition,
+    touches,
 )
-from vireport.proofs import balls
-from vireport.proofs.balls import Ball, BallOps, Root, UnprovedError
-from vireport.proofs.flights import Flight, stays_between
+from vireport.proofs.confinement import stays_between
+from vireport.proofs.enclosures import Ball, BallOps, Root, UnprovedError, ball, bounds, gradients, precision, prove
+from vireport.scenario import Parameter
 
 PRECISIONS = (192, 384, 768)
 """Bits of the arithmetic, tried in this order: next to a horizontal capsule cancellation may take seventy."""
@@ -59,9 +63,6 @@ BRACKETED = 1e-12
 FIRST_TRIES = 6
 """Turning points tried as the one that touches a membrane, the nearest first."""
 
-RISING = {"length_m": 1, "amplitude_n": -1, "frequency_hz": 1, "inclination_deg": 1}
-"""Sign with which the swept value grows with the sweep's coordinate, d (gbar where the inclination is swept)."""
-
 Enclosure = tuple[str, str]
 """A decimal number below and one above."""
 
@@ -72,7 +73,8 @@ class Certificate:
 
     Attributes
     ----------
-    label, kind : str
+    label : str
+    kind : CriticalKind
         Those of the critical point.
     proved : bool
         Whether exactly one point fulfils its equations near the one stated, with impact velocities of the right signs
@@ -137,17 +139,23 @@ def certify(diagram: BifurcationDiagram | None) -> tuple[Certificate, ...]:
 
 def certify_point(sweep: Sweep, critical: CriticalPoint) -> Certificate:
     """Prove one critical point of a sweep, and its mirror image if it has one."""
-    if balls.neglects_gravity(sweep):
+    if _neglects_gravity(sweep):
         reason = "gravity along the capsule was neglected, so that the equations solved are not the scenario's"
         return Certificate(critical.label, critical.kind, False, reason)
-    found = _certificate(sweep, critical, critical.point)
+    certificate = _certificate(sweep, critical, critical.point)
     if critical.mirror is None:
-        return found
+        return certificate
     mirror = _certificate(sweep, critical, critical.mirror)
-    return replace(found, mirror_proved=mirror.proved and mirror.bound_holds)
+    return replace(certificate, mirror_proved=mirror.proved and mirror.bound_holds)
 
 
-def _certificate(sweep: Sweep, critical: CriticalPoint, point: Point) -> Certificate:
+def _neglects_gravity(sweep: Sweep) -> bool:
+    """Whether a sweep's capsule is taken as horizontal though it is not quite."""
+    ops = BallOps()
+    return sweep.level_in(ops).horizontal and bool(ops.sin_degrees(ball(sweep.device.inclination_deg)) != 0)
+
+
+def _certificate(sweep: Sweep, critical: CriticalPoint, point: PolishedMotion) -> Certificate:
     """Try the candidates with more and more bits; the first candidate is the likely one, and its failure is told."""
     reason = "no turning point of the ball is near a membrane"
     candidates = list(_candidates(sweep, critical.kind, point))
@@ -155,9 +163,9 @@ def _certificate(sweep: Sweep, critical: CriticalPoint, point: Point) -> Certifi
         reasons = []
         for candidate in candidates:
             try:
-                with balls.precision(bits):
+                with precision(bits):
                     proof = _prove(sweep, point, critical.family is Family.SYMMETRIC, candidate)
-                    return _stated(sweep, critical, point, proof, bits)
+                    return _stated(critical, point, proof, bits)
             except UnprovedError as failure:
                 reasons.append(str(failure))
         reason = reasons[0] if reasons else reason
@@ -188,11 +196,11 @@ class Candidate:
     touch: tuple[bool, bool] | None = None
 
 
-def _candidates(sweep: Sweep, kind: CriticalKind, point: Point) -> Iterator[Candidate]:
+def _candidates(sweep: Sweep, kind: CriticalKind, point: PolishedMotion) -> Iterator[Candidate]:
     r, n = float(sweep.device.restitution), sweep.device.period_ratio
     orbit = orbits(np.array([point.u]), np.array([point.phi]), r, n)
     if kind is CriticalKind.NODE_FOCUS:
-        below = bool(trace_and_determinant(orbit, r)[0][0] < 0)
+        below = bool(return_trace(orbit, r)[0] < 0)
         yield Candidate(CONDITIONS[StrandEvent.FOCUS_BELOW if below else StrandEvent.FOCUS_ABOVE])
     elif kind is CriticalKind.PERIOD_DOUBLING:
         yield Candidate(CONDITIONS[StrandEvent.DOUBLING])
@@ -207,34 +215,20 @@ def _candidates(sweep: Sweep, kind: CriticalKind, point: Point) -> Iterator[Cand
         for rest in resting:
             yield Candidate(CONDITIONS[rest], rest=rest)
         if not resting:
-            yield from _touches(orbit, r, n)
+            yield from _touching(orbit, r, n)
 
 
-def _touches(orbit: Orbits, r: float, n: int) -> Iterator[Candidate]:
-    """Turning points near a wall, the nearest first, then touches shortly after an impact (see `grazing`)."""
-    found = [
-        (abs(float(gap[0])), float(turn.time[0]), turn.upward, at_start)
-        for turn in turning_points(orbit, r, n)
-        for at_start, gap in ((True, turn.from_start_wall), (False, turn.from_end_wall))
-    ]
-    for _, time, upward, at_start in sorted(found)[:FIRST_TRIES]:
-        yield Candidate(touch(upward, at_start), (time,), touch=(upward, at_start))
-    for upward in (True, False):
-        cosine, sine = (orbit.cos_phi, orbit.sin_phi) if upward else (orbit.cos_top, orbit.sin_top)
-        pressing, rate = float(orbit.gbar[0] + cosine[0]), -math.pi * float(sine[0])
+def _touching(orbit: Orbits, r: float, n: int) -> Iterator[Candidate]:
+    """Turning points near a wall, the nearest first, then touches shortly after an impact (see `polish_grazing`)."""
+    for _, time, upward, at_start in touches(orbit, r, n)[:FIRST_TRIES]:
+        yield Candidate(touch_condition(upward, at_start), (time,), touch=(upward, at_start))
+    for upward, way in zip((True, False), orbit.flights(r), strict=True):
+        acceleration, jerk = float(way.pressing(way.cosine)[0]), float(way.jerk(way.sine)[0])
         if r == 0:
             # The ball leaves at rest, and touches where the membrane begins to hold it.
-            yield Candidate(_unpressed if upward else _unpressed_top, touch=(upward, True))
-        elif pressing * rate < 0:
-            yield Candidate(touch(upward, True), (-1.5 * pressing / rate,), touch=(upward, True))
-
-
-def _unpressed(orbit: Orbits, more: Any, r: Any, ops: Any) -> list[Any]:
-    return [orbit.gbar + orbit.cos_phi]
-
-
-def _unpressed_top(orbit: Orbits, more: Any, r: Any, ops: Any) -> list[Any]:
-    return [orbit.gbar + orbit.cos_top]
+            yield Candidate(pressing_condition(upward, 0.0), touch=(upward, True))
+        elif acceleration * jerk < 0:
+            yield Candidate(touch_condition(upward, True), (-1.5 * acceleration / jerk,), touch=(upward, True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -265,47 +259,50 @@ class Proof:
     admissible: bool | None
 
 
-def _prove(sweep: Sweep, point: Point, symmetric: bool, candidate: Candidate) -> Proof:
+def _prove(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Candidate) -> Proof:
     """Prove a point, or say by an `UnprovedError` why not."""
-    ops, level = BallOps(), balls.level(sweep)
-    r, n = balls.ball(sweep.device.restitution), sweep.device.period_ratio
-
-    def system(x: list[Any]) -> list[Any]:
-        if symmetric:
-            return candidate.condition(orbits(0 * r, x[0], r, n, ops), x[1:], r, ops)
-        orbit = orbits(x[0], x[1], r, n, ops)
-        return [level_residual(level, orbit), *candidate.condition(orbit, x[2:], r, ops)]
-
-    start = [point.phi] if symmetric else [point.u, point.phi]
-    scale = [1.0] if symmetric else [abs(point.u) or 1.0, 1.0]
-    root = balls.prove(system, [*start, *candidate.more], [*scale, *(abs(t) or 1.0 for t in candidate.more)])
-    for name, x, stated, size in zip(("phase",) if symmetric else ("q", "phase"), root.box, start, scale, strict=False):
-        if not abs(x - balls.ball(stated)) <= PLACE * size:
-            raise UnprovedError(f"the {name} that solves the equations is not the one stated")
-    u, phi, *more = [balls.ball(0.0), *root.box] if symmetric else root.box
-    orbit = _simplified(orbits(u, phi, r, n, ops), level.kind, level.value, candidate.rest, r, n)
+    ops, r, n = BallOps(), ball(sweep.device.restitution), sweep.device.period_ratio
+    root = _root(sweep, point, symmetric, candidate)
+    (time,) = root.box[1 if symmetric else 2 :] or [None]
+    orbit = _simplified(orbit_at(sweep, root.box, symmetric, ops), sweep.level_in(ops), candidate.rest, r, n)
     _check_signs(orbit, candidate.rest)
-    if more and not 0 < more[0] < (orbit.time_up if candidate.touch and candidate.touch[0] else orbit.time_down):
+    if time is not None and not 0 < time < (
+        orbit.time_up if candidate.touch and candidate.touch[0] else orbit.time_down
+    ):
         raise UnprovedError("the touch of the membrane is not within the flight")
-    value = balls.sweep_value(sweep, orbit.d, orbit.gbar)
+    value = sweep.value(orbit.d, orbit.gbar, ops)
+    if not value.is_finite():
+        raise UnprovedError("no value of the swept parameter is proved to give the groups of the motion")
     if not value.rad() <= WIDEST * abs(value):
         raise UnprovedError("the enclosure of the swept value stays wide")
-    touches: dict[bool, tuple[Ball | None, bool]] = {}
-    if candidate.touch:
-        upward, at_start = candidate.touch
-        touches = dict.fromkeys((True, False) if symmetric else (upward,), (more[0] if more else None, at_start))
-    inside = [stays_between(Flight.of(orbit, way, r), touches.get(way)) for way in (True, False)]
-    admissible = False if False in inside else None if None in inside else True
     grazing = bool(candidate.rest or candidate.touch)
     blurred = candidate.condition in FOCI and not r * r > SHORTEST_FOCUS
-    slope = 0 if grazing or blurred else _slope(sweep, level, root.box, symmetric, r, n)
-    negative = not grazing and bool(trace_and_determinant(orbit, r)[0] < 0)
-    return Proof(orbit, value, root, slope, negative, admissible)
+    return Proof(
+        orbit=orbit,
+        value=value,
+        root=root,
+        slope=0 if grazing or blurred else _slope(sweep, root.box, symmetric),
+        negative=not grazing and bool(return_trace(orbit, r) < 0),
+        admissible=_admissible(orbit, r, candidate.touch, time, symmetric),
+    )
 
 
-def _simplified(orbit: Orbits, kind: str, held: Ball, rest: StrandEvent | None, r: Ball, n: int) -> Orbits:
+def _root(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Candidate) -> Root:
+    """The one solution near a point of the candidate's condition and the level; its unknowns are q, phase, and more."""
+    unknowns = [("q", point.u, abs(point.u) or 1.0), ("phase", point.phi, 1.0)][1 if symmetric else 0 :]
+    start, scale = [x for _, x, _ in unknowns], [size for _, _, size in unknowns]
+    system = equations(sweep, candidate.condition, symmetric, BallOps())
+    root = prove(system, [*start, *candidate.more], [*scale, *(abs(t) or 1.0 for t in candidate.more)])
+    for (name, stated, size), x in zip(unknowns, root.box, strict=False):
+        if not abs(x - ball(stated)) <= PLACE * size:
+            raise UnprovedError(f"the {name} that solves the equations is not the one stated")
+    return root
+
+
+def _simplified(orbit: Orbits, level: Level, rest: StrandEvent | None, r: Ball, n: int) -> Orbits:
     """Put in what the conditions say exactly; the velocity at the top then follows by (3.8)."""
-    gbar, d = (held if kind == "gbar" else orbit.gbar), (held if kind == "d" else orbit.d)
+    gbar = level.value if level.held is Held.GBAR else orbit.gbar
+    d = level.value if level.held is Held.D else orbit.d
     both = 2 * n * gbar / (1 + r)
     bottom = orbit.velocity_bottom
     if rest is not None:
@@ -325,24 +322,44 @@ def _check_signs(orbit: Orbits, rest: StrandEvent | None) -> None:
         raise UnprovedError("the length or a flight time is not positive")
 
 
-def _slope(sweep: Sweep, level: Any, box: list[Ball], symmetric: bool, r: Ball, n: int) -> int:
+def _admissible(
+    orbit: Orbits, r: Ball, touch: tuple[bool, bool] | None, time: Ball | None, symmetric: bool
+) -> bool | None:
+    """Whether the ball is proved to stay between the membranes, but for a touch; None where it is undecided."""
+    inside = []
+    for upward, way in zip((True, False), orbit.flights(r), strict=True):
+        touching = touch is not None and (symmetric or upward == touch[0])
+        inside.append(stays_between(way, (time, touch[1]) if touch and touching else None))
+    return False if False in inside else None if None in inside else True
+
+
+def _slope(sweep: Sweep, box: list[Ball], symmetric: bool) -> int:
     """Sign of d trace/d swept value along the curve; 0 where it is not proved, as at a fold."""
-    ops, x = BallOps(), balls.duals(box)
-    orbit = orbits(0 * r, x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
-    trace, coordinate = trace_and_determinant(orbit, r)[0], sweep.coordinate(orbit)
+    ops, r = BallOps(), ball(sweep.device.restitution)
+    level = sweep.level_in(ops)
+
+    def functions(x: list[Any]) -> list[Any]:
+        orbit = orbit_at(sweep, x, symmetric, ops)
+        held = [] if symmetric else [level_residual(level, orbit)]
+        return [return_trace(orbit, r), sweep.coordinate(orbit), *held]
+
+    slopes = gradients(functions, box[: 1 if symmetric else 2])
     if symmetric:
-        product = trace.gradient[0] * coordinate.gradient[0]
+        (trace,), (coordinate,) = slopes
+        product = trace * coordinate
     else:
-        along = level_residual(level, orbit).gradient
-        product = _cross(along, trace.gradient) * _cross(along, coordinate.gradient)
-    return RISING[sweep.parameter] * (int(product > 0) - int(product < 0))
+        trace, coordinate, along = slopes
+        product = _cross(along, trace) * _cross(along, coordinate)
+    # The swept value grows with d (with gbar where the inclination is swept), but a force falls.
+    rising = -1 if sweep.parameter is Parameter.AMPLITUDE else 1
+    return rising * (int(product > 0) - int(product < 0))
 
 
-def _cross(a: tuple[Ball, ...], b: tuple[Ball, ...]) -> Ball:
+def _cross(a: Sequence[Ball], b: Sequence[Ball]) -> Ball:
     return a[0] * b[1] - a[1] * b[0]
 
 
-def _stated(sweep: Sweep, critical: CriticalPoint, point: Point, proof: Proof, bits: int) -> Certificate:
+def _stated(critical: CriticalPoint, point: PolishedMotion, proof: Proof, bits: int) -> Certificate:
     """The certificate of a proved point."""
     orbit, value = proof.orbit, proof.value
     return Certificate(
@@ -350,21 +367,21 @@ def _stated(sweep: Sweep, critical: CriticalPoint, point: Point, proof: Proof, b
         kind=critical.kind,
         proved=True,
         reason="",
-        sweep_value=balls.bounds(value),
-        d=balls.bounds(orbit.d),
-        gbar=balls.bounds(orbit.gbar),
-        q=balls.bounds(0.5 + orbit.u),
-        phi_bottom_rad=balls.bounds(orbit.phi),
-        velocity_bottom=balls.bounds(orbit.velocity_bottom),
+        sweep_value=bounds(value),
+        d=bounds(orbit.d),
+        gbar=bounds(orbit.gbar),
+        q=bounds(0.5 + orbit.u),
+        phi_bottom_rad=bounds(orbit.phi),
+        velocity_bottom=bounds(orbit.velocity_bottom),
         bits=bits,
-        bound_holds=bool(abs(value - balls.ball(point.sweep_value)) <= point.error_bound),
+        bound_holds=bool(abs(value - ball(point.sweep_value)) <= point.error_bound),
         radius=proof.root.radius,
         side=_side(critical.kind, proof.slope, proof.negative),
         admissible=proof.admissible,
         beyond=tuple(
             name
             for name in ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")
-            if not abs(getattr(orbit, name) - balls.ball(getattr(point, name))) <= point.bounds[name]
+            if not abs(getattr(orbit, name) - ball(getattr(point, name))) <= point.bounds[name]
         ),
     )
 

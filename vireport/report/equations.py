@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+from vireport.analysis import Held
 from vireport.report.pages import Block, Equation, Paragraph, Subheading, Table, texts
 from vireport.study import Study
 
@@ -69,9 +70,9 @@ NOTES = {
 }
 
 LEVELS = {
-    "gbar": "The sweep holds *ḡ*: its motions are the level curve of *ḡ*(*q*, *φ*).",
-    "ratio": "The sweep holds *d*/*ḡ*: its motions are the level curve of that ratio over (*q*, *φ*).",
-    "d": "The sweep holds *d*: its motions are the level curve of *d*(*q*, *φ*).",
+    Held.GBAR: "The sweep holds *ḡ*: its motions are the level curve of *ḡ*(*q*, *φ*).",
+    Held.RATIO: "The sweep holds *d*/*ḡ*: its motions are the level curve of that ratio over (*q*, *φ*).",
+    Held.D: "The sweep holds *d*: its motions are the level curve of *d*(*q*, *φ*).",
 }
 
 SYMBOLS = (
@@ -110,8 +111,8 @@ def equations(study: Study, folder: Path) -> Iterator[Block]:
     for title, text, names in (*GROUPS, ENERGY) if energy else GROUPS:
         yield Subheading(title)
         diagram = study.solution.diagram
-        level = diagram.curve.level.kind if title == "Closed form" and diagram is not None else ""
-        yield Paragraph(f"{text} {LEVELS[level]}" if level else text)
+        held = diagram.curve.level.held if title == "Closed form" and diagram is not None else None
+        yield Paragraph(f"{text} {LEVELS[held]}" if held is not None else text)
         for name in names:
             yield Equation(name=name, note=NOTES.get(name, ""), **found[name])
     rows = (*SYMBOLS, *ENERGY_SYMBOLS) if energy else SYMBOLS

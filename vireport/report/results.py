@@ -9,9 +9,10 @@ import numpy as np
 from vireport.analysis import (
     CriticalPoint,
     DesignPoint,
-    Point,
-    Row,
+    Held,
+    PolishedMotion,
     StableInterval,
+    TableRow,
 )
 from vireport.gate import capital
 from vireport.physics import DIGITS
@@ -39,7 +40,7 @@ def table_1(study: Study) -> Iterator[Block]:
     if study.solution.diagram is None:
         return
     swept = study.solution.parameter
-    symbol = swept.symbol if study.solution.diagram.curve.level.kind == "d" else "d"
+    symbol = swept.symbol if study.solution.diagram.curve.level.held is Held.D else "d"
     yield Paragraph(
         "Every 1:1 motion in the sweep whose ball stays between the membranes, by the criteria of the "
         "paper's Table 1. *Δ* and *λ*_i are those of (4.3)."
@@ -60,7 +61,7 @@ def table_1(study: Study) -> Iterator[Block]:
     yield from _ranges("Ranges of stable 1:1 motion", study, study.solution.stable_ranges, None)
 
 
-def _table_row(row: Row, symbol: str) -> tuple[str, ...]:
+def _table_row(row: TableRow, symbol: str) -> tuple[str, ...]:
     ends = (row.d_start, row.d_end, row.sweep_start, row.sweep_end)
     return (
         capital(row.family),
@@ -72,7 +73,7 @@ def _table_row(row: Row, symbol: str) -> tuple[str, ...]:
     )
 
 
-def _interval(row: Row, symbol: str) -> str:
+def _interval(row: TableRow, symbol: str) -> str:
     """An interval in letters, as the paper writes it."""
     start, end = (point.label if point is not None else "" for point in (row.start_point, row.end_point))
     if start and end:
@@ -179,7 +180,7 @@ def _state_rows(critical: CriticalPoint) -> Iterator[tuple[str, ...]]:
         yield (critical.label, *_state(critical.mirror, top), "its mirror image")
 
 
-def _state(point: Point, phi_top: float) -> tuple[str, ...]:
+def _state(point: PolishedMotion, phi_top: float) -> tuple[str, ...]:
     velocities = _clean(point.velocity_bottom), _clean(point.velocity_top)
     return tuple(significant(value, 8) for value in (0.5 + point.u, point.phi, phi_top, *velocities))
 

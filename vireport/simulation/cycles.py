@@ -11,7 +11,7 @@ from math import exp, inf, log, nan, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import acceleration
+from vireport.physics import flight
 from vireport.simulation.events import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL, as_start, follow_one
 
 Array = NDArray[np.float64]
@@ -131,7 +131,7 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     rise = 2 * np.sin(x / 2) ** 2
     z_phase = -(sine * rise + cosine * _lag(x)) / pi**2
     end = np.cos(after[:, PHASE])
-    pull = acceleration(end, gbar)
+    pull = flight.acceleration(end, gbar)
     result = np.empty((len(t), 2, 2))
     result[:, 0, 0] = 1 - pi * z_phase / speed
     result[:, 0, 1] = pi * r * t / speed

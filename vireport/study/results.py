@@ -23,10 +23,10 @@ from vireport.analysis import (
     DesignPoint,
     Margin,
     Motions,
-    Point,
-    Row,
+    PolishedMotion,
     StableInterval,
-    shown,
+    TableRow,
+    rounded_up,
 )
 from vireport.physics import Voltages
 from vireport.scenario import to_dict
@@ -142,7 +142,7 @@ COLUMNS = {
 
 def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
     """Error bounds by the names of the columns, and why some are null."""
-    columns = shown(np.stack(list(bounds.values())))
+    columns = rounded_up(np.stack(list(bounds.values())))
     found: dict[str, Any] = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
     return {**found, "null_means": NO_BOUND} if any(None in column for column in found.values()) else found
 
@@ -160,7 +160,7 @@ def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _point(point: Point) -> dict[str, Any]:
+def _point(point: PolishedMotion) -> dict[str, Any]:
     return {
         "q": 0.5 + point.u,
         "phi_bottom_rad": point.phi,
@@ -170,7 +170,7 @@ def _point(point: Point) -> dict[str, Any]:
     }
 
 
-def _point_bounds(point: Point) -> dict[str, Any]:
+def _point_bounds(point: PolishedMotion) -> dict[str, Any]:
     q = max(point.bounds["u"], float(np.spacing(0.5 + point.u)))
     phi = {"phi_bottom_rad": point.bounds["phi"], "phi_top_rad": point.bounds["phi_top"]}
     exact = {name: point.bounds[name] for name in ("d", "gbar", "velocity_bottom", "velocity_top")}
@@ -195,7 +195,7 @@ def _critical(critical: CriticalPoint) -> dict[str, Any]:
     }
 
 
-def _table_row(row: Row, bounds: dict[str, Any]) -> dict[str, Any]:
+def _table_row(row: TableRow, bounds: dict[str, Any]) -> dict[str, Any]:
     """A row of Table 1, its ends with the bounds they have on their branch."""
     found = {
         "family": row.family,
@@ -211,7 +211,7 @@ def _table_row(row: Row, bounds: dict[str, Any]) -> dict[str, Any]:
     }
     ends = {"start": row.first_row, "end": row.last_row}
     names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
-    errors = shown(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
+    errors = rounded_up(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
     return {**found, "error_bounds": dict(zip(names, errors[0], strict=True))}
 
 

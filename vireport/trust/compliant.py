@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from vireport.errors import NumericalError
-from vireport.physics import Device, Membrane, contacts, displacement
-from vireport.physics import velocity as velocity_after
+from vireport.physics import Device, Membrane, contacts
+from vireport.physics import flight as rigid_flight
 from vireport.scenario import Parameter
 from vireport.trust.rootfinding import Floats, solve
 
@@ -270,10 +270,10 @@ def flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tu
     start, sine, cosine, gbar = wall * model.d / 2, sin(phase), cos(phase), model.gbar
 
     def speed(t: float) -> float:
-        return float(velocity_after(t, leaving, sine, sin(pi * t + phase), gbar))
+        return float(rigid_flight.velocity(t, leaving, sine, sin(pi * t + phase), gbar))
 
     def beyond(t: float, side: int) -> float:
-        z = start + float(displacement(t, leaving, sine, cosine, cos(pi * t + phase), gbar))
+        z = start + float(rigid_flight.displacement(t, leaving, sine, cosine, cos(pi * t + phase), gbar))
         return side * z - model.d / 2
 
     for a, b in pairwise(_monotone(speed, phase, gbar, 2 * model.period)):

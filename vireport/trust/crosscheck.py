@@ -19,7 +19,6 @@ from vireport.analysis import (
     Solution,
     find_motions,
     motions_of,
-    select,
 )
 from vireport.physics import Device
 from vireport.scenario import Parameter, Simulation
@@ -202,7 +201,7 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
     everywhere = find_motions(d, gbar, sweep.device.restitution, sweep.device.period_ratio)
     found: list[Motions | None] = [None] * len(values)
     for i in np.unique(everywhere.cell):
-        motions = motions_of(sweep, level, select(everywhere.orbit, everywhere.cell == i))
+        motions = motions_of(sweep, level, everywhere.orbit.select(everywhere.cell == i))
         motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], d[i], gbar[i]
         found[i] = motions
     return found

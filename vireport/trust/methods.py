@@ -21,13 +21,14 @@ from numpy.typing import NDArray
 from vireport import analysis
 from vireport.analysis import (
     CriticalKind,
+    Held,
     Orbits,
     coefficients,
     design_point,
     flight_jacobian,
     level_residual,
     orbits,
-    trace_and_determinant,
+    return_trace,
 )
 from vireport.errors import NumericalError
 from vireport.simulation import BOTTOM, FLIGHT, PHASE, RIDING, TOP, VELOCITY, WALL, follow_one
@@ -152,12 +153,13 @@ def closed_critical(target: Target, stop: float, budget: Budget) -> float:
 
     def residual(x: Floats) -> list[float]:
         at = _surface(target, x, budget)
-        excess = trace_and_determinant(at, target.r)[0] - target.trace
+        excess = return_trace(at, target.r) - target.trace
         return [excess] if target.symmetric else [level_residual(level, at), excess]
 
     start = [guess.phase] if target.symmetric else [guess.q - 0.5, guess.phase]
     end = _surface(target, solve(residual, start, stop, FORMULA_NOISE), budget)
-    d, gbar = (level.value if level.kind == name else float(getattr(end, name)) for name in ("d", "gbar"))
+    d = level.value if level.held is Held.D else float(end.d)
+    gbar = level.value if level.held is Held.GBAR else float(end.gbar)
     return float(target.sweep.value(d, gbar))
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from vireport.physics import damping_number, displacement, velocity
+from vireport.physics import damping_number, flight
 from vireport.trust.compliant import CompliantModel, CompliantOrbit
 from vireport.trust.rootfinding import Floats
 from vireport.trust.timing import timed_in_turns
@@ -135,8 +135,8 @@ def period_of(model: CompliantModel, orbit: CompliantOrbit) -> Period:
     top, half = orbit.top, orbit.flight_down / 2
     leaves = top.phase + pi * top.duration
     phase = leaves + pi * half
-    z = -model.d / 2 + displacement(half, top.leaving, sin(leaves), cos(leaves), cos(phase), model.gbar)
-    v = velocity(half, top.leaving, sin(leaves), sin(phase), model.gbar)
+    z = -model.d / 2 + flight.displacement(half, top.leaving, sin(leaves), cos(leaves), cos(phase), model.gbar)
+    v = flight.velocity(half, top.leaving, sin(leaves), sin(phase), model.gbar)
     damping = damping_number(model.restitution)
     return Period(model, phase, float(z), float(v), (damping / orbit.bottom.velocity, -damping / orbit.top.velocity))
 

@@ -10,25 +10,23 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
-from mpmath import mp, mpf
-from reference import DIGITS, Case, groups, newton, random_sweeps
-from test_against_mpmath import _exact_value
+from exact import critical_motion
+from strategies import random_sweeps
 
-from vireport import analyse, load, loads
-from vireport.analysis.diagram import solve
-from vireport.analysis.kinds import CriticalKind
-from vireport.analysis.orbits import orbits
-from vireport.analysis.stability import trace_and_determinant
+from vireport import analyse, load, loads, reference
+from vireport.analysis import CriticalKind, orbits, return_trace, solve
 from vireport.errors import NumericalError
-from vireport.scenario.parameters import Parameter
+from vireport.reference import mp, mpf
+from vireport.scenario import Parameter
 
 pytest.importorskip("flint")
 
 from flint import arb
 
-from vireport.proofs import balls
+from vireport.proofs import enclosures
 from vireport.proofs.certificates import certify, certify_point
-from vireport.proofs.flights import Flight, stays_between
+from vireport.proofs.confinement import stays_between
+from vireport.proofs.enclosures import BallOps, UnprovedError, ball, bounds, gradients, precision, prove
 from vireport.report.certificates import certification, certify_text, plus_minus
 
 NARROW = Decimal("1e-20")
@@ -50,8 +48,8 @@ SCENARIOS = {
 
 
 @pytest.fixture(scope="module", autouse=True)
-def precision():
-    with mp.workdps(DIGITS):
+def forty_digits():
+    with reference.precise():
         yield
 
 
@@ -80,7 +78,7 @@ def test_every_critical_point_is_proved(case, name: str) -> None:
     assert certificates
     for certificate, critical in zip(certificates, study.solution.critical_points, strict=True):
         assert certificate.proved, certificate
-        assert not certificate.beyond or "loses its velocity" in critical.change
+        assert not certificate.beyond or critical.change.at_rest
         assert certificate.bound_holds
         assert certificate.admissible is True
         assert certificate.mirror_proved is not False
@@ -95,9 +93,9 @@ def test_enclosures_hold_the_values_of_40_digits(case, name: str) -> None:
     for certificate, critical in zip(certificates, study.solution.critical_points, strict=True):
         if critical.kind == "node_focus" and study.solution.device.restitution < 1e-6:
             continue  # the reference does not tell the ends of so short a range of foci apart
-        value = _exact_value(study.solution.diagram, critical)
+        value = critical_motion(study.solution.sweep, critical)[3]
         assert contains(certificate.sweep_value, value), certificate
-        d, gbar = groups(study.solution.device, study.solution.sweep.parameter, value)
+        d, gbar = reference.groups(study.solution.device, study.solution.sweep.parameter, value)
         # The reference's own rounding, and what Newton's method has left.
         room = mpf(10) ** -30
         assert mpf(certificate.d[0]) - room <= d <= mpf(certificate.d[1]) + room
@@ -132,7 +130,7 @@ def test_random_sweeps_are_proved() -> None:
             if certificate.proved:
                 proved += 1
                 assert certificate.bound_holds
-                assert contains(certificate.sweep_value, _exact_value(solution, critical)), (sweep, critical)
+                assert contains(certificate.sweep_value, critical_motion(sweep, critical)[3]), (sweep, critical)
     assert proved > 30
 
 
@@ -235,78 +233,78 @@ def test_motions_through_a_membrane_are_proved_to_be_none(example) -> None:
     # At 45 degrees a branch with |lambda| < 1 and 0.04 < d < 0.124 passes through the membrane.
     study = analyse(loads(example("inclined").read_text(), overrides=["sweep.from=0.05", "sweep.to=0.75"]))
     decided = {True: 0, False: 0}
-    with balls.precision(128):
-        ops, r = balls.BallOps(), balls.ball(study.solution.device.restitution)
+    with precision(128):
+        ops, r = BallOps(), ball(study.solution.device.restitution)
         for branch in study.solution.branches:
             m = branch.motions
             for row in range(1, len(m) - 1, 5):
                 if branch.marks[row]:
                     continue
                 orbit = orbits(arb(float(m.q[row])) - 0.5, arb(float(m.phi_bottom[row])), r, 1, ops)
-                found = [stays_between(Flight.of(orbit, upward, r), None) for upward in (True, False)]
+                found = [stays_between(way, None) for way in orbit.flights(r)]
                 assert None not in found
                 assert all(found) == bool(m.admissible[row]), (branch.number, row)
                 decided[all(found)] += 1
     assert min(decided.values()) > 10
 
 
-def test_gradients_are_those_of_40_digits(case) -> None:
+def test_gradients_are_those_of_40_digits() -> None:
     u, phi, r, n = mpf("0.1"), mpf("0.5"), mpf("0.5"), 1
 
     def trace(u, phi):
-        return trace_and_determinant(orbits(u, phi, r, n, mp), r)[0]
+        return return_trace(orbits(u, phi, r, n, mp), r)
 
-    with balls.precision(192):
-        x = balls.duals([arb("0.1"), arb("0.5")])
-        dual = trace_and_determinant(orbits(x[0], x[1], arb(0.5), n, balls.BallOps()), arb(0.5))[0]
+    def in_balls(x):
+        return [return_trace(orbits(x[0], x[1], arb(0.5), n, BallOps()), arb(0.5))]
+
+    with precision(192):
+        box = [arb("0.1"), arb("0.5")]
         exact = (trace(u, phi), mp.diff(trace, (u, phi), (1, 0)), mp.diff(trace, (u, phi), (0, 1)))
-        for ball, value in zip((dual.value, *dual.gradient), exact, strict=True):
-            low, high = balls.bounds(ball + arb(0, 1e-15))
-            assert contains((low, high), value)
+        for enclosed, value in zip((*in_balls(box), *gradients(in_balls, box)[0]), exact, strict=True):
+            assert contains(bounds(enclosed + arb(0, 1e-15)), value)
+        wide = [arb(0, 0.5), arb(0, 4)]
+        assert not any(slope.is_finite() for slope in gradients(lambda x: [x[1] / x[0]], wide)[0])
 
 
 @pytest.mark.parametrize("parameter", Parameter)
-def test_groups_and_sweep_value_are_inverse(case, parameter: Parameter) -> None:
-    for sweep in random_sweeps(12, seed=3):
-        device = replace(sweep.device, inclination_deg=33.0)
-        one = replace(sweep, device=device, parameter=parameter)
-        value = getattr(device, parameter)
-        with balls.precision(192):
-            d, gbar = balls.groups(device, parameter, value)
-            back = balls.sweep_value(one, d, gbar)
-            assert back.contains(balls.ball(value))
+def test_groups_and_sweep_value_are_inverse(parameter: Parameter) -> None:
+    for device in (replace(sweep.device, inclination_deg=33.0) for sweep in random_sweeps(12, seed=3)):
+        value, ops = getattr(device, parameter), BallOps()
+        with precision(192):
+            d, gbar = device.groups(parameter, value, ops)
+            back = device.value(parameter, d, gbar, ops)
+            assert back.contains(ball(value))
             assert back.rad() < 1e-50 * abs(value)
-            for ball, exact in zip((d, gbar), groups(device, parameter, mpf(float(value))), strict=True):
-                low, high = balls.bounds(ball)
+            for group, exact in zip((d, gbar), reference.groups(device, parameter, value), strict=True):
+                low, high = bounds(group)
                 assert mpf(low) * (1 - mpf(10) ** -35) <= exact <= mpf(high) * (1 + mpf(10) ** -35)
 
 
 def test_ninety_degrees_is_not_exceeded(case) -> None:
     study, _ = case("inclination")
-    device = study.solution.device
-    with balls.precision(192):
-        _, gbar = balls.groups(device, Parameter.INCLINATION, 90.0)
-        with pytest.raises(balls.UnprovedError):
-            balls.sweep_value(study.solution.sweep, arb(1), 2 * gbar)
-        _, gbar = balls.groups(device, Parameter.INCLINATION, 89.9999999)
-        assert balls.sweep_value(study.solution.sweep, arb(1), gbar).contains(balls.ball(89.9999999))
+    device, sweep, ops = study.solution.device, study.solution.sweep, BallOps()
+    with precision(192):
+        gbar = device.groups(Parameter.INCLINATION, 90.0, ops)[1]
+        assert not sweep.value(arb(1), 2 * gbar, ops).is_finite()
+        gbar = device.groups(Parameter.INCLINATION, 89.9999999, ops)[1]
+        assert sweep.value(arb(1), gbar, ops).contains(ball(89.9999999))
 
 
 def test_bounds_are_outward() -> None:
     rng = np.random.default_rng(5)
-    with balls.precision(128):
+    with precision(128):
         for size in 10.0 ** rng.uniform(-30, 30, 100):
-            ball = arb(float(size * rng.normal()), float(size * 10 ** rng.uniform(-40, 1)))
-            low, high = balls.bounds(ball, 7)
-            with balls.precision(400):
-                assert arb(low) < ball.upper()
-                assert not arb(low) > ball.lower()
-                assert not arb(high) < ball.upper()
-            assert Decimal(high) - Decimal(low) <= Decimal(float(2 * ball.rad())) + Decimal(
+            number = arb(float(size * rng.normal()), float(size * 10 ** rng.uniform(-40, 1)))
+            low, high = bounds(number, 7)
+            with precision(400):
+                assert arb(low) < number.upper()
+                assert not arb(low) > number.lower()
+                assert not arb(high) < number.upper()
+            assert Decimal(high) - Decimal(low) <= Decimal(float(2 * number.rad())) + Decimal(
                 max(abs(Decimal(low)), abs(Decimal(high)))
             ) * Decimal("3e-6")
-        assert balls.bounds(arb(0)) == ("0", "0")
-        assert balls.bounds(arb(-0.5)) == ("-0.5", "-0.5")
+        assert bounds(arb(0)) == ("0", "0")
+        assert bounds(arb(-0.5)) == ("-0.5", "-0.5")
 
 
 def test_plus_minus_holds_its_bounds() -> None:
@@ -319,12 +317,12 @@ def test_plus_minus_holds_its_bounds() -> None:
 
 
 def test_a_double_root_is_not_proved() -> None:
-    with balls.precision(128), pytest.raises(balls.UnprovedError):
-        balls.prove(lambda x: [x[0] * x[0]], [1e-9], [1.0])
-    with balls.precision(128), pytest.raises(balls.UnprovedError):
-        balls.prove(lambda x: [x[0] + x[1], 2 * x[0] + 2 * x[1]], [0.0, 0.0], [1.0, 1.0])
-    with balls.precision(128):
-        root = balls.prove(lambda x: [x[0] * x[0] - 2], [1.41421356], [1.0])
+    with precision(128), pytest.raises(UnprovedError):
+        prove(lambda x: [x[0] * x[0]], [1e-9], [1.0])
+    with precision(128), pytest.raises(UnprovedError):
+        prove(lambda x: [x[0] + x[1], 2 * x[0] + 2 * x[1]], [0.0, 0.0], [1.0, 1.0])
+    with precision(128):
+        root = prove(lambda x: [x[0] * x[0] - 2], [1.41421356], [1.0])
         assert root.box[0].contains(arb(2).sqrt())
         assert root.radius == 1e-10
 
@@ -349,21 +347,18 @@ def test_what_is_told_of_it(case) -> None:
 
 def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "flint", None)
-    monkeypatch.delitem(sys.modules, "vireport.proofs.balls")
+    monkeypatch.delitem(sys.modules, enclosures.__name__)
     with pytest.raises(NumericalError, match=r"vireport\[certify\]"):
-        importlib.import_module("vireport.proofs.balls")
+        importlib.import_module(enclosures.__name__)
 
 
-def test_reference_newton_agrees_on_the_motion(case) -> None:
+def test_enclosures_hold_the_motion_of_40_digits(case) -> None:
     # Velocity, phase and q of the period doubling, from the printed maps alone.
     study, certificates = case("inclined")
-    one, point = Case(study.solution.sweep), study.solution.critical_points[0].point
-    level = 1 + mpf(study.solution.device.restitution) ** 4
-    guess = [point.velocity_bottom, point.phi, 1 + 2 * point.u, point.sweep_value]
-    velocity, phase, up, _ = newton(lambda x: [*one.residuals(x), one.trace(x) + level], guess, steps=10)
+    velocity, phase, u, _ = critical_motion(study.solution.sweep, study.solution.critical_points[0])
     assert contains(certificates[0].velocity_bottom, velocity)
     assert contains(certificates[0].phi_bottom_rad, phase)
-    assert contains(certificates[0].q, up / 2)
+    assert contains(certificates[0].q, u + mpf(1) / 2)
 
 
 def test_a_motion_of_the_wrong_direction_is_not_proved(case) -> None:
@@ -378,7 +373,7 @@ def test_a_motion_of_the_wrong_direction_is_not_proved(case) -> None:
 
 
 def test_a_box_with_two_roots_is_not_one_with_one() -> None:
-    with balls.precision(192):
-        root = balls.prove(lambda x: [x[0] * x[0] - balls.ball("1e-22")], [1e-11], [1.0])
+    with precision(192):
+        root = prove(lambda x: [x[0] * x[0] - ball("1e-22")], [1e-11], [1.0])
         assert root.radius < 1e-11
-        assert root.box[0].contains(balls.ball("1e-22").sqrt())
+        assert root.box[0].contains(ball("1e-22").sqrt())

@@ -9,16 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vireport.analysis.diagram import solve
-from vireport.analysis.orbits import orbits
-from vireport.analysis.phase_forms import STEP, forms
-from vireport.analysis.pointwise import find_motions
-from vireport.analysis.stability import UNSTABLE, classify
-from vireport.analysis.strands import bisect
-from vireport.analysis.sweep import Sweep
-from vireport.analysis.tracing import curve_of, sample, select
-from vireport.physics.device import Device
-from vireport.scenario.parameters import Parameter
+from vireport.analysis import UNSTABLE, Sweep, classify, find_motions, orbits, sample, solve
+from vireport.analysis.level_curve import curve_of
+from vireport.analysis.pointwise import STEP, forms
+from vireport.analysis.roots import bracketed_root
+from vireport.physics import Device
+from vireport.scenario import Parameter
 
 DEVICE = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 
@@ -38,9 +34,10 @@ def along_the_curve(device: Device):
     beyond = samples.drawn[:, 0] > (target - low) / (high - low)
     crossing = np.flatnonzero((beyond[1:] != beyond[:-1]) & (samples.which[1:] == samples.which[:-1]))
     which = samples.which[crossing]
-    root = bisect(lambda w: np.asarray(curve.at(which, w).d - target), samples.w[crossing], samples.w[crossing + 1])
+    ends = samples.w[crossing], samples.w[crossing + 1]
+    root = bracketed_root(lambda w: np.asarray(curve.at(which, w).d - target), *ends)
     orbit = curve.at(which, root)
-    return select(orbit, (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0))
+    return orbit.select((orbit.velocity_bottom > 0) & (orbit.velocity_top < 0))
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from vireport.physics.energy import Membrane, contact_cosine, deflection, generated_voltage, voltages
+from vireport.physics import Membrane, contact_cosine, deflection, generated_voltage, voltages
 
 PAPER = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0, 0.0041)
 

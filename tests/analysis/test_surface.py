@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from decimal import Decimal, localcontext
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
+from strategies import phases, shares
 
-from vireport.analysis.orbits import Level, coefficients, level_residual, level_terms, orbits
-from vireport.analysis.strands import bisect, evaluate, find_strands
-from vireport.physics.decimals import DecimalOps
+from vireport.analysis import Held, Level, coefficients, level_residual, level_terms, orbits
+from vireport.analysis.level_curve import evaluate, find_strands
 
-shares = st.floats(-0.499, 0.499)
-phases = st.floats(0, 6.28)
 restitutions = st.floats(0, 0.999)
 ratios = st.integers(1, 5)
 
@@ -83,7 +79,8 @@ def test_gbar_keeps_its_digits_next_to_the_symmetric_motion(u: float, phi: float
 
 
 @pytest.mark.parametrize(
-    "level", [Level("gbar", 0.0), Level("gbar", 0.3), Level("gbar", 1e-9), Level("ratio", 1.7), Level("d", 0.5)]
+    "level",
+    [Level(Held.GBAR, 0.0), Level(Held.GBAR, 0.3), Level(Held.GBAR, 1e-9), Level(Held.RATIO, 1.7), Level(Held.D, 0.5)],
 )
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_strands_lie_on_their_level(level: Level, n: int) -> None:
@@ -98,7 +95,13 @@ def test_strands_lie_on_their_level(level: Level, n: int) -> None:
 
 
 def test_strands_cover_every_share_at_which_the_level_has_motions() -> None:
-    for level in (Level("gbar", 0.2875), Level("gbar", 0.05), Level("gbar", 1.1), Level("d", 0.05), Level("d", 0.9)):
+    for level in (
+        Level(Held.GBAR, 0.2875),
+        Level(Held.GBAR, 0.05),
+        Level(Held.GBAR, 1.1),
+        Level(Held.D, 0.05),
+        Level(Held.D, 0.9),
+    ):
         u = np.linspace(-0.4999, 0.4999, 100_003)
         a, b, c = level_terms(level, coefficients(u, 0.5, 1), u, 0.5, 1)
         exists = np.hypot(a, b) > np.abs(c)
@@ -114,23 +117,7 @@ def test_a_tiny_interval_of_motions_between_two_samples_is_found() -> None:
     k = coefficients(u, 0.5, 1)
     reach = np.hypot(k.d_sine, k.d_cosine)
     top = float(reach.max())
-    strands = find_strands(Level("d", top * (1 - 1e-10)), 0.5, 1)
+    strands = find_strands(Level(Held.D, top * (1 - 1e-10)), 0.5, 1)
     assert len(strands) >= 1
     assert sum(s.high - s.low for s in strands) < 1e-3
-    assert find_strands(Level("d", top * (1 + 1e-7)), 0.5, 1) == []
-
-
-def test_bisect_finds_zeros_to_the_last_bit() -> None:
-    shift = np.array([0.1, 1e-8, 0.7, 3.0])
-    zero = bisect(lambda x: x**3 - shift, np.zeros(4), np.full(4, 2.0))
-    np.testing.assert_allclose(zero, np.cbrt(shift), rtol=1e-15)
-
-
-@given(st.floats(-40, 40))
-def test_decimal_sine_and_cosine(x: float) -> None:
-    with localcontext() as context, mp.workdps(50):
-        context.prec = 45
-        ops = DecimalOps()
-        for ours, exact in ((ops.sin(Decimal(x)), mp.sin(mpf(x))), (ops.cos(Decimal(x)), mp.cos(mpf(x)))):
-            assert abs(mpf(str(ours)) - exact) < mpf(10) ** -42
-        assert abs(mpf(str(+ops.pi)) - mp.pi) < mpf(10) ** -43
+    assert find_strands(Level(Held.D, top * (1 + 1e-7)), 0.5, 1) == []

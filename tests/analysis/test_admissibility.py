@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport.analysis.admissibility import turning_points, wall_gap
-from vireport.analysis.orbits import Orbits, orbits
-from vireport.analysis.tracing import select
+from vireport.analysis import Orbits, orbits, turning_points
+from vireport.analysis.admissibility import wall_gap
 from vireport.physics import flight
 
 
@@ -15,7 +14,7 @@ def random_motions(seed: int, n: int, count: int = 4000) -> tuple[Orbits, float]
     rng = np.random.default_rng(seed)
     r = rng.uniform(0.02, 0.98)
     o = orbits(rng.uniform(-0.49, 0.49, count), rng.uniform(0, 2 * np.pi, count), r, n)
-    return select(o, (o.velocity_bottom > 0) & (o.velocity_top < 0) & (o.d > 0) & (o.gbar >= 0)), r
+    return o.select((o.velocity_bottom > 0) & (o.velocity_top < 0) & (o.d > 0) & (o.gbar >= 0)), r
 
 
 def sampled_extremes(o: Orbits, r: float, i: int) -> list[float]:
@@ -68,7 +67,7 @@ def test_without_restitution_a_ball_that_is_pressed_on_is_not_admissible() -> No
     """For r = 0 it leaves an impact at rest, and where it is pressed outwards it would fall through."""
     rng = np.random.default_rng(5)
     o = orbits(rng.uniform(-0.45, 0.45, 3000), rng.uniform(0, 2 * np.pi, 3000), 0.0, 1)
-    o = select(o, (o.velocity_bottom > 1e-3) & (o.velocity_top < -1e-3) & (o.d > 0) & (o.gbar >= 0))
+    o = o.select((o.velocity_bottom > 1e-3) & (o.velocity_top < -1e-3) & (o.d > 0) & (o.gbar >= 0))
     pressed = (o.gbar + o.cos_phi > 1e-3) | (o.gbar + o.cos_top < -1e-3)
     assert pressed.sum() > 20
     assert np.all(wall_gap(o, 0.0, 1)[pressed] <= 0)

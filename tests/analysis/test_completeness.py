@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from strategies import random_sweeps
 
-from vireport.analysis.design import design_point
-from vireport.analysis.diagram import solve
-from vireport.analysis.sweep import Sweep
-from vireport.physics.device import Device
-from vireport.scenario.parameters import Parameter
+from vireport.analysis import Sweep, design_point, solve
+from vireport.physics import Device
+from vireport.scenario import Parameter
 
 
 def scan(d: float, gbar: float, r: float, samples: int = 400_001) -> list[tuple[float, float, float]]:
@@ -119,8 +118,6 @@ def crossings(solution, value: float) -> int:
 @pytest.mark.parametrize("batch", range(6))
 def test_branches_hold_every_motion_of_each_design_point(batch: int) -> None:
     """The branches of a sweep and the design points along it are found apart from each other, at different samples."""
-    from reference import random_sweeps
-
     rng = np.random.default_rng(batch)
     for sweep in random_sweeps(240, seed=77)[batch::6]:
         solution = solve(sweep)

@@ -9,18 +9,24 @@ groups are given, the exact motion is the one there.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.analysis.branches import Branch
+from vireport.analysis.design import DesignPoint, around_length
+from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.motions import Motions
-from vireport.analysis.orbits import Level, coefficients, level_terms, orbits_above
-from vireport.analysis.stability import discriminant, trace_and_determinant
-from vireport.analysis.sweep import Sweep
+from vireport.analysis.orbits import Orbits, coefficients, orbits_above
+from vireport.analysis.stability import discriminant, return_trace
+from vireport.analysis.sweep import Held, Level, Sweep, level_terms
 from vireport.physics import (
     FUNCTION,
+    GROUP_ERROR,
     UNIT,
+    Device,
     Membrane,
     Rounded,
     RoundedOps,
@@ -28,11 +34,9 @@ from vireport.physics import (
     deflection,
     generated_voltage,
 )
+from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
-
-GROUP = 12 * UNIT
-"""Relative rounding of d or gbar as computed from the scenario: at most six products and a sine."""
 
 CURVATURE = 2.0
 """Factor on the distance to the exact motion for the bend of the condition on the way."""
@@ -42,6 +46,64 @@ STEP = 1e-3
 
 GENTLE = 1e-5
 """Relative change of the impact velocity by which a voltage's elasticity is found."""
+
+NO_BOUND = "diverges, or loses all its digits, where an impact has no velocity or two branches meet"
+"""Why there is no bound."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounds:
+    """Error bounds, by the names of `Motions` and `Voltages`; infinite where there is none.
+
+    Attributes
+    ----------
+    branches : tuple of dict
+        For each branch an array for each of its columns.
+    design : dict or None
+        For the motions at the design point.
+    """
+
+    branches: tuple[dict[str, Floats], ...]
+    design: dict[str, Floats] | None
+
+
+def bounds_of(
+    device: Device, membrane: Membrane | None, diagram: BifurcationDiagram | None, design: DesignPoint | None
+) -> Bounds:
+    """Bound the errors of every motion and voltage along a sweep and at a design point."""
+    sweep, branches = (diagram.sweep, diagram.branches) if diagram is not None else (None, ())
+    along = tuple(_along(membrane, sweep, branch) for branch in branches if sweep is not None)
+    if design is None:
+        return Bounds(along, None)
+    return Bounds(along, _of(membrane, around_length(device), design.motions, design.errors))
+
+
+def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
+    """Bounds of a branch; at its critical points at least those of the points, which may only have been bracketed."""
+    bounds = _of(membrane, sweep, branch.motions, None)
+    for row in range(len(branch.motions)):
+        critical = branch.critical_point(row)
+        if critical is None:
+            continue
+        own = {**critical.point.bounds, "sweep_value": critical.point.error_bound}
+        for name in ("sweep_value", "d", "gbar", "velocity_bottom", "velocity_top"):
+            bounds[name][row] = max(bounds[name][row], own[name])
+        bounds["q"][row] = max(bounds["q"][row], own["u"])
+        bounds["phi_bottom"][row] = max(bounds["phi_bottom"][row], own["phi"])
+    return bounds
+
+
+def _of(
+    membrane: Membrane | None, sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None
+) -> dict[str, Floats]:
+    bounds = motion_bounds(sweep, motions, given)
+    if membrane is None:
+        return bounds
+    value = motions.sweep_value if given is None else sweep.device.length_m
+    unit = np.asarray(sweep.device.velocity_unit(sweep.parameter, value)) * np.ones(len(motions))
+    velocities = motions.velocity_bottom, motions.velocity_top
+    errors = bounds["velocity_bottom"], bounds["velocity_top"]
+    return {**bounds, **voltage_bounds(velocities, errors, unit, membrane)}
 
 
 def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None = None) -> dict[str, Floats]:
@@ -64,31 +126,30 @@ def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] |
 
     Notes
     -----
-    The scenario's numbers are taken as exact, and gbar below `model.NO_GRAVITY` as zero. Where an extremum of Z'
+    The scenario's numbers are taken as exact, and gbar below `physics.NO_GRAVITY` as zero. Where an extremum of Z'
     vanishes to rounding, so that it is open whether the ball turns at all, the gap is that of the motion as computed.
     """
     with np.errstate(all="ignore"):
-        found = _motion_bounds(sweep, motions, given)
-    return {name: np.where(np.isfinite(bound), bound, np.inf) for name, bound in found.items()}
+        return _finite(_motion_bounds(sweep, motions, given))
+
+
+def _finite(bounds: dict[str, Floats]) -> dict[str, Floats]:
+    return {name: np.where(np.isfinite(bound), bound, np.inf) for name, bound in bounds.items()}
 
 
 def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
-    r, n, level = Rounded(m.restitution), sweep.device.period_ratio, sweep.level
-    delta_u, delta_phi = _distance(level, m, n) if given is None else given
+    r, n, held = Rounded(m.restitution), sweep.device.period_ratio, sweep.level.held
+    delta_u, delta_phi = _distance(sweep.level, m, n) if given is None else given
     u, ops = Rounded(m.u, delta_u), RoundedOps()
-    orbit: Any = orbits_above(coefficients(u, r, n, ops), u, Rounded(m.phi_bottom, delta_phi), r, n, ops)
-    trace = trace_and_determinant(orbit, r)[0]
+    orbit = orbits_above(coefficients(u, r, n, ops), u, Rounded(m.phi_bottom, delta_phi), r, n, ops)
+    trace = return_trace(orbit, r)
     top = np.mod(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top + np.pi, 2 * np.pi) - np.pi
     phase_top = orbit.sin_top.error + orbit.cos_top.error + np.abs(top) + 2 * FUNCTION * np.pi
-    d, gbar = _from(orbit.d, m.d), _from(orbit.gbar, m.gbar)
-    if given is not None or level.kind == "d":
-        d = GROUP * m.d
-    if given is not None or level.kind == "gbar":
-        gbar = GROUP * m.gbar
-    velocity_bottom, velocity_top = (
-        _from(orbit.velocity_bottom, m.velocity_bottom),
-        _from(orbit.velocity_top, m.velocity_top),
-    )
+    d = GROUP_ERROR * m.d if given is not None or held is Held.D else _from(orbit.d, m.d)
+    gbar = GROUP_ERROR * m.gbar if given is not None or held is Held.GBAR else _from(orbit.gbar, m.gbar)
+    velocity_bottom = _from(orbit.velocity_bottom, m.velocity_bottom)
+    velocity_top = _from(orbit.velocity_top, m.velocity_top)
+    # A turning point moves with the start of its flight: with the velocity, the phase and the acceleration there.
     period = 2 * n
     speed = m.restitution * np.maximum(m.velocity_bottom, -m.velocity_top)
     turning = (
@@ -108,7 +169,7 @@ def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None
         "velocity_top": velocity_top,
         "trace": _from(trace, m.trace),
         "determinant": 4 * UNIT * m.determinant,
-        "discriminant": _from(discriminant(trace, r), m.discriminant),  # type: ignore[arg-type]
+        "discriminant": _from(discriminant(trace, r), m.discriminant),
         "wall_gap": d + np.where(m.wall_gap < m.d, turning, 0.0),
     }
 
@@ -125,7 +186,7 @@ def _from(exact: Rounded, stored: Floats) -> Floats:
 def _distance(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
     """How far, in q and in phase, the exact motion is from each row."""
     ops, r, u = RoundedOps(), Rounded(m.restitution), Rounded(m.u)
-    known = level if level.horizontal else Level(level.kind, Rounded(level.value, 2 * GROUP * abs(level.value)))
+    known = level if level.horizontal else Level(level.held, Rounded(level.value, 2 * GROUP_ERROR * abs(level.value)))
     sine, cosine = ops.sin(Rounded(m.phi_bottom)), ops.cos(Rounded(m.phi_bottom))
     a, b, c = level_terms(known, coefficients(u, r, n, ops), u, r, n, ops)
     residual = a * sine + b * cosine - c
@@ -144,23 +205,23 @@ def _distance(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
     return delta_u, delta_phi
 
 
-def _value_bound(sweep: Sweep, m: Motions, orbit: Any) -> Floats:
+def _value_bound(sweep: Sweep, m: Motions, orbit: Orbits) -> Floats:
     """Bound of the swept value: that of d (of gbar for a sweep over the inclination), in its unit."""
     x = sweep.coordinate(orbit)
     away = np.abs(np.asarray(sweep.value(orbit.d.value, orbit.gbar.value)) - m.sweep_value)
-    if sweep.parameter == "inclination_deg":
-        error = x.error + GROUP * np.abs(x.value)
+    if sweep.parameter is Parameter.INCLINATION:
+        error = x.error + GROUP_ERROR * np.abs(x.value)
         ends = [np.asarray(sweep.value(orbit.d.value, x.value + sign * error)) for sign in (-1, 1)]
         moved = np.maximum(*(np.abs(end - m.sweep_value) for end in ends))
         return np.asarray(moved + away + 2 * FUNCTION * m.sweep_value)
-    share = x.error / np.abs(x.value) * (0.5 if sweep.parameter == "frequency_hz" else 1.0)
-    return np.asarray((share + GROUP) * m.sweep_value + away)
+    share = x.error / np.abs(x.value) * (0.5 if sweep.parameter is Parameter.FREQUENCY else 1.0)
+    return np.asarray((share + GROUP_ERROR) * m.sweep_value + away)
 
 
 def voltage_bounds(
     velocities: tuple[Floats, Floats], errors: tuple[Floats, Floats], unit: Floats, membrane: Membrane
 ) -> dict[str, Floats]:
-    """Bound the errors of voltages and deflections, by the names of `energy.Voltages`.
+    """Bound the errors of voltages and deflections, by the names of `Voltages`.
 
     Parameters
     ----------
@@ -171,17 +232,16 @@ def voltage_bounds(
     membrane : Membrane
     """
     with np.errstate(all="ignore"):
-        found = [
+        (bottom, deep_bottom), (top, deep_top) = (
             _impact_bounds(unit * np.abs(v), e / np.abs(v), membrane) for v, e in zip(velocities, errors, strict=True)
-        ]
-    (bottom, deep_bottom), (top, deep_top) = found
+        )
     bounds = {
         "bottom_v": bottom,
         "top_v": top,
         "average_v": (bottom + top) / 2 * (1 + 2 * UNIT),
         "deflection_m": np.maximum(deep_bottom, deep_top),
     }
-    return {name: np.where(np.isfinite(bound), bound, np.inf) for name, bound in bounds.items()}
+    return _finite(bounds)
 
 
 def _impact_bounds(speed: Floats, share: Floats, membrane: Membrane) -> tuple[Floats, Floats]:
@@ -196,7 +256,22 @@ def _impact_bounds(speed: Floats, share: Floats, membrane: Membrane) -> tuple[Fl
     depth = np.maximum(delta - ball, 0.0)
     reach = np.sqrt((active - ball) * (active + ball) + depth * depth)
     cancelled = np.where(depth > 0, (active * reach + ball * depth) / (active * reach - ball * depth), 1.0)
-    kept = 1 - (ball / active) ** 2 * contact_cosine(delta, membrane)[1]
-    geometry = (30 + 20 * cancelled + 10 / kept) * UNIT
+    stretched = 1 - (ball / active) ** 2 * contact_cosine(delta, membrane)[1]
+    geometry = (30 + 20 * cancelled + 10 / stretched) * UNIT
     bound = volts * (1.1 * elasticity * relative + geometry)
     return np.where(volts > 0, bound, 0.0), delta * relative
+
+
+def rounded_up(bounds: Floats) -> list[list[float | None]]:
+    """Rows of bounds as they are written: rounded up to two digits, None where there is none."""
+    usable = np.isfinite(bounds) & (bounds > 0)
+    safe = np.where(usable, bounds, 1.0)
+    power = 1 - np.floor(np.log10(safe))
+    # A quotient by an exact power of ten is the double nearest to the two digits, and is written as such.
+    up = np.where(power > 0, 10.0 ** np.clip(power, 0, 300), 1.0)
+    down = np.where(power < 0, 10.0 ** np.clip(-power, 0, 300), 1.0)
+    rounded = np.ceil(safe * up / down * (1 + 1e-12)) / up * down
+    written = np.where(usable & (safe > 1e-290), rounded, bounds)
+    if np.isfinite(written).all():
+        return list(written.tolist())
+    return [[x if x < np.inf else None for x in row] for row in written.tolist()]

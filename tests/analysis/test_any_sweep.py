@@ -4,42 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from exact import return_determinant
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from strategies import sweeps
 
 from vireport import analyse, loads
-from vireport.analysis.design import design_point
-from vireport.analysis.diagram import BifurcationDiagram, solve
-from vireport.analysis.motions import Motions
-from vireport.analysis.orbits import orbits
-from vireport.analysis.stability import trace_and_determinant
-from vireport.analysis.sweep import Sweep
+from vireport.analysis import (
+    BifurcationDiagram,
+    Motions,
+    Sweep,
+    design_point,
+    orbits,
+    solve,
+)
 from vireport.errors import NumericalError
-from vireport.physics.device import Device
-from vireport.scenario.parameters import Parameter
-
-restitutions = st.one_of(st.sampled_from([0.0, 1e-12, 1e-3, 0.5, 0.999, 1 - 1e-6]), st.floats(0, 0.999))
-inclinations = st.one_of(st.sampled_from([0.0, 1e-9, 0.01, 45.0, 89.999999, 90.0]), st.floats(0, 90))
+from vireport.physics import Device
+from vireport.scenario import Parameter
 
 
-@st.composite
-def sweeps(draw) -> Sweep:
-    """A sweep with gbar and d over many decades, in either direction."""
-    r, beta, n = draw(restitutions), draw(inclinations), draw(st.sampled_from([1, 1, 1, 2, 3, 5]))
-    gbar, d = 10 ** draw(st.floats(-4, 2)), 10 ** draw(st.floats(-5, 3))
-    mass, frequency = 10 ** draw(st.floats(-6, 6)), 10 ** draw(st.floats(-6, 6))
-    force = mass * 9.8 * float(np.sin(np.radians(max(beta, 5.0)))) / gbar
-    values = dict(zip(Parameter, (d * force / (4 * mass * frequency**2), force, frequency, beta), strict=True))
-    parameter = draw(st.sampled_from(Parameter))
-    width = 1 + 10 ** draw(st.floats(-3, 1.5))
-    ends = [values[parameter] / width, values[parameter] * width]
-    if parameter == "inclination_deg":
-        ends = [draw(st.floats(0, 44)), draw(st.floats(45, 90))]
-    if draw(st.booleans()):
-        ends.reverse()
-    return Sweep(Device(mass, r, 9.8, **values, period_ratio=n), parameter, *ends)
-
-
+@pytest.mark.slow
 @settings(max_examples=250)
 @given(sweeps())
 def test_invariants_of_any_sweep(sweep: Sweep) -> None:
@@ -76,7 +60,7 @@ def _check_design(sweep: Sweep, solution: BifurcationDiagram) -> None:
 @settings(max_examples=60)
 def test_only_the_dimensionless_groups_matter(sweep: Sweep, masses: float, forces: float) -> None:
     """Mass and force over twelve decades, the groups held: the same motions."""
-    if sweep.parameter != "length_m":
+    if sweep.parameter is not Parameter.LENGTH:
         return
     device, k, f = sweep.device, 10**masses, 10**forces
     other = Device(
@@ -134,4 +118,4 @@ def test_higher_period_ratios_are_motions_of_their_period() -> None:
             o = orbits(m.q - 0.5, m.phi_bottom, 0.5, n)
             np.testing.assert_allclose(o.d, m.d, rtol=1e-8, atol=1e-8)
             slow = np.minimum(m.velocity_bottom, -m.velocity_top) > 1e-2
-            np.testing.assert_allclose(trace_and_determinant(o, 0.5)[1][slow], 0.5**4, rtol=1e-6)
+            np.testing.assert_allclose(return_determinant(o, 0.5)[slow], 0.5**4, rtol=1e-6)

@@ -1,0 +1,89 @@
+"""What the tests compare motions with, in 40 digits by the printed equations (`vireport.reference`).
+
+A motion of a sweep is a list of four unknowns here: velocity before the bottom impact, phase there, q - 1/2, and the
+value of the swept parameter. The functions are to be called within `reference.precise()`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vireport import reference
+from vireport.analysis import CriticalKind, CriticalPoint, Family, Motions, Orbits, Sweep, orbits, touches
+from vireport.analysis.stability import flight_jacobians
+from vireport.reference import mp, mpf
+
+
+def return_determinant(orbit: Orbits, r: float) -> Any:
+    """Determinant of DP from the entries of both flights' Jacobians: r^4 for every motion."""
+    (a11, a12, a21, a22), (b11, b12, b21, b22) = flight_jacobians(orbit, r)
+    return (a11 * a22 - a12 * a21) * (b11 * b22 - b12 * b21)
+
+
+def unknowns(motions: Motions, row: int) -> list[float]:
+    """The motion of a row, as it was computed."""
+    return [float(getattr(motions, name)[row]) for name in ("velocity_bottom", "phi_bottom", "u", "sweep_value")]
+
+
+def residuals(sweep: Sweep, x: Sequence[Any]) -> list[Any]:
+    """Of the two maps closed after n periods: zero for a motion."""
+    d, gbar = reference.groups(sweep.device, sweep.parameter, x[3])
+    state = (x[0], x[1], x[2])
+    return reference.periodicity(state, d, gbar, mpf(sweep.device.restitution), sweep.device.period_ratio)
+
+
+def motion_near(sweep: Sweep, x: Sequence[Any], *more: reference.Equations) -> list[Any]:
+    """The nearest motion of a sweep, or the one that fulfils further equations."""
+    return reference.newton(
+        lambda y: [*residuals(sweep, y), *(one for equations in more for one in equations(y))],
+        list(x),
+        [abs(x[0]) or 1, abs(x[1]) or 1, 1, abs(x[3]) or 1],
+    )
+
+
+def quantities(sweep: Sweep, x: Sequence[Any]) -> dict[str, Any]:
+    """The numbers of a motion, by the names of `Motions`."""
+    r, n = mpf(sweep.device.restitution), sweep.device.period_ratio
+    d, gbar = reference.groups(sweep.device, sweep.parameter, x[3])
+    state = (x[0], x[1], x[2])
+    return {
+        "velocity_bottom": x[0],
+        "phi_bottom": x[1],
+        "q": x[2] + mpf(1) / 2,
+        "sweep_value": x[3],
+        "velocity_top": reference.velocity_top(state, gbar, r, n),
+        "d": d,
+        "gbar": gbar,
+        "trace": reference.trace(state, gbar, r, n),
+        "phi_top": mp.fmod(x[1] + 2 * n * mp.pi * (x[2] + mpf(1) / 2), 2 * mp.pi),
+    }
+
+
+def critical_motion(sweep: Sweep, critical: CriticalPoint) -> list[Any]:
+    """The motion of a critical point, solved from the printed conditions; a touch has its time as a fifth unknown."""
+    r, n, point = mpf(sweep.device.restitution), sweep.device.period_ratio, critical.point
+    border = {CriticalKind.PERIOD_DOUBLING: -(1 + r**4), CriticalKind.NODE_FOCUS: 2 * r * r}.get(
+        critical.kind, 1 + r**4
+    )
+    guess = [point.velocity_bottom, point.phi, point.u, point.sweep_value]
+    orbit = orbits(np.array([point.u]), np.array([point.phi]), float(r), n)
+    near = touches(orbit, float(r), n)
+
+    def condition(state: reference.State, d: Any, gbar: Any, *time: Any) -> list[Any]:
+        if critical.change.at_rest:
+            return [state[0] if critical.change.name == "BOTTOM_REST" else reference.velocity_top(state, gbar, r, n)]
+        if critical.kind is not CriticalKind.GRAZING:
+            trace = reference.trace(state, gbar, r, n)
+            return [(abs(trace) if critical.kind is CriticalKind.NODE_FOCUS else trace) - border]
+        start, speed, phase, _ = list(reference.flights(state, d, gbar, r, n))[0 if near[0].upward else 1]
+        z, rate = reference.flight(time[0], start, speed, phase, gbar)
+        return [rate, z - (start if near[0].at_start else -start)]
+
+    if critical.kind is CriticalKind.GRAZING and not critical.change.at_rest:
+        guess.append(near[0].time)
+    # A pitchfork is a double point of the curve of motions, and a simple one among the symmetric motions.
+    symmetric = critical.family is Family.SYMMETRIC and critical.kind is CriticalKind.PITCHFORK
+    return reference.special_motion(sweep.device, sweep.parameter, condition, guess, symmetric)

@@ -1,0 +1,49 @@
+"""The crossing between SI units and dimensionless groups, in every kind of number."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from decimal import Decimal, localcontext
+
+import pytest
+from strategies import random_sweeps
+
+from vireport import reference
+from vireport.physics import DIGITS, GROUP_ERROR, NO_GRAVITY, DecimalOps, Device
+from vireport.reference import mpf
+from vireport.scenario import Parameter
+
+DEVICES = [sweep.device for sweep in random_sweeps(200, seed=6)]
+
+
+@pytest.mark.parametrize("parameter", Parameter)
+def test_groups_are_those_of_40_digits_within_their_stated_error(parameter: Parameter) -> None:
+    with reference.precise():
+        for device in DEVICES:
+            value = getattr(device, parameter)
+            exact = reference.groups(device, parameter, value)
+            for group, true in zip(device.groups(parameter, value), exact, strict=True):
+                assert abs(mpf(float(group)) - true) <= GROUP_ERROR * true
+            with localcontext() as context:
+                context.prec = DIGITS
+                for group, true in zip(device.groups(parameter, value, DecimalOps()), exact, strict=True):
+                    assert abs(mpf(str(group)) - true) <= mpf(10) ** -40 * true
+
+
+@pytest.mark.parametrize("parameter", Parameter)
+def test_there_and_back(parameter: Parameter) -> None:
+    for device in (replace(device, inclination_deg=33.0) for device in DEVICES):
+        value = getattr(device, parameter)
+        assert device.value(parameter, *device.groups(parameter, value)) == pytest.approx(value, rel=1e-14)
+        with localcontext() as context:
+            context.prec, ops = DIGITS, DecimalOps()
+            back = device.value(parameter, *device.groups(parameter, value, ops), ops)
+            assert abs(back / Decimal(value) - 1) < Decimal("1e-40")
+
+
+def test_gravity_that_is_lost_in_rounding_counts_as_none() -> None:
+    device = Device(1.0, 0.5, 1.0, 1.0, 1.0, 1.0, None)
+    degree = 57.3
+    for ops in ((), (DecimalOps(),)):
+        assert device.groups(Parameter.INCLINATION, 0.9 * NO_GRAVITY * degree, *ops)[1] == 0
+        assert device.groups(Parameter.INCLINATION, 1.1 * NO_GRAVITY * degree, *ops)[1] > 0

@@ -1,0 +1,133 @@
+"""Random devices, sweeps and scenarios: seeded generators, and strategies for Hypothesis."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from vireport.analysis import Sweep
+from vireport.physics import Device
+from vireport.scenario import SWEEPABLE, Parameter
+
+restitutions = st.sampled_from([0.0, 1e-12, 1e-3, 0.5, 0.999, 1 - 1e-6]) | st.floats(0, 1 - 1e-6)
+inclinations = st.sampled_from([0.0, 1e-9, 0.01, 45.0, 89.999999, 90.0]) | st.floats(0, 90)
+shares = st.floats(-0.499, 0.499)
+"""q - 1/2."""
+phases = st.floats(0, 6.28)
+
+
+def decades(low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers evenly spread over decades."""
+    return st.floats(low, high).map(lambda power: float(10**power))
+
+
+def random_sweeps(count: int, seed: int) -> list[Sweep]:
+    """Sweeps over the whole range of restitution and inclination and all four parameters, some horizontal."""
+    rng = np.random.default_rng(seed)
+    sweeps = []
+    for i in range(count):
+        parameter = tuple(Parameter)[i % 4]
+        inclination = 0.0 if i % 11 == 0 else float(rng.uniform(0.5, 90.0))
+        mass, frequency = float(10 ** rng.uniform(-2, 0.5)), float(10 ** rng.uniform(-0.3, 1.5))
+        gbar = float(10 ** rng.uniform(-2, 0.1))
+        force = mass * 9.8 * float(np.sin(np.radians(inclination or 30.0))) / gbar
+        length = float(10 ** rng.uniform(-1.0, 0.2)) * force / (4 * mass * frequency**2)
+        values = dict(zip(Parameter, (length, force, frequency, inclination), strict=True))
+        if parameter is Parameter.INCLINATION:
+            start, end = sorted(rng.uniform(0.0, 90.0, 2))
+        else:
+            start, end = values[parameter] * rng.uniform(0.3, 0.9), values[parameter] * rng.uniform(1.1, 3.0)
+        device = Device(mass, float(rng.uniform(0.05, 0.95)), 9.8, **values)
+        sweeps.append(Sweep(device, parameter, float(start), float(end)))
+    return sweeps
+
+
+@st.composite
+def sweeps(draw: Any) -> Sweep:
+    """A sweep with gbar and d over many decades, in either direction."""
+    r, beta, n = (
+        draw(restitutions.filter(lambda r: r <= 0.999)),
+        draw(inclinations),
+        draw(st.sampled_from([1, 1, 1, 2, 3, 5])),
+    )
+    gbar, d = draw(decades(-4, 2)), draw(decades(-5, 3))
+    mass, frequency = draw(decades(-6, 6)), draw(decades(-6, 6))
+    force = mass * 9.8 * float(np.sin(np.radians(max(beta, 5.0)))) / gbar
+    values = dict(zip(Parameter, (d * force / (4 * mass * frequency**2), force, frequency, beta), strict=True))
+    parameter = draw(st.sampled_from(Parameter))
+    start, end = draw(_ends(parameter, values[parameter], 1 + draw(decades(-3, 1.5))))
+    return Sweep(Device(mass, r, 9.8, **values, period_ratio=n), parameter, start, end)
+
+
+@st.composite
+def _ends(draw: Any, parameter: Parameter, value: float, factor: float) -> tuple[float, float]:
+    """Both ends of a sweep around a value, in either order."""
+    ends = value / factor, value * factor
+    if parameter is Parameter.INCLINATION:
+        ends = draw(st.floats(0, 44)), draw(st.floats(45, 90))
+    return ends if draw(st.booleans()) else ends[::-1]
+
+
+@st.composite
+def solvable_trees(draw: Any) -> dict[str, Any]:
+    """Scenarios as plain data, of any size; half of them with groups for which there is something to find."""
+    capsule, frequency, beta = draw(decades(-14, 14)), draw(decades(-14, 14)), draw(inclinations)
+    if draw(st.booleans()):
+        force, length = draw(decades(-14, 14)), draw(decades(-14, 14))
+    else:
+        gbar, d = draw(decades(-6, 1)), draw(decades(-3, 1))
+        frequency, capsule = draw(decades(-3, 3)), draw(decades(-6, 6))
+        force = float(np.clip(capsule * 9.8 * np.sin(np.radians(max(beta, 1e-3))) / gbar, 1e-14, 1e14))
+        length = float(np.clip(d * force / (4 * capsule * frequency**2), 1e-14, 1e14))
+    device = {"capsule_mass_kg": capsule, "restitution": draw(restitutions), "length_m": length}
+    tree = {
+        "schema_version": 1,
+        "period_ratio": draw(st.sampled_from([1, 1, 1, 2, 3, 7])),
+        "gravity_m_s2": 9.8,
+        "inclination_deg": beta,
+        "device": device,
+        "excitation": {"amplitude_n": force, "frequency_hz": frequency},
+    }
+    if draw(st.booleans()):
+        device["ball_mass_kg"] = max(capsule * draw(decades(-6, -0.1)), 1e-15)
+        if draw(st.booleans()):
+            active = draw(decades(-6, 3))
+            device["membrane"] = {
+                "stiffness": draw(decades(-3, 12)),
+                "exponent": draw(st.floats(0.1, 8)),
+                "active_radius_m": active,
+                "ball_radius_m": active * draw(st.floats(0.001, 0.999)),
+            }
+    if draw(st.integers(0, 3)):
+        parameter = draw(st.sampled_from(Parameter))
+        value = dict(zip(Parameter, (length, force, frequency, beta), strict=True))[parameter]
+        ends = draw(_ends(parameter, value, 1 + draw(decades(-6, 2))))
+        low, high = (x if parameter is Parameter.INCLINATION else float(np.clip(x, 1e-15, 1e15)) for x in ends)
+        tree["sweep"] = {"parameter": parameter.value, "from": low, "to": high}
+    return tree
+
+
+@st.composite
+def valid_trees(draw: Any) -> dict[str, Any]:
+    """Scenarios as plain data that are valid, whatever the physics."""
+    positive, angle = st.floats(1e-15, 1e15), st.floats(0, 90)
+    ordered = st.tuples(positive, positive).filter(lambda pair: pair[0] < pair[1])
+    (ball, capsule), (ball_radius, active_radius) = draw(ordered), draw(ordered)
+    membrane = {"stiffness": draw(positive), "exponent": draw(st.floats(0, 20, exclude_min=True))}
+    membrane |= {"ball_radius_m": ball_radius, "active_radius_m": active_radius}
+    device = {"capsule_mass_kg": capsule, "ball_mass_kg": ball, "restitution": draw(st.floats(0, 1))}
+    parameter = draw(st.sampled_from(sorted(SWEEPABLE)))
+    ends = draw(st.tuples(*[angle if parameter == "inclination_deg" else positive] * 2))
+    tree = {
+        "schema_version": 1,
+        "title": draw(st.none() | st.from_regex(r"[A-Z][a-z]{1,9}( [a-z]{1,9}){0,9}", fullmatch=True)),
+        "device": device | {"length_m": draw(positive), "membrane": draw(st.none() | st.just(membrane))},
+        "excitation": {"amplitude_n": draw(positive), "frequency_hz": draw(positive)},
+        "inclination_deg": draw(angle),
+        "period_ratio": draw(st.integers(1, 20)),
+    }
+    if ends[0] != ends[1]:
+        tree["sweep"] = {"parameter": parameter, "from": ends[0], "to": ends[1]}
+    return tree

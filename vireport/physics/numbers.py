@@ -1,0 +1,246 @@
+"""The kinds of numbers that the formulae are evaluated in, and the functions of each.
+
+A formula takes its numbers and, as `ops`, what provides `pi`, `sin` and `cos` for their kind; the crossing from and to
+SI units in `device` also takes `exact` (a double as such a number), `sqrt`, `sin_degrees` and `arcsin_degrees` from it.
+Three kinds are here: doubles, decimals as long as a critical point needs them, and doubles that carry a bound of their
+rounding error. A fourth, balls, is in `vireport.proofs`, because it needs a package.
+"""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal, getcontext
+from functools import lru_cache
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+DIGITS = 45
+"""Digits of decimals: cancellation next to a horizontal capsule may take twenty of them."""
+
+UNIT = 1.2e-16
+"""Unit roundoff 2^-53, enlarged for the terms of higher order."""
+
+FUNCTION = 4 * UNIT
+"""Relative error of a sine or cosine of the platform's library: two units in the last place."""
+
+UNDERFLOW = 1e-307
+"""Absolute error of a product that underflows."""
+
+ARCSINE_STEPS = 6
+"""Newton steps from a double to `DIGITS`, of which two or three are needed: next to 90 degrees each gains less."""
+
+
+class DoubleOps:
+    """Functions of doubles: with `numpy` of arrays, with `math` of single numbers, at a tenth of the time.
+
+    Parameters
+    ----------
+    module : module
+        `numpy` or `math`.
+    """
+
+    def __init__(self, module: ModuleType) -> None:
+        self.pi, self.sin, self.cos = module.pi, module.sin, module.cos
+
+    @staticmethod
+    def exact(x: Any) -> Any:
+        """The double itself."""
+        return x
+
+    @staticmethod
+    def sinc(x: Any) -> Any:
+        """sin(pi x)/(pi x)."""
+        return np.sinc(x)
+
+    @staticmethod
+    def sqrt(x: Any) -> Any:
+        """Square root; of a negative number 0."""
+        return np.sqrt(np.maximum(x, 0.0))
+
+    @staticmethod
+    def sin_degrees(angle: Any) -> Any:
+        """Sine of 0 to 90 degrees, exact at both ends and with full relative accuracy next to them."""
+        angle = np.asarray(angle, dtype=float)
+        sine = np.where(angle <= 45, np.sin(np.radians(angle)), np.cos(np.radians(90 - angle)))
+        return sine[()]
+
+    @staticmethod
+    def arcsin_degrees(sine: Any) -> Any:
+        """Angle in degrees; 90 of a sine that rounding has taken beyond 1."""
+        return np.degrees(np.arctan2(sine, np.sqrt(np.maximum((1 - sine) * (1 + sine), 0.0))))
+
+
+ARRAYS, FLOATS = DoubleOps(np), DoubleOps(math)
+"""Functions of arrays of doubles, and of single ones."""
+
+
+class DecimalOps:
+    """Functions of decimals, at the precision of the current context.
+
+    The standard library's arithmetic is compiled and already loaded; a package for this would take longer to import
+    than the work takes to do.
+    """
+
+    @property
+    def pi(self) -> Decimal:
+        """Pi, a few digits beyond the current precision."""
+        return _pi(getcontext().prec)
+
+    @staticmethod
+    def exact(x: Any) -> Decimal:
+        """The exact value of a double."""
+        return Decimal(x)
+
+    def sin(self, x: Decimal) -> Decimal:
+        """Sine, by the quadrant and a Taylor series."""
+        return self._quadrant(x, 0)
+
+    def cos(self, x: Decimal) -> Decimal:
+        """Cosine, likewise."""
+        return self._quadrant(x, 1)
+
+    @staticmethod
+    def sqrt(x: Decimal) -> Decimal:
+        """Square root."""
+        return x.sqrt()
+
+    def sin_degrees(self, angle: Decimal) -> Decimal:
+        """Sine of an angle in degrees."""
+        return self.sin(angle * self.pi / 180)
+
+    def arcsin_degrees(self, sine: Decimal) -> Decimal:
+        """Angle in degrees, by Newton's method from that of the nearest double."""
+        degree, angle = self.pi / 180, Decimal(float(ARRAYS.arcsin_degrees(float(sine))))
+        for _ in range(ARCSINE_STEPS):
+            cosine = self.cos(angle * degree)
+            if not cosine:
+                break
+            angle -= (self.sin(angle * degree) - sine) / (cosine * degree)
+        return angle
+
+    def _quadrant(self, x: Decimal, shift: int) -> Decimal:
+        quarter = self.pi / 2
+        turns = int((x / quarter).to_integral_value())
+        rest = x - turns * quarter
+        quadrant = (turns + shift) % 4
+        first, k = (Decimal(1), 1) if quadrant % 2 else (rest, 2)
+        series = _alternating_series(first, rest * rest, k)
+        return -series if quadrant >= 2 else series
+
+
+def _alternating_series(term: Decimal, square: Decimal, k: int) -> Decimal:
+    """Sum of the series in which -term x^2/(k (k+1)) follows a term: the cosine's for k = 1, the sine's for k = 2."""
+    total = term
+    while True:
+        term = -term * square / (k * (k + 1))
+        if total + term == total:
+            return total
+        total += term
+        k += 2
+
+
+@lru_cache(maxsize=4)
+def _pi(digits: int) -> Decimal:
+    """Pi by Machin's formula, 16 arctan(1/5) - 4 arctan(1/239), in integers."""
+    unit: int = 10 ** (digits + 10)
+
+    def arctan_inverse(k: int) -> int:
+        term = total = unit // k
+        square, i, sign = k * k, 1, 1
+        while term:
+            term //= square
+            i += 2
+            sign = -sign
+            total += sign * (term // i)
+        return total
+
+    return Decimal(4 * (4 * arctan_inverse(5) - arctan_inverse(239))).scaleb(-(digits + 10))
+
+
+class Rounded:
+    """Doubles with a bound of their distance from the exact result, of one shape or broadcast against each other.
+
+    The very lines that compute a result in doubles bound its error, given these numbers. The bounds are themselves
+    computed in doubles; each is first order in the unit roundoff and taken large enough for what is left out.
+
+    Parameters
+    ----------
+    value : array_like
+    error : array_like
+        Bound of the distance to the exact number; none for a double that is exact as it stands.
+    """
+
+    __array_ufunc__ = None  # arrays and numpy's scalars leave the operation to this class
+    __slots__ = ("error", "value")
+
+    def __init__(self, value: Any, error: Any = 0.0) -> None:
+        self.value, self.error = value, error
+
+    def __neg__(self) -> Rounded:
+        return Rounded(-self.value, self.error)
+
+    def __add__(self, other: Any) -> Rounded:
+        b = _rounded(other)
+        value = self.value + b.value
+        return Rounded(value, self.error + b.error + UNIT * np.abs(value))
+
+    def __mul__(self, other: Any) -> Rounded:
+        b = _rounded(other)
+        value = self.value * b.value
+        error = np.abs(self.value) * b.error + (np.abs(b.value) + b.error) * self.error
+        return Rounded(value, error + UNIT * np.abs(value) + UNDERFLOW)
+
+    def __truediv__(self, other: Any) -> Rounded:
+        b = _rounded(other)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            value = self.value / b.value
+            room = np.abs(b.value) - b.error
+            error = np.where(room > 0, (self.error + np.abs(value) * b.error) / room + UNIT * np.abs(value), np.inf)
+        return Rounded(value, error + UNDERFLOW)
+
+    def __sub__(self, other: Any) -> Rounded:
+        return self + -_rounded(other)
+
+    def __rsub__(self, other: Any) -> Rounded:
+        return _rounded(other) + -self
+
+    def __rtruediv__(self, other: Any) -> Rounded:
+        return _rounded(other) / self
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+
+def _rounded(x: Any) -> Rounded:
+    return x if isinstance(x, Rounded) else Rounded(x)
+
+
+class RoundedOps:
+    """Functions of doubles that carry their error."""
+
+    pi = Rounded(np.pi, 1.3e-16)
+
+    @staticmethod
+    def sin(x: Rounded) -> Rounded:
+        """Sine."""
+        value = np.sin(x.value)
+        return Rounded(value, _moved(np.cos(x.value), x.error) + FUNCTION * np.abs(value))
+
+    @staticmethod
+    def cos(x: Rounded) -> Rounded:
+        """Cosine."""
+        value = np.cos(x.value)
+        return Rounded(value, _moved(np.sin(x.value), x.error) + FUNCTION * np.abs(value))
+
+    @staticmethod
+    def sinc(x: Rounded) -> Rounded:
+        """sin(pi x)/(pi x), the slope of which is below 1.4."""
+        value = np.sinc(x.value)
+        return Rounded(value, 1.4 * x.error + 2 * FUNCTION * (1 + np.abs(x.value)))
+
+
+def _moved(slope: Any, error: Any) -> Any:
+    """How far a sine or cosine moves with its argument."""
+    return np.minimum(np.abs(slope) * error + error * error / 2, 2.0)
