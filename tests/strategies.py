@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vireport.analysis import Sweep
 from vireport.physics import Device
-from vireport.scenario import SWEEPABLE, Parameter
+from vireport.scenario import Parameter
 
 restitutions = st.sampled_from([0.0, 1e-12, 1e-3, 0.5, 0.999, 1 - 1e-6]) | st.floats(0, 1 - 1e-6)
 inclinations = st.sampled_from([0.0, 1e-9, 0.01, 45.0, 89.999999, 90.0]) | st.floats(0, 90)
@@ -118,8 +118,8 @@ def valid_trees(draw: Any) -> dict[str, Any]:
     membrane = {"stiffness": draw(positive), "exponent": draw(st.floats(0, 20, exclude_min=True))}
     membrane |= {"ball_radius_m": ball_radius, "active_radius_m": active_radius}
     device = {"capsule_mass_kg": capsule, "ball_mass_kg": ball, "restitution": draw(st.floats(0, 1))}
-    parameter = draw(st.sampled_from(sorted(SWEEPABLE)))
-    ends = draw(st.tuples(*[angle if parameter == "inclination_deg" else positive] * 2))
+    parameter = draw(st.sampled_from(Parameter))
+    ends = draw(st.tuples(*[st.floats(*parameter.limits)] * 2))
     tree = {
         "schema_version": 1,
         "title": draw(st.none() | st.from_regex(r"[A-Z][a-z]{1,9}( [a-z]{1,9}){0,9}", fullmatch=True)),
@@ -129,5 +129,5 @@ def valid_trees(draw: Any) -> dict[str, Any]:
         "period_ratio": draw(st.integers(1, 20)),
     }
     if ends[0] != ends[1]:
-        tree["sweep"] = {"parameter": parameter, "from": ends[0], "to": ends[1]}
+        tree["sweep"] = {"parameter": parameter.value, "from": ends[0], "to": ends[1]}
     return tree
