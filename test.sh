@@ -1,8 +1,8 @@
 #!/bin/sh
-# Sets up an environment (by default .venv) and runs the tests in it.
+# Sets up an environment (by default .venv) and runs the tests in it, without those marked slow.
 set -eu
 cd "$(dirname "$0")"
 venv="${1:-.venv}"
 python3 -m venv "$venv"
 "$venv/bin/python" -m pip install --quiet --editable ".[dev]"
-exec "$venv/bin/python" -m pytest -n auto
+exec "$venv/bin/python" -m pytest -n auto -m "not slow"

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 NAMES = ("horizontal", "inclined", "inclined-forcing", "design-point")
+
+
+def first(count: int, cases: Iterable[Any]) -> list[Any]:
+    """Mark all cases but the first ones as slow."""
+    slow = (pytest.mark.slow,)
+    return [case if k < count else pytest.param(case, marks=slow) for k, case in enumerate(cases)]
+
 
 settings.register_profile("default", derandomize=True, deadline=None)
 settings.load_profile("default")

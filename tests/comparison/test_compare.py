@@ -291,6 +291,7 @@ def test_a_row_holds_the_values_of_every_scenario() -> None:
         assert ((admissible > low) & (admissible < high)).all()
 
 
+@pytest.mark.slow
 def test_more_scenarios_than_fit_across_make_several_figures() -> None:
     names = [picture.name for picture in compare_pictures(inclinations())]
     assert names == ["figure-2", "figure-2-2", "figure-4", "figure-4-2", "figure-7", "figure-7-2"]

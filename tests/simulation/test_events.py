@@ -339,6 +339,7 @@ def test_ball_is_on_the_wall_at_impacts_and_inside_between(model) -> None:
     assert (rows[:, WALL] * rows[:, VELOCITY] >= 0).all()
 
 
+@pytest.mark.slow
 def test_ten_million_impacts_lose_no_accuracy() -> None:
     """The last of ten million flights of a chaotic motion satisfies the equations as the first one does."""
     model = check_model(*CHAOS)

@@ -98,6 +98,7 @@ def test_pictures_show_the_cells(file: Path) -> None:
     assert right > 0.85 * len(rows)  # the others lie under a curve
 
 
+@pytest.mark.slow
 def test_pictures_are_the_same_in_every_run(file: Path) -> None:
     text = TEXT.replace("count: 20", "count: 4").replace("device.length_m, from: 0.2, to: 0.9", "RESTITUTION")
     file.write_text(
