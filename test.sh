@@ -4,5 +4,5 @@ set -eu
 cd "$(dirname "$0")"
 venv="${1:-.venv}"
 python3 -m venv "$venv"
-"$venv/bin/python" -m pip install --quiet --editable ".[dev]"
+"$venv/bin/python" -m pip install --quiet --no-compile --editable ".[dev]"
 exec "$venv/bin/python" -m pytest -n auto -m "not slow"

@@ -23,7 +23,7 @@ def forty_digits():
         yield
 
 
-@pytest.mark.parametrize("batch", first(2, range(12)))
+@pytest.mark.parametrize("batch", first(1, range(12)))
 def test_branch_values(batch: int) -> None:
     checked = 0
     for sweep in SWEEPS[20 * batch : 20 * batch + 20]:
@@ -44,7 +44,7 @@ def test_branch_values(batch: int) -> None:
     assert checked > 100
 
 
-@pytest.mark.parametrize("batch", first(2, range(12)))
+@pytest.mark.parametrize("batch", first(1, range(12)))
 def test_critical_points_within_their_bounds(batch: int) -> None:
     checked = 0
     for sweep in SWEEPS[20 * batch : 20 * batch + 20]:

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import pytest
 from bad_scenarios import BAD_SCENARIOS
-from conftest import first
 
 from vireport.cli import main
 
@@ -31,7 +30,8 @@ def vireport(*arguments: str, stdin: bytes = b"", cwd: Path | None = None) -> su
 ALL = {"report.html", "report.pdf", "figure-2.png", "figure-4.png", "figure-7.png", "results.json", "branches.csv"}
 
 
-@pytest.mark.parametrize("name", first(1, ["inclined", "horizontal", "inclined-forcing"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["horizontal", "inclined", "inclined-forcing"])
 def test_every_output_of_an_example(name: str, example, tmp_path: Path) -> None:
     run = vireport(str(example(name)), cwd=tmp_path)
     assert run.returncode == 0, run.stderr.decode()

@@ -332,6 +332,7 @@ def test_the_files_read_back(tmp_path: Path) -> None:
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["compare.csv", "compare.json"]
 
 
+@pytest.mark.slow
 def test_the_report_says_what_differs_and_is_the_same_every_time() -> None:
     def say(what: str) -> None:
         pass

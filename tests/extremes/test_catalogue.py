@@ -25,21 +25,13 @@ from vireport.study import Study
 CHEAP = ("restitution", "inclination", "length", "share of the period", "membrane", "grazing")
 
 
-SLOW = (
-    "1,000,000 points",
-    "10,000,000 impacts",
-    "period doubling meets grazing",
-    "double eigenvalue (Delta = 0) as the design point",
-    "grazing as the design point",
-)
+def named(cases: tuple[Case, ...], quick: tuple[str, ...] = ()) -> list:
+    """Cases with their names, slow unless their group is a quick one."""
+    marks = {True: (), False: (pytest.mark.slow,)}
+    return [pytest.param(case, id=f"{case.group}: {case.name}", marks=marks[case.group in quick]) for case in cases]
 
 
-def named(cases: tuple[Case, ...]) -> list:
-    marks = {True: (pytest.mark.slow,), False: ()}
-    return [pytest.param(case, id=f"{case.group}: {case.name}", marks=marks[case.name in SLOW]) for case in cases]
-
-
-@pytest.mark.parametrize("case", named(catalogue()))
+@pytest.mark.parametrize("case", named(catalogue(), CHEAP))
 def test_around_the_paper_s_device(case: Case) -> None:
     """Which has every point of the catalogue."""
     outcome = judge(case)
@@ -49,7 +41,6 @@ def test_around_the_paper_s_device(case: Case) -> None:
 HORIZONTAL = tuple(case for case in catalogue(load(EXAMPLES / "horizontal.yaml")) if case.group in CHEAP)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("case", named(HORIZONTAL))
 def test_around_a_horizontal_capsule(case: Case) -> None:
     outcome = judge(case)

@@ -340,6 +340,7 @@ text.hinting: force_autohint
 """
 
 
+@pytest.mark.slow
 def test_the_bytes_are_the_same_in_every_process_whatever_the_user_has_set(tmp_path: Path) -> None:
     before = dict(matplotlib.rcParams)
     path = ROOT / "examples" / "inclined.yaml"

@@ -41,6 +41,7 @@ def test_cells_do_not_depend_on_the_chunks(sampling: str) -> None:
             assert np.array_equal(a, b)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sampling", ["sobol", "latin_hypercube"])
 def test_the_last_cells_of_the_largest_map_need_none_before_them(sampling: str) -> None:
     plan = replace(plan_of(sampled(sampling, 256)), cells=2**30)
@@ -70,6 +71,7 @@ def test_a_latin_hypercube_has_one_point_in_each_stratum(samples: int) -> None:
         assert sorted(np.floor(column * samples)) == list(range(samples))
 
 
+@pytest.mark.slow
 def test_the_strata_of_a_latin_hypercube_are_paired_at_random() -> None:
     """Like points drawn independently: no correlation, and a tenth of the square has its share of them."""
     samples = 20_000

@@ -76,6 +76,7 @@ def test_all_mistakes_at_once() -> None:
     assert mistakes(text) == ["2:device.restitution", "7:map.axes.0.to", "8:map.axes.1.to"]
 
 
+@pytest.mark.slow
 def test_pictures_show_the_cells(file: Path) -> None:
     """The colour of the picture at a cell is that of its type."""
     from PIL import Image

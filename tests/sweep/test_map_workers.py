@@ -64,6 +64,7 @@ def test_kill_9_of_a_run_loses_no_chunk_and_leaves_no_process(file: Path, tmp_pa
     assert result(out) == result(tmp_path / "calm")
 
 
+@pytest.mark.slow
 def test_a_killed_worker_is_replaced(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pools: list[ProcessPoolExecutor] = []
 
