@@ -3,6 +3,7 @@
 set -eu
 cd "$(dirname "$0")"
 venv="${1:-.venv}"
+unset PYTHONDONTWRITEBYTECODE  # modules are compiled when they are first imported, and once
 python3 -m venv "$venv"
 "$venv/bin/python" -m pip install --quiet --no-compile --editable ".[dev]"
 exec "$venv/bin/python" -m pytest -n auto -m "not slow"
