@@ -13,11 +13,12 @@ from vireport.analysis.critical import (
     touch_condition,
     value_condition,
 )
-from vireport.analysis.design import DesignPoint, Endings, Margin, StableInterval, design_point, endings, stable_ranges
+from vireport.analysis.design import DesignPoint, StableInterval, design_point, stable_ranges
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
 from vireport.analysis.error_bounds import NO_BOUND, rounded_up
 from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import sample
+from vireport.analysis.margins import Margin
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
 from vireport.analysis.orbits import Flight, Orbits, coefficients, orbits
 from vireport.analysis.pointwise import find_motions
@@ -47,7 +48,6 @@ __all__ = [
     "CriticalKind",
     "CriticalPoint",
     "DesignPoint",
-    "Endings",
     "Family",
     "Flight",
     "Held",
@@ -68,7 +68,6 @@ __all__ = [
     "contact_share",
     "design_point",
     "eigenvalues",
-    "endings",
     "equations",
     "find_motions",
     "flight_jacobian",

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from vireport.analysis import (
     BifurcationDiagram,
     CriticalKind,
-    Endings,
+
     Solution,
     StableInterval,
     Sweep,
     design_point,
-    endings,
+
     impact_velocities,
     solve,
     stable_ranges,

@@ -18,7 +18,7 @@ from vireport.scenario.blocks import (
 )
 from vireport.scenario.loading import Loaded, LoadedMap, load, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
-from vireport.scenario.parameters import Parameter
+from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput
 from vireport.scenario.rules import MARGINS
 from vireport.scenario.schema import init_text, schema
 
@@ -29,6 +29,7 @@ __all__ = [
     "Accuracy",
     "Axis",
     "AxisPath",
+    "DesignInput",
     "Loaded",
     "LoadedMap",
     "Map",
@@ -36,6 +37,7 @@ __all__ = [
     "Parameter",
     "Requirements",
     "Sampling",
+    "ScalarInput",
     "Scenario",
     "Simulation",
     "as_texts",

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vireport.scenario.parameters import LARGEST, SMALLEST, Parameter
+from vireport.scenario.parameters import LARGEST, LARGEST_RESTITUTION, SMALLEST, Parameter
 
 LONGEST_TITLE = 200
 LARGEST_PERIOD_RATIO = 20
@@ -20,8 +20,6 @@ WIDEST_MARGIN = 75.0  # per cent: as far as is looked from a design point withou
 FEWEST_AXES, MOST_AXES = 2, 6
 MOST_VALUES = 4_000  # of an axis; a file has at most 5,000 values
 LARGEST_CHUNK = 1_000_000
-LARGEST_RESTITUTION = 1 - 1e-6
-"""In a map: beyond it the loss of an impact is too small for the criteria of stability."""
 
 UNIT_OF_SWEPT = "the unit of the swept parameter"
 """Stands for the unit of a value of whichever parameter is swept."""
