@@ -282,7 +282,7 @@ def test_the_design_point_is_the_results(name: str, model, study_of) -> None:
         assert word == x.words[i]
         assert [number(text) for text in texts] == pytest.approx(values, rel=6e-6)
     ranges = column(
-        model(name), "design-point", "Stable ranges around the design point, one parameter varied at a time",
+        model(name), "design-point", "Stable ranges around the design point, one input varied at a time",
         "From", "To", "room", "room 2",
     )  # fmt: skip
     for (start, end, below, above), part in zip(ranges, study.solution.design.stable, strict=True):

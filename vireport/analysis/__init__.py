@@ -13,7 +13,7 @@ from vireport.analysis.critical import (
     touch_condition,
     value_condition,
 )
-from vireport.analysis.design import DesignPoint, StableInterval, design_point, stable_ranges
+from vireport.analysis.design import DesignPoint, StableInterval, design_point, motions_at, stable_ranges
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
 from vireport.analysis.error_bounds import NO_BOUND, rounded_up
 from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
@@ -76,6 +76,7 @@ __all__ = [
     "level_residual",
     "level_terms",
     "mass_elasticity",
+    "motions_at",
     "motions_of",
     "orbit_at",
     "orbits",

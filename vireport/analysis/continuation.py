@@ -211,7 +211,8 @@ def _handed_over(path: Paths, x: Floats, symmetric: bool) -> Paths:
 
 def _joined(parts: list[Paths]) -> Paths:
     names = (field.name for field in fields(Paths) if field.name not in ("origin", "n"))
-    return replace(parts[0], **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return replace(parts[0], **columns)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -325,13 +326,13 @@ def _events(paths: Paths, traces: list[Trace]) -> list[tuple[Any, Floats, tuple[
         steps[k], share[k], ended[k], gaps[k] = (row, row + 1), at, True, True
     low = np.array([trace.x[a] for trace, (a, _) in zip(traces, steps, strict=True)])
     high = np.array([trace.x[b] for trace, (_, b) in zip(traces, steps, strict=True)])
-    at, failing = _located(paths, low, high, share, np.array(gaps))
+    where, failing = _located(paths, low, high, share, np.array(gaps))
     found = []
     for k, (a, b) in enumerate(steps):
         event = EVENTS[failing[k]]
         slopes = float(traces[k].tangent[a][2]), float(traces[k].tangent[b][2])
         at_pitchfork = bool(paths.handed_over[k]) and a == 0 and event is StrandEvent.MEETING
-        found.append((event if ended[k] else None, paths.x[k] if at_pitchfork else at[k], slopes))
+        found.append((event if ended[k] else None, paths.x[k] if at_pitchfork else where[k], slopes))
     return found
 
 
@@ -345,20 +346,18 @@ def _dips(
     rows = []
     for k, (_, last) in enumerate(steps):
         own = values[owner == k][: last + 1, : GAP + 1]
-        near = np.flatnonzero(may_hide_zeros(own).any(axis=1)) if len(own) > 2 else []
-        rows += [(k, int(row) + side) for row in near for side in (0, 1)]
+        if len(own) > 2:
+            rows += [(k, int(row) + side) for row in np.flatnonzero(may_hide_zeros(own).any(axis=1)) for side in (0, 1)]
     if not rows:
         return []
-    which = np.repeat([k for k, _ in rows], DIP_SAMPLES)
-    ends = [np.repeat([traces[k].x[row + side] for k, row in rows], DIP_SAMPLES, axis=0) for side in (0, 1)]
-    part = paths.select(which)
+    part = paths.select(np.repeat([k for k, _ in rows], DIP_SAMPLES))
+    low, high = (np.repeat([traces[k].x[row + end] for k, row in rows], DIP_SAMPLES, axis=0) for end in (0, 1))
     middle, width = np.full(len(rows), 0.5), 0.5
     for _ in range(2):
-        grid = middle[:, None] + width * np.linspace(-1, 1, DIP_SAMPLES)
-        share = np.clip(grid, 0.0, 1.0)
-        height = _health(part, _between(part, *ends, share.ravel()), with_gap=True).min(axis=1).reshape(share.shape)
-        lowest = height.argmin(axis=1)
-        middle, width = share[np.arange(len(rows)), lowest], 2 * width / (DIP_SAMPLES - 1)
+        share = np.clip(middle[:, None] + width * np.linspace(-1, 1, DIP_SAMPLES), 0.0, 1.0)
+        x = _between(part, low, high, share.ravel())
+        height = _health(part, x, with_gap=True).min(axis=1).reshape(share.shape)
+        middle, width = share[np.arange(len(rows)), height.argmin(axis=1)], 2 * width / (DIP_SAMPLES - 1)
     found: dict[int, tuple[int, int, float]] = {}
     for (k, row), share_of, value in zip(rows, middle, height.min(axis=1), strict=True):
         if value < 0 and k not in found:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.critical import polish, value_condition
 from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.kinds import CriticalKind, Family
-from vireport.analysis.margins import SAME_POINT, Margin, margin, margins_of, size
+from vireport.analysis.margins import SAME_POINT, Line, Margin, margin, margins_of, mirrored, size
 from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.orbits import orbits
 from vireport.analysis.pointwise import find_motions
@@ -113,18 +114,29 @@ def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPo
     """
     chosen = diagram.sweep.parameter if diagram is not None else Parameter.LENGTH
     value = cast(float, getattr(device, chosen))
-    motions, families, errors = motions_at(device, value)
+    motions, families, errors = motions_at(device, chosen)
     ends = margins_of(device, motions)
-    margins, points = list(ends.found), diagram.critical_points if diagram is not None else ()
-    for point in points:
+    margins = list(ends.found) if diagram is not None else _labelled(ends.found)
+    for point in diagram.critical_points if diagram is not None else ():
         same = [k for k, one in enumerate(margins) if _same_motion(one.point, point)]
         for k in same:
             margins[k] = replace(margins[k], point=replace(margins[k].point, label=point.label))
-        if all(margins[k].parameter != chosen for k in same):
+        if all(margins[k].parameter.sweepable is not chosen for k in same):
             margins.append(margin(device, DesignInput(chosen), point, False, {}))
     margins.sort(key=size)
     stable = _stable_ranges(device, margins, ends.unresolved) if motions.stable.any() else ()
     return DesignPoint(chosen, value, motions, families, errors, tuple(margins), ends.unresolved, stable)
+
+
+def _labelled(margins: Sequence[Margin]) -> list[Margin]:
+    """Number the ends of stable motions along each input, where no sweep has names for them."""
+    counts: dict[tuple[DesignInput, str], int] = {}
+    named = []
+    for one in sorted(margins, key=lambda one: (one.parameter, one.sweep_value)):
+        key = one.parameter, one.kind.letter
+        counts[key] = counts.get(key, 0) + 1
+        named.append(replace(one, point=replace(one.point, label=f"{one.kind.letter}{counts[key]}")))
+    return named
 
 
 def _same_motion(one: CriticalPoint, other: CriticalPoint) -> bool:
@@ -164,8 +176,11 @@ def around_length(device: Device) -> Sweep:
     return Sweep(device, Parameter.LENGTH, length / 2, length * 2)
 
 
-def motions_at(device: Device, value: float) -> tuple[Motions, tuple[Family, ...], tuple[Floats, Floats]]:
-    """All motions at a design point, their families, and the errors of u and of the phase."""
+def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Family, ...], tuple[Floats, Floats]]:
+    """All motions at a design point, their families, and the errors of u and of the phase.
+
+    Their `sweep_value` is that of `parameter`.
+    """
     sweep = around_length(device)
     n, level = device.period_ratio, sweep.level
     d, gbar = device.groups(Parameter.LENGTH, device.length_m)
@@ -184,12 +199,34 @@ def motions_at(device: Device, value: float) -> tuple[Motions, tuple[Family, ...
             rows.append((symmetric, point.u, point.phi, point.bounds["u"], point.bounds["phi"]))
     u, phi, error_u, error_phi = (np.array([row[k] for row in rows], dtype=float) for k in range(1, 5))
     motions = motions_of(sweep, level, orbits(u, phi, device.restitution, n))
-    motions.sweep_value[:] = value
+    motions.sweep_value[:] = getattr(device, parameter)
     motions.d[:] = d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
     order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
     families = tuple(Family.SYMMETRIC if rows[i][0] else Family.ASYMMETRIC for i in order)
     return motions.select(order), families, (error_u[order], error_phi[order])
+
+
+def ending_beyond(device: Device, parameter: Parameter, value: float, sign: float) -> CriticalPoint | None:
+    """Where the stable motions at a value of a parameter have all ended, if it grows (sign 1) or falls (-1) from there.
+
+    None where no motion is stable, or where one of them does not end, or is not followed to its end.
+    """
+    swept: dict[str, Any] = {parameter: value}
+    device = replace(device, **swept)
+    if device.unresolved:
+        return None
+    motions, _, _ = motions_at(device, parameter)
+    varied = DesignInput(parameter)
+    line = next(line for line in Line if varied in line.value)
+    ends = []
+    own = motions.u >= 0 if mirrored(device) and parameter is not Parameter.INCLINATION else True
+    for row in np.flatnonzero(motions.stable & own):
+        found = margins_of(device, motions.select([row]), [line], (line.sense(varied) * sign,)).found
+        ends.append(next((one.point for one in found if one.parameter is varied), None))
+    if not ends or None in ends:
+        return None
+    return max((end for end in ends if end is not None), key=lambda end: sign * end.point.sweep_value)
 
 
 End = tuple[float, CriticalPoint | None]

@@ -73,7 +73,6 @@ class Line(Enum):
             Line.RESTITUTION: (zero, zero, 1 + zero),
         }[self]
 
-
     @property
     def rates(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         """How (d, gbar, r) change along it: as exponential functions of the position, and in proportion to it."""
@@ -84,6 +83,11 @@ class Line(Enum):
             Line.GRAVITY: (fixed, (0.0, 1.0, 0.0)),
             Line.RESTITUTION: (fixed, (0.0, 0.0, 1.0)),
         }[self]
+
+    @staticmethod
+    def sense(varied: DesignInput) -> float:
+        """1 where an input grows with the position on its line, -1 where it falls."""
+        return -1.0 if varied is DesignInput.AMPLITUDE else 1.0
 
     def position(self, followed: float) -> float:
         """The position, from that by which a motion was followed."""
@@ -101,7 +105,8 @@ class Margin:
     ----------
     parameter : DesignInput
     point : CriticalPoint
-        Its label is that of the scenario's sweep, "" where it does not lie on it; its branch is then 0.
+        Its label is that of the scenario's sweep, "" where it does not lie on it; without a sweep it is only unique
+        within one input. Its branch is 0 where it is none of the sweep's critical points.
     distance : float
         The input's value there less the design value.
     relative : float or None
@@ -203,7 +208,7 @@ def margins_of(
     return Margins(tuple(sorted(found, key=size)), tuple(dict.fromkeys(unresolved)))
 
 
-def _mirrored(device: Device) -> bool:
+def mirrored(device: Device) -> bool:
     """Whether the motions have mirror images."""
     return bool(device.inclination_deg == 0 and device.period_ratio % 2 == 1)
 
@@ -211,12 +216,12 @@ def _mirrored(device: Device) -> bool:
 def _paths(device: Device, motions: Motions, lines: Sequence[Line], signs: tuple[float, ...]) -> Paths:
     """Every stable motion on every line, in the directions in which the line goes on."""
     d, gbar = (float(group) for group in device.groups(Parameter.LENGTH, device.length_m))
-    r, mirrored = float(device.restitution), _mirrored(device)
+    r, reflected = float(device.restitution), mirrored(device)
     rows = []
     for row in np.flatnonzero(motions.stable):
         for line in lines:
             low, high = _extent(line, device, d, gbar)
-            flat = mirrored and line is not Line.GRAVITY
+            flat = reflected and line is not Line.GRAVITY
             if flat and motions.u[row] < 0:
                 continue  # the mirror image of another
             symmetric = flat and bool(motions.u[row] == 0)
@@ -230,8 +235,7 @@ def _paths(device: Device, motions: Motions, lines: Sequence[Line], signs: tuple
 
 
 def _extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, float]:
-    """Positions at which a line ends: as a motion is followed: where the length is lost in rounding, at 0 and 90
-    degrees, at the limits of r."""
+    """How far motions are followed: until the length is lost in rounding, 0 and 90 degrees, the limits of r."""
     if line is Line.GRAVITY:
         upright = device.capsule_mass_kg * device.gravity_m_s2 / device.amplitude_n
         return (-gbar, upright - gbar if device.inclination_deg != 90 else 0.0) if upright > NO_GRAVITY else (0.0, 0.0)
@@ -335,7 +339,7 @@ def _margins_at(device: Device, line: Line, end: Endpoint) -> list[Margin]:
                 motion = rounded_motion(point.orbit, value, r, device.period_ratio, flat, ops)
             critical = CriticalPoint("", kind, family, motion, None, 0, change)
             derivatives = _derivatives(device, varied, motion, normal)
-            if _mirrored(device) and line is not Line.GRAVITY and not end.symmetric:
+            if mirrored(device) and line is not Line.GRAVITY and not end.symmetric:
                 derivatives[DesignInput.INCLINATION] = None
             found.append(margin(device, varied, critical, True, derivatives))
     return found
@@ -405,5 +409,7 @@ def _derivatives(
     own = slopes.pop(varied)
     derivatives = {name: -slope / own if own else inf for name, slope in slopes.items()}
     return {
-        name: derivatives[name] if np.isfinite(derivatives[name]) else None for name in DesignInput if name is not varied
+        name: derivatives[name] if np.isfinite(derivatives[name]) else None
+        for name in DesignInput
+        if name is not varied
     }

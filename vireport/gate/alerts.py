@@ -26,7 +26,7 @@ from vireport.analysis import (
     restitution_effect,
 )
 from vireport.errors import UsageError
-from vireport.scenario import Parameter
+from vireport.scenario import DesignInput, Parameter
 
 if TYPE_CHECKING:
     from vireport.trust import Compliance, CrossCheck
@@ -55,6 +55,26 @@ HEAVY = 0.5
 NOT_GOOD_ENOUGH = 2
 """Grade of a rigid model that the compliant membrane contradicts."""
 
+LONGEST_M = 20.0
+"""Length above which millimetres are more likely; the largest wave energy converters are shorter."""
+
+HEAVIEST_BALL = 0.5
+"""Mass of the ball over the capsule's, above which the capsule certainly feels it; published devices have up to 0.2."""
+
+SAME_NUMBER = 1e-3
+"""Relative difference up to which a value is a common angle in radians, or a round frequency in radians per second: as
+it would be typed with four digits."""
+
+FEW_DIGITS = 4
+"""Digits below which a frequency in radians per second is only told by a round number of one digit of hertz: one of two
+digits is too often near by chance."""
+
+STRONGEST_GRAVITY = 50.0
+"""Above what any planet has [m/s^2]."""
+
+MEMBRANE_LENGTHS = ("ball_radius_m", "active_radius_m")
+"""Lengths of a membrane's geometry."""
+
 EXPLANATION_WIDTH = 100
 """Columns of a line of explanation."""
 
@@ -75,6 +95,7 @@ class AlertCode(StrEnum):
     LONG_CONTACT = "VR011"
     SENSITIVE_TO_BALL_MASS = "VR012"
     NOT_RIGID = "VR013"
+    IMPLAUSIBLE_INPUT = "VR014"
     SIMULATION_DISAGREES = "VR020"
     COEXISTING_MOTIONS = "VR021"
     CHATTER = "VR022"
@@ -174,10 +195,9 @@ def _several_stable(results: Evidence) -> str | None:
 
 
 def _near_critical(results: Evidence) -> str | None:
-    for margin in results.solution.design.margins if results.solution.design is not None else ():
-        if margin.ends_stability and margin.relative is not None and abs(margin.relative) < NEAR_CRITICAL:
-            share = f"{100 * margin.relative:+.2f} %"
-            return f"{margin.label} ({margin.kind.words}) is {share} away in {margin.parameter}."
+    for margin in results.solution.design.endings() if results.solution.design is not None else ():
+        if margin.relative is not None and abs(margin.relative) < NEAR_CRITICAL:
+            return f"Stable motion ends {100 * margin.relative:+.2f} % away in {margin.parameter}: {margin.name}."
     return None
 
 
@@ -314,6 +334,46 @@ def _chatter(results: Evidence) -> str | None:
     return f"gbar reaches {gbar:.3g}: a ball at rest on the bottom membrane stays there." if gbar >= 1 else None
 
 
+def _implausible(results: Evidence) -> str | None:
+    solution = results.solution
+    sweep, device = solution.sweep, solution.device
+    values = {f"device.{name}": getattr(solution.membrane, name, None) for name in ("ball_mass_kg",)}
+    values |= {f"device.membrane.{name}": getattr(solution.membrane, name, None) for name in MEMBRANE_LENGTHS}
+    values |= {varied.path: getattr(device, varied) for varied in DesignInput} | {"gravity_m_s2": device.gravity_m_s2}
+    asked = [(path, value) for path, value in values.items() if value is not None]
+    if sweep is not None:
+        asked += [(f"sweep.{end}", value) for end, value in (("from", sweep.start), ("to", sweep.end))]
+    kind = {"sweep.from": sweep.parameter.path, "sweep.to": sweep.parameter.path} if sweep is not None else {}
+    questions = []
+    for path, value in asked:
+        question = _doubt(kind.get(path, path), float(value), float(device.capsule_mass_kg))
+        if question:
+            questions.append(f"{path} = {value:.6g}: {question}?")
+    return " ".join(questions) or None
+
+
+def _doubt(path: str, value: float, capsule: float) -> str:
+    """What may have been meant by a value that can hardly be meant as it stands, or ""."""
+    match path.rpartition(".")[2]:
+        case "length_m" | "ball_radius_m" | "active_radius_m" if value > LONGEST_M:
+            return f"metres, or is it {value:.6g} mm, which is {value / 1e3:.6g} m"
+        case "ball_mass_kg" if value >= HEAVIEST_BALL * capsule:
+            return f"{value / capsule:.3g} times the capsule's {capsule:.6g} kg, or is it {value:.6g} g"
+        case "inclination_deg":
+            turns = value / (np.pi / 12)
+            if 0.5 < turns < 6.5 and abs(turns - round(turns)) < SAME_NUMBER * turns:
+                return f"degrees, or is it {value:.6g} rad, which is {15 * round(turns)} degrees"
+        case "frequency_hz":
+            cycles = value / (2 * np.pi)
+            digits = next(k for k in range(1, 18) if float(f"{value:.{k}g}") == value)
+            short = float(f"{cycles:.{max(digits - 2, 1)}g}" if digits < FEW_DIGITS else f"{cycles:.2g}")
+            if digits > 2 and abs(cycles - short) < SAME_NUMBER * cycles:
+                return f"hertz, or is it {value:.6g} rad/s, which is {short:g} Hz"
+        case "gravity_m_s2" if value > STRONGEST_GRAVITY:
+            return f"m/s^2, or is it {value:.6g} cm/s^2, which is {value / 100:.6g} m/s^2"
+    return ""
+
+
 @dataclass(frozen=True, slots=True)
 class Check:
     """An alert that results can raise: what raises it and why it matters, what to do, and how its cause is found."""
@@ -448,6 +508,16 @@ CHECKS = (
         "critical point by more than half the margin, or the motion or the critical point is lost.",
         "Act on the values with compliant membranes; the section on them has the shifts.",
         _not_rigid,
+    ),
+    Check(
+        AlertCode.IMPLAUSIBLE_INPUT,
+        Severity.WARNING,
+        "A value may be in another unit",
+        "A value of the scenario is allowed, but is hardly meant: a capsule or membrane of more than 20 m, a ball of "
+        "more than half the capsule's mass, which the capsule would feel, an inclination that is a common angle in "
+        "radians, a frequency that is a round number of hertz in radians per second, or gravity above 50 m/s^2.",
+        "Compare the value with its unit, which stands in its key; if it is meant, nothing is to be done.",
+        _implausible,
     ),
     Check(
         AlertCode.SIMULATION_DISAGREES,

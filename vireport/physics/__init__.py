@@ -2,7 +2,7 @@
 
 from vireport.physics import flight
 from vireport.physics.contact import SMALLEST_RESTITUTION, Contact, contacts, damping_number, law_of
-from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device
+from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device, Shaker
 from vireport.physics.energy import Membrane, Voltages, contact_cosine, deflection, generated_voltage, voltages
 from vireport.physics.numbers import ARRAYS, COMPLEX, DIGITS, FLOATS, FUNCTION, UNIT, DecimalOps, Rounded, RoundedOps
 
@@ -24,6 +24,7 @@ __all__ = [
     "Membrane",
     "Rounded",
     "RoundedOps",
+    "Shaker",
     "Voltages",
     "contact_cosine",
     "contacts",

@@ -18,12 +18,14 @@ from vireport.scenario.blocks import (
 )
 from vireport.scenario.loading import Loaded, LoadedMap, load, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
-from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput
+from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
 from vireport.scenario.rules import MARGINS
 from vireport.scenario.schema import init_text, schema
 
 __all__ = [
+    "LARGEST",
     "MARGINS",
+    "SMALLEST",
     "UNIT_OF_SWEPT",
     "WIDEST_MARGIN",
     "Accuracy",

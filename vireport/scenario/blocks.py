@@ -183,7 +183,10 @@ def _angle(title: str, example: float) -> Any:
 
 
 def _percent(title: str, kind: str) -> Any:
-    meaning = f"Least distance from the design point to the nearest {kind} that ends stable motion, over its value."
+    meaning = (
+        f"Least distance from the design point to the nearest {kind} that ends one of its stable motions, in whichever "
+        "of length, force, capsule mass, frequency, inclination and restitution it is nearest, over the design value."
+    )
     return _key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
 
 
@@ -212,6 +215,22 @@ class Requirements(Block):
     )
     deflection_at_most_m: float | None = _positive(
         None, "Deflection at most", "m", "Largest deflection of a membrane at the design point.", example=0.02
+    )
+    acceleration_at_most_g: float | None = _positive(
+        None,
+        "Acceleration at most",
+        "g",
+        "Largest amplitude of the capsule's acceleration, F/M over 9.80665 m/s^2, at the design point or, without one, "
+        "over the sweep.",
+        example=3.0,
+    )
+    stroke_at_most_m: float | None = _positive(
+        None,
+        "Stroke at most",
+        "m",
+        "Largest displacement of the capsule from end to end, 2 F/(M omega^2), at the design point or, without one, "
+        "over the sweep.",
+        example=0.4,
     )
     crosscheck_passed: bool | None = _key(
         None, "Cross-check", "", "Whether the simulation must agree with the solution.", example=True

@@ -85,3 +85,8 @@ class DesignInput(ScalarInput):
     FREQUENCY = _FREQUENCY
     INCLINATION = _INCLINATION
     RESTITUTION = "restitution", "device.restitution", "restitution", "r", "", (0.0, LARGEST_RESTITUTION)
+
+    @property
+    def sweepable(self) -> Parameter | None:
+        """The same as a parameter of a sweep; None where it cannot be swept."""
+        return next((parameter for parameter in Parameter if parameter.value == self.value), None)
