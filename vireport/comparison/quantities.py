@@ -150,7 +150,7 @@ class Quantities:
             return Entry(None, NO_DESIGN)
         if group is Group.MARGIN and others:
             return Entry(None, "does not end the stable range")
-        if self.swept is not None and axis not in (self.swept, "d"):
+        if self.swept is not None and axis not in (self.swept, "d") and group is not Group.MARGIN:
             return Entry(None, f"sweeps the {self.swept.quantity}", comparable=False)
         if self.swept is Parameter.INCLINATION and axis == "d" and group is not Group.CRITICAL_POINT:
             return Entry(None, HELD, comparable=False)
@@ -190,7 +190,8 @@ def _quantities(results: Mapping[str, Any], several: bool) -> Quantities:
         _stable_motions(design),
         *(_critical_points(results["critical_points"], swept) if swept else ()),
         *(_stable_ranges(results["stable_range"], swept, device, several) if swept else ()),
-        *(_margins(design["margins"], device, swept) if design is not None else ()),
+        # Of two motions that end in one way on one side, the nearer counts: it comes last.
+        *(reversed(list(_margins(design["margins"], device, swept))) if design is not None else ()),
         *_voltages(results, swept),
     ]
     return Quantities(device, swept, start, None if design is None else any(_stable(design)), dict(items))
@@ -250,7 +251,7 @@ def _end(part: Mapping[str, Any], end: str) -> tuple[float, str, float]:
 
 
 def _margins(margins: Sequence[Mapping[str, Any]], device: Device, swept: Parameter | None) -> Items:
-    """Distances to the critical points that end the stable motion of the design point, in per cent of its value."""
+    """Distances to the critical points that end the stable motions of the design point, in per cent, nearest first."""
     for margin in margins:
         varied, kind = DesignInput(margin["parameter"]), CriticalKind(margin["kind"]).words
         critical = float(margin["sweep_value"])
@@ -262,10 +263,9 @@ def _margins(margins: Sequence[Mapping[str, Any]], device: Device, swept: Parame
             d = _d(device, swept, design)
             shares.append(("d", (_d(device, swept, critical) - d) / d))
         side = "below" if critical < design else "above"
-        name = f"{margin['label']}, {kind}" if margin["label"] else f"the {kind} {side}"
         for axis, share in shares:
             symbol = "d" if axis == "d" else axis.symbol
-            subject = f"margin from the design point to {name}, in {symbol}"
+            subject = f"margin from the design point to the {kind} {side}, in {symbol}"
             quantity = Quantity(Group.MARGIN, subject, "%", axis, family=margin["family"])
             # The critical value and the design value may both be off; what is compared is their ratio, less 1.
             bound, ratio = 100 * float(margin["error_bound"]) / abs(design), abs(critical / design)

@@ -22,7 +22,7 @@ from vireport.analysis import (
 )
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.requirements import Criterion, unmet
-from vireport.scenario import Parameter
+from vireport.scenario import DesignInput, Parameter
 from vireport.text import (
     percent,
     quantity,
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from vireport.trust import Compliance, CrossCheck
 
 OUTSIDE = "outside the membrane model"
+
+FIXED_D = (DesignInput.INCLINATION, DesignInput.RESTITUTION)
+"""Inputs that d does not depend on."""
 
 SWEEP_END = "end of the sweep"
 """What ends a stable range that no critical point ends."""
@@ -299,14 +302,14 @@ def _margin(solution: Solution, design: DesignPoint) -> Fact:
 
 
 def _handover(design: DesignPoint, limit: Margin) -> str:
-    """The pitchfork, if any, that a symmetric motion meets before its stable range ends."""
-    if not limit.distance or not design.families or design.families[0] is not Family.SYMMETRIC:
+    """The pitchfork of the sweep, if any, that a symmetric motion meets before its stable range ends."""
+    if limit.parameter in FIXED_D or not design.families or design.families[0] is not Family.SYMMETRIC:
         return ""
-    swept = limit.parameter
+    start, end = float(design.motions.d[0]), limit.point.point.d
     for margin in design.margins:
-        within = 0 < margin.distance / limit.distance < 1
-        if margin.parameter == limit.parameter and margin.kind is CriticalKind.PITCHFORK and within:
-            place = f"{swept.symbol} = {swept.show(margin.sweep_value)}"
+        within = 0 < (margin.point.point.d - start) / (end - start) < 1
+        if margin.kind is CriticalKind.PITCHFORK and margin.parameter not in FIXED_D and within:
+            place = f"{margin.parameter.symbol} = {margin.parameter.show(margin.sweep_value)}"
             return f"; before it, at {place} ({margin.label}), two asymmetric motions take over from the symmetric one"
     return ""
 
