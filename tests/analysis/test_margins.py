@@ -94,7 +94,9 @@ def ends(design: Any, varied: DesignInput) -> tuple[Margin | None, Margin | None
 
 def goes_on(device: Device, varied: DesignInput, to: float) -> bool:
     """Whether every stable motion of the design point is there all the way, by a search at many values."""
-    first_places, *along = stable_along(device, varied, np.linspace(float(getattr(device, varied)), to, 401))
+    at = float(getattr(device, varied))
+    values = np.geomspace(at, to, 401) if min(at, to) > 0 else np.linspace(at, to, 401)
+    first_places, *along = stable_along(device, varied, values)
     for place in first_places:
         followed = place
         for places in along:
@@ -121,7 +123,7 @@ def test_stable_motion_goes_on_up_to_the_end_and_not_beyond(part: int) -> None:
 def test_where_nothing_ends_stable_motion_goes_on(part: int) -> None:
     for device, design in stable_devices(5 if part == 0 else 20, 1000 * part):
         for varied in (DesignInput.INCLINATION, DesignInput.RESTITUTION):
-            low, high = (0.0, 90.0) if varied is DesignInput.INCLINATION else (0.0, 0.99)
+            low, high = (0.0, 90.0) if varied is DesignInput.INCLINATION else (1e-3, 0.99)
             for end, limit in zip(ends(design, varied), (low, high), strict=True):
                 at = float(getattr(device, varied))
                 if end is None and not (limit - at) * (1 if limit == high else -1) <= 0:
@@ -174,6 +176,9 @@ def test_ends_and_their_derivatives_in_40_digits(part: int) -> None:
                     if derivative is None:
                         horizontal = name == "inclination_deg" and not design.motions.gbar.any()
                         assert horizontal or end.kind is CriticalKind.PITCHFORK
+                        continue
+                    if name is DesignInput.INCLINATION and end.point.family is Family.SYMMETRIC:
+                        assert abs(derivative) < 1e-12  # an inclination to either side does the same
                         continue
                     step = mpf(10) ** -12 * (inputs[name.value] or 1)
                     ahead, behind = (
@@ -247,8 +252,13 @@ def test_no_sweep_changes_margins_verdict_or_exit_code(part: int) -> None:
     for sweep in random_sweeps(11, 77 + part)[: 2 if part == 0 else 11]:
         alone = judged(sweep.device, None)
         for parameter in Parameter:
-            if not replace(sweep.device).unresolved:
-                assert judged(sweep.device, parameter) == alone, (sweep.device, parameter)
+            assert judged(sweep.device, parameter) == alone, (sweep.device, parameter)
+
+
+def apart_at_bottom(attractor: Any, velocity: float, phi: float) -> float:
+    """How far the bottom impact of a simulated cycle is from a motion's, in velocity and phase."""
+    row = int(np.argmax(attractor.cycle.wall))
+    return apart((attractor.cycle.velocity[row], attractor.cycle.phase[row]), (velocity, phi))
 
 
 @pytest.mark.slow
@@ -268,6 +278,6 @@ def test_the_simulation_stays_on_one_side_and_leaves_on_the_other() -> None:
                 u, phi = stable_near(device, varied, value, place, 0.3)[0] if stays else place
                 velocity = float(orbits(u, phi, float(at.restitution), 1).velocity_bottom)
                 attractor = find_attractor(d, gbar, float(at.restitution), Impact(BOTTOM, velocity * (1 + 1e-6), phi))
-                same = attractor.word == "BT" and abs(np.max(attractor.cycle.velocity) - velocity) < 0.02 * velocity
+                same = attractor.word == "BT" and apart_at_bottom(attractor, velocity, phi) < 0.1
                 assert same == stays, (device, varied, end, attractor)
     assert tried > 100

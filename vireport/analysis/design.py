@@ -13,7 +13,7 @@ from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.critical import polish, value_condition
 from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.kinds import CriticalKind, Family
-from vireport.analysis.margins import SAME_POINT, Line, Margin, margin, margins_of, mirrored, size
+from vireport.analysis.margins import SAME_POINT, Line, Margin, margin, margins_of, mirrored, nearest_first
 from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.orbits import orbits
 from vireport.analysis.pointwise import find_motions
@@ -123,7 +123,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPo
             margins[k] = replace(margins[k], point=replace(margins[k].point, label=point.label))
         if all(margins[k].parameter.sweepable is not chosen for k in same):
             margins.append(margin(device, DesignInput(chosen), point, False, {}))
-    margins.sort(key=size)
+    margins = nearest_first(margins)
     stable = _stable_ranges(device, margins, ends.unresolved) if motions.stable.any() else ()
     return DesignPoint(chosen, value, motions, families, errors, tuple(margins), ends.unresolved, stable)
 

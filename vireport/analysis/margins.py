@@ -6,7 +6,7 @@ polished in long decimals together with the position on the line, from which the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from enum import Enum
@@ -94,7 +94,7 @@ class Line(Enum):
         return float(np.expm1(followed)) if self in (Line.LENGTHS, Line.FORCES) else followed
 
 
-LINES = tuple(Line)
+LINES, INPUTS = tuple(Line), tuple(DesignInput)
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,9 +176,14 @@ def margin(
     return Margin(parameter, point, distance, relative, ends, error, derivatives)
 
 
-def size(margin: Margin) -> float:
-    """Relative distance of a margin, without its sign; infinite where it has none."""
-    return abs(margin.relative) if margin.relative is not None else inf
+def nearest_first(margins: Iterable[Margin]) -> list[Margin]:
+    """Order margins by their relative distance, those without one last; equal ones by their inputs and values."""
+
+    def key(one: Margin) -> tuple[float, int, float]:
+        size = abs(one.relative) if one.relative is not None else inf
+        return float(f"{size:.12g}"), INPUTS.index(one.parameter), one.sweep_value
+
+    return sorted(margins, key=key)
 
 
 def margins_of(
@@ -205,7 +210,7 @@ def margins_of(
             unresolved += line.value
         elif end.event not in (StrandEvent.START, StrandEvent.END):
             found += _margins_at(device, line, end)
-    return Margins(tuple(sorted(found, key=size)), tuple(dict.fromkeys(unresolved)))
+    return Margins(tuple(nearest_first(found)), tuple(dict.fromkeys(unresolved)))
 
 
 def mirrored(device: Device) -> bool:
