@@ -185,21 +185,28 @@ def follow(paths: Paths) -> list[Endpoint]:
     A motion of a horizontal capsule that meets a pitchfork goes on as the motion that takes over its stability.
     """
     ends: list[Endpoint] = []
-    while len(paths.source):
-        traces = _traced(paths)
-        onward = []
-        for k, (event, x, slopes) in enumerate(_events(paths, traces)):
-            symmetric, source = bool(paths.symmetric[k]), int(paths.source[k])
-            if event is StrandEvent.MEETING and paths.handed_over[k] and x[2] == paths.x[k, 2]:
-                ends.append(Endpoint(source, event, x, True, pitchfork=True))  # no motion takes over its stability
-            elif event is CriticalKind.PITCHFORK:
-                onward.append(_handed_over(paths.select([k]), x, symmetric=True))
-            elif symmetric and event is StrandEvent.MEETING and slopes[0] * slopes[1] > 0:
-                onward.append(_handed_over(paths.select([k]), x, symmetric=False))
-            else:
-                ends.append(Endpoint(source, event, x, symmetric))
-        paths = _joined(onward) if onward else paths.select(np.zeros(len(paths.source), dtype=bool))
+    with np.errstate(all="ignore"):  # a step that leaves the range of doubles is not accepted
+        while len(paths.source):
+            found, onward = _ends(paths)
+            ends += found
+            paths = _joined(onward) if onward else paths.select(slice(0))
     return ends
+
+
+def _ends(paths: Paths) -> tuple[list[Endpoint], list[Paths]]:
+    """Where the motions on some paths end, and the paths on which others go on beyond a pitchfork."""
+    ends, onward = [], []
+    for k, (event, x, slopes) in enumerate(_events(paths, _traced(paths))):
+        symmetric, source = bool(paths.symmetric[k]), int(paths.source[k])
+        if event is StrandEvent.MEETING and paths.handed_over[k] and x[2] == paths.x[k, 2]:
+            ends.append(Endpoint(source, event, x, True, pitchfork=True))  # no motion takes over its stability
+        elif event is CriticalKind.PITCHFORK:
+            onward.append(_handed_over(paths.select([k]), x, symmetric=True))
+        elif symmetric and event is StrandEvent.MEETING and slopes[0] * slopes[1] > 0:
+            onward.append(_handed_over(paths.select([k]), x, symmetric=False))
+        else:
+            ends.append(Endpoint(source, event, x, symmetric))
+    return ends, onward
 
 
 def _handed_over(path: Paths, x: Floats, symmetric: bool) -> Paths:

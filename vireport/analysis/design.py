@@ -13,7 +13,7 @@ from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.critical import polish, value_condition
 from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.kinds import CriticalKind, Family
-from vireport.analysis.margins import SAME_POINT, Line, Margin, margin, margins_of, mirrored, nearest_first
+from vireport.analysis.margins import SAME_POINT, Line, Margin, margin, margins_of, mirrored, nearest_first, reach
 from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.orbits import orbits
 from vireport.analysis.pointwise import find_motions
@@ -157,7 +157,7 @@ def _stable_ranges(
         ends = [one for one in margins if one.ends_stability and one.parameter is varied]
         below = min((one for one in ends if one.distance < 0), key=lambda one: -one.distance, default=None)
         above = min((one for one in ends if one.distance > 0), key=lambda one: one.distance, default=None)
-        low, high = varied.limits
+        low, high = reach(device, varied)
         ranges.append(
             StableInterval(
                 varied,

@@ -239,13 +239,22 @@ def _paths(device: Device, motions: Motions, lines: Sequence[Line], signs: tuple
     return Paths((d, gbar, r), device.period_ratio, *columns)
 
 
+def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
+    """The values of an input between which ends of stable motion are looked for."""
+    low, high = varied.limits
+    if varied is DesignInput.RESTITUTION:
+        high = max(HIGHEST_RESTITUTION, (1 + device.restitution) / 2)
+    return low, high
+
+
 def _extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, float]:
     """How far motions are followed: until the length is lost in rounding, 0 and 90 degrees, the limits of r."""
     if line is Line.GRAVITY:
         upright = device.capsule_mass_kg * device.gravity_m_s2 / device.amplitude_n
         return (-gbar, upright - gbar if device.inclination_deg != 90 else 0.0) if upright > NO_GRAVITY else (0.0, 0.0)
     if line is Line.RESTITUTION:
-        return -device.restitution, max(HIGHEST_RESTITUTION, (1 + device.restitution) / 2) - device.restitution
+        least, most = reach(device, DesignInput.RESTITUTION)
+        return least - device.restitution, most - device.restitution
     return float(np.log(device.finest(FINEST_D) / d)), inf
 
 
@@ -374,7 +383,7 @@ def _normal(device: Device, line: Line, point: LinePoint, end: Endpoint) -> Floa
     implicit function theorem. The derivatives are exact, by imaginary steps.
     """
     if end.pitchfork:
-        return np.array([np.nan, np.nan, np.nan])
+        return np.full(3, np.nan)
     r = float(device.restitution) + (float(point.position) if line is Line.RESTITUTION else 0.0)
     at = [float(point.u), float(point.phi), *map(float, point.more), r]
 
@@ -387,6 +396,8 @@ def _normal(device: Device, line: Line, point: LinePoint, end: Endpoint) -> Floa
         for k in range(len(at))
     ]
     gradients = np.array(columns).T
+    if not np.isfinite(gradients).all():
+        return np.full(3, np.nan)
     scale = np.max(np.abs(gradients), axis=1, keepdims=True)
     own = gradients / np.where(scale == 0, 1.0, scale)
     weight = np.linalg.svd(own[:, :-1])[0][:, -1] / np.where(scale == 0, 1.0, scale)[:, 0]

@@ -70,16 +70,19 @@ class Solution:
         """Where along the sweep there is stable admissible motion."""
         return stable_ranges(self.diagram) if self.diagram is not None else ()
 
-    def beyond(self, part: StableInterval) -> tuple[CriticalPoint | None, CriticalPoint | None]:
-        """Where a stable range would end, on either side, if the sweep went on.
+    @cached_property
+    def beyond(self) -> tuple[tuple[CriticalPoint | None, ...], ...]:
+        """Where each stable range would end, below and above, if the sweep went on.
 
         None where it ends within the sweep, or nowhere that rounding resolves.
         """
-        below, above = (
-            None if point is not None else ending_beyond(self.device, self.parameter, value, sign)
-            for (value, point), sign in zip(part.ends, (-1.0, 1.0), strict=True)
+        return tuple(
+            tuple(
+                None if point is not None else ending_beyond(self.device, self.parameter, value, sign)
+                for (value, point), sign in zip(part.ends, (-1.0, 1.0), strict=True)
+            )
+            for part in self.stable_ranges
         )
-        return below, above
 
     @cached_property
     def table(self) -> tuple[TableRow, ...]:

@@ -65,8 +65,8 @@ def table_1(study: Study) -> Iterator[Block]:
 def _beyond(study: Study) -> Iterator[Block]:
     """Where stable ranges would end that only the sweep ends."""
     swept = study.solution.parameter
-    for part in study.solution.stable_ranges:
-        for (value, _), point in zip(part.ends, study.solution.beyond(part), strict=True):
+    for part, beyond in zip(study.solution.stable_ranges, study.solution.beyond, strict=True):
+        for (value, _), point in zip(part.ends, beyond, strict=True):
             if point is not None:
                 yield Paragraph(
                     f"It is the sweep that ends at {swept.show(value, 8)}: stable motion goes on from there, to the "

@@ -24,7 +24,6 @@ from vireport.analysis import (
     Margin,
     Motions,
     PolishedMotion,
-    Solution,
     StableInterval,
     TableRow,
     rounded_up,
@@ -63,7 +62,10 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "branches": [_branch(*row) for row in zip(solution.branches, bounds, strict=True)],
         "critical_points": [_critical(point) for point in solution.critical_points],
         "design_point": _design(solution.design, solution.bounds.design),
-        "stable_range": [{**_range(part, SWEEP_END), **_continued(part, solution)} for part in solution.stable_ranges],
+        "stable_range": [
+            {**_range(part, SWEEP_END), **_continued(beyond)}
+            for part, beyond in zip(solution.stable_ranges, solution.beyond, strict=True)
+        ],
         "shaker": _shaker(solution.shaker),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
@@ -356,9 +358,8 @@ def _reason(point: CriticalPoint | None, otherwise: str) -> str:
     return otherwise if point is None else point.label or point.kind.words
 
 
-def _continued(part: StableInterval, solution: Solution) -> dict[str, Any]:
+def _continued(beyond: tuple[CriticalPoint | None, ...]) -> dict[str, Any]:
     """Where a stable range would end if the sweep went on; null where it ends within it, or nowhere."""
-    beyond = solution.beyond(part)
     return {
         f"{end}_beyond_sweep": None
         if point is None
