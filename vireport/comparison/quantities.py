@@ -262,9 +262,8 @@ def _margins(margins: Sequence[Mapping[str, Any]], device: Device, swept: Parame
         if swept is not None and varied.sweepable is swept and swept is not Parameter.INCLINATION:
             d = _d(device, swept, design)
             shares.append(("d", (_d(device, swept, critical) - d) / d))
-        side = "below" if critical < design else "above"
         for axis, share in shares:
-            symbol = "d" if axis == "d" else axis.symbol
+            symbol, side = "d" if axis == "d" else axis.symbol, "below" if share < 0 else "above"
             subject = f"margin from the design point to the {kind} {side}, in {symbol}"
             quantity = Quantity(Group.MARGIN, subject, "%", axis, family=margin["family"])
             # The critical value and the design value may both be off; what is compared is their ratio, less 1.
