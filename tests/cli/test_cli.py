@@ -92,7 +92,11 @@ def test_overrides_reach_the_results(example) -> None:
 def test_formats_narrow_what_is_written(example, tmp_path: Path) -> None:
     run = vireport(str(example("inclined")), "-o", str(tmp_path / "a/b"), "--format", "csv,json", "--format", "png")
     assert run.returncode == 0
-    assert {path.name for path in (tmp_path / "a/b").iterdir()} == ALL - {"report.html", "report.pdf", "figure-margins.png"}
+    assert {path.name for path in (tmp_path / "a/b").iterdir()} == ALL - {
+        "report.html",
+        "report.pdf",
+        "figure-margins.png",
+    }
 
 
 @pytest.mark.parametrize(

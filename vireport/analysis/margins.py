@@ -117,7 +117,7 @@ class Margin:
         Of the value, and with the rounding of the difference of `distance`.
     derivatives : dict
         Of the value with respect to each other input, in their units; None where it has none: at a pitchfork, where
-        the border has a cusp, and at the ends of two mirror images, which inclination parts.
+        the border has a cusp, and at the ends of two mirror images or in two mirrored flights, which inclination parts.
     """
 
     parameter: DesignInput
@@ -353,8 +353,9 @@ def _margins_at(device: Device, line: Line, end: Endpoint) -> list[Margin]:
                 motion = rounded_motion(point.orbit, value, r, device.period_ratio, flat, ops)
             critical = CriticalPoint("", kind, family, motion, None, 0, change)
             derivatives = _derivatives(device, varied, motion, normal)
-            if mirrored(device) and line is not Line.GRAVITY and not end.symmetric:
-                derivatives[DesignInput.INCLINATION] = None
+            if mirrored(device) and line is not Line.GRAVITY:
+                # Tilted to either side, a fold of symmetric motions moves alike; other ends come in pairs that part.
+                derivatives[DesignInput.INCLINATION] = 0.0 if end.symmetric and kind is CriticalKind.FOLD else None
             found.append(margin(device, varied, critical, True, derivatives))
     return found
 
