@@ -15,7 +15,7 @@ from vireport.analysis.critical import (
 )
 from vireport.analysis.design import DesignPoint, Endings, Margin, StableInterval, design_point, endings, stable_ranges
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
-from vireport.analysis.error_bounds import NO_BOUND, rounded_up
+from vireport.analysis.error_bounds import NO_BOUND, rounded_up, undecided
 from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import sample
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
@@ -92,5 +92,6 @@ __all__ = [
     "touch_condition",
     "touches",
     "turning_points",
+    "undecided",
     "value_condition",
 ]

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cache
-from math import sqrt
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,9 @@ FARTHEST = 1e-3
 
 QUICK_STEPS = 8
 """Corrections with a Jacobian in doubles, of which three or four are usual, before it is taken in decimals too."""
+
+STEADY = 1e-9
+"""Correction below which a Jacobian is not taken again: it would change by less than its differences are good for."""
 
 MOST_STEPS = 60
 """Corrections before a polish is given up."""
@@ -154,7 +157,13 @@ def equations(sweep: Sweep, condition: Condition, symmetric: bool, ops: Any) -> 
 
 
 def polish(
-    sweep: Sweep, u: float, phi: float, condition: Condition, more: tuple[float, ...] = (), symmetric: bool = False
+    sweep: Sweep,
+    u: float,
+    phi: float,
+    condition: Condition,
+    more: tuple[float, ...] = (),
+    symmetric: bool = False,
+    reach: float = FARTHEST,
 ) -> PolishedMotion:
     """Solve level and condition together in long decimals, from a guess good to a few digits.
 
@@ -168,6 +177,8 @@ def polish(
         Guesses of further unknowns of the condition.
     symmetric : bool
         Whether the point lies on the symmetric line of a horizontal capsule, where u = 0 takes the place of the level.
+    reach : float
+        How far from the guess the point may be, in each of the unknowns.
 
     Raises
     ------
@@ -184,29 +195,32 @@ def polish(
         # gbar's or r's.
         relative = {len(guess) - 1} if more else set()
         relative |= {0} if not symmetric and sweep.level.held is not Held.D else set()
-        x = _newton(exact, double, guess, relative, place)
+        x = _newton(exact, double, guess, relative, reach, place)
         return _as_doubles(sweep, orbit_at(sweep, x, symmetric, ops), ops)
 
 
-def _newton(exact: Equations, double: Equations, guess: list[Decimal], relative: set[int], place: str) -> list[Decimal]:
+def _newton(
+    exact: Equations, double: Equations, guess: list[Decimal], relative: set[int], reach: float, place: str
+) -> list[Decimal]:
     """Solve equations in decimals, with the Jacobian in doubles as long as that leads on.
 
     Unknowns are stepped, and corrections measured, relative to the size of those in `relative`.
     """
-    x = guess
+    x, size = guess, inf
     for count in range(MOST_STEPS):
         value = exact(x)
-        scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
-        if count < QUICK_STEPS:
-            columns = _differences(double, [float(v) for v in x], [float(v) for v in scale], STEP)
-        else:
-            columns = _differences(exact, x, scale, FINE_STEP)
+        if size > STEADY:
+            scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
+            if count < QUICK_STEPS:
+                columns = _differences(double, [float(v) for v in x], [float(v) for v in scale], STEP)
+            else:
+                columns = _differences(exact, x, scale, FINE_STEP)
         correction = _correction(columns, value)
         x = [a - b * s for a, b, s in zip(x, correction, scale, strict=True)]
         size = max(abs(float(b)) for b in correction)
         if size < POLISHED:
             return x
-        if max(abs(float(a - b)) for a, b in zip(x, guess, strict=True)) > FARTHEST:
+        if max(abs(float(a - b)) for a, b in zip(x, guess, strict=True)) > reach:
             raise NumericalError(f"{place} was lost (correction {size:.1g})")
     raise NumericalError(f"{place} did not settle (last correction {size:.1g})")
 

@@ -24,6 +24,7 @@ from vireport.analysis import (
     input_error,
     mass_elasticity,
     restitution_effect,
+    undecided,
 )
 from vireport.errors import UsageError
 from vireport.scenario import Parameter
@@ -75,6 +76,7 @@ class AlertCode(StrEnum):
     LONG_CONTACT = "VR011"
     SENSITIVE_TO_BALL_MASS = "VR012"
     NOT_RIGID = "VR013"
+    ADMISSIBILITY_UNDECIDED = "VR014"
     SIMULATION_DISAGREES = "VR020"
     COEXISTING_MOTIONS = "VR021"
     CHATTER = "VR022"
@@ -279,6 +281,20 @@ def _not_rigid(results: Evidence) -> str | None:
     return f"With the membrane's own stiffness {label if followed else 'the stable motion'} is lost."
 
 
+def _admissibility_undecided(results: Evidence) -> str | None:
+    solution, design = results.solution, results.solution.design
+    if design is None or solution.bounds.design is None:
+        return None
+    open_rows = np.flatnonzero(undecided(design.motions, solution.bounds.design))
+    if not open_rows.size:
+        return None
+    gap, bound = (float(x[open_rows[0]]) for x in (design.motions.wall_gap, solution.bounds.design["wall_gap"]))
+    return (
+        f"The gap between the ball's turning point and a membrane is {gap:.2g} of the length unit x_c, with an error "
+        f"bound of {bound:.2g}: undecided within rounding."
+    )
+
+
 def _simulation_disagrees(results: Evidence) -> str | None:
     check = results.crosscheck
     if check is None or check.passed:
@@ -448,6 +464,16 @@ CHECKS = (
         "critical point by more than half the margin, or the motion or the critical point is lost.",
         "Act on the values with compliant membranes; the section on them has the shifts.",
         _not_rigid,
+    ),
+    Check(
+        AlertCode.ADMISSIBILITY_UNDECIDED,
+        Severity.WARNING,
+        "Whether a solution at the design point is a motion is undecided",
+        "The ball turns so near a membrane that rounding decides whether it stays clear of it or would pass through: "
+        "the design point is a grazing point as far as double precision can tell.",
+        "Do not act on whether it is called admissible; change length or force so that the ball turns farther from "
+        "the membrane.",
+        _admissibility_undecided,
     ),
     Check(
         AlertCode.SIMULATION_DISAGREES,

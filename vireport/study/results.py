@@ -27,6 +27,7 @@ from vireport.analysis import (
     StableInterval,
     TableRow,
     rounded_up,
+    undecided,
 )
 from vireport.physics import Voltages
 from vireport.scenario import to_dict
@@ -84,8 +85,13 @@ def branches_csv(study: Study) -> bytes:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     header: list[str] | None = None
-    for branch in study.solution.branches:
-        columns = {**_motions(branch.motions), **_voltages(branch.voltages), "critical_point": branch.labels}
+    for branch, bounds in zip(study.solution.branches, study.solution.bounds.branches, strict=True):
+        columns = {
+            **_motions(branch.motions),
+            **_voltages(branch.voltages),
+            "critical_point": branch.labels,
+            **_undecided(branch.motions, bounds),
+        }
         if header is None:
             header = ["branch", "family", *columns]
             writer.writerow(header)
@@ -117,6 +123,11 @@ def _motions(motions: Motions) -> dict[str, list[Any]]:
         "admissible": motions.admissible.tolist(),
         "wall_gap": motions.wall_gap.tolist(),
     }
+
+
+def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, list[bool]]:
+    """Where `admissible` is open: the gap is zero to rounding, as it is at a grazing point itself."""
+    return {"admissible_undecided": undecided(motions, bounds).tolist()}
 
 
 def _voltages(voltages: Voltages | None) -> dict[str, list[float]]:
@@ -156,6 +167,7 @@ def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
         **_motions(branch.motions),
         **_voltages(branch.voltages),
         "critical_point": [label or None for label in branch.labels],
+        **_undecided(branch.motions, bounds),
         "error_bounds": _bounds(bounds),
     }
 
@@ -228,6 +240,7 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         "family": list(design.families),
         **_motions(design.motions),
         **_voltages(design.voltages),
+        **_undecided(design.motions, bounds),
         "error_bounds": _bounds(bounds),
         "margins": [_margin(margin) for margin in design.margins],
         "stable_range": [_range(part) for part in design.stable],
