@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 from vireport.analysis.branches import Branch
 from vireport.analysis.critical import (
     CONDITIONS,
-    FARTHEST,
     POLISHED_NUMBERS,
     PolishedMotion,
+    place_at,
     polish,
     polish_grazing,
     singled_out,
-    value_condition,
 )
 from vireport.analysis.kinds import BranchEnd, Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import VALIDITY, Curve, Samples, Strand
@@ -313,11 +312,9 @@ def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
         happening = piece.happening(row)
         if happening is None or not happening.ends_sweep:
             continue
-        condition = value_condition(curve.sweep, _end_value(curve.sweep, happening))
-        reach = max(FARTHEST, abs(remainder(phi[row] - phi[inner], 2 * pi)))
+        value, reach = _end_value(curve.sweep, happening), abs(remainder(phi[row] - phi[inner], 2 * pi))
         with suppress(NumericalError, ArithmeticError):
-            point = polish(curve.sweep, float(u[row]), float(phi[row]), condition, symmetric=symmetric, reach=reach)
-            u[row], phi[row] = point.u, point.phi
+            u[row], phi[row] = place_at(curve.sweep, value, float(u[row]), float(phi[row]), symmetric, reach)
 
 
 def _event(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> Event:
@@ -325,12 +322,13 @@ def _event(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> Event:
         point = _polished(curve, piece, row, event)
     except (NumericalError, ArithmeticError):
         point = _bracketed(curve, piece, row)
-    # Zero by the condition, not what the polish or the bracket leaves of it.
-    if event is StrandEvent.BOTTOM_REST:
-        point = replace(point, velocity_bottom=0.0, bounds={**point.bounds, "velocity_bottom": 0.0})
-    elif event is StrandEvent.TOP_REST:
-        point = replace(point, velocity_top=0.0, bounds={**point.bounds, "velocity_top": 0.0})
-    elif event is StrandEvent.MEETING and curve.strands[piece.strand].symmetric and not _turns(curve, piece, row):
+    symmetric = curve.strands[piece.strand].symmetric
+    if event.at_rest:
+        # Zero by the condition, not what the polish or the bracket leaves of it.
+        own = "velocity_bottom" if event is StrandEvent.BOTTOM_REST else "velocity_top"
+        still = dict.fromkeys(("velocity_bottom", "velocity_top") if symmetric else (own,), 0.0)
+        point = replace(point, **still, bounds={**point.bounds, **still})
+    elif event is StrandEvent.MEETING and symmetric and not _turns(curve, piece, row):
         return Event(row, CriticalKind.PITCHFORK, point, Change.HANDOVER)
     return Event(row, event.kind, point, event.change)
 
