@@ -40,12 +40,17 @@ def residuals(sweep: Sweep, x: Sequence[Any]) -> list[Any]:
     return reference.periodicity(state, d, gbar, mpf(sweep.device.restitution), sweep.device.period_ratio)
 
 
+def _scale(x: Any) -> Any:
+    """Size of a velocity or phase; 1 for one that is zero but for rounding."""
+    return abs(x) if abs(x) > 1e-12 else 1
+
+
 def motion_near(sweep: Sweep, x: Sequence[Any], *more: reference.Equations) -> list[Any]:
     """The nearest motion of a sweep, or the one that fulfils further equations."""
     return reference.newton(
         lambda y: [*residuals(sweep, y), *(one for equations in more for one in equations(y))],
         list(x),
-        [abs(x[0]) or 1, abs(x[1]) or 1, 1, abs(x[3]) or 1],
+        [_scale(x[0]), _scale(x[1]), 1, abs(x[3]) or 1],
     )
 
 
@@ -125,9 +130,8 @@ def exact_row(sweep: Sweep, m: Motions, row: int, membrane: Membrane) -> dict[st
 def exact_at(sweep: Sweep, m: Motions, row: int, value: float, membrane: Membrane) -> dict[str, Any]:
     """The exact motion at a value of the swept parameter."""
     start = [mpf(x) for x in unknowns(m, row)[:3]]
-    state = reference.newton(
-        lambda x: residuals(sweep, [*x, mpf(value)]), start, [abs(start[0]) or 1, abs(start[1]) or 1, 1]
-    )
+    scale = [_scale(start[0]), _scale(start[1]), 1]
+    state = reference.newton(lambda x: residuals(sweep, [*x, mpf(value)]), start, scale)
     return all_quantities(sweep, [*state, mpf(value)], membrane)
 
 
