@@ -19,13 +19,14 @@ from vireport.analysis import (
     Solution,
     Sweep,
     design_point,
+    impact_velocities,
     solution_of,
     solve,
     stable_ranges,
     undecided,
 )
 from vireport.analysis.design import around_length
-from vireport.analysis.error_bounds import motion_bounds, voltage_bounds
+from vireport.analysis.error_bounds import bounds_of, motion_bounds, voltage_bounds
 from vireport.analysis.kinds import BranchEnd
 from vireport.physics import Device, Membrane, Rounded, Voltages, voltages
 from vireport.reference import mp, mpf
@@ -105,6 +106,26 @@ def test_bounds_hold_at_the_ends_of_sweeps_next_to_horizontal(parameter: Paramet
     for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
         ends = sorted(ends_of_sweep(branch))
         assert (bounds["average_v"][ends] < 1e-11 * branch.voltages.average_v[ends]).all()
+
+
+@pytest.mark.parametrize("parameter", list(Parameter))
+def test_bounds_hold_where_the_stated_value_is_not_that_of_the_motion(parameter: Parameter) -> None:
+    """So it is at an end of the sweep that could not be solved for; voltages are those at the stated value."""
+    at = float(getattr(DEVICE, parameter))
+    diagram = solve(Sweep(DEVICE, parameter, 0.9 * at, 1.1 * at))
+    shifted = []
+    for branch in diagram.branches:
+        motions = replace(branch.motions, sweep_value=branch.motions.sweep_value * (1 + 1e-9))
+        volts = voltages(*impact_velocities(DEVICE, parameter, motions), MEMBRANE)
+        shifted.append(replace(branch, motions=motions, voltages=volts))
+    moved = replace(diagram, branches=tuple(shifted))
+    bounds = bounds_of(DEVICE, MEMBRANE, moved, None).branches
+    for branch, bound in zip(moved.branches, bounds, strict=True):
+        row = len(branch.motions) // 2
+        exact = exact_row(moved.sweep, branch.motions, row, MEMBRANE)
+        for name, values in bound.items():
+            stored = getattr(branch.voltages if name in OF_IMPACTS else branch.motions, name)[row]
+            assert error_of(stored, exact[name], name) <= values[row], (branch.number, row, name)
 
 
 @pytest.mark.parametrize("length", [0.35, 0.75])
