@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -180,3 +181,17 @@ def test_every_key_of_the_results_is_documented(study_of) -> None:
 def test_alerts_that_are_named_exist() -> None:
     for page in PAGES:
         assert set(re.findall(r"\bVR\d{3}\b", text_of(page))) <= set(AlertCode)
+
+
+def test_the_layers_are_those_of_the_import_contract() -> None:
+    (contract,) = tomllib.loads(text_of(ROOT / "pyproject.toml"))["tool"]["importlinter"]["contracts"]
+    layers = "".join(rf"    {re.escape(layer)}  .*\n" for layer in contract["layers"])
+    assert re.search(layers, text_of(ROOT / "CONTRIBUTING.md"))
+
+
+def test_extras_that_are_named_exist() -> None:
+    extras = tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]["optional-dependencies"]
+    sources = [*PAGES, *(ROOT / "vireport").rglob("*.py")]
+    named = {name for path in sources for name in re.findall(r"(?:vireport|\.)\[([a-z,]+)\]'", text_of(path))}
+    assert {name for names in named for name in names.split(",")} <= set(extras)
+    assert "simulation" in named
