@@ -142,11 +142,6 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
         The scenario's block.
     progress : callable, optional
         Told each step as it begins.
-
-    Raises
-    ------
-    NumericalError
-        If the compiler that the simulation needs is not installed.
     """
     say = progress or (lambda what: None)
     device, parameter = solution.device, solution.parameter
