@@ -45,7 +45,9 @@ def test_json_imports_nothing_heavy(example) -> None:
     assert not loaded & HEAVY
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["schema"], ["init", "-"], ["run", "--help"]])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["schema"], ["explain"], ["init", "-"], ["run", "--help"]]
+)
 def test_help_imports_no_physics(arguments: list[str]) -> None:
     assert not imported_by(*arguments) & (HEAVY | {"numpy"})
 

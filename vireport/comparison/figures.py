@@ -24,8 +24,8 @@ from vireport.figures import (
     simulated_points,
     sweep_figure,
 )
-from vireport.gate import capital
 from vireport.study import Task
+from vireport.text import capital
 
 ROWS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 

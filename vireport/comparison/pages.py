@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
+from vireport.alerts import AlertCode, Severity
 from vireport.comparison.comparison import FIGURES, Comparison, Setting, left_out
 from vireport.comparison.differences import Difference, digits_apart, listed
 from vireport.comparison.outputs import FEW_NAMES
@@ -15,12 +16,9 @@ from vireport.comparison.quantities import Entry
 from vireport.figures import OUTSIDE
 from vireport.gate import (
     SWEEP_END,
-    AlertCode,
     Fact,
-    Severity,
     Status,
     Verdict,
-    capital,
 )
 from vireport.report import (
     Block,
@@ -39,6 +37,7 @@ from vireport.study import (
 )
 from vireport.text import (
     ABSENT,
+    capital,
     exact,
     significant,
     words,

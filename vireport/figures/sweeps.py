@@ -34,10 +34,9 @@ from vireport.figures.layout import (
     sweep_axis,
 )
 from vireport.figures.style import DASH_DOTTED, DASHED, DOTTED, GUIDE, Color, Look, style
-from vireport.gate import capital
 from vireport.physics import Voltages
 from vireport.study import Study, Task
-from vireport.text import PREFIXES
+from vireport.text import PREFIXES, capital
 
 # Width tells the two impacts apart where colour does not, and where one curve lies on the other.
 BOTTOM: Look = {"color": Color.BLUE, "linewidth": 2.8}

@@ -23,11 +23,7 @@ from vireport.analysis import (
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.requirements import Criterion, unmet
 from vireport.scenario import Parameter
-from vireport.text import (
-    percent,
-    quantity,
-    significant,
-)
+from vireport.text import capital, percent, quantity, significant
 
 if TYPE_CHECKING:
     from vireport.trust import Compliance, CrossCheck
@@ -85,12 +81,6 @@ class Verdict:
     word: str
     headline: str
     facts: tuple[Fact, ...]
-
-
-def capital(text: str) -> str:
-    """Begin with a capital letter, unless with the path of a key; leave the rest alone."""
-    first = text.partition(" ")[0]
-    return text if "_" in first else text[:1].upper() + text[1:]
 
 
 def range_text(part: StableInterval, digits: int = 6) -> str:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vireport.gate import AlertCode, Criterion, Remark, capital
+from vireport.alerts import AlertCode
+from vireport.gate import Criterion, Remark
 from vireport.report.pages import Block, Paragraph, Table, texts
 from vireport.scenario import Parameter
 from vireport.study import Study
 from vireport.text import (
     ABSENT,
+    capital,
     words,
 )
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from vireport.gate import Severity
+from vireport.alerts import Severity
 from vireport.text import markdown_table, markdown_text, words
 
 if TYPE_CHECKING:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from vireport.gate import capital
 from vireport.physics import Device
 from vireport.report.pages import Block, Column, Figure, Listing, Notice, Paragraph, Table, numbers, texts
 from vireport.scenario import UNIT_OF_SWEPT, Parameter, inputs
 from vireport.study import Provenance, Study
 from vireport.text import (
+    capital,
     exact,
     significant,
     words,

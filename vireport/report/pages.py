@@ -11,7 +11,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from vireport.gate import Severity, Verdict
+from vireport.alerts import Severity
+from vireport.gate import Verdict
 from vireport.study import Provenance
 from vireport.text import Column as Column
 from vireport.text import Table as Table

@@ -14,7 +14,6 @@ from vireport.analysis import (
     StableInterval,
     TableRow,
 )
-from vireport.gate import capital
 from vireport.physics import DIGITS
 from vireport.report.pages import Block, Paragraph, Table, numbers, texts
 from vireport.scenario import Parameter
@@ -22,6 +21,7 @@ from vireport.study import Study
 from vireport.text import (
     ABSENT,
     bounded,
+    capital,
     error_bound,
     percent,
     significant,

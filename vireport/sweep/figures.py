@@ -25,11 +25,10 @@ from vireport.figures import (
     round_ticks,
     style,
 )
-from vireport.gate import capital
 from vireport.scenario import Parameter
 from vireport.sweep.cells import MapPlan, axis_values
 from vireport.sweep.loci import Locus, loci_of
-from vireport.text import PREFIXES
+from vireport.text import PREFIXES, capital
 
 Floats = NDArray[np.float64]
 

@@ -135,6 +135,18 @@ def scaled(value: float | None, power: int, digits: int = 4) -> str:
     return _print(Decimal(value).scaleb(power), digits, reserved=1)
 
 
+def capital(text: str) -> str:
+    """Begin with a capital letter, unless with the path of a key; leave the rest alone.
+
+    Examples
+    --------
+    >>> capital("stable node"), capital("device.length_m is not given")
+    ('Stable node', 'device.length_m is not given')
+    """
+    first = text.partition(" ")[0]
+    return text if "_" in first else text[:1].upper() + text[1:]
+
+
 def words(text: str) -> str:
     """Set the plain ASCII of our own messages in type: Greek letters, minus signs, powers of ten.
 

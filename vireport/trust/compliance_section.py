@@ -11,6 +11,7 @@ from vireport.text import (
     ABSENT,
     TIMES,
     Table,
+    capital,
     numbers,
     percent,
     quantity,
@@ -216,8 +217,8 @@ def _compared_row(compared: Compared) -> tuple[str, ...]:
         shift = significant(compared.shift, 3)
     else:
         shift = percent(compared.shift, 2 if unit in (Unit.DEPTH, Unit.RATIO) else 3, signed=True)
-    limits = ("", "", "") if c is None else (percent(c.good), percent(c.fair), _capital(GRADES[c.grade]))
-    return _capital(name), _with_unit(compared.rigid, unit), _with_unit(compared.compliant, unit), shift, *limits
+    limits = ("", "", "") if c is None else (percent(c.good), percent(c.fair), capital(GRADES[c.grade]))
+    return capital(name), _with_unit(compared.rigid, unit), _with_unit(compared.compliant, unit), shift, *limits
 
 
 def _with_unit(value: float | None, unit: Unit | Parameter) -> str:
@@ -230,10 +231,6 @@ def _with_unit(value: float | None, unit: Unit | Parameter) -> str:
     if unit in (Unit.VOLTAGE, Unit.DEPTH):
         return quantity(value, unit, 4 if unit is Unit.VOLTAGE else 3)
     return significant(value, 4 if unit is Unit.RATIO else 5)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _ladder(comparison: Compliance) -> Table:
