@@ -22,10 +22,10 @@ from vireport.study import (
     SCHEMA_VERSION,
     Study,
     analyse,
-    html_table,
 )
 from vireport.text import (
     ABSENT,
+    html_table,
     significant,
 )
 

@@ -21,6 +21,8 @@ OUTCOMES = {True: "✓ met", False: "✗ NOT MET"}
 
 def acceptance(study: Study) -> Iterator[Block]:
     """The outcome in a sentence, each requirement with its limit, value and margin, and where the values come from."""
+    if not study.criteria:
+        return
     met, count = sum(criterion.passed for criterion in study.criteria), len(study.criteria)
     yield Paragraph(f"{met} of {count} requirement{'s' * (count != 1)} {'is' if met == 1 else 'are'} met.")
     yield Table(

@@ -19,8 +19,11 @@ from jinja2 import ChoiceLoader, Environment, FileSystemLoader, StrictUndefined,
 from markupsafe import Markup, escape
 
 from vireport.errors import UsageError, VireportError
-from vireport.report.assets import TEMPLATES
 from vireport.report.pages import Figure, ReportModel
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
+"""Our own templates, with equations.json and math.woff2: inside an installed package, or at the root of a checkout."""
 
 HTML, PDF = "report.html.j2", "report.typ.j2"
 

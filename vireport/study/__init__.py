@@ -1,6 +1,5 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
-from vireport.study.notebook import html_table
 from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Plan, Step, Task, plan
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import SCHEMA_VERSION, branches_csv, results, results_json
@@ -19,7 +18,6 @@ __all__ = [
     "analyse",
     "branches_csv",
     "device_of",
-    "html_table",
     "membrane_of",
     "plan",
     "provenance_of",

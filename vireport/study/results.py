@@ -28,9 +28,10 @@ from vireport.analysis import (
     TableRow,
     rounded_up,
 )
+from vireport.gate import SWEEP_END
 from vireport.physics import Voltages
 from vireport.scenario import to_dict
-from vireport.study.provenance import Provenance, provenance_of
+from vireport.study.provenance import Provenance
 from vireport.study.study import Study
 
 if TYPE_CHECKING:
@@ -143,8 +144,8 @@ COLUMNS = {
 def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
     """Error bounds by the names of the columns, and why some are null."""
     columns = rounded_up(np.stack(list(bounds.values())))
-    found: dict[str, Any] = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
-    return {**found, "null_means": NO_BOUND} if any(None in column for column in found.values()) else found
+    named: dict[str, Any] = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
+    return {**named, "null_means": NO_BOUND} if any(None in column for column in columns) else named
 
 
 def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
@@ -195,30 +196,6 @@ def _critical(critical: CriticalPoint) -> dict[str, Any]:
     }
 
 
-def _table_row(row: TableRow, bounds: dict[str, Any]) -> dict[str, Any]:
-    """A row of Table 1, its ends with the bounds they have on their branch."""
-    found = {
-        "family": row.family,
-        "branch": row.branch,
-        "start_label": row.start_point.label if row.start_point else "",
-        "end_label": row.end_point.label if row.end_point else "",
-        "criteria": row.criteria,
-        "stability": row.stability,
-        "d_start": row.d_start,
-        "d_end": row.d_end,
-        "sweep_start": row.sweep_start,
-        "sweep_end": row.sweep_end,
-    }
-    ends = {"start": row.first_row, "end": row.last_row}
-    names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
-    errors = rounded_up(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
-    return {**found, "error_bounds": dict(zip(names, errors[0], strict=True))}
-
-
-DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
-"""What a row of Table 1 gives of its ends, and the column it is from."""
-
-
 def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[str, Any] | None:
     if design is None or bounds is None:
         return None
@@ -248,22 +225,40 @@ def _margin(margin: Margin) -> dict[str, Any]:
     }
 
 
-def _measured(study: Study) -> dict[str, Any]:
-    """What was measured or proved where that was asked for; null where not."""
-    found: dict[str, Any] = {"accuracy": None, "compliant": None, "certificates": None}
-    if study.work is not None:
-        from vireport.trust import accuracy_data, compliance_data
+def _range(part: StableInterval) -> dict[str, Any]:
+    return {
+        "parameter": part.parameter,
+        "from": part.start,
+        "to": part.end,
+        "from_reason": part.start_point.label if part.start_point else SWEEP_END,
+        "to_reason": part.end_point.label if part.end_point else SWEEP_END,
+        "from_error_bound": part.start_point.point.error_bound if part.start_point else 0.0,
+        "to_error_bound": part.end_point.point.error_bound if part.end_point else 0.0,
+    }
 
-        found["accuracy"] = accuracy_data(study.work)
-        found["compliant"] = None if study.compliance is None else compliance_data(study.compliance)
-    if study.certificates is not None:
-        found["certificates"] = [asdict(one) for one in study.certificates]
-    return found
+
+def _table_row(row: TableRow, bounds: dict[str, Any]) -> dict[str, Any]:
+    """A row of Table 1, its ends with the bounds they have on their branch."""
+    ends = {"start": row.first_row, "end": row.last_row}
+    names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
+    errors = rounded_up(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
+    return {
+        "family": row.family,
+        "branch": row.branch,
+        "start_label": row.start_point.label if row.start_point else "",
+        "end_label": row.end_point.label if row.end_point else "",
+        "criteria": row.criteria,
+        "stability": row.stability,
+        "d_start": row.d_start,
+        "d_end": row.d_end,
+        "sweep_start": row.sweep_start,
+        "sweep_end": row.sweep_end,
+        "error_bounds": dict(zip(names, errors[0], strict=True)),
+    }
 
 
-def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
-    passed = all(criterion.passed for criterion in criteria)
-    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
+DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
+"""What a row of Table 1 gives of its ends, and the column it is from."""
 
 
 def _simulation(check: CrossCheck) -> dict[str, Any]:
@@ -317,40 +312,30 @@ def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any
     }
 
 
-def _range(part: StableInterval) -> dict[str, Any]:
-    return {
-        "parameter": part.parameter,
-        "from": part.start,
-        "to": part.end,
-        "from_reason": _reason(part.start_point),
-        "to_reason": _reason(part.end_point),
-        "from_error_bound": part.start_point.point.error_bound if part.start_point else 0.0,
-        "to_error_bound": part.end_point.point.error_bound if part.end_point else 0.0,
-    }
+def _measured(study: Study) -> dict[str, Any]:
+    """What was measured or proved where that was asked for; null where not."""
+    blocks: dict[str, Any] = {"accuracy": None, "compliant": None, "certificates": None}
+    if study.work is not None:
+        from vireport.trust import accuracy_data, compliance_data
+
+        blocks["accuracy"] = accuracy_data(study.work)
+        blocks["compliant"] = None if study.compliance is None else compliance_data(study.compliance)
+    if study.certificates is not None:
+        blocks["certificates"] = [asdict(certificate) for certificate in study.certificates]
+    return blocks
 
 
-def _reason(point: CriticalPoint | None) -> str:
-    """What ends a stable range."""
-    return point.label if point is not None else "end of the sweep"
+def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
+    passed = all(criterion.passed for criterion in criteria)
+    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
 
 
 ENDS = "ends"
 """The one list of a branch that is not of its motions."""
 
 
-def study_dict(study: Study) -> dict[str, Any]:
-    """The results of a study as plain data: results.json without its provenance."""
-    data = results(study, provenance_of(study.loaded, ""))
-    del data["provenance"]
-    return data
-
-
-def study_rows(study: Study) -> list[dict[str, Any]]:
-    """Every motion of every branch as a dict, by the names of branches.csv."""
-    return [row for branch in study_dict(study)["branches"] for row in _branch_rows(branch)]
-
-
-def _branch_rows(branch: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def branch_rows(branch: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Every motion of a branch of `results` as a dict, by the names of branches.csv."""
     columns = {name: values for name, values in branch.items() if isinstance(values, list) and name != ENDS}
     for row in zip(*columns.values(), strict=True):
         yield {"branch": branch["number"], "family": branch["family"], **dict(zip(columns, row, strict=True))}

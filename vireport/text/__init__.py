@@ -17,7 +17,7 @@ from vireport.text.formatting import (
     words,
 )
 from vireport.text.markdown import markdown_table, markdown_text
-from vireport.text.tables import Column, Table, broken, numbers, plain_table, plain_text, texts
+from vireport.text.tables import Column, Table, broken, html_table, numbers, plain_table, plain_text, texts
 
 __all__ = [
     "ABSENT",
@@ -32,6 +32,7 @@ __all__ = [
     "capital",
     "error_bound",
     "exact",
+    "html_table",
     "markdown_table",
     "markdown_text",
     "numbers",
