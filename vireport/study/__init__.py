@@ -2,7 +2,7 @@
 
 from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Plan, Step, Task, plan
 from vireport.study.provenance import Provenance, provenance_of, with_pages
-from vireport.study.results import SCHEMA_VERSION, branches_csv, results, results_json
+from vireport.study.results import SCHEMA_VERSION, branches_csv, csv_bytes, json_bytes, results, results_json
 from vireport.study.study import Study, analyse, device_of, membrane_of, with_certificates
 
 __all__ = [
@@ -17,7 +17,9 @@ __all__ = [
     "Task",
     "analyse",
     "branches_csv",
+    "csv_bytes",
     "device_of",
+    "json_bytes",
     "membrane_of",
     "plan",
     "provenance_of",

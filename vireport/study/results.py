@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -69,31 +69,44 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "requirements": _requirements(study.criteria) if study.scenario.requirements is not None else None,
         "alerts": [alert.to_dict() for alert in study.alerts],
         "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in study.plan.left_out],
-        "provenance": {**asdict(provenance), "libraries": dict(provenance.libraries)},
+        "provenance": provenance.to_dict(),
     }
 
 
 def results_json(study: Study, provenance: Provenance) -> bytes:
-    """Serialise `results`, one top-level key a line."""
-    data = results(study, provenance)
-    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
-    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+    """Serialise `results`."""
+    return json_bytes(results(study, provenance))
 
 
 def branches_csv(study: Study) -> bytes:
     """Every motion of every branch as a row of a table, by the names of results.json."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    header: list[str] | None = None
+    head: list[str] = []
+    rows: list[list[Any]] = []
     for branch in study.solution.branches:
         columns = {**_motions(branch.motions), **_voltages(branch.voltages), "critical_point": branch.labels}
-        if header is None:
-            header = ["branch", "family", *columns]
-            writer.writerow(header)
-        writer.writerows(
-            [branch.number, branch.family, *(_cell(value) for value in row)]
-            for row in zip(*columns.values(), strict=True)
-        )
+        head = ["branch", "family", *columns]
+        rows += [[branch.number, branch.family, *row] for row in zip(*columns.values(), strict=True)]
+    return csv_bytes(head, rows) if head else b""
+
+
+def json_bytes(data: Mapping[str, Any]) -> bytes:
+    """Serialise plain data as JSON, one top-level key a line; floats read back exactly.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+    """
+    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+def csv_bytes(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> bytes:
+    """A table as CSV: floats read back exactly, booleans are ``true`` and ``false``, None is empty."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows([_cell(value) for value in row] for row in rows)
     return text.getvalue().encode()
 
 
