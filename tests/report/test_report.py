@@ -21,7 +21,7 @@ import pytest
 from pypdf import PdfReader
 
 from vireport.errors import UsageError
-from vireport.gate import Question
+from vireport.gate.verdict import Question
 from vireport.report.build import build_report
 from vireport.report.equations import ENERGY, GROUPS
 from vireport.report.pages import Equation, Listing, ReportModel, Table

@@ -9,7 +9,8 @@ import sys
 import pytest
 
 from vireport.errors import ScenarioError, UsageError
-from vireport.scenario import AxisPath, Parameter, Sampling, load_map, loads, loads_map
+from vireport.scenario import Parameter, Sampling, load_map, loads, loads_map
+from vireport.scenario.blocks import AxisPath
 
 HELD = """\
 schema_version: 1

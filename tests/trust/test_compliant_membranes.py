@@ -9,12 +9,12 @@ from math import hypot, pi
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from vireport.report.compliant import compliant
 
 from vireport import analyse, loads
 from vireport.errors import NumericalError
 from vireport.figures.stiffness import alt_text, caption, figure_stiffness
 from vireport.physics.contact import contacts, damping_number
-from vireport.report.compliant import compliant
 from vireport.scenario.parameters import Parameter
 from vireport.text import plain_text
 from vireport.trust.compliance import Compliance, compliance, compliance_data

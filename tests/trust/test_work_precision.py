@@ -10,6 +10,7 @@ from math import inf, isfinite, radians, sin
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from vireport.report.accuracy import accuracy
 
 from vireport import reference
 from vireport.analysis import Sweep
@@ -18,7 +19,6 @@ from vireport.figures.accuracy import alt_text, figure_accuracy
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.reference import reference_critical, reference_orbit, reference_voltage
-from vireport.report.accuracy import accuracy
 from vireport.scenario.parameters import Parameter
 from vireport.text import Table, plain_text
 from vireport.trust import measurements, ranking

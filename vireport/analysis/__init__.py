@@ -1,6 +1,6 @@
 """The 1:1 motions of a device in closed form: their branches, critical points, margins and error bounds."""
 
-from vireport.analysis.admissibility import Touch, touches, turning_points
+from vireport.analysis.admissibility import touches
 from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.critical import (
     CONDITIONS,
@@ -32,7 +32,7 @@ from vireport.analysis.stability import (
     flight_jacobian,
     return_trace,
 )
-from vireport.analysis.sweep import Held, Level, Sweep, level_residual, level_terms
+from vireport.analysis.sweep import Held, Level, Sweep, level_residual
 
 __all__ = [
     "CONDITIONS",
@@ -62,7 +62,6 @@ __all__ = [
     "StrandEvent",
     "Sweep",
     "TableRow",
-    "Touch",
     "classify",
     "coefficients",
     "contact_share",
@@ -75,7 +74,6 @@ __all__ = [
     "impact_velocities",
     "input_error",
     "level_residual",
-    "level_terms",
     "mass_elasticity",
     "motions_of",
     "orbit_at",
@@ -91,6 +89,5 @@ __all__ = [
     "stable_ranges",
     "touch_condition",
     "touches",
-    "turning_points",
     "value_condition",
 ]

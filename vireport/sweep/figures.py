@@ -25,7 +25,7 @@ from vireport.figures import (
     round_ticks,
     style,
 )
-from vireport.scenario import Parameter
+from vireport.scenario import Parameter, Sampling
 from vireport.sweep.cells import MapPlan, axis_values
 from vireport.sweep.loci import Locus, loci_of
 from vireport.text import PREFIXES, capital
@@ -82,7 +82,7 @@ class Raster:
 
 def is_drawn(plan: MapPlan) -> bool:
     """Whether there are heat maps of a map: of a grid over two parameters."""
-    return plan.sampling == "grid" and len(plan.axes) == 2
+    return plan.sampling is Sampling.GRID and len(plan.axes) == 2
 
 
 def picture_names(plan: MapPlan) -> tuple[str, ...]:

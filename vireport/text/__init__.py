@@ -16,8 +16,17 @@ from vireport.text.formatting import (
     significant,
     words,
 )
-from vireport.text.markdown import markdown_table, markdown_text
-from vireport.text.tables import Column, Table, broken, html_table, numbers, plain_table, plain_text, texts
+from vireport.text.tables import (
+    Column,
+    Table,
+    html_table,
+    markdown_table,
+    markdown_text,
+    numbers,
+    plain_table,
+    plain_text,
+    texts,
+)
 
 __all__ = [
     "ABSENT",
@@ -28,7 +37,6 @@ __all__ = [
     "Column",
     "Table",
     "bounded",
-    "broken",
     "capital",
     "error_bound",
     "exact",

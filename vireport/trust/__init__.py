@@ -1,7 +1,7 @@
 """The analytic answer held against simulation, other methods and compliant membranes."""
 
 from vireport.trust.accuracy_section import measurements, power, ranking, seconds, task_name
-from vireport.trust.compliance import GRADES, Compliance, Convergence, Rigid, Rung, compliance, compliance_data
+from vireport.trust.compliance import GRADES, Compliance, compliance, compliance_data
 from vireport.trust.compliance_section import (
     comparison_with_rigid,
     factor_text,
@@ -32,13 +32,10 @@ __all__ = [
     "WRONG",
     "ComparedRow",
     "Compliance",
-    "Convergence",
     "CrossCheck",
     "MethodRun",
     "Outcome",
     "PaperComparison",
-    "Rigid",
-    "Rung",
     "SolverRun",
     "WorkPrecision",
     "accuracy_data",

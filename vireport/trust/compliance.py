@@ -19,7 +19,7 @@ from vireport.analysis import CriticalKind, CriticalPoint, Solution
 from vireport.errors import NumericalError
 from vireport.physics import Device, Membrane, contacts, deflection, generated_voltage, law_of
 from vireport.scenario import Parameter
-from vireport.trust.benchmark import device_at, stable_motion
+from vireport.trust.benchmark import stable_motion
 from vireport.trust.compliant import CompliantModel, CompliantOrbit, compliant_model, find_critical, find_orbit
 from vireport.trust.rootfinding import Floats
 from vireport.trust.stiff_solvers import SolverRun, period_of, run_ladder
@@ -296,7 +296,7 @@ def _rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
     m = design.motions
     numbers = (float(a[row]) for a in (m.velocity_bottom, m.velocity_top, m.phi_bottom, m.phi_top))
     rigid = Rigid(design.parameter, design.value, f"the stable motion {where}", *numbers)
-    return rigid, device_at(solution.device, design.parameter, design.value)
+    return rigid, solution.device.with_value(design.parameter, design.value)
 
 
 def _followed(solution: Solution, device: Device) -> tuple[Parameter, CriticalPoint | None]:
