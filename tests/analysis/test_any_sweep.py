@@ -9,14 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import sweeps
 
-from vireport.analysis import (
-    BifurcationDiagram,
-    Motions,
-    Sweep,
-    design_point,
-    orbits,
-    solve,
-)
+from vireport.analysis import BifurcationDiagram, Motions, Sweep, design_point, orbits, solve
 from vireport.physics import Device
 from vireport.scenario import Parameter
 

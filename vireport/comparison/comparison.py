@@ -18,16 +18,8 @@ from vireport.comparison.quantities import Axes, axes_of, quantities_of, same_se
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.errors import NumericalError, UsageError
 from vireport.scenario import to_dict
-from vireport.study import (
-    SCHEMA_VERSION,
-    Study,
-    analyse,
-)
-from vireport.text import (
-    ABSENT,
-    html_table,
-    significant,
-)
+from vireport.study import SCHEMA_VERSION, Study, analyse
+from vireport.text import ABSENT, html_table, significant
 
 if TYPE_CHECKING:
     from vireport.progress import Progress

@@ -42,10 +42,7 @@ def render_comparison(
     if formats & {"html", "pdf"}:
         say("setting the report")
         from vireport.comparison.pages import build_comparison_report
-        from vireport.report import (
-            render_html,
-            render_pdf,
-        )
+        from vireport.report import render_html, render_pdf
 
         model = build_comparison_report(comparison, drawn, provenance)
         if "html" in formats:

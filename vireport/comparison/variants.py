@@ -9,12 +9,7 @@ from math import prod
 from pathlib import Path
 
 from vireport.errors import Mistake, ScenarioError, UsageError
-from vireport.scenario import (
-    Loaded,
-    as_texts,
-    load,
-    loads,
-)
+from vireport.scenario import Loaded, as_texts, load, loads
 from vireport.study import Study
 
 Item = str | Path | Loaded | Study

@@ -30,11 +30,7 @@ from vireport.analysis import (
     stable_ranges,
 )
 from vireport.errors import NumericalError
-from vireport.physics import (
-    Membrane,
-    Voltages,
-    voltages,
-)
+from vireport.physics import Membrane, Voltages, voltages
 from vireport.scenario import Loaded, Parameter, Requirements
 
 if TYPE_CHECKING:

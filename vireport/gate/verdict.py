@@ -11,15 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vireport.analysis import (
-    CriticalKind,
-    DesignPoint,
-    Family,
-    Margin,
-    Solution,
-    Stability,
-    StableInterval,
-)
+from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.requirements import Criterion, unmet
 from vireport.scenario import Parameter

@@ -9,11 +9,7 @@ from vireport.gate import Criterion, Remark
 from vireport.report.pages import Block, Paragraph, Table, texts
 from vireport.scenario import Parameter
 from vireport.study import Study
-from vireport.text import (
-    ABSENT,
-    capital,
-    words,
-)
+from vireport.text import ABSENT, capital, words
 
 OUTCOMES = {True: "✓ met", False: "✗ NOT MET"}
 """In words, and in another shape: never by colour alone."""

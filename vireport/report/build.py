@@ -16,18 +16,8 @@ from vireport.report.energy import energy
 from vireport.report.equations import equations
 from vireport.report.pages import Block, ReportModel, Subheading, content, section
 from vireport.report.simulation import simulation
-from vireport.study import (
-    Provenance,
-    Study,
-    with_pages,
-)
-from vireport.trust import (
-    compare_with_paper,
-    comparison_with_rigid,
-    measurements,
-    ranking,
-    solvers_on_stiff_membranes,
-)
+from vireport.study import Provenance, Study, with_pages
+from vireport.trust import compare_with_paper, comparison_with_rigid, measurements, ranking, solvers_on_stiff_membranes
 
 if TYPE_CHECKING:
     from vireport.figures import Picture

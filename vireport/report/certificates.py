@@ -8,16 +8,10 @@ from typing import TYPE_CHECKING
 
 from vireport.report.pages import Block, Paragraph, Table, numbers, texts
 from vireport.scenario import Parameter
-from vireport.text import (
-    ABSENT,
-    words,
-)
+from vireport.text import ABSENT, words
 
 if TYPE_CHECKING:
-    from vireport.proofs import (
-        Certificate,
-        Enclosure,
-    )
+    from vireport.proofs import Certificate, Enclosure
 
 LONG = Context(prec=200)
 """Arithmetic on bounds that rounds nothing away."""

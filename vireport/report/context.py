@@ -9,17 +9,8 @@ from vireport.physics import Device
 from vireport.report.pages import Block, Column, Figure, Listing, Notice, Paragraph, Table, numbers, texts
 from vireport.scenario import UNIT_OF_SWEPT, Parameter, inputs
 from vireport.study import Provenance, Study
-from vireport.text import (
-    capital,
-    exact,
-    significant,
-    words,
-)
-from vireport.trust import (
-    PAPER,
-    ComparedRow,
-    PaperComparison,
-)
+from vireport.text import capital, exact, significant, words
+from vireport.trust import PAPER, ComparedRow, PaperComparison
 
 if TYPE_CHECKING:
     from vireport.figures import Picture

@@ -8,11 +8,7 @@ from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from vireport.analysis import (
-    Solution,
-    Sweep,
-    solution_of,
-)
+from vireport.analysis import Solution, Sweep, solution_of
 from vireport.gate import Alert, Criterion, Verdict, alerts, assess, verdict_of
 from vireport.physics import Device, Membrane
 from vireport.progress import Progress

@@ -14,17 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vireport.analysis import STABILITIES, Stability
-from vireport.figures import (
-    OUTSIDE,
-    Color,
-    Entry,
-    Look,
-    blank,
-    finished,
-    prefix,
-    round_ticks,
-    style,
-)
+from vireport.figures import OUTSIDE, Color, Entry, Look, blank, finished, prefix, round_ticks, style
 from vireport.scenario import Parameter, Sampling
 from vireport.sweep.cells import MapPlan, axis_values
 from vireport.sweep.loci import Locus, loci_of

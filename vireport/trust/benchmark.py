@@ -11,16 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vireport.analysis import (
-    CriticalKind,
-    CriticalPoint,
-    DesignPoint,
-    Family,
-    Motions,
-    Solution,
-    Sweep,
-    design_point,
-)
+from vireport.analysis import CriticalKind, CriticalPoint, DesignPoint, Family, Motions, Solution, Sweep, design_point
 from vireport.physics import Membrane, voltages
 from vireport.trust.flights import Model
 

@@ -7,18 +7,7 @@ from math import isclose, log10
 from typing import cast
 
 from vireport.scenario import Parameter
-from vireport.text import (
-    ABSENT,
-    TIMES,
-    Table,
-    capital,
-    numbers,
-    percent,
-    quantity,
-    significant,
-    texts,
-    words,
-)
+from vireport.text import ABSENT, TIMES, Table, capital, numbers, percent, quantity, significant, texts, words
 from vireport.trust.compliance import GRADES, Compared, Compliance, Convergence, Rigid, Unit
 from vireport.trust.compliant import CompliantOrbit
 from vireport.trust.stiff_solvers import EXPLICIT, FIXED, WRONG, Outcome, SolverRun
