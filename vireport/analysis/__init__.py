@@ -13,7 +13,16 @@ from vireport.analysis.critical import (
     touch_condition,
     value_condition,
 )
-from vireport.analysis.design import DesignPoint, Endings, Margin, StableInterval, design_point, endings, stable_ranges
+from vireport.analysis.design import (
+    DesignPoint,
+    Endings,
+    Margin,
+    StableInterval,
+    around_length,
+    design_point,
+    endings,
+    stable_ranges,
+)
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
 from vireport.analysis.error_bounds import NO_BOUND, rounded_up
 from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
@@ -62,6 +71,7 @@ __all__ = [
     "StrandEvent",
     "Sweep",
     "TableRow",
+    "around_length",
     "classify",
     "coefficients",
     "contact_share",

@@ -63,7 +63,7 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
     provenance : Provenance
     """
     compared = compare_with_paper(study.solution)
-    made = with_pages(provenance, drawn=bool(pictures))
+    origin = with_pages(provenance, drawn=bool(pictures))
     return ReportModel(
         title=study.scenario.title or UNTITLED,
         verdict=study.verdict,
@@ -83,8 +83,8 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
             *section("equations", "Equations", equations(study)),
             *section("paper", "The paper\u2019s numbers", context_pages.paper(compared)),
             *section("left-out", "Left out, and why", context_pages.left_out(study, compared)),
-            *section("provenance", "Provenance", context_pages.provenance(study, made)),
+            *section("provenance", "Provenance", context_pages.provenance(study, origin)),
         ),
         scenario_text=study.loaded.document.text,
-        provenance=made,
+        provenance=origin,
     )

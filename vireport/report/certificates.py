@@ -54,7 +54,7 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
     """
     if not certificates:
         return
-    swept, proved = parameter, [one for one in certificates if one.proved]
+    swept, proved = parameter, [certificate for certificate in certificates if certificate.proved]
     yield Paragraph(
         "The critical points are computed once more in ball arithmetic, where every number carries a proven bound of "
         "its error, roundings included. Krawczyk's test proves that the equations of a point have exactly one "
@@ -74,13 +74,13 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
             ),
             tuple(
                 (
-                    one.label,
-                    one.kind.words,
-                    words(plus_minus(one.sweep_value)),
-                    one.side or ABSENT,
-                    BETWEEN[one.admissible],
+                    certificate.label,
+                    certificate.kind.words,
+                    words(plus_minus(certificate.sweep_value)),
+                    certificate.side or ABSENT,
+                    BETWEEN[certificate.admissible],
                 )
-                for one in proved
+                for certificate in proved
             ),
             f"Side: on which side of the point in *{swept.symbol}* the motion is stable, or a focus, by the proved "
             "sign of the slope of the trace; grazing points and folds have none. Between membranes: whether the ball "
@@ -90,8 +90,8 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
             "Enclosures of the motions at the critical points",
             (*texts("Point", "Quantity"), *numbers("Value")),
             tuple(
-                (one.label, title, words(plus_minus(getattr(one, name))))
-                for one in proved
+                (certificate.label, title, words(plus_minus(getattr(certificate, name))))
+                for certificate in proved
                 for title, name in QUANTITIES
             ),
             "The velocity is that before the impact at the bottom. A value without ± is exact.",
@@ -100,7 +100,11 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
         yield Table(
             "Critical points without a proof",
             texts("Point", "Kind", "Why"),
-            tuple((one.label, one.kind.words, one.reason) for one in certificates if not one.proved),
+            tuple(
+                (certificate.label, certificate.kind.words, certificate.reason)
+                for certificate in certificates
+                if not certificate.proved
+            ),
         )
 
 
@@ -109,9 +113,9 @@ def summary(certificates: Sequence[Certificate]) -> str:
 
     Parameters are those of `certification`.
     """
-    proved = [one for one in certificates if one.proved]
-    beyond = [one.label for one in proved if not one.bound_holds]
-    unmirrored = [one.label for one in proved if one.mirror_proved is False]
+    proved = [certificate for certificate in certificates if certificate.proved]
+    beyond = [certificate.label for certificate in proved if not certificate.bound_holds]
+    unmirrored = [certificate.label for certificate in proved if certificate.mirror_proved is False]
     text = f"{len(proved)} of {len(certificates)} critical point{'s' * (len(certificates) != 1)} proved"
     if proved and not beyond:
         text += ", each within the error bound that is stated for it"
@@ -119,7 +123,7 @@ def summary(certificates: Sequence[Certificate]) -> str:
         text += f", but the error bound stated is not proved to hold for {', '.join(beyond)}"
     if unmirrored:
         text += f"; the mirror image is not proved for {', '.join(unmirrored)}"
-    others = [f"{one.label} ({', '.join(one.beyond)})" for one in proved if one.beyond]
+    others = [f"{certificate.label} ({', '.join(certificate.beyond)})" for certificate in proved if certificate.beyond]
     if others:
         text += f"; error bounds stated for other numbers are not proved for {', '.join(others)}"
     return f"{text}."
@@ -133,17 +137,17 @@ def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> s
     if not certificates:
         return "no critical points to prove"
     swept = parameter
-    kind = max(len(one.kind.words) for one in certificates)
-    label = max(len(one.label) for one in certificates)
+    kind = max(len(certificate.kind.words) for certificate in certificates)
+    label = max(len(certificate.label) for certificate in certificates)
     lines = []
-    for one in certificates:
-        name = f"{one.label:<{label}}  {one.kind.words:<{kind}}"
-        if not one.proved:
-            lines.append(f"{name}  not proved: {one.reason}")
+    for certificate in certificates:
+        name = f"{certificate.label:<{label}}  {certificate.kind.words:<{kind}}"
+        if not certificate.proved:
+            lines.append(f"{name}  not proved: {certificate.reason}")
             continue
-        value = f"{swept.symbol} = {swept.with_unit(f'({plus_minus(one.sweep_value)})')}"
-        notes = [f"alone within {one.radius:.0e}", *([one.side] if one.side else [])]
-        if one.admissible is not True:
-            notes.append(f"ball between the membranes: {BETWEEN[one.admissible]}")
+        value = f"{swept.symbol} = {swept.with_unit(f'({plus_minus(certificate.sweep_value)})')}"
+        notes = [f"alone within {certificate.radius:.0e}", *([certificate.side] if certificate.side else [])]
+        if certificate.admissible is not True:
+            notes.append(f"ball between the membranes: {BETWEEN[certificate.admissible]}")
         lines.append(f"{name}  {value}  {', '.join(notes)}")
     return "\n".join([*lines, summary(certificates)])

@@ -162,5 +162,5 @@ def content(parts: Iterable[str | Table]) -> Iterator[Block]:
 
 def section(key: str, title: str, blocks: Iterable[Block]) -> tuple[Section, ...]:
     """Make a section of what there is; none where there is nothing."""
-    found = tuple(blocks)
-    return (Section(key, title, found),) if found else ()
+    present = tuple(blocks)
+    return (Section(key, title, present),) if present else ()

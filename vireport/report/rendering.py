@@ -108,16 +108,16 @@ def pieces(text: str) -> Iterator[tuple[str, str]]:
     """
     text = _TIED.sub("\u00a0", text)
     end = 0
-    for found in _RICH.finditer(text):
-        if found.start() > end:
-            yield "plain", text[end : found.start()]
-        end = found.end()
-        if found["suffix"]:
-            yield "sub", found["suffix"]
+    for match in _RICH.finditer(text):
+        if match.start() > end:
+            yield "plain", text[end : match.start()]
+        end = match.end()
+        if match["suffix"]:
+            yield "sub", match["suffix"]
             continue
-        yield "symbol", found["symbol"] or found["base"]
-        if found["index"]:
-            yield "sub", found["index"]
+        yield "symbol", match["symbol"] or match["base"]
+        if match["index"]:
+            yield "sub", match["index"]
     if end < len(text):
         yield "plain", text[end:]
 
@@ -131,7 +131,7 @@ def string(text: str) -> Source:
     "a \"b\" #c"
     """
     quoted = text.replace("\\", "\\\\").replace('"', '\\"')
-    return Source('"' + re.sub(r"[\x00-\x1f\x7f]", lambda found: f"\\u{{{ord(found[0]):x}}}", quoted) + '"')
+    return Source('"' + re.sub(r"[\x00-\x1f\x7f]", lambda match: f"\\u{{{ord(match[0]):x}}}", quoted) + '"')
 
 
 def _folder(templates: Path | None) -> Path | None:

@@ -91,9 +91,9 @@ def _compute(store: Store, scheduler: str | None, workers: int, progress: Progre
 
     plan = store.plan
     with writing(store.folder):
-        there = stored_chunks(store, rejected)
-        require_space(store, there)
-        done = sum(map(plan.rows, there))
+        finished = stored_chunks(store, rejected)
+        require_space(store, finished)
+        done = sum(map(plan.rows, finished))
         progress(done, plan.cells)
 
         def stored(chunk: int) -> None:
@@ -101,7 +101,7 @@ def _compute(store: Store, scheduler: str | None, workers: int, progress: Progre
             done += plan.rows(chunk)
             progress(done, plan.cells)
 
-        todo = deque(chunk for chunk in range(plan.chunks) if chunk not in there)
+        todo = deque(chunk for chunk in range(plan.chunks) if chunk not in finished)
         compute(store, todo, stored, scheduler, min(workers, len(todo)))
 
 

@@ -158,7 +158,7 @@ def words(text: str) -> str:
     for ascii_name, letter in _GREEK.items():
         text = re.sub(rf"\b{ascii_name}(?=_[a-z]\b|\b)", letter, text)
     text = text.replace("<=", "\u2264").replace(">=", "\u2265")
-    text = re.sub(r"(\d)e([+-]\d+)\b", lambda found: f"{found[1]} {_power(int(found[2]))}", text)
+    text = re.sub(r"(\d)e([+-]\d+)\b", lambda match: f"{match[1]} {_power(int(match[2]))}", text)
     return re.sub(r"(?<![\w.)])-(?=\d)", MINUS, text)
 
 

@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vireport.analysis import CriticalKind, CriticalPoint, DesignPoint, Family, Motions, Solution, Sweep, design_point
+from vireport.analysis import (
+    CriticalKind,
+    CriticalPoint,
+    DesignPoint,
+    Family,
+    Motions,
+    Solution,
+    Sweep,
+    around_length,
+    design_point,
+)
 from vireport.physics import Membrane, voltages
 from vireport.trust.flights import Model
 
@@ -243,7 +253,7 @@ def _sweep_through(solution: Solution, design: DesignPoint) -> Sweep:
     device = solution.device.with_value(design.parameter, design.value)
     if solution.sweep is not None:
         return replace(solution.sweep, device=device)
-    return Sweep(device, design.parameter, design.value / 2, design.value * 2)
+    return around_length(device)
 
 
 def _distance_to_next(motions: Motions, row: int) -> float:

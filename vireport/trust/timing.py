@@ -106,7 +106,7 @@ def machine() -> Machine:
         os.cpu_count() or 1,
         f"{platform.system()} {platform.machine()}",
         f"{platform.python_implementation()} {platform.python_version()}",
-        tuple((name, found) for name, found in versions if found),
+        tuple((name, number) for name, number in versions if number),
     )
 
 
