@@ -35,10 +35,12 @@ from vireport.analysis.solution import SMALLEST_LOSS, Solution, solution_of
 from vireport.analysis.stability import (
     STABILITIES,
     UNSTABLE,
+    Jacobian,
     Stability,
     classify,
     eigenvalues,
     flight_jacobian,
+    product_trace,
     return_trace,
 )
 from vireport.analysis.sweep import Held, Level, Sweep, level_residual
@@ -60,6 +62,7 @@ __all__ = [
     "Family",
     "Flight",
     "Held",
+    "Jacobian",
     "Level",
     "Margin",
     "Motions",
@@ -90,6 +93,7 @@ __all__ = [
     "orbits",
     "polish",
     "pressing_condition",
+    "product_trace",
     "restitution_effect",
     "return_trace",
     "rounded_up",

@@ -15,10 +15,10 @@ from vireport.comparison.outputs import FEW_NAMES
 from vireport.comparison.quantities import Entry
 from vireport.figures import OUTSIDE
 from vireport.gate import SWEEP_END, Fact, Status, Verdict
-from vireport.report import Block, Column, Paragraph, ReportModel, Table, numbers, section, texts
+from vireport.report import Block, Paragraph, ReportModel, section
 from vireport.report import context as context_pages
 from vireport.study import Provenance, with_pages
-from vireport.text import ABSENT, capital, exact, significant, words
+from vireport.text import ABSENT, Column, Table, capital, exact, numbers, significant, texts, words
 
 if TYPE_CHECKING:
     from vireport.figures import Picture

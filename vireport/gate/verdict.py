@@ -75,11 +75,11 @@ class Verdict:
     facts: tuple[Fact, ...]
 
 
-def range_text(part: StableInterval, digits: int = 6) -> str:
+def range_text(part: StableInterval) -> str:
     """Print a stable range as an inequality, strict at a critical point."""
     low, high = ("≤" if point is None else "<" for _, point in part.ends)
     parameter = part.parameter
-    return f"{parameter.show(part.start, digits)} {low} {parameter.symbol} {high} {parameter.show(part.end, digits)}"
+    return f"{parameter.show(part.start)} {low} {parameter.symbol} {high} {parameter.show(part.end)}"
 
 
 def verdict_of(

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from vireport.alerts import AlertCode
 from vireport.gate import Criterion, Remark
-from vireport.report.pages import Block, Paragraph, Table, texts
+from vireport.report.pages import Block, Paragraph
 from vireport.scenario import Parameter
 from vireport.study import Study
-from vireport.text import ABSENT, capital, words
+from vireport.text import ABSENT, Table, capital, texts, words
 
 OUTCOMES = {True: "✓ met", False: "✗ NOT MET"}
 """In words, and in another shape: never by colour alone."""

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from decimal import ROUND_CEILING, Context, Decimal
 from typing import TYPE_CHECKING
 
-from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.report.pages import Block, Paragraph
 from vireport.scenario import Parameter
-from vireport.text import ABSENT, words
+from vireport.text import ABSENT, Table, numbers, texts, words
 
 if TYPE_CHECKING:
     from vireport.proofs import Certificate, Enclosure

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from vireport.physics import Device
-from vireport.report.pages import Block, Column, Figure, Listing, Notice, Paragraph, Table, numbers, texts
+from vireport.report.pages import Block, Figure, Listing, Notice, Paragraph
 from vireport.scenario import UNIT_OF_SWEPT, Parameter, inputs
 from vireport.study import Provenance, Study
-from vireport.text import capital, exact, significant, words
+from vireport.text import Column, Table, capital, exact, numbers, significant, texts, words
 from vireport.trust import PAPER, ComparedRow, PaperComparison
 
 if TYPE_CHECKING:

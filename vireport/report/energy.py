@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vireport.physics import Membrane, Voltages, voltages
-from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.report.pages import Block, Paragraph
 from vireport.scenario import Parameter
 from vireport.study import Study
-from vireport.text import scaled, significant
+from vireport.text import Table, numbers, scaled, significant, texts
 
 MASS_FACTORS = (0.5, 1.0, 2.0)
 """Of the ball mass, for what the voltage makes of it."""

@@ -10,9 +10,10 @@ from collections.abc import Iterator
 from functools import cache
 
 from vireport.analysis import Held
-from vireport.report.pages import Block, Equation, Paragraph, Subheading, Table, texts
+from vireport.report.pages import Block, Equation, Paragraph, Subheading
 from vireport.report.rendering import TEMPLATES
 from vireport.study import Study
+from vireport.text import Table, texts
 
 GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (

@@ -14,10 +14,7 @@ from typing import ClassVar
 from vireport.alerts import Severity
 from vireport.gate import Verdict
 from vireport.study import Provenance
-from vireport.text import Column as Column
-from vireport.text import Table as Table
-from vireport.text import numbers as numbers
-from vireport.text import texts as texts
+from vireport.text import Table
 
 
 @dataclass(frozen=True, slots=True)

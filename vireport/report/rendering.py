@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import typst
-from jinja2 import ChoiceLoader, Environment, FileSystemLoader, StrictUndefined, TemplateError
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
 from markupsafe import Markup, escape
 
 from vireport.errors import UsageError, VireportError
@@ -140,20 +140,15 @@ def _folder(templates: Path | None) -> Path | None:
     return templates
 
 
-def _loader(templates: Path | None) -> ChoiceLoader:
+def _environment(templates: Path | None, **options: Any) -> Environment:
     folders = [TEMPLATES] if templates is None else [templates, TEMPLATES]
-    return ChoiceLoader([FileSystemLoader(folder) for folder in folders])
+    loader = FileSystemLoader(folders)
+    return Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, **options)
 
 
 @cache
 def _html_environment(templates: Path | None) -> Environment:
-    environment = Environment(
-        loader=_loader(templates),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = _environment(templates, autoescape=True)
     environment.filters |= {"rich": _rich_html, "base64": _base64, "markup": Markup}
     environment.globals["math_font"] = _base64((TEMPLATES / "math.woff2").read_bytes())
     return environment
@@ -161,13 +156,7 @@ def _html_environment(templates: Path | None) -> Environment:
 
 @cache
 def _typst_environment(templates: Path | None) -> Environment:
-    environment = Environment(
-        loader=_loader(templates),
-        finalize=_literal,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = _environment(templates, finalize=_literal)
     environment.filters |= {"rich": _rich_typst, "string": string, "source": Source}
     return environment
 

@@ -17,6 +17,9 @@ ABSENT = "\u2014"
 MOST_DIGITS = 17
 """Significant digits that tell every double from its neighbours."""
 
+MOST_JUSTIFIED = 12
+"""Significant digits of a number with an error bound, however small that is."""
+
 SETTLED = 15
 """Significant digits that rounding errors leave alone: a number that is short in as many is printed short."""
 
@@ -62,22 +65,22 @@ def exact(value: float) -> str:
     return _layout(Decimal(repr(float(value))).normalize())
 
 
-def bounded(value: float, bound: float, most: int = 12) -> str:
-    """Round to the digits that an error bound justifies, and to `most` at the most.
+def bounded(value: float, bound: float) -> str:
+    """Round to the digits that an error bound justifies, and to `MOST_JUSTIFIED` at the most.
 
     Examples
     --------
-    >>> bounded(0.62945714101, 3e-6), bounded(0.62945714101, 1e-16, 8)
-    ('0.62946', '0.62945714')
+    >>> bounded(0.62945714101, 3e-6), bounded(0.62945714101234, 1e-16)
+    ('0.62946', '0.629457141012')
     """
     if value == 0 or bound <= 0:
-        return significant(value, most)
+        return significant(value, MOST_JUSTIFIED)
     justified = Decimal(value).adjusted() - Decimal(bound).adjusted()
-    return significant(value, max(1, min(most, justified)))
+    return significant(value, max(1, min(MOST_JUSTIFIED, justified)))
 
 
-def error_bound(bound: float, digits: int = 2) -> str:
-    """Round a bound up, so that what is printed still is one.
+def error_bound(bound: float) -> str:
+    """Round a bound up to two digits, so that what is printed still is one.
 
     Examples
     --------
@@ -87,7 +90,7 @@ def error_bound(bound: float, digits: int = 2) -> str:
     if bound == 0:
         return "0"
     number = Decimal(bound)
-    unit = Decimal(1).scaleb(number.adjusted() - digits + 1)
+    unit = Decimal(1).scaleb(number.adjusted() - 1)
     return _layout(number.quantize(unit, ROUND_CEILING).normalize())
 
 

@@ -75,9 +75,9 @@ def plain_text(parts: Iterable[str | Table]) -> str:
     return "\n\n".join(broken(part) if isinstance(part, str) else _captioned(part) for part in parts)
 
 
-def broken(text: str, indent: str = "") -> str:
-    """A paragraph in lines for a terminal; all but the first are indented."""
-    return fill(text, LINE, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+def broken(text: str) -> str:
+    """A paragraph in lines for a terminal."""
+    return fill(text, LINE, break_long_words=False, break_on_hyphens=False)
 
 
 def _captioned(table: Table) -> str:

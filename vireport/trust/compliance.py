@@ -27,9 +27,6 @@ from vireport.trust.stiff_solvers import SolverRun, period_of, run_ladder
 if TYPE_CHECKING:
     from vireport.progress import Progress
 
-LADDER = (1.0, 1e2, 1e4, 1e6, 1e8)
-"""Factors of the stiffness."""
-
 SHORTEST = 1 / 8
 """Share of the way in epsilon below which no smaller step is tried where a motion is lost."""
 
@@ -225,7 +222,7 @@ class Compliance:
 
 
 def compliance(
-    solution: Solution, ladder: Sequence[float] = LADDER, repeats: int = 3, progress: Progress | None = None
+    solution: Solution, ladder: Sequence[float], repeats: int = 3, progress: Progress | None = None
 ) -> Compliance:
     """Compare the rigid model with compliant membranes, and try solvers on them.
 
