@@ -143,7 +143,7 @@ def compare(
     overrides : sequence of str, or mapping, optional
         Set over every scenario, before it is varied.
     progress : callable, optional
-        Told each scenario as it begins.
+        Called with each scenario as it begins.
 
     Raises
     ------

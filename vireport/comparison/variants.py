@@ -39,7 +39,7 @@ def variants(
     names: Sequence[str] | None,
     overrides: str | Sequence[str] | Mapping[str, object],
 ) -> list[Variant]:
-    """Load every scenario in every variant; all mistakes are told at once, those of a variant with its name.
+    """Load every scenario in every variant; all mistakes are reported at once, those of a variant with its name.
 
     Parameters
     ----------

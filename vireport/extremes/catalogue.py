@@ -59,7 +59,7 @@ def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None
     loaded : Loaded or None
         From `scenario.load`.
     progress : callable, optional
-        Told each case as it begins.
+        Called with each case as it begins.
     """
     outcomes = []
     for case in catalogue(loaded):

@@ -48,13 +48,13 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
     Parameters
     ----------
     certificates : sequence of Certificate
-        From `certify.certify`.
-    parameter : str
-        That was swept.
+        From `vireport.proofs.certify`.
+    parameter : Parameter
+        The one that is swept.
     """
     if not certificates:
         return
-    swept, proved = parameter, [certificate for certificate in certificates if certificate.proved]
+    proved = [certificate for certificate in certificates if certificate.proved]
     yield Paragraph(
         "The critical points are computed once more in ball arithmetic, where every number carries a proven bound of "
         "its error, roundings included. Krawczyk's test proves that the equations of a point have exactly one "
@@ -65,47 +65,41 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
         "equations of the rigid-impact model; that there is no further point elsewhere is not part of the proof."
     )
     if proved:
-        yield Table(
-            "Proved critical points",
-            (
-                *texts("Point", "Kind"),
-                *numbers(f"*{swept.symbol}* [{swept.unit}]"),
-                *texts("Side", "Between membranes"),
-            ),
-            tuple(
-                (
-                    certificate.label,
-                    certificate.kind.words,
-                    words(plus_minus(certificate.sweep_value)),
-                    certificate.side or ABSENT,
-                    BETWEEN[certificate.admissible],
-                )
-                for certificate in proved
-            ),
-            f"Side: on which side of the point in *{swept.symbol}* the motion is stable, or a focus, by the proved "
-            "sign of the slope of the trace; grazing points and folds have none. Between membranes: whether the ball "
-            "is proved to touch no membrane but at its impacts and where it grazes.",
-        )
-        yield Table(
-            "Enclosures of the motions at the critical points",
-            (*texts("Point", "Quantity"), *numbers("Value")),
-            tuple(
-                (certificate.label, title, words(plus_minus(getattr(certificate, name))))
-                for certificate in proved
-                for title, name in QUANTITIES
-            ),
-            "The velocity is that before the impact at the bottom. A value without ± is exact.",
-        )
+        yield from _proved_tables(proved, parameter)
     if len(proved) < len(certificates):
-        yield Table(
-            "Critical points without a proof",
-            texts("Point", "Kind", "Why"),
-            tuple(
-                (certificate.label, certificate.kind.words, certificate.reason)
-                for certificate in certificates
-                if not certificate.proved
-            ),
-        )
+        rows = tuple((each.label, each.kind.words, each.reason) for each in certificates if not each.proved)
+        yield Table("Critical points without a proof", texts("Point", "Kind", "Why"), rows)
+
+
+def _proved_tables(proved: Sequence[Certificate], swept: Parameter) -> Iterator[Table]:
+    """Where the proved points are, and the motions there."""
+    yield Table(
+        "Proved critical points",
+        (*texts("Point", "Kind"), *numbers(f"*{swept.symbol}* [{swept.unit}]"), *texts("Side", "Between membranes")),
+        tuple(
+            (
+                certificate.label,
+                certificate.kind.words,
+                words(plus_minus(certificate.sweep_value)),
+                certificate.side or ABSENT,
+                BETWEEN[certificate.admissible],
+            )
+            for certificate in proved
+        ),
+        f"Side: on which side of the point in *{swept.symbol}* the motion is stable, or a focus, by the proved "
+        "sign of the slope of the trace; grazing points and folds have none. Between membranes: whether the ball "
+        "is proved to touch no membrane but at its impacts and where it grazes.",
+    )
+    yield Table(
+        "Enclosures of the motions at the critical points",
+        (*texts("Point", "Quantity"), *numbers("Value")),
+        tuple(
+            (certificate.label, title, words(plus_minus(getattr(certificate, name))))
+            for certificate in proved
+            for title, name in QUANTITIES
+        ),
+        "The velocity is that before the impact at the bottom. A value without ± is exact.",
+    )
 
 
 def summary(certificates: Sequence[Certificate]) -> str:

@@ -1,7 +1,7 @@
 """What must hold between several keys of a scenario or a map file, checked on the tree as it was read.
 
-Not part of the validation of single values: it would come to such rules only once every value is right, and
-then a reader would be told of his mistakes in two instalments.
+Not part of the validation of single values, which would check such rules only once every value is right, so that
+mistakes would be reported in two rounds.
 """
 
 from __future__ import annotations

@@ -149,7 +149,7 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress
     formats : iterable of str
         Outputs that are wanted, among `plan.FORMATS`.
     progress : callable, optional
-        Told each long step as it begins.
+        Called with each long step as it begins.
 
     Raises
     ------

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vireport.sweep.store import StabilityCounts, Store
 
 Progress = Callable[[int, int], None]
-"""Told how many cells are done, and how many there are."""
+"""Called with how many cells are done, and how many there are."""
 
 
 def run_map(
@@ -44,7 +44,7 @@ def run_map(
     workers : int, optional
         Processes on this machine otherwise; by default one for each core.
     progress : callable, optional
-        Told cells done and cells in all, now and then; see `terminal_progress`.
+        Called with cells done and cells in all, now and then; see `terminal_progress`.
     draw : bool
         Whether to draw heat maps, where the map is a grid over two parameters.
 

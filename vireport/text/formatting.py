@@ -1,4 +1,4 @@
-"""Numbers to text, in one place: significant digits, units, honest rounding.
+"""Numbers to text, in one place: significant digits, units, rounding.
 
 Nothing here prints 0, 1 or 100 % for a number that is not exactly that. Text made here is plain Unicode with
 two marks that the templates know: ``*x*`` is a symbol, ``x_c`` has a subscript.

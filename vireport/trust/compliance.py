@@ -234,7 +234,7 @@ def compliance(
     repeats : int
         Of each run, for its median time.
     progress : callable, optional
-        Told each long step as it begins.
+        Called with each long step as it begins.
     """
     tell = progress or (lambda _: None)
     membrane = solution.membrane
@@ -258,12 +258,6 @@ def compliance(
         Rung(factor, orbit, value, why or why_not)
         for factor, (orbit, why), (value, why_not) in zip(factors, orbits, values, strict=True)
     )
-    runs: list[SolverRun] = []
-    for rung in rungs:
-        if rung.orbit is not None:
-            tell(f"compliant membranes: solvers at K times {rung.factor:g}")
-            model = compliant_model(device, rigid.parameter, rigid.value, membrane, rung.factor)
-            runs += run_ladder(period_of(model, rung.orbit), rung.factor, repeats)
     comparison = Compliance(
         rigid=rigid,
         critical=critical,
@@ -273,7 +267,7 @@ def compliance(
         periods=device.period_ratio,
         rungs=rungs,
         convergence=tuple(_convergence(rigid, critical, rungs)),
-        runs=tuple(runs),
+        runs=tuple(_solver_runs(device, rigid, membrane, rungs, repeats, tell)),
     )
     if comparison.own is None or comparison.own.orbit is None:
         return comparison
@@ -281,6 +275,17 @@ def compliance(
     volts = _volts(rigid, comparison.own.orbit, model, membrane)
     quantities = (*_motion_rows(rigid, comparison.own.orbit, model), *_voltage_rows(volts), *_critical_rows(comparison))
     return replace(comparison, volts=volts, quantities=quantities)
+
+
+def _solver_runs(
+    device: Device, rigid: Rigid, membrane: Membrane, rungs: Sequence[Rung], repeats: int, tell: Progress
+) -> Iterator[SolverRun]:
+    """Every solver on every rung that has a motion."""
+    for rung in rungs:
+        if rung.orbit is not None:
+            tell(f"compliant membranes: solvers at K times {rung.factor:g}")
+            model = compliant_model(device, rigid.parameter, rigid.value, membrane, rung.factor)
+            yield from run_ladder(period_of(model, rung.orbit), rung.factor, repeats)
 
 
 def _rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:

@@ -126,7 +126,7 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     asked : Simulation
         The scenario's block.
     progress : callable, optional
-        Told each step as it begins.
+        Called with each step as it begins.
 
     Raises
     ------
