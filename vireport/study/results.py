@@ -37,7 +37,7 @@ from vireport.study.study import Study
 if TYPE_CHECKING:
     from vireport.gate import Criterion
     from vireport.simulation import Attractor
-    from vireport.trust import CrossCheck
+    from vireport.trust import Compliance, CrossCheck, WorkPrecision
 
 SCHEMA_VERSION = 1
 
@@ -65,8 +65,10 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "stable_range": [_range(part) for part in solution.stable_ranges],
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
-        **_measured(study),
-        "requirements": _requirements(study.criteria) if study.scenario.requirements is not None else None,
+        "accuracy": None if study.work is None else _accuracy(study.work),
+        "compliant": None if study.compliance is None else _compliant(study.compliance),
+        "certificates": None if study.certificates is None else [asdict(proof) for proof in study.certificates],
+        "requirements": None if study.scenario.requirements is None else _requirements(study.criteria),
         "alerts": [alert.to_dict() for alert in study.alerts],
         "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in study.plan.left_out],
         "provenance": provenance.to_dict(),
@@ -325,17 +327,16 @@ def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any
     }
 
 
-def _measured(study: Study) -> dict[str, Any]:
-    """What was measured or proved where that was asked for; null where not."""
-    blocks: dict[str, Any] = {"accuracy": None, "compliant": None, "certificates": None}
-    if study.work is not None:
-        from vireport.trust import accuracy_data, compliance_data
+def _accuracy(work: WorkPrecision) -> dict[str, Any]:
+    from vireport.trust import accuracy_data
 
-        blocks["accuracy"] = accuracy_data(study.work)
-        blocks["compliant"] = None if study.compliance is None else compliance_data(study.compliance)
-    if study.certificates is not None:
-        blocks["certificates"] = [asdict(certificate) for certificate in study.certificates]
-    return blocks
+    return accuracy_data(work)
+
+
+def _compliant(compliance: Compliance) -> dict[str, Any]:
+    from vireport.trust import compliance_data
+
+    return compliance_data(compliance)
 
 
 def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
