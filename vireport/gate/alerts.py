@@ -49,9 +49,6 @@ SENSITIVE = 2.0
 HEAVY = 0.5
 """Relative change of U_ave over that of the ball's mass above which a mass known to 10 % is not enough for 5 %."""
 
-NOT_GOOD_ENOUGH = 2
-"""Grade of a rigid model that the compliant membrane contradicts."""
-
 
 @dataclass(frozen=True, slots=True)
 class Alert:
@@ -228,7 +225,9 @@ def _sensitive_to_ball_mass(results: Evidence) -> str | None:
 
 def _not_rigid(results: Evidence) -> str | None:
     compliance = results.compliance
-    if compliance is None or not results.impacts[0].size or compliance.grade != NOT_GOOD_ENOUGH:
+    if compliance is None or compliance.grade is None or not compliance.grade.contradicts:
+        return None
+    if not results.impacts[0].size:
         return None
     label = compliance.critical.label if compliance.critical is not None else "the critical point"
     shifts = [
@@ -236,7 +235,7 @@ def _not_rigid(results: Evidence) -> str | None:
         if isinstance(compared.unit, Parameter)
         else f"{criterion.name} by {100 * criterion.shift:+.2g} %"
         for compared in compliance.quantities
-        if (criterion := compared.criterion) is not None and criterion.grade == NOT_GOOD_ENOUGH
+        if (criterion := compared.criterion) is not None and criterion.grade.contradicts
     ]
     if shifts:
         return f"The membrane's own stiffness moves {', '.join(shifts)}."

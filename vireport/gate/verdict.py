@@ -18,7 +18,7 @@ from vireport.scenario import Parameter
 from vireport.text import capital, percent, quantity, significant
 
 if TYPE_CHECKING:
-    from vireport.trust import Compliance, CrossCheck
+    from vireport.trust import Compliance, CrossCheck, Grade
 
 OUTSIDE = "outside the membrane model"
 
@@ -95,7 +95,7 @@ def verdict_of(
     margin = _margin(solution, solution.design) if solution.design is not None and stable else None
     voltage = _voltage(solution)
     accepted = _accepted(criteria) if criteria else None
-    rigid = _rigid(compliance) if compliance is not None and compliance.grade is not None else None
+    rigid = _rigid(compliance.grade) if compliance is not None and compliance.grade is not None else None
     simulated = _simulated(crosscheck) if crosscheck is not None else None
     headline = _headline(solution, motion, where, margin, voltage)
     if simulated is not None and simulated.status is Status.BAD:
@@ -134,12 +134,9 @@ def _status(
     return Status.GOOD, "Stable"
 
 
-def _rigid(compliance: Compliance) -> Fact:
-    from vireport.trust import GRADES
-
-    grade = compliance.grade or 0
+def _rigid(grade: Grade) -> Fact:
     status = (Status.GOOD, Status.CAUTION, Status.BAD)[grade]
-    return Fact(Question.RIGID, f"It is {GRADES[grade]}", "See the section on compliant membranes", status)
+    return Fact(Question.RIGID, f"It is {grade.words}", "See the section on compliant membranes", status)
 
 
 def _simulated(check: CrossCheck) -> Fact:

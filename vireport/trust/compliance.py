@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,9 +32,6 @@ SHORTEST = 1 / 8
 
 MULTIPLIER = {CriticalKind.PERIOD_DOUBLING: -1.0, CriticalKind.FOLD: 1.0}
 """Of the critical points that are followed, the preferred kind first."""
-
-GRADES = ("good enough", "to be used with care", "not good enough")
-"""Answers, by the grade of a criterion."""
 
 FITTED = 3
 """Rungs, the stiffest, from which a rate of convergence is taken: the softer ones still have terms of higher order."""
@@ -94,6 +91,27 @@ class Convergence:
     exponent: float | None
 
 
+class Grade(IntEnum):
+    """How good the rigid model is here; `words` is the answer for the reader."""
+
+    words: str
+
+    def __new__(cls, number: int, words: str) -> Grade:
+        """Number the members, and give them their words."""
+        member = int.__new__(cls, number)
+        member._value_, member.words = number, words
+        return member
+
+    GOOD = 0, "good enough"
+    CARE = 1, "to be used with care"
+    INSUFFICIENT = 2, "not good enough"
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the compliant membranes contradict the rigid model."""
+        return self is Grade.INSUFFICIENT
+
+
 @dataclass(frozen=True, slots=True)
 class Criterion:
     """Whether the rigid model is good enough: a relative shift, and sizes up to which it is good, or fair to use."""
@@ -104,9 +122,10 @@ class Criterion:
     fair: float
 
     @property
-    def grade(self) -> int:
-        """0 good, 1 usable with care, 2 not good enough."""
-        return int(abs(self.shift) > self.good) + int(abs(self.shift) > self.fair)
+    def grade(self) -> Grade:
+        """By the size of the shift."""
+        size = abs(self.shift)
+        return Grade.INSUFFICIENT if size > self.fair else Grade.CARE if size > self.good else Grade.GOOD
 
 
 class Unit(StrEnum):
@@ -210,14 +229,14 @@ class Compliance:
         return tuple(compared.criterion for compared in self.quantities if compared.criterion is not None)
 
     @property
-    def grade(self) -> int | None:
-        """The worst of the criteria; 2 where the motion or critical point is lost; None where nothing is compared."""
+    def grade(self) -> Grade | None:
+        """The worst of the criteria, or that a motion or critical point is lost; None where nothing is compared."""
         if self.own is None:
             return None
         if self.own.orbit is None or not self.own.orbit.stable:
-            return 2
+            return Grade.INSUFFICIENT
         if self.critical is not None and self.own.critical_value is None:
-            return 2
+            return Grade.INSUFFICIENT
         return max(criterion.grade for criterion in self.criteria)
 
 
