@@ -12,8 +12,8 @@ import pytest
 import typer
 
 from vireport import loads, results
+from vireport.alerts import AlertCode
 from vireport.cli.app import app
-from vireport.gate import AlertCode
 from vireport.scenario import loads_map, schema
 from vireport.study import provenance_of
 

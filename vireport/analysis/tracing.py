@@ -14,14 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis.branches import Branch
-from vireport.analysis.critical import (
-    CONDITIONS,
-    POLISHED_NUMBERS,
-    PolishedMotion,
-    polish,
-    polish_grazing,
-    singled_out,
-)
+from vireport.analysis.critical import CONDITIONS, POLISHED_NUMBERS, PolishedMotion, polish, polish_grazing, singled_out
 from vireport.analysis.kinds import BranchEnd, Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import VALIDITY, Curve, Samples, Strand
 from vireport.analysis.motions import Motions, motions_of
