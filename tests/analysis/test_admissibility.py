@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport.analysis import Orbits, orbits, turning_points
-from vireport.analysis.admissibility import wall_gap
+from vireport.analysis import Orbits, orbits
+from vireport.analysis.admissibility import turning_points, wall_gap
 from vireport.physics import flight
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from vireport import analyse, loads
+from vireport.alerts import CATALOGUE, AlertCode, explanation
 from vireport.analysis.kinds import Change
 from vireport.analysis.sensitivity import contact_share, mass_elasticity, restitution_effect
 from vireport.errors import UsageError
-from vireport.gate import AlertCode, explanation
-from vireport.gate.alerts import CHECKS
+from vireport.gate.alerts import CAUSES
 
 
 def codes(example, name: str, *overrides: str) -> set[str]:
@@ -19,10 +19,10 @@ def codes(example, name: str, *overrides: str) -> set[str]:
 
 
 def test_every_code_has_one_check_and_is_explained() -> None:
-    assert [check.code for check in CHECKS] == list(AlertCode)
-    for check in CHECKS:
-        text = explanation(check.code.lower())
-        assert text.startswith(f"{check.code} ({check.severity}): {check.title}")
+    assert [known.code for known in CATALOGUE] == list(CAUSES) == list(AlertCode)
+    for known in CATALOGUE:
+        text = explanation(known.code.lower())
+        assert text.startswith(f"{known.code} ({known.severity}): {known.title}")
         assert "Cause:" in text
         assert "Remedy:" in text
         assert max(map(len, text.splitlines())) <= 100

@@ -259,7 +259,7 @@ def explain(
     code: Annotated[str | None, typer.Argument(metavar="CODE", help="Of an alert, such as VR010; else all.")] = None,
 ) -> None:
     """Say what an alert means, what causes it, and what to do."""
-    from vireport.gate import explanation
+    from vireport.alerts import explanation
 
     deliver(Outcome(explanation(code)))
 

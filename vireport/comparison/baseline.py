@@ -17,12 +17,7 @@ from vireport.comparison.differences import differences, digits_apart, printed
 from vireport.comparison.quantities import Axes, Group, axes_of, quantities_of, same_setting, settings_of
 from vireport.errors import UsageError
 from vireport.study import SCHEMA_VERSION, Study
-from vireport.text import (
-    ABSENT,
-    markdown_table,
-    markdown_text,
-    percent,
-)
+from vireport.text import ABSENT, markdown_table, markdown_text, percent
 
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""

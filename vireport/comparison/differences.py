@@ -8,10 +8,10 @@ from operator import itemgetter
 from typing import Any
 
 from vireport.comparison.quantities import Axes, Entry, Group, Quantities, Quantity
-from vireport.gate import capital
 from vireport.text import (
     ABSENT,
     MOST_DIGITS,
+    capital,
     percent,
     quantity,
     significant,

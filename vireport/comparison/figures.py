@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from matplotlib.figure import Figure
 
-from vireport.comparison.comparison import Comparison, left_out
+from vireport.alerts import AlertCode
+from vireport.comparison.comparison import Comparison, columns, left_out
 from vireport.comparison.differences import listed
-from vireport.comparison.pages import columns
 from vireport.figures import (
     OUTSIDE,
     TITLES,
@@ -24,8 +24,8 @@ from vireport.figures import (
     simulated_points,
     sweep_figure,
 )
-from vireport.gate import capital
 from vireport.study import Task
+from vireport.text import capital
 
 ROWS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 
@@ -147,7 +147,7 @@ def _outside(shown: Columns) -> str:
 def _caption(figure: Task, shown: Columns) -> str:
     sentences = [ABOUT[figure]] + ([SHARED] if len(shown) > 1 else [])
     if figure == Task.FIGURE_7 and (note := _outside(shown)):
-        sentences.append(f"{note} (VR010).")
+        sentences.append(f"{note} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY}).")
     for column, (scenario, drawing) in enumerate(shown.items()):
         first, last = (letter_of(column * ROWS[figure] + row) for row in (0, ROWS[figure] - 1))
         letters = f"({first})" if first == last else f"({first})–({last})"

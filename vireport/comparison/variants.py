@@ -9,12 +9,7 @@ from math import prod
 from pathlib import Path
 
 from vireport.errors import Mistake, ScenarioError, UsageError
-from vireport.scenario import (
-    Loaded,
-    as_texts,
-    load,
-    loads,
-)
+from vireport.scenario import Loaded, as_texts, load, loads
 from vireport.study import Study
 
 Item = str | Path | Loaded | Study
@@ -44,7 +39,7 @@ def variants(
     names: Sequence[str] | None,
     overrides: str | Sequence[str] | Mapping[str, object],
 ) -> list[Variant]:
-    """Load every scenario in every variant; all mistakes are told at once, those of a variant with its name.
+    """Load every scenario in every variant; all mistakes are reported at once, those of a variant with its name.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None
     loaded : Loaded or None
         From `scenario.load`.
     progress : callable, optional
-        Told each case as it begins.
+        Called with each case as it begins.
     """
     outcomes = []
     for case in catalogue(loaded):
@@ -115,5 +115,5 @@ def _row(outcome: Outcome) -> tuple[str, ...]:
     """The cells of one case, its error over its bound."""
     error = "" if outcome.error is None else f"{outcome.error:.1e} <{outcome.bound or 0:.0e}"
     verdict = "FAILED" if outcome.verdict is Verdict.FAILED else outcome.verdict
-    found = shorten(outcome.found, LONGEST_CELL, placeholder=" ...")
-    return (outcome.case.name, outcome.case.expected, found, error, f"{outcome.seconds:.2f} s", verdict)
+    text = shorten(outcome.found, LONGEST_CELL, placeholder=" ...")
+    return (outcome.case.name, outcome.case.expected, text, error, f"{outcome.seconds:.2f} s", verdict)

@@ -11,26 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vireport.analysis import (
-    CriticalKind,
-    DesignPoint,
-    Family,
-    Margin,
-    Solution,
-    Stability,
-    StableInterval,
-)
+from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.requirements import Criterion, unmet
 from vireport.scenario import Parameter
-from vireport.text import (
-    percent,
-    quantity,
-    significant,
-)
+from vireport.text import capital, percent, quantity, significant
 
 if TYPE_CHECKING:
-    from vireport.trust import Compliance, CrossCheck
+    from vireport.trust import Compliance, CrossCheck, Grade
 
 OUTSIDE = "outside the membrane model"
 
@@ -87,17 +75,11 @@ class Verdict:
     facts: tuple[Fact, ...]
 
 
-def capital(text: str) -> str:
-    """Begin with a capital letter, unless with the path of a key; leave the rest alone."""
-    first = text.partition(" ")[0]
-    return text if "_" in first else text[:1].upper() + text[1:]
-
-
-def range_text(part: StableInterval, digits: int = 6) -> str:
+def range_text(part: StableInterval) -> str:
     """Print a stable range as an inequality, strict at a critical point."""
     low, high = ("≤" if point is None else "<" for _, point in part.ends)
     parameter = part.parameter
-    return f"{parameter.show(part.start, digits)} {low} {parameter.symbol} {high} {parameter.show(part.end, digits)}"
+    return f"{parameter.show(part.start)} {low} {parameter.symbol} {high} {parameter.show(part.end)}"
 
 
 def verdict_of(
@@ -113,7 +95,7 @@ def verdict_of(
     margin = _margin(solution, solution.design) if solution.design is not None and stable else None
     voltage = _voltage(solution)
     accepted = _accepted(criteria) if criteria else None
-    rigid = _rigid(compliance) if compliance is not None and compliance.grade is not None else None
+    rigid = _rigid(compliance.grade) if compliance is not None and compliance.grade is not None else None
     simulated = _simulated(crosscheck) if crosscheck is not None else None
     headline = _headline(solution, motion, where, margin, voltage)
     if simulated is not None and simulated.status is Status.BAD:
@@ -152,12 +134,9 @@ def _status(
     return Status.GOOD, "Stable"
 
 
-def _rigid(compliance: Compliance) -> Fact:
-    from vireport.trust import GRADES
-
-    grade = compliance.grade or 0
+def _rigid(grade: Grade) -> Fact:
     status = (Status.GOOD, Status.CAUTION, Status.BAD)[grade]
-    return Fact(Question.RIGID, f"It is {GRADES[grade]}", "See the section on compliant membranes", status)
+    return Fact(Question.RIGID, f"It is {grade.words}", "See the section on compliant membranes", status)
 
 
 def _simulated(check: CrossCheck) -> Fact:

@@ -15,12 +15,15 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import typst
-from jinja2 import ChoiceLoader, Environment, FileSystemLoader, StrictUndefined, TemplateError
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
 from markupsafe import Markup, escape
 
 from vireport.errors import UsageError, VireportError
-from vireport.report.assets import TEMPLATES
 from vireport.report.pages import Figure, ReportModel
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
+"""Our own templates, with equations.json and math.woff2: inside an installed package, or at the root of a checkout."""
 
 HTML, PDF = "report.html.j2", "report.typ.j2"
 
@@ -105,16 +108,16 @@ def pieces(text: str) -> Iterator[tuple[str, str]]:
     """
     text = _TIED.sub("\u00a0", text)
     end = 0
-    for found in _RICH.finditer(text):
-        if found.start() > end:
-            yield "plain", text[end : found.start()]
-        end = found.end()
-        if found["suffix"]:
-            yield "sub", found["suffix"]
+    for match in _RICH.finditer(text):
+        if match.start() > end:
+            yield "plain", text[end : match.start()]
+        end = match.end()
+        if match["suffix"]:
+            yield "sub", match["suffix"]
             continue
-        yield "symbol", found["symbol"] or found["base"]
-        if found["index"]:
-            yield "sub", found["index"]
+        yield "symbol", match["symbol"] or match["base"]
+        if match["index"]:
+            yield "sub", match["index"]
     if end < len(text):
         yield "plain", text[end:]
 
@@ -128,7 +131,7 @@ def string(text: str) -> Source:
     "a \"b\" #c"
     """
     quoted = text.replace("\\", "\\\\").replace('"', '\\"')
-    return Source('"' + re.sub(r"[\x00-\x1f\x7f]", lambda found: f"\\u{{{ord(found[0]):x}}}", quoted) + '"')
+    return Source('"' + re.sub(r"[\x00-\x1f\x7f]", lambda match: f"\\u{{{ord(match[0]):x}}}", quoted) + '"')
 
 
 def _folder(templates: Path | None) -> Path | None:
@@ -137,20 +140,15 @@ def _folder(templates: Path | None) -> Path | None:
     return templates
 
 
-def _loader(templates: Path | None) -> ChoiceLoader:
+def _environment(templates: Path | None, **options: Any) -> Environment:
     folders = [TEMPLATES] if templates is None else [templates, TEMPLATES]
-    return ChoiceLoader([FileSystemLoader(folder) for folder in folders])
+    loader = FileSystemLoader(folders)
+    return Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, **options)
 
 
 @cache
 def _html_environment(templates: Path | None) -> Environment:
-    environment = Environment(
-        loader=_loader(templates),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = _environment(templates, autoescape=True)
     environment.filters |= {"rich": _rich_html, "base64": _base64, "markup": Markup}
     environment.globals["math_font"] = _base64((TEMPLATES / "math.woff2").read_bytes())
     return environment
@@ -158,13 +156,7 @@ def _html_environment(templates: Path | None) -> Environment:
 
 @cache
 def _typst_environment(templates: Path | None) -> Environment:
-    environment = Environment(
-        loader=_loader(templates),
-        finalize=_literal,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = _environment(templates, finalize=_literal)
     environment.filters |= {"rich": _rich_typst, "string": string, "source": Source}
     return environment
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.report.pages import Block, Paragraph
 from vireport.study import Study
-from vireport.text import significant
+from vireport.text import Table, numbers, significant, texts
 from vireport.trust import CrossCheck
 
 MOST_ROWS = 12

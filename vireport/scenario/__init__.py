@@ -6,7 +6,6 @@ from vireport.scenario.blocks import (
     WIDEST_MARGIN,
     Accuracy,
     Axis,
-    AxisPath,
     Map,
     MapSimulation,
     Requirements,
@@ -19,16 +18,13 @@ from vireport.scenario.blocks import (
 from vireport.scenario.loading import Loaded, LoadedMap, load, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import Parameter
-from vireport.scenario.rules import MARGINS
 from vireport.scenario.schema import init_text, schema
 
 __all__ = [
-    "MARGINS",
     "UNIT_OF_SWEPT",
     "WIDEST_MARGIN",
     "Accuracy",
     "Axis",
-    "AxisPath",
     "Loaded",
     "LoadedMap",
     "Map",

@@ -20,7 +20,7 @@ from pydantic import ValidationError
 
 from vireport.errors import Mistake, ScenarioError, UsageError
 from vireport.scenario.blocks import AxisPath, Map, MapFile, Scenario
-from vireport.scenario.document import LARGEST_FILE, Document, join, read
+from vireport.scenario.document import LARGEST_FILE, Document, is_within, join, read
 from vireport.scenario.hints import closest
 from vireport.scenario.messages import word
 from vireport.scenario.overrides import apply, as_texts
@@ -56,10 +56,11 @@ class Loaded:
 
     def line_of(self, path: str) -> int | None:
         """Line of a key of the file, None where the key was set over it."""
-        set_over = [text.partition("=")[0].strip() for text in self.overrides]
-        if any(path == over or path.startswith(f"{over}.") for over in set_over):
-            return None
-        return self.document.lines.get(path)
+        return None if self.is_set_over(path) else self.document.lines.get(path)
+
+    def is_set_over(self, path: str) -> bool:
+        """Whether a key, or a block that it is in, was set over the file."""
+        return any(is_within(path, text.partition("=")[0].strip()) for text in self.overrides)
 
     @property
     def sha256(self) -> str:

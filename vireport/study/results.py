@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -29,15 +29,16 @@ from vireport.analysis import (
     rounded_up,
     undecided,
 )
+from vireport.gate import SWEEP_END
 from vireport.physics import Voltages
 from vireport.scenario import to_dict
-from vireport.study.provenance import Provenance, provenance_of
+from vireport.study.provenance import Provenance
 from vireport.study.study import Study
 
 if TYPE_CHECKING:
     from vireport.gate import Criterion
     from vireport.simulation import Attractor
-    from vireport.trust import CrossCheck
+    from vireport.trust import Compliance, CrossCheck, WorkPrecision
 
 SCHEMA_VERSION = 1
 
@@ -65,26 +66,25 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "stable_range": [_range(part) for part in solution.stable_ranges],
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
-        **_measured(study),
-        "requirements": _requirements(study.criteria) if study.scenario.requirements is not None else None,
+        "accuracy": None if study.work is None else _accuracy(study.work),
+        "compliant": None if study.compliance is None else _compliant(study.compliance),
+        "certificates": None if study.certificates is None else [asdict(proof) for proof in study.certificates],
+        "requirements": None if study.scenario.requirements is None else _requirements(study.criteria),
         "alerts": [alert.to_dict() for alert in study.alerts],
         "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in study.plan.left_out],
-        "provenance": {**asdict(provenance), "libraries": dict(provenance.libraries)},
+        "provenance": provenance.to_dict(),
     }
 
 
 def results_json(study: Study, provenance: Provenance) -> bytes:
-    """Serialise `results`, one top-level key a line."""
-    data = results(study, provenance)
-    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
-    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+    """Serialise `results`."""
+    return json_bytes(results(study, provenance))
 
 
 def branches_csv(study: Study) -> bytes:
     """Every motion of every branch as a row of a table, by the names of results.json."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    header: list[str] | None = None
+    head: list[str] = []
+    rows: list[list[Any]] = []
     for branch, bounds in zip(study.solution.branches, study.solution.bounds.branches, strict=True):
         columns = {
             **_motions(branch.motions),
@@ -92,13 +92,29 @@ def branches_csv(study: Study) -> bytes:
             "critical_point": branch.labels,
             **_undecided(branch.motions, bounds),
         }
-        if header is None:
-            header = ["branch", "family", *columns]
-            writer.writerow(header)
-        writer.writerows(
-            [branch.number, branch.family, *(_cell(value) for value in row)]
-            for row in zip(*columns.values(), strict=True)
-        )
+        head = ["branch", "family", *columns]
+        rows += [[branch.number, branch.family, *row] for row in zip(*columns.values(), strict=True)]
+    return csv_bytes(head, rows) if head else b""
+
+
+def json_bytes(data: Mapping[str, Any]) -> bytes:
+    """Serialise plain data as JSON, one top-level key a line; floats read back exactly.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+    """
+    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+def csv_bytes(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> bytes:
+    """A table as CSV: floats read back exactly, booleans are ``true`` and ``false``, None is empty."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows([_cell(value) for value in row] for row in rows)
     return text.getvalue().encode()
 
 
@@ -154,8 +170,8 @@ COLUMNS = {
 def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
     """Error bounds by the names of the columns, and why some are null."""
     columns = rounded_up(np.stack(list(bounds.values())))
-    found: dict[str, Any] = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
-    return {**found, "null_means": NO_BOUND} if any(None in column for column in found.values()) else found
+    named: dict[str, Any] = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
+    return {**named, "null_means": NO_BOUND} if any(None in column for column in columns) else named
 
 
 def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
@@ -207,30 +223,6 @@ def _critical(critical: CriticalPoint) -> dict[str, Any]:
     }
 
 
-def _table_row(row: TableRow, bounds: dict[str, Any]) -> dict[str, Any]:
-    """A row of Table 1, its ends with the bounds they have on their branch."""
-    found = {
-        "family": row.family,
-        "branch": row.branch,
-        "start_label": row.start_point.label if row.start_point else "",
-        "end_label": row.end_point.label if row.end_point else "",
-        "criteria": row.criteria,
-        "stability": row.stability,
-        "d_start": row.d_start,
-        "d_end": row.d_end,
-        "sweep_start": row.sweep_start,
-        "sweep_end": row.sweep_end,
-    }
-    ends = {"start": row.first_row, "end": row.last_row}
-    names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
-    errors = rounded_up(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
-    return {**found, "error_bounds": dict(zip(names, errors[0], strict=True))}
-
-
-DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
-"""What a row of Table 1 gives of its ends, and the column it is from."""
-
-
 def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[str, Any] | None:
     if design is None or bounds is None:
         return None
@@ -261,22 +253,40 @@ def _margin(margin: Margin) -> dict[str, Any]:
     }
 
 
-def _measured(study: Study) -> dict[str, Any]:
-    """What was measured or proved where that was asked for; null where not."""
-    found: dict[str, Any] = {"accuracy": None, "compliant": None, "certificates": None}
-    if study.work is not None:
-        from vireport.trust import accuracy_data, compliance_data
+def _range(part: StableInterval) -> dict[str, Any]:
+    return {
+        "parameter": part.parameter,
+        "from": part.start,
+        "to": part.end,
+        "from_reason": part.start_point.label if part.start_point else SWEEP_END,
+        "to_reason": part.end_point.label if part.end_point else SWEEP_END,
+        "from_error_bound": part.start_point.point.error_bound if part.start_point else 0.0,
+        "to_error_bound": part.end_point.point.error_bound if part.end_point else 0.0,
+    }
 
-        found["accuracy"] = accuracy_data(study.work)
-        found["compliant"] = None if study.compliance is None else compliance_data(study.compliance)
-    if study.certificates is not None:
-        found["certificates"] = [asdict(one) for one in study.certificates]
-    return found
+
+def _table_row(row: TableRow, bounds: dict[str, Any]) -> dict[str, Any]:
+    """A row of Table 1, its ends with the bounds they have on their branch."""
+    ends = {"start": row.first_row, "end": row.last_row}
+    names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
+    errors = rounded_up(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
+    return {
+        "family": row.family,
+        "branch": row.branch,
+        "start_label": row.start_point.label if row.start_point else "",
+        "end_label": row.end_point.label if row.end_point else "",
+        "criteria": row.criteria,
+        "stability": row.stability,
+        "d_start": row.d_start,
+        "d_end": row.d_end,
+        "sweep_start": row.sweep_start,
+        "sweep_end": row.sweep_end,
+        "error_bounds": dict(zip(names, errors[0], strict=True)),
+    }
 
 
-def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
-    passed = all(criterion.passed for criterion in criteria)
-    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
+DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
+"""What a row of Table 1 gives of its ends, and the column it is from."""
 
 
 def _simulation(check: CrossCheck) -> dict[str, Any]:
@@ -330,40 +340,29 @@ def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any
     }
 
 
-def _range(part: StableInterval) -> dict[str, Any]:
-    return {
-        "parameter": part.parameter,
-        "from": part.start,
-        "to": part.end,
-        "from_reason": _reason(part.start_point),
-        "to_reason": _reason(part.end_point),
-        "from_error_bound": part.start_point.point.error_bound if part.start_point else 0.0,
-        "to_error_bound": part.end_point.point.error_bound if part.end_point else 0.0,
-    }
+def _accuracy(work: WorkPrecision) -> dict[str, Any]:
+    from vireport.trust import accuracy_data
+
+    return accuracy_data(work)
 
 
-def _reason(point: CriticalPoint | None) -> str:
-    """What ends a stable range."""
-    return point.label if point is not None else "end of the sweep"
+def _compliant(compliance: Compliance) -> dict[str, Any]:
+    from vireport.trust import compliance_data
+
+    return compliance_data(compliance)
+
+
+def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
+    passed = all(criterion.passed for criterion in criteria)
+    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
 
 
 ENDS = "ends"
 """The one list of a branch that is not of its motions."""
 
 
-def study_dict(study: Study) -> dict[str, Any]:
-    """The results of a study as plain data: results.json without its provenance."""
-    data = results(study, provenance_of(study.loaded, ""))
-    del data["provenance"]
-    return data
-
-
-def study_rows(study: Study) -> list[dict[str, Any]]:
-    """Every motion of every branch as a dict, by the names of branches.csv."""
-    return [row for branch in study_dict(study)["branches"] for row in _branch_rows(branch)]
-
-
-def _branch_rows(branch: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def branch_rows(branch: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Every motion of a branch of `results` as a dict, by the names of branches.csv."""
     columns = {name: values for name, values in branch.items() if isinstance(values, list) and name != ENDS}
     for row in zip(*columns.values(), strict=True):
         yield {"branch": branch["number"], "family": branch["family"], **dict(zip(columns, row, strict=True))}

@@ -285,7 +285,7 @@ def _identity_in(metadata: dict[bytes, bytes] | None) -> Identity | None:
 
 
 def stored_chunks(store: Store, rejected: list[str]) -> set[int]:
-    """Numbers of the chunks that are there and intact; the others are deleted, and `rejected` is told why.
+    """Numbers of the chunks that are there and intact; the others are deleted, for a reason added to `rejected`.
 
     Raises
     ------
@@ -326,7 +326,7 @@ def _refuse_other_map(store: Store, identities: list[Identity]) -> None:
 
 
 def finished_counts(store: Store, rejected: list[str]) -> StabilityCounts | None:
-    """What the finished map holds; None where there is none, or it is damaged, of which `rejected` is told.
+    """What the finished map holds; None where there is none, or it is damaged, which is added to `rejected`.
 
     Raises
     ------

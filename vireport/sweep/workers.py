@@ -29,7 +29,7 @@ from vireport.files import write_whole
 from vireport.sweep.store import RejectedFileError, Store, encoded_chunk, read_chunk, write_chunk
 
 Stored = Callable[[int], None]
-"""Told the number of each chunk that is stored."""
+"""Called with the number of each chunk that is stored."""
 
 AHEAD = 2
 """Chunks under way for each worker: one that it computes, and one that waits for it."""
@@ -67,7 +67,7 @@ def compute(store: Store, todo: deque[int], stored: Stored, scheduler: str | Non
     todo : deque of int
         Numbers of the chunks; those that are done are taken out.
     stored : callable
-        Told the number of each chunk that is stored.
+        Called with the number of each chunk that is stored.
     scheduler : str or None
         Address of a Dask scheduler.
     workers : int

@@ -7,6 +7,7 @@ from vireport.text.formatting import (
     PREFIXES,
     TIMES,
     bounded,
+    capital,
     error_bound,
     exact,
     percent,
@@ -15,8 +16,17 @@ from vireport.text.formatting import (
     significant,
     words,
 )
-from vireport.text.markdown import markdown_table, markdown_text
-from vireport.text.tables import Column, Table, broken, numbers, plain_table, plain_text, texts
+from vireport.text.tables import (
+    Column,
+    Table,
+    html_table,
+    markdown_table,
+    markdown_text,
+    numbers,
+    plain_table,
+    plain_text,
+    texts,
+)
 
 __all__ = [
     "ABSENT",
@@ -27,9 +37,10 @@ __all__ = [
     "Column",
     "Table",
     "bounded",
-    "broken",
+    "capital",
     "error_bound",
     "exact",
+    "html_table",
     "markdown_table",
     "markdown_text",
     "numbers",

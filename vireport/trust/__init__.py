@@ -1,7 +1,7 @@
 """The analytic answer held against simulation, other methods and compliant membranes."""
 
 from vireport.trust.accuracy_section import measurements, power, ranking, seconds, task_name
-from vireport.trust.compliance import GRADES, Compliance, Convergence, Rigid, Rung, compliance, compliance_data
+from vireport.trust.compliance import Compliance, Grade, compliance, compliance_data
 from vireport.trust.compliance_section import (
     comparison_with_rigid,
     factor_text,
@@ -21,7 +21,6 @@ __all__ = [
     "CLOSED",
     "EXPLICIT",
     "FIXED",
-    "GRADES",
     "NAMES",
     "PAPER",
     "PRINTED",
@@ -32,13 +31,11 @@ __all__ = [
     "WRONG",
     "ComparedRow",
     "Compliance",
-    "Convergence",
     "CrossCheck",
+    "Grade",
     "MethodRun",
     "Outcome",
     "PaperComparison",
-    "Rigid",
-    "Rung",
     "SolverRun",
     "WorkPrecision",
     "accuracy_data",

@@ -13,25 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import (
-    BifurcationDiagram,
-    Motions,
-    Solution,
-    find_motions,
-    motions_of,
-)
+from vireport.analysis import BifurcationDiagram, Motions, Solution, find_motions, motions_of
 from vireport.physics import Device
 from vireport.scenario import Parameter, Simulation
-from vireport.simulation import (
-    BOTTOM,
-    Attractor,
-    Diagram,
-    Impact,
-    attractors,
-    diagram,
-    find_attractor,
-    portrait,
-)
+from vireport.simulation import BOTTOM, Attractor, Diagram, Impact, attractors, diagram, find_attractor, portrait
 from vireport.simulation import Portrait as Portrait
 
 if TYPE_CHECKING:
@@ -141,12 +126,7 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     asked : Simulation
         The scenario's block.
     progress : callable, optional
-        Told each step as it begins.
-
-    Raises
-    ------
-    NumericalError
-        If the compiler that the simulation needs is not installed.
+        Called with each step as it begins.
     """
     say = progress or (lambda what: None)
     device, parameter = solution.device, solution.parameter
