@@ -261,12 +261,12 @@ def _impact_bounds(speed: Rounded, membrane: Membrane) -> tuple[Floats, Floats]:
     cancelled = np.where(depth > 0, (active * reach + ball * depth) / (active * reach - ball * depth), 1.0)
     stretched = 1 - (ball / active) ** 2 * contact_cosine(delta, membrane)[1]
     geometry = (30 + 20 * cancelled + 10 / stretched) * UNIT
-    gentle = (speed.error < GENTLE * value) & (volts > 0)
-    return (
-        np.where(gentle, 1.1 * volts * elasticity * relative, _spread(generated_voltage, speed, membrane))
-        + volts * geometry,
-        np.where(gentle, delta * relative, _spread(deflection, speed, membrane)),
-    )
+    of_volts, of_delta = 1.1 * volts * elasticity * relative, delta * relative
+    rough = ~((speed.error < GENTLE * value) & (volts > 0))
+    if rough.any():
+        part = Rounded(value[rough], speed.error[rough])
+        of_volts[rough], of_delta[rough] = (_spread(f, part, membrane) for f in (generated_voltage, deflection))
+    return of_volts + volts * geometry, of_delta
 
 
 def _spread(function: Callable[[Floats, Membrane], Floats], speed: Rounded, membrane: Membrane) -> Floats:
