@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,28 @@ def random_sweeps(count: int, seed: int) -> list[Sweep]:
         device = Device(mass, float(rng.uniform(0.05, 0.95)), 9.8, **values)
         sweeps.append(Sweep(device, parameter, float(start), float(end)))
     return sweeps
+
+
+def sweep_grid() -> list[Sweep]:
+    """Sweeps of every parameter with every n, inclination and restitution of a list, in a shuffled order.
+
+    Those over the inclination begin at 0, next to it, or inside, and end at 90 degrees or before.
+    """
+    rng = np.random.default_rng(20190301)
+    sweeps = []
+    for parameter, n, k, r in product(Parameter, (1, 2, 3), range(5), (0.02, 0.5, 0.98)):
+        mass, frequency = float(10 ** rng.uniform(-2, 0.5)), float(10 ** rng.uniform(-0.3, 1.5))
+        force = mass * 9.8 / float(10 ** rng.uniform(-1.5, 0))
+        length = float(10 ** rng.uniform(-0.8, 0.2)) * n * force / (4 * mass * frequency**2)
+        values = dict(zip(Parameter, (length, force, frequency, (0.0, 1e-9, 1e-3, 30.0, 90.0)[k]), strict=True))
+        if parameter is Parameter.INCLINATION:
+            inside = rng.uniform(1.0, 80.0, 2).tolist()
+            start, end = ((0.0, inside[0]), (0.0, 90.0), (1e-3, 90.0), (inside[0], 90.0), sorted(inside))[k]
+        else:
+            start, end = values[parameter] * rng.uniform(0.3, 0.9), values[parameter] * rng.uniform(1.1, 3.0)
+        device = Device(mass, r, 9.8, **values, period_ratio=n)
+        sweeps.append(Sweep(device, parameter, float(start), float(end)))
+    return [sweeps[i] for i in rng.permutation(len(sweeps))]
 
 
 @st.composite

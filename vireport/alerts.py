@@ -28,6 +28,7 @@ class AlertCode(StrEnum):
     LONG_CONTACT = "VR011"
     SENSITIVE_TO_BALL_MASS = "VR012"
     NOT_RIGID = "VR013"
+    ADMISSIBILITY_UNDECIDED = "VR014"
     SIMULATION_DISAGREES = "VR020"
     COEXISTING_MOTIONS = "VR021"
     CHATTER = "VR022"
@@ -160,6 +161,15 @@ CATALOGUE = (
         "With the membrane's own stiffness the impact velocity moves by more than 5 %, U_ave by more than 20 % or the "
         "critical point by more than half the margin, or the motion or the critical point is lost.",
         "Act on the values with compliant membranes; the section on them has the shifts.",
+    ),
+    Explanation(
+        AlertCode.ADMISSIBILITY_UNDECIDED,
+        Severity.WARNING,
+        "Whether a solution at the design point is a motion is undecided",
+        "The ball turns so near a membrane that rounding decides whether it stays clear of it or would pass through: "
+        "the design point is a grazing point as far as double precision can tell.",
+        "Do not act on whether it is called admissible; change length or force so that the ball turns farther from "
+        "the membrane.",
     ),
     Explanation(
         AlertCode.SIMULATION_DISAGREES,

@@ -24,7 +24,7 @@ from vireport.analysis.design import (
     stable_ranges,
 )
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
-from vireport.analysis.error_bounds import NO_BOUND, rounded_up
+from vireport.analysis.error_bounds import NO_BOUND, rounded_up, undecided
 from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import sample
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
@@ -103,5 +103,6 @@ __all__ = [
     "stable_ranges",
     "touch_condition",
     "touches",
+    "undecided",
     "value_condition",
 ]

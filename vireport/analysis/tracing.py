@@ -8,19 +8,30 @@ polished.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from math import pi, remainder
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis.branches import Branch
-from vireport.analysis.critical import CONDITIONS, POLISHED_NUMBERS, PolishedMotion, polish, polish_grazing, singled_out
+from vireport.analysis.critical import (
+    CONDITIONS,
+    POLISHED_NUMBERS,
+    PolishedMotion,
+    place_at,
+    polish,
+    polish_grazing,
+    singled_out,
+)
 from vireport.analysis.kinds import BranchEnd, Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import VALIDITY, Curve, Samples, Strand
 from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.orbits import orbits
 from vireport.analysis.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.analysis.stability import NODE, UNSTABLE
+from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
 
 Floats = NDArray[np.float64]
@@ -264,13 +275,14 @@ def _draft(curve: Curve, piece: Piece) -> Draft:
     events, w = [], piece.w.copy()
     for row in map(int, np.nonzero(piece.event >= 0)[0]):
         happening = StrandEvent(piece.event[row])
-        if happening not in (StrandEvent.START, StrandEvent.END):
+        if not happening.ends_sweep:
             events.append(_event(curve, piece, row, happening))
         if happening.at_rest:
             inner = 1 if row == 0 else row - 1
             w[row] += HAIR * (piece.w[inner] - piece.w[row])
     orbit = curve.on(piece.strand, w)
     u, phi = np.array(orbit.u), np.array(orbit.phi)
+    _polish_ends(curve, piece, u, phi)
     for event in events:
         if not event.change.at_rest:
             u[event.row], phi[event.row] = event.point.u, event.point.phi
@@ -283,17 +295,40 @@ def _draft(curve: Curve, piece: Piece) -> Draft:
     return Draft(Branch(0, family, None, motions, (), ends), tuple(events))
 
 
+def _end_value(sweep: Sweep, happening: StrandEvent) -> float:
+    """The swept value at the end of the sweep that cuts a strand."""
+    low, high = sorted((sweep.start, sweep.end), key=sweep.coordinate_of)
+    return low if happening is StrandEvent.START else high
+
+
+def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
+    """Put the motion of the very end of the sweep into the rows where it cuts a piece.
+
+    Along the strand the end is only as well known as the parameter fixes the sweep's coordinate; next to a horizontal
+    capsule that is to a few digits. On a fold the row stays as it is: the polish does not settle there.
+    """
+    symmetric = curve.strands[piece.strand].symmetric
+    for row, inner in ((0, 1), (-1, -2)):
+        happening = piece.happening(row)
+        if happening is None or not happening.ends_sweep:
+            continue
+        value, reach = _end_value(curve.sweep, happening), abs(remainder(phi[row] - phi[inner], 2 * pi))
+        with suppress(NumericalError, ArithmeticError):
+            u[row], phi[row] = place_at(curve.sweep, value, float(u[row]), float(phi[row]), symmetric, reach)
+
+
 def _event(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> Event:
     try:
         point = _polished(curve, piece, row, event)
     except (NumericalError, ArithmeticError):
         point = _bracketed(curve, piece, row)
-    # Zero by the condition, not what the polish or the bracket leaves of it.
-    if event is StrandEvent.BOTTOM_REST:
-        point = replace(point, velocity_bottom=0.0, bounds={**point.bounds, "velocity_bottom": 0.0})
-    elif event is StrandEvent.TOP_REST:
-        point = replace(point, velocity_top=0.0, bounds={**point.bounds, "velocity_top": 0.0})
-    elif event is StrandEvent.MEETING and curve.strands[piece.strand].symmetric and not _turns(curve, piece, row):
+    symmetric = curve.strands[piece.strand].symmetric
+    if event.at_rest:
+        # Zero by the condition, not what the polish or the bracket leaves of it.
+        own = "velocity_bottom" if event is StrandEvent.BOTTOM_REST else "velocity_top"
+        still = dict.fromkeys(("velocity_bottom", "velocity_top") if symmetric else (own,), 0.0)
+        point = replace(point, **still, bounds={**point.bounds, **still})
+    elif event is StrandEvent.MEETING and symmetric and not _turns(curve, piece, row):
         return Event(row, CriticalKind.PITCHFORK, point, Change.HANDOVER)
     return Event(row, event.kind, point, event.change)
 
@@ -340,11 +375,10 @@ def _pin(motions: Motions, curve: Curve, piece: Piece, events: list[Event], at_s
     Where an impact has no velocity, the trace stays that of a hair before it.
     """
     sweep = curve.sweep
-    low_end, high_end = sorted((sweep.start, sweep.end), key=sweep.coordinate_of)
     for row in (0, -1):
         happening = piece.happening(row)
-        if happening in (StrandEvent.START, StrandEvent.END):
-            motions.sweep_value[row] = end = low_end if happening is StrandEvent.START else high_end
+        if happening is not None and happening.ends_sweep:
+            motions.sweep_value[row] = end = _end_value(sweep, happening)
             motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
     for event in events:
         point, row = event.point, event.row

@@ -22,6 +22,7 @@ from vireport.analysis import (
     input_error,
     mass_elasticity,
     restitution_effect,
+    undecided,
 )
 from vireport.scenario import Parameter
 
@@ -244,6 +245,20 @@ def _not_rigid(results: Evidence) -> str | None:
     return f"With the membrane's own stiffness {label if followed else 'the stable motion'} is lost."
 
 
+def _admissibility_undecided(results: Evidence) -> str | None:
+    solution, design = results.solution, results.solution.design
+    if design is None or solution.bounds.design is None:
+        return None
+    open_rows = np.flatnonzero(undecided(design.motions, solution.bounds.design))
+    if not open_rows.size:
+        return None
+    gap, bound = (float(x[open_rows[0]]) for x in (design.motions.wall_gap, solution.bounds.design["wall_gap"]))
+    return (
+        f"The gap between the ball's turning point and a membrane is {gap:.2g} of the length unit x_c, with an error "
+        f"bound of {bound:.2g}: undecided within rounding."
+    )
+
+
 def _simulation_disagrees(results: Evidence) -> str | None:
     check = results.crosscheck
     if check is None or check.passed:
@@ -293,6 +308,7 @@ CAUSES: dict[AlertCode, Cause] = {
     AlertCode.LONG_CONTACT: _long_contact,
     AlertCode.SENSITIVE_TO_BALL_MASS: _sensitive_to_ball_mass,
     AlertCode.NOT_RIGID: _not_rigid,
+    AlertCode.ADMISSIBILITY_UNDECIDED: _admissibility_undecided,
     AlertCode.SIMULATION_DISAGREES: _simulation_disagrees,
     AlertCode.COEXISTING_MOTIONS: _coexisting,
     AlertCode.CHATTER: _chatter,

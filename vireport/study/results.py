@@ -27,6 +27,7 @@ from vireport.analysis import (
     StableInterval,
     TableRow,
     rounded_up,
+    undecided,
 )
 from vireport.gate import SWEEP_END
 from vireport.physics import Voltages
@@ -84,8 +85,13 @@ def branches_csv(study: Study) -> bytes:
     """Every motion of every branch as a row of a table, by the names of results.json."""
     head: list[str] = []
     rows: list[list[Any]] = []
-    for branch in study.solution.branches:
-        columns = {**_motions(branch.motions), **_voltages(branch.voltages), "critical_point": branch.labels}
+    for branch, bounds in zip(study.solution.branches, study.solution.bounds.branches, strict=True):
+        columns = {
+            **_motions(branch.motions),
+            **_voltages(branch.voltages),
+            "critical_point": branch.labels,
+            **_undecided(branch.motions, bounds),
+        }
         head = ["branch", "family", *columns]
         rows += [[branch.number, branch.family, *row] for row in zip(*columns.values(), strict=True)]
     return csv_bytes(head, rows) if head else b""
@@ -135,6 +141,11 @@ def _motions(motions: Motions) -> dict[str, list[Any]]:
     }
 
 
+def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, list[bool]]:
+    """Where `admissible` is open: the gap is zero to rounding, as it is at a grazing point itself."""
+    return {"admissible_undecided": undecided(motions, bounds).tolist()}
+
+
 def _voltages(voltages: Voltages | None) -> dict[str, list[float]]:
     if voltages is None:
         return {}
@@ -172,6 +183,7 @@ def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
         **_motions(branch.motions),
         **_voltages(branch.voltages),
         "critical_point": [label or None for label in branch.labels],
+        **_undecided(branch.motions, bounds),
         "error_bounds": _bounds(bounds),
     }
 
@@ -220,6 +232,7 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         "family": list(design.families),
         **_motions(design.motions),
         **_voltages(design.voltages),
+        **_undecided(design.motions, bounds),
         "error_bounds": _bounds(bounds),
         "margins": [_margin(margin) for margin in design.margins],
         "stable_range": [_range(part) for part in design.stable],
