@@ -13,6 +13,7 @@ import pytest
 from vireport import analyse, load, loads
 from vireport.analysis.design import design_point
 from vireport.figures import simulated_points
+from vireport.simulation import Attractor, Outcome, attractors, find_attractor, random_starts, start_speed
 from vireport.trust.crosscheck import crosscheck, difference, orbits_at, wilson
 
 
@@ -101,11 +102,8 @@ def test_overlay_lies_on_the_curves(checked) -> None:
 
 
 def test_results_do_not_depend_on_the_number_of_threads(example) -> None:
-    from vireport.simulation.attractors import attractors
-    from vireport.trust.crosscheck import starting_states
-
-    starts = starting_states([None], 0.5, 3)
     d, gbar = np.linspace(0.25, 0.5, 9), 0.28
+    starts = random_starts(d, 2.0, 3, seed=1)
     one, two = (attractors(d, gbar, 0.5, starts, 500, workers=n) for n in (1, 2))
     assert [[a.word for a in row] for row in one] == [[a.word for a in row] for row in two]
 

@@ -30,6 +30,7 @@ from vireport.simulation.events import (
     check_start,
     follow,
     follow_one,
+    start_rows,
 )
 
 Array = NDArray[np.float64]
@@ -140,7 +141,7 @@ def attractors(
     d: ArrayLike,
     gbar: ArrayLike,
     r: ArrayLike,
-    starts: Sequence[Start],
+    starts: Sequence[Start] | Array,
     impacts: int = 1000,
     budget: int = 20_000,
     workers: int | None = None,
@@ -151,8 +152,8 @@ def attractors(
     ----------
     d, gbar, r : array_like (n,)
         Parameters, broadcast against each other [-].
-    starts : sequence of Impact or InFlight
-        Tried at every parameter.
+    starts : sequence of Impact or InFlight, or array (n, m, 4)
+        Tried at every parameter; or for each parameter its own, as rows of `random_starts`.
     impacts : int
         Simulated of each at once, on all cores.
     budget : int
@@ -168,7 +169,7 @@ def attractors(
         reached.append(
             tuple(
                 _search(model[i], _happened(rows[i, j], summary[i, j]), summary[i, j], (budget, budget), known)
-                for j in range(len(starts))
+                for j in range(rows.shape[1])
             )
         )
     return reached
@@ -178,7 +179,7 @@ def diagram(
     d: ArrayLike,
     gbar: ArrayLike,
     r: ArrayLike,
-    starts: Sequence[Start],
+    starts: Sequence[Start] | Array,
     impacts: int = 1000,
     budget: int = 200_000,
     keep: int = 64,
@@ -196,7 +197,7 @@ def diagram(
     for i in range(len(model)):
         known: list[Cycle] = []
         drawn: set[int] = set()
-        for j in range(len(starts)):
+        for j in range(rows.shape[1]):
             own = _happened(rows[i, j], summary[i, j])
             attractor = _search(model[i], own, summary[i, j], (impacts, budget), known)
             label = labels.setdefault(attractor.word or attractor.outcome.value, len(labels))
@@ -271,14 +272,14 @@ def _remembered(cycle: Cycle, known: list[Cycle]) -> Cycle:
     return cycle
 
 
-def _many(model: Array, starts: Sequence[Start], impacts: int, keep: int, workers: int | None) -> tuple[Array, Array]:
+def _many(
+    model: Array, starts: Sequence[Start] | Array, impacts: int, keep: int, workers: int | None
+) -> tuple[Array, Array]:
     """Every start at every parameter: rows (n, m, k, 6) and summary (n, m, 3)."""
-    n, m = len(model), len(starts)
-    if m == 0:
-        raise ValueError("at least one start is needed")
-    first = np.array([[check_start(start, float(d)) for start in starts] for d in model[:, 0]]).reshape(n * m, 4)
+    first = start_rows(starts, model[:, 0])
+    n, m = first.shape[:2]
     cores = (os.cpu_count() or 1) if workers is None else workers
-    rows, summary = follow(np.repeat(model, m, axis=0), first, impacts, keep, cores)
+    rows, summary = follow(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
     return rows.reshape(n, m, -1, rows.shape[-1]), summary.reshape(n, m, 3)
 
 

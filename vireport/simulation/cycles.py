@@ -341,7 +341,8 @@ def _wrap(phase: Array) -> Array:
 
 def _lag(x: Array) -> Array:
     """Return x - sin x, by its series where the difference would lose digits."""
-    q = x * x
+    short = np.abs(x) < 0.5
+    q = np.where(short, x, 0.0) ** 2
     series = x * q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72 * (1 - q / 110 * (1 - q / 156)))))
-    lag: Array = np.where(np.abs(x) < 0.5, series, x - np.sin(x))
+    lag: Array = np.where(short, series, x - np.sin(x))
     return lag

@@ -236,19 +236,20 @@ class Portrait:
     velocity: Array
 
 
-def portrait(d: float, gbar: float, r: float, starts: Sequence[Impact], label: str = "") -> Portrait:
+def portrait(d: float, gbar: float, r: float, starts: Sequence[Start], label: str = "") -> Portrait:
     """Follow the periodic motion that the first of some starts leads to which leads to one, or else any motion.
 
     Parameters
     ----------
     d, gbar, r : float
         Distance of the membranes, gravity and restitution [-].
-    starts : sequence of Impact
+    starts : sequence of Impact or InFlight
         At least one.
     label : str
         See `Portrait`.
     """
     reached = attractors([d], gbar, r, starts)[0]
+    start: Start
     shown = next((end for end in reached if end.cycle is not None and not end.cycle.sticks), reached[0])
     if shown.cycle is not None and not shown.cycle.sticks:
         first = int(np.argmax(shown.cycle.wall == BOTTOM))
