@@ -13,7 +13,7 @@ import pytest
 from vireport import analyse, load, loads
 from vireport.analysis.design import design_point
 from vireport.figures import simulated_points
-from vireport.simulation import Attractor, Outcome, attractors, find_attractor, random_starts, start_speed
+from vireport.simulation import attractors, random_starts
 from vireport.trust.crosscheck import crosscheck, difference, orbits_at, wilson
 
 

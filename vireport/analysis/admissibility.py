@@ -49,12 +49,12 @@ def wall_gap(orbit: Orbits, r: float | Floats, n: int) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Turns:
-    """Turning points of one flight of some of the motions.
+    """Turning points of one flight of some of the motions, on one side of where each flight is slowest.
 
     Attributes
     ----------
     index : ndarray of int
-        Which motions of those given.
+        Which motions of those given; one that turns in several forcing periods is there as often.
     upward : bool
         Whether the flight is the one from the bottom to the top.
     time : ndarray
@@ -82,9 +82,10 @@ class Touch(NamedTuple):
 def touches(orbit: Orbits, r: float, n: int) -> list[Touch]:
     """The turning points of one motion (arrays of length one) with their distance from either wall, nearest first."""
     return sorted(
-        Touch(abs(float(gap[0])), float(turn.time[0]), turn.upward, at_start)
+        Touch(abs(float(distance)), float(time), turn.upward, at_start)
         for turn in turning_points(orbit, r, n)
         for at_start, gap in ((True, turn.from_start_wall), (False, turn.from_end_wall))
+        for distance, time in zip(gap, turn.time, strict=True)
     )
 
 
@@ -108,20 +109,20 @@ def _turns(way: Flight, phase: Floats, n: int) -> Iterator[Turns]:
     rise, fall = 2 * turn / np.pi, 2 - 2 * turn / np.pi
     since, until = (rise, fall) if way.direction < 0 else (fall, rise)
     first = np.mod(-way.direction * turn - phase, 2 * np.pi) / np.pi
-    for lap in range(n + 1):
-        slowest = first + 2 * lap
-        index = np.nonzero(slowest < way.duration)[0]
-        speed = way.select(index).speed(slowest[index], np.sin(phase[index] + np.pi * slowest[index]))
-        index = index[speed < 0]
-        if not index.size:
-            continue
-        part, start, middle = way.select(index), phase[index], slowest[index]
-        before = np.maximum(middle - since[index], 0.0)
-        after = np.minimum(middle + until[index], part.duration)
-        for low, high in ((before, middle), (middle, after)):
-            t = _at_rest(part, start, low, high)
-            covered = part.covered(t, np.cos(start + np.pi * t))
-            yield Turns(index, way.direction < 0, t, covered, part.d - covered)
+    each = first[:, None] + 2 * np.arange(n + 1)
+    index, lap = np.nonzero(each < way.duration[:, None])
+    slowest = each[index, lap]
+    wrong = way.select(index).speed(slowest, np.sin(phase[index] + np.pi * slowest)) < 0
+    index, middle = index[wrong], slowest[wrong]
+    if not index.size:
+        return
+    part, start = way.select(index), phase[index]
+    before = np.maximum(middle - since[index], 0.0)
+    after = np.minimum(middle + until[index], part.duration)
+    for low, high in ((before, middle), (middle, after)):
+        t = _at_rest(part, start, low, high)
+        covered = part.covered(t, np.cos(start + np.pi * t))
+        yield Turns(index, way.direction < 0, t, covered, part.d - covered)
 
 
 def _at_rest(way: Flight, phase: Floats, low: Floats, high: Floats) -> Floats:
