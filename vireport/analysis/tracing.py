@@ -168,9 +168,10 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[Ends]:
     failing = conditions(bad).argmin(axis=1)
     for _ in range(4):  # the nearest failing condition may be another than the one failing at the far sample
         root = _event_roots(curve, which, good, bad, failing + StrandEvent.BOTTOM_REST)
-        values = conditions(root)
-        worst = values.argmin(axis=1)
-        wrong = (values.min(axis=1) < OUTSIDE) & (worst != failing)
+        others = conditions(root)
+        others[np.arange(len(root)), failing] = np.inf
+        worst = others.argmin(axis=1)
+        wrong = others.min(axis=1) < OUTSIDE
         if not wrong.any():
             break
         bad, failing = np.where(wrong, root, bad), np.where(wrong, worst, failing)
@@ -347,11 +348,12 @@ def _pin(motions: Motions, curve: Curve, piece: Piece, events: list[Event], at_s
     Where an impact has no velocity, the trace stays that of a hair before it.
     """
     sweep = curve.sweep
-    low_end, high_end = sorted((sweep.start, sweep.end), key=sweep.coordinate_of)
+    ends = sorted((sweep.start, sweep.end), key=sweep.coordinate_of)
+    pinned = [bound == asked for bound, asked in zip(curve.bounds, sweep.coordinate_range, strict=True)]
     for row in (0, -1):
         happening = piece.happening(row)
-        if happening in (StrandEvent.START, StrandEvent.END):
-            motions.sweep_value[row] = end = low_end if happening is StrandEvent.START else high_end
+        if happening in (StrandEvent.START, StrandEvent.END) and pinned[happening is StrandEvent.END]:
+            motions.sweep_value[row] = end = ends[happening is StrandEvent.END]
             motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
     for event in events:
         point, row = event.point, event.row

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from vireport.simulation import cycles
 from vireport.simulation.cycles import Cycle
 from vireport.simulation.events import (
+    FLIGHT,
     PHASE,
     REST,
     RUNNING,
@@ -45,6 +46,8 @@ SETTLED = 1e-9
 FAST = 1e-3
 # Of a trajectory cut before it has settled: if it came closer by less than this, it is not on its way.
 SLOWER = 0.9
+# After a flight longer than this [t_c] rounding leaves less than three digits of the forcing phase.
+LONGEST_FLIGHT = 1e12
 # Relative change of velocity that takes a start off an orbit that repels.
 NUDGE = 1e-6
 
@@ -57,6 +60,7 @@ class Outcome(Enum):
     STICKING = "chatter with sticking, periodic"
     REST = "at rest on the bottom membrane"
     FREE = "in flight between the membranes for ever, reaching neither"
+    UNRESOLVED = "not resolved: flights so long that rounding loses the forcing phase"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +75,7 @@ class Attractor:
         One period, verified on the return map, if it is periodic.
     lyapunov : float
         Largest Lyapunov exponent per forcing period: of the cycle, or of the last impacts of a motion that is
-        not periodic. -inf where the ball comes to rest, nan where it meets no membrane again.
+        not periodic. -inf where the ball comes to rest, nan where it meets no membrane again or is not resolved.
     distance : float
         From the last impact to the cycle, in phase [rad] and velocity [y_c]. Large only if the budget ended a
         transient that was still approaching it.
@@ -228,6 +232,8 @@ def _search(model: Array, rows: Array, summary: Array, limits: tuple[int, int], 
     used, block = int(summary[0]), BLOCK
     patience, budget = limits
     while summary[2] == RUNNING:
+        if unresolved(rows):
+            return Attractor(Outcome.UNRESOLVED, None, nan, inf, used)
         near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
         cycle = near[0] if near else cycles.sticking(model, rows) or cycles.approached(model, rows)
         if cycle is not None and cycle.sticks:
@@ -253,6 +259,11 @@ def _search(model: Array, rows: Array, summary: Array, limits: tuple[int, int], 
     if summary[2] == REST:
         return Attractor(Outcome.REST, None, -inf, 0.0, used)
     return Attractor(Outcome.FREE, None, nan, 0.0, used)
+
+
+def unresolved(rows: Array) -> bool:
+    """Whether a flight among these impacts was too long for its end to be known."""
+    return bool(rows[:, FLIGHT].max() > LONGEST_FLIGHT)
 
 
 def _transient(cycle: Cycle, distance: float) -> int:

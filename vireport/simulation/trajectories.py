@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.physics import flight
 from vireport.simulation import cycles
-from vireport.simulation.attractors import Attractor, Outcome, attractors
+from vireport.simulation.attractors import Attractor, Outcome, attractors, unresolved
 from vireport.simulation.cycles import Cycle
 from vireport.simulation.events import (
     BOTTOM,
@@ -152,6 +152,8 @@ def _classified(model: Array, rows: Array, status: int) -> tuple[Outcome, Cycle 
         return Outcome.REST, None
     if status == FREE:
         return Outcome.FREE, None
+    if unresolved(rows):
+        return Outcome.UNRESOLVED, None
     cycle = cycles.sticking(model, rows)
     if cycle is not None:
         return Outcome.STICKING, cycle
