@@ -19,8 +19,8 @@ from vireport.analysis.roots import newton_root
 
 Floats = NDArray[np.float64]
 
-SMALLEST_STEP = 1e-15
-"""Newton step at which a turning point is found: the position there no longer depends on it, for Z' is zero."""
+SMALLEST_STEP = 1e-10
+"""Newton step at which a turning point is found: as Z' is zero there, it moves the position by its square only."""
 
 
 def wall_gap(orbit: Orbits, r: float | Floats, n: int) -> Floats:
@@ -42,7 +42,7 @@ def wall_gap(orbit: Orbits, r: float | Floats, n: int) -> Floats:
         wall to wall without ever turning back.
     """
     gap = np.array(orbit.d, dtype=float)
-    for turn in turning_points(orbit, r, n):
+    for turn in turning_points(orbit, r, n, nearest=True):
         np.minimum.at(gap.reshape(-1), turn.index, np.minimum(turn.from_start_wall, turn.from_end_wall))
     return gap
 
@@ -89,14 +89,17 @@ def touches(orbit: Orbits, r: float, n: int) -> list[Touch]:
     )
 
 
-def turning_points(orbit: Orbits, r: float | Floats, n: int) -> Iterator[Turns]:
-    """Every turning point of the motions' flights; parameters are those of `wall_gap`."""
+def turning_points(orbit: Orbits, r: float | Floats, n: int, nearest: bool = False) -> Iterator[Turns]:
+    """Every turning point of the motions' flights, or those that can be the `nearest` to a wall.
+
+    Other parameters are those of `wall_gap`.
+    """
     up, down = orbit.flights(r)
-    yield from _turns(up, orbit.phi, n)
-    yield from _turns(down, np.arctan2(orbit.sin_top, orbit.cos_top), n)
+    yield from _turns(up, orbit.phi, n, nearest)
+    yield from _turns(down, np.arctan2(orbit.sin_top, orbit.cos_top), n, nearest)
 
 
-def _turns(way: Flight, phase: Floats, n: int) -> Iterator[Turns]:
+def _turns(way: Flight, phase: Floats, n: int, nearest: bool) -> Iterator[Turns]:
     """The turning points of one flight of each motion, from the forcing phase at which it begins.
 
     A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign
@@ -112,8 +115,12 @@ def _turns(way: Flight, phase: Floats, n: int) -> Iterator[Turns]:
     each = first[:, None] + 2 * np.arange(n + 1)
     index, lap = np.nonzero(each < way.duration[:, None])
     slowest = each[index, lap]
-    wrong = way.select(index).speed(slowest, np.sin(phase[index] + np.pi * slowest)) < 0
-    index, middle = index[wrong], slowest[wrong]
+    speed = way.select(index).speed(slowest, np.sin(phase[index] + np.pi * slowest))
+    wrong = speed < 0
+    index, middle, speed = index[wrong], slowest[wrong], speed[wrong]
+    if nearest and n > 1:
+        near = _may_be_nearest(way, phase, index, middle, -speed * np.maximum(since, until)[index])
+        index, middle = index[near], middle[near]
     if not index.size:
         return
     part, start = way.select(index), phase[index]
@@ -123,6 +130,22 @@ def _turns(way: Flight, phase: Floats, n: int) -> Iterator[Turns]:
         t = _at_rest(part, start, low, high)
         covered = part.covered(t, np.cos(start + np.pi * t))
         yield Turns(index, way.direction < 0, t, covered, part.d - covered)
+
+
+def _may_be_nearest(
+    way: Flight, phase: Floats, index: NDArray[np.intp], middle: Floats, reach: Floats
+) -> NDArray[np.bool_]:
+    """Which times of slowest flight have next to them the turning point that is nearest to a wall, or may have it.
+
+    One of the two turning points is nearer to a wall than the ball is in the middle between them, but by no more than
+    what it flies back from there: `reach`, its speed there times the time that it has.
+    """
+    part = way.select(index)
+    covered = part.covered(middle, np.cos(phase[index] + np.pi * middle))
+    room = np.minimum(covered, part.d - covered)
+    least = np.full(len(phase), np.inf)
+    np.minimum.at(least, index, room)
+    return np.asarray(room - reach <= least[index])
 
 
 def _at_rest(way: Flight, phase: Floats, low: Floats, high: Floats) -> Floats:

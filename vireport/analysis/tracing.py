@@ -50,8 +50,8 @@ DIP_SECTIONS = 45
 CROSSED = 1e-11
 """Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
 
-OUTSIDE = -1e-12
-"""Value of a condition of validity below which it fails rather than rounds to zero."""
+TIED = 1e-12
+"""Difference of conditions of validity up to which both fail: both impacts lose their velocity at once, say."""
 
 LARGEST_STEP = 1e6
 """Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
@@ -165,16 +165,9 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[Ends]:
     def conditions(w: Floats) -> Floats:
         return curve.event_values(curve.at(which, w), with_gap=False)[:, VALIDITY]
 
-    failing = conditions(bad).argmin(axis=1)
-    for _ in range(4):  # the nearest failing condition may be another than the one failing at the far sample
-        root = _event_roots(curve, which, good, bad, failing + StrandEvent.BOTTOM_REST)
-        others = conditions(root)
-        others[np.arange(len(root)), failing] = np.inf
-        worst = others.argmin(axis=1)
-        wrong = others.min(axis=1) < OUTSIDE
-        if not wrong.any():
-            break
-        bad, failing = np.where(wrong, root, bad), np.where(wrong, worst, failing)
+    root = bracketed_root(lambda w: np.asarray(conditions(w).min(axis=1)), good, bad)
+    values = conditions(root)
+    failing = (values <= values.min(axis=1, keepdims=True) + TIED).argmax(axis=1)
     ends = [(float(w), int(k) + StrandEvent.BOTTOM_REST) for w, k in zip(root, failing, strict=True)]
     return list(zip(ends[::2], ends[1::2], strict=True))
 
