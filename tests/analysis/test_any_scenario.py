@@ -38,6 +38,10 @@ def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
         check(branch.motions, bound, n)
     if study.solution.design is not None:
         check(study.solution.design.motions, bounds.design, n)
+    if study.crosscheck is not None:
+        count = len(study.crosscheck.values) * loaded.scenario.simulation.starts
+        assert sum(motion.count for motion in study.crosscheck.motions) == count
+        assert study.crosscheck.passed, study.crosscheck.misses
     designs = () if study.solution.design is None else (study.solution.design,)
     for found in (one.voltages for one in (*study.solution.branches, *designs)):
         if found is not None:
