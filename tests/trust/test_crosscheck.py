@@ -18,7 +18,6 @@ from vireport.simulation import BOTTOM, Impact, Outcome, attractors, find_attrac
 from vireport.trust import is_one_to_one
 from vireport.trust.crosscheck import crosscheck, difference, orbits_at, wilson
 
-
 LIVELY = ["period_ratio=3", "device.restitution=0.9"]
 """Here starts of the horizontal example end on 1:1 motions of one and of three forcing periods."""
 

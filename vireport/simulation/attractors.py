@@ -46,6 +46,9 @@ SETTLED = 1e-9
 FAST = 1e-3
 # Of a trajectory cut before it has settled: if it came closer by less than this, it is not on its way.
 SLOWER = 0.9
+# This close, in phase [rad] and velocity [y_c], it is on its way to a cycle that attracts even so: towards r = 1 it
+# winds around it for millions of periods, now nearer and now farther.
+BESIDE = 1e-5
 # After a flight longer than this [t_c] rounding leaves less than three digits of the forcing phase.
 LONGEST_FLIGHT = 1e12
 # Relative change of velocity that takes a start off an orbit that repels.
@@ -248,7 +251,7 @@ def _search(model: Array, rows: Array, summary: Array, limits: tuple[int, int], 
                 rows, summary = follow_one(model, as_start(rows[-1]), wait, KEPT)
                 used += int(summary[0])
                 distance = cycle.distance(rows[-1])
-            if distance <= SETTLED or (used >= budget and distance < SLOWER * before):
+            if distance <= SETTLED or (used >= budget and distance < max(SLOWER * before, BESIDE)):
                 cycle = _remembered(cycle, known)
                 return Attractor(Outcome.PERIODIC, cycle, cycle.lyapunov, distance, used)
         if used >= min(patience, budget):
