@@ -119,10 +119,10 @@ def solvable_trees(draw: Any) -> dict[str, Any]:
 
 def _anywhere(parameter: Parameter) -> st.SearchStrategy[tuple[float, float]]:
     """Both ends of a sweep anywhere in the limits of its parameter."""
-    if parameter is Parameter.INCLINATION:
-        return st.tuples(inclinations, inclinations).filter(lambda ends: ends[0] != ends[1])
-    low, high = (float(np.log10(limit)) for limit in parameter.limits)
-    return st.tuples(decades(low, high), decades(low, high)).filter(lambda ends: ends[0] != ends[1])
+    end = inclinations
+    if parameter is not Parameter.INCLINATION:
+        end = decades(*(float(np.log10(limit)) for limit in parameter.limits))
+    return st.tuples(end, end).filter(lambda ends: abs(ends[1] - ends[0]) > 1e-8 * max(ends))
 
 
 @st.composite
