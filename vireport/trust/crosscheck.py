@@ -195,13 +195,7 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     """
     say = progress or (lambda what: None)
     device, parameter = solution.device, solution.parameter
-    orbits: list[Motions | None]
-    if solution.diagram is not None:
-        values = np.linspace(solution.diagram.sweep.start, solution.diagram.sweep.end, asked.samples)
-        orbits = orbits_at(solution.diagram, values)
-    else:
-        values = np.array([float(device.length_m)])
-        orbits = [solution.design.motions if solution.design is not None else None]
+    values, orbits = _simulated_values(solution, asked.samples)
     d, gbar = (np.asarray(x) * np.ones(len(values)) for x in device.groups(parameter, values))
     r = float(device.restitution)
     speed = start_speed(r, [_fastest(motions) for motions in orbits])
@@ -238,6 +232,14 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
         portraits=tuple(portraits),
         displacements=tuple(displacements),
     )
+
+
+def _simulated_values(solution: Solution, samples: int) -> tuple[Floats, list[Motions | None]]:
+    """Values of the parameter at which to simulate, evenly over a sweep, and the analytic motions there."""
+    if solution.diagram is not None:
+        values = np.linspace(solution.diagram.sweep.start, solution.diagram.sweep.end, samples)
+        return values, orbits_at(solution.diagram, values)
+    return np.array([float(solution.device.length_m)]), [solution.design.motions if solution.design else None]
 
 
 def _portrait(device: Device, parameter: Parameter, value: float, count: int, seed: int) -> Portrait:
