@@ -97,18 +97,19 @@ def _ends(draw: Any, parameter: Parameter, value: float, factor: float) -> tuple
 def solvable_trees(draw: Any) -> dict[str, Any]:
     """Scenarios as plain data, of any size; half of them with groups for which there is something to find."""
     capsule, frequency, beta = draw(decades(-14, 14)), draw(decades(-14, 14)), draw(inclinations)
+    gravity = draw(st.just(9.8) | decades(-10, 3))
     if draw(st.booleans()):
         force, length = draw(decades(-14, 14)), draw(decades(-14, 14))
     else:
         gbar, d = draw(decades(-6, 1)), draw(decades(-3, 1))
         frequency, capsule = draw(decades(-3, 3)), draw(decades(-6, 6))
-        force = float(np.clip(capsule * 9.8 * np.sin(np.radians(max(beta, 1e-3))) / gbar, 1e-14, 1e14))
+        force = float(np.clip(capsule * gravity * np.sin(np.radians(max(beta, 1e-3))) / gbar, 1e-14, 1e14))
         length = float(np.clip(d * force / (4 * capsule * frequency**2), 1e-14, 1e14))
     device = {"capsule_mass_kg": capsule, "restitution": draw(restitutions), "length_m": length}
     tree = {
         "schema_version": 1,
-        "period_ratio": draw(st.sampled_from([1, 1, 1, 2, 3, 7])),
-        "gravity_m_s2": 9.8,
+        "period_ratio": draw(st.sampled_from([1, 1, 1, 2, 3, 7, 20])),
+        "gravity_m_s2": gravity,
         "inclination_deg": beta,
         "device": device,
         "excitation": {"amplitude_n": force, "frequency_hz": frequency},
@@ -126,10 +127,25 @@ def solvable_trees(draw: Any) -> dict[str, Any]:
     if draw(st.integers(0, 3)):
         parameter = draw(st.sampled_from(Parameter))
         value = dict(zip(Parameter, (length, force, frequency, beta), strict=True))[parameter]
-        ends = draw(_ends(parameter, value, 1 + draw(decades(-6, 2))))
+        ends = draw(_ends(parameter, value, 1 + draw(decades(-6, 2))) | _anywhere(parameter))
         low, high = (x if parameter is Parameter.INCLINATION else float(np.clip(x, 1e-15, 1e15)) for x in ends)
         tree["sweep"] = {"parameter": parameter.value, "from": low, "to": high}
+        if low != high and draw(st.booleans()):
+            tree["requirements"] = {"stable_from": min(low, high), "stable_to": max(low, high)}
+    if draw(st.booleans()):
+        tree["simulation"] = {"starts": draw(st.integers(1, 3)), "impacts": 200}
+        if "sweep" in tree:
+            tree["simulation"]["samples"] = draw(st.integers(2, 5))
+            tree.get("requirements", {})["crosscheck_passed"] = True
     return tree
+
+
+def _anywhere(parameter: Parameter) -> st.SearchStrategy[tuple[float, float]]:
+    """Both ends of a sweep anywhere in the limits of its parameter."""
+    end = inclinations
+    if parameter is not Parameter.INCLINATION:
+        end = decades(*(float(np.log10(limit)) for limit in parameter.limits))
+    return st.tuples(end, end).filter(lambda ends: abs(ends[1] - ends[0]) > 1e-8 * max(ends))
 
 
 @st.composite

@@ -21,7 +21,7 @@ from vireport.reference import reference_critical, reference_orbit, reference_vo
 from vireport.scenario.parameters import Parameter
 from vireport.text import Table, plain_text
 from vireport.trust import measurements, ranking
-from vireport.trust.benchmark import Benchmark, Guess, MethodTask, Target, benchmark_of
+from vireport.trust.benchmark import Benchmark, Guess, MethodTask, Motion, Target, benchmark_of
 from vireport.trust.flights import Budget, Model, explicit, integrated, runge_kutta, simulated
 from vireport.trust.methods import (
     CLOSED,
@@ -91,6 +91,15 @@ def test_reference_orbit_has_the_known_digits() -> None:
         d, gbar = reference.groups(INCLINED, Parameter.LENGTH, orbit.value)
         residuals = reference.periodicity(state, d, gbar, mpf(INCLINED.restitution), INCLINED.period_ratio)
         assert max(map(abs, residuals)) < mpf(10) ** -40
+
+
+def test_the_error_of_a_phase_is_in_radians_whatever_its_turns(inclined) -> None:
+    exact = inclined.exact
+    for turns in (-1, 0, 3):
+        answer = Motion(float(exact["phase"]) + 2e-3 + 2 * np.pi * turns, float(exact["velocity"]) * 1.001, -0.5, 0.6)
+        errors = inclined.errors(answer)
+        assert errors["phase"] == pytest.approx(2e-3, abs=1e-14)
+        assert errors["velocity"] == pytest.approx(1e-3, rel=1e-9)
 
 
 def test_reference_does_not_depend_on_the_guess() -> None:

@@ -31,7 +31,6 @@ from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.orbits import orbits
 from vireport.analysis.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.analysis.stability import NODE, UNSTABLE
-from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
 
 Floats = NDArray[np.float64]
@@ -54,8 +53,8 @@ DIP_SECTIONS = 45
 CROSSED = 1e-11
 """Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
 
-OUTSIDE = -1e-12
-"""Value of a condition of validity below which it fails rather than rounds to zero."""
+TIED = 1e-12
+"""Difference of conditions of validity up to which both fail: both impacts lose their velocity at once, say."""
 
 LARGEST_STEP = 1e6
 """Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
@@ -169,15 +168,9 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[Ends]:
     def conditions(w: Floats) -> Floats:
         return curve.event_values(curve.at(which, w), with_gap=False)[:, VALIDITY]
 
-    failing = conditions(bad).argmin(axis=1)
-    for _ in range(4):  # the nearest failing condition may be another than the one failing at the far sample
-        root = _event_roots(curve, which, good, bad, failing + StrandEvent.BOTTOM_REST)
-        values = conditions(root)
-        worst = values.argmin(axis=1)
-        wrong = (values.min(axis=1) < OUTSIDE) & (worst != failing)
-        if not wrong.any():
-            break
-        bad, failing = np.where(wrong, root, bad), np.where(wrong, worst, failing)
+    root = bracketed_root(lambda w: np.asarray(conditions(w).min(axis=1)), good, bad)
+    values = conditions(root)
+    failing = (values <= values.min(axis=1, keepdims=True) + TIED).argmax(axis=1)
     ends = [(float(w), int(k) + StrandEvent.BOTTOM_REST) for w, k in zip(root, failing, strict=True)]
     return list(zip(ends[::2], ends[1::2], strict=True))
 
@@ -295,10 +288,12 @@ def _draft(curve: Curve, piece: Piece) -> Draft:
     return Draft(Branch(0, family, None, motions, (), ends), tuple(events))
 
 
-def _end_value(sweep: Sweep, happening: StrandEvent) -> float:
-    """The swept value at the end of the sweep that cuts a strand."""
-    low, high = sorted((sweep.start, sweep.end), key=sweep.coordinate_of)
-    return low if happening is StrandEvent.START else high
+def _end_value(curve: Curve, happening: StrandEvent) -> float | None:
+    """The swept value of the sweep's end that cuts a strand; None if none does or the curve stops before it."""
+    sweep, last = curve.sweep, happening is StrandEvent.END
+    if not happening.ends_sweep or curve.bounds[last] != sweep.coordinate_range[last]:
+        return None
+    return sorted((sweep.start, sweep.end), key=sweep.coordinate_of)[last]
 
 
 def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
@@ -310,9 +305,10 @@ def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
     symmetric = curve.strands[piece.strand].symmetric
     for row, inner in ((0, 1), (-1, -2)):
         happening = piece.happening(row)
-        if happening is None or not happening.ends_sweep:
+        value = None if happening is None else _end_value(curve, happening)
+        if value is None:
             continue
-        value, reach = _end_value(curve.sweep, happening), abs(remainder(phi[row] - phi[inner], 2 * pi))
+        reach = abs(remainder(phi[row] - phi[inner], 2 * pi))
         with suppress(NumericalError, ArithmeticError):
             u[row], phi[row] = place_at(curve.sweep, value, float(u[row]), float(phi[row]), symmetric, reach)
 
@@ -377,8 +373,9 @@ def _pin(motions: Motions, curve: Curve, piece: Piece, events: list[Event], at_s
     sweep = curve.sweep
     for row in (0, -1):
         happening = piece.happening(row)
-        if happening is not None and happening.ends_sweep:
-            motions.sweep_value[row] = end = _end_value(sweep, happening)
+        end = None if happening is None else _end_value(curve, happening)
+        if end is not None:
+            motions.sweep_value[row] = end
             motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
     for event in events:
         point, row = event.point, event.row

@@ -51,6 +51,10 @@ HEAVY = 0.5
 """Relative change of U_ave over that of the ball's mass above which a mass known to 10 % is not enough for 5 %."""
 
 
+MOST_MOTIONS = 3
+"""Other motions that are named."""
+
+
 @dataclass(frozen=True, slots=True)
 class Alert:
     """An alert that results raise; the cause has its numbers."""
@@ -271,23 +275,22 @@ def _simulation_disagrees(results: Evidence) -> str | None:
 
 def _coexisting(results: Evidence) -> str | None:
     check = results.crosscheck
-    if check is None or not check.trials or check.reached >= check.trials:
+    if check is None or not check.elsewhere:
         return None
-    others = [word for word in check.words if word != "BT"]
-    if not others:
-        return None
+    others = ", ".join(f"{motion.count} in {motion.name}" for motion in check.elsewhere[:MOST_MOTIONS])
     return (
         f"{check.trials - check.reached} of {check.trials} starts where a stable 1:1 motion exists end elsewhere "
-        f"({', '.join(others[:3])})."
+        f"({others})."
     )
 
 
 def _chatter(results: Evidence) -> str | None:
     check, device, sweep = results.crosscheck, results.solution.device, results.solution.sweep
     if check is not None:
-        held = sum(count for word, count in check.words.items() if "~" in word or "at rest" in word)
+        held = sum(motion.count for motion in check.motions if motion.stays)
         if held:
-            return f"{held} of {sum(check.words.values())} simulated starts end in chatter or at rest."
+            total = sum(motion.count for motion in check.motions)
+            return f"{held} of {total} simulated starts end in chatter or at rest."
     at = (sweep.parameter, (sweep.start, sweep.end)) if sweep is not None else (Parameter.LENGTH, (device.length_m,))
     parameter, values = at
     gbar = max(device.groups(parameter, value)[1] for value in values)

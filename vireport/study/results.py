@@ -38,7 +38,7 @@ from vireport.study.study import Study
 if TYPE_CHECKING:
     from vireport.gate import Criterion
     from vireport.simulation import Attractor
-    from vireport.trust import Compliance, CrossCheck, WorkPrecision
+    from vireport.trust import Compliance, CrossCheck, MotionCount, WorkPrecision
 
 SCHEMA_VERSION = 1
 
@@ -307,15 +307,32 @@ def _simulation(check: CrossCheck) -> dict[str, Any]:
             "share": share[0],
             "low_95": share[1],
             "high_95": share[2],
+            "elsewhere": [_motion_count(motion) for motion in check.elsewhere],
         },
+        "motions": [_motion_count(motion) for motion in check.motions],
         "samples": [
             {
                 "sweep_value": float(value),
                 "d": float(d),
+                "start_velocity_at_most": float(speed),
                 "ends": [_end(one, float(d), float(gbar), check.restitution) for one in found],
             }
-            for value, d, gbar, found in zip(check.values, check.d, check.gbar, check.found, strict=True)
+            for value, d, gbar, speed, found in zip(
+                check.values, check.d, check.gbar, check.start_speed, check.found, strict=True
+            )
         ],
+    }
+
+
+def _motion_count(motion: MotionCount) -> dict[str, Any]:
+    """A kind of motion that starts end in, how many do, and between which values of the parameter."""
+    return {
+        "outcome": motion.outcome.name.lower(),
+        "word": motion.word or None,
+        "period": motion.period or None,
+        "count": motion.count,
+        "from": motion.low,
+        "to": motion.high,
     }
 
 

@@ -9,7 +9,7 @@ from vireport.trust.compliance_section import (
     quantity_label,
     solvers_on_stiff_membranes,
 )
-from vireport.trust.crosscheck import CrossCheck, crosscheck, is_one_to_one
+from vireport.trust.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
 from vireport.trust.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
 from vireport.trust.paper import PAPER, ComparedRow, PaperComparison, compare_with_paper
 from vireport.trust.stiff_solvers import ADAPTIVE, FIXED, WRONG, Outcome, SolverRun
@@ -34,6 +34,7 @@ __all__ = [
     "CrossCheck",
     "Grade",
     "MethodRun",
+    "MotionCount",
     "Outcome",
     "PaperComparison",
     "SolverRun",
