@@ -11,9 +11,11 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.comparison.comparison import Comparison
+from vireport.comparison.comparison import FIGURES, Comparison
+from vireport.comparison.variants import MOST
 from vireport.files import write_files
-from vireport.study import FORMATS, Provenance, provenance_of
+from vireport.study import FORMATS, Provenance, Task, provenance_of
+from vireport.text import inert_cell
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -21,6 +23,15 @@ if TYPE_CHECKING:
 
 FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""
+
+NAMES = {
+    Task.HTML: ("report.html",),
+    Task.PDF: ("report.pdf",),
+    Task.PNG: tuple(f"{name}{f'-{page}' if page > 1 else ''}.png" for name in FIGURES for page in range(1, MOST + 1)),
+    Task.JSON: ("compare.json",),
+    Task.CSV: ("compare.csv",),
+}
+"""Files that a comparison may write, by their formats."""
 
 FEW_NAMES = 3
 """Files up to which their names stand in the provenance, and scenarios up to which theirs stand in the title."""
@@ -58,9 +69,37 @@ def write_comparison(
     say = progress or (lambda what: None)
     files = render_comparison(comparison, set(formats), command, templates, say)
     say("writing")
-    write_files(folder, files)
+    write_files(folder, files, file_names(formats))
     say("")
     return f"{summary(comparison)}\nwrote {', '.join(str(folder / name) for name in files)}"
+
+
+def file_names(formats: Iterable[str]) -> tuple[str, ...]:
+    """The files that a comparison may write in these formats."""
+    return tuple(name for task in formats for name in NAMES.get(Task(task), ()))
+
+
+def folder_of(comparison: Comparison, command: str) -> Path:
+    """Where a comparison goes by default: where the same one is already, or else where there is nothing yet.
+
+    That is `FOLDER`, with a number where others have been.
+    """
+    own = comparison_provenance(comparison, command).scenario_sha256
+    folder, number = Path(FOLDER), 1
+    while folder.exists() and _compared_in(folder) != own:
+        number += 1
+        folder = Path(f"{FOLDER}-{number}")
+    return folder
+
+
+def _compared_in(folder: Path) -> str | None:
+    """SHA-256 of the scenarios that were compared in a folder; None where that cannot be known."""
+    try:
+        with open(folder / "compare.json", "rb") as file:
+            digest = json.load(file)["provenance"]["scenario_sha256"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return str(digest)
 
 
 def summary(comparison: Comparison) -> str:
@@ -136,7 +175,7 @@ def compare_csv(comparison: Comparison) -> bytes:
     rows = comparison.rows()
     writer = csv.writer(text, lineterminator="\n")
     head = ["quantity", "group", "unit", *comparison.names, "change", "differs", "sentence"]
-    writer.writerow(head)
+    writer.writerow(map(inert_cell, head))
     writer.writerows([_cell(row[name]) for name in head] for row in rows)
     return text.getvalue().encode()
 
@@ -144,4 +183,4 @@ def compare_csv(comparison: Comparison) -> bytes:
 def _cell(value: object) -> object:
     if isinstance(value, bool):
         return str(value).lower()
-    return repr(value) if isinstance(value, float) else value
+    return inert_cell(value) if isinstance(value, str) else repr(value) if isinstance(value, float) else value

@@ -160,7 +160,7 @@ STEPS = (
     Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     Row(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
     Row(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
-    Row(Task.FIGURE_STIFFNESS, (PICTURES,), "the scenario has an accuracy block", (ACCURACY, BALL)),
+    Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),

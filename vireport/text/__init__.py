@@ -1,5 +1,6 @@
-"""Numbers as text, tables of them, and text in Markdown."""
+"""Numbers as text, tables of them, text in Markdown, and text that is not ours."""
 
+from vireport.text.foreign import inert_cell, visible
 from vireport.text.formatting import (
     ABSENT,
     MINUS,
@@ -30,6 +31,7 @@ __all__ = [
     "broken",
     "error_bound",
     "exact",
+    "inert_cell",
     "markdown_table",
     "markdown_text",
     "numbers",
@@ -40,5 +42,6 @@ __all__ = [
     "scaled",
     "significant",
     "texts",
+    "visible",
     "words",
 ]
