@@ -410,7 +410,7 @@ def main(arguments: list[str]) -> int:
         first, *others = error.lines
         tell([first if isinstance(error, ScenarioError) else f"vireport: error: {first}", *others], RED)
         return error.exit_code
-    except Exception:
+    except BaseException:  # those of extension modules, too, that are no Exception
         if interrupts.came():  # it may have come where a library makes another error of it
             return _interrupted()
         import traceback
