@@ -392,9 +392,11 @@ def _command(command: str, files: list[str], *options: tuple[str, list[str] | bo
     """The command for the record: without the folders, which do not change the results."""
     from shlex import join
 
-    words = ["vireport", command, *(name if name == "-" else Path(name).name for name in files)]
+    from vireport.text import visible
+
+    words = ["vireport", command, *(visible(Path(name).name) for name in files)]
     for option, values in options:
-        words += [option] if values is True else [word for value in values or [] for word in (option, value)]
+        words += [option] if values is True else [word for value in values or [] for word in (option, visible(value))]
     return join(words)
 
 

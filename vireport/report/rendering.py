@@ -17,7 +17,15 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import typst
-from jinja2 import ChoiceLoader, Environment, FileSystemLoader, StrictUndefined, TemplateError, TemplateSyntaxError
+from jinja2 import (
+    ChoiceLoader,
+    Environment,
+    FileSystemLoader,
+    StrictUndefined,
+    TemplateError,
+    TemplateNotFound,
+    TemplateSyntaxError,
+)
 from markupsafe import Markup, escape
 
 from vireport.errors import UsageError, VireportError
@@ -35,7 +43,7 @@ _TIED = re.compile(r"(?<=\d) (?=(?:%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|m/s)(?!\w)))|(
 """Spaces at which no line may end."""
 
 
-OFFLINE = {name: "http://127.0.0.1:1" for name in ("ALL_PROXY", "all_proxy", "HTTPS_PROXY", "https_proxy")}
+OFFLINE = dict.fromkeys(("ALL_PROXY", "all_proxy", "HTTPS_PROXY", "https_proxy"), "http://127.0.0.1:1")
 OFFLINE |= {"NO_PROXY": "", "no_proxy": ""}
 """Environment in which Typst, which would download packages that a template names, reaches no network."""
 
@@ -252,7 +260,8 @@ def _fill(environment: Environment, name: str, model: ReportModel, lacking: Sequ
     try:
         return environment.get_template(name).render(report=model, lacking=lacking)
     except TemplateError as error:
-        raise RenderError(f"{_place(error, name)}: {error.message}") from error
+        reason = f"no template {error.name!r}" if isinstance(error, TemplateNotFound) else error.message
+        raise RenderError(f"{_place(error, name)}: {reason}") from error
     except Exception as error:
         if environment.loader is _loader(None):
             raise
@@ -263,6 +272,7 @@ def _fill(environment: Environment, name: str, model: ReportModel, lacking: Sequ
 def _diagnostic(error: typst.TypstError) -> str:
     """What Typst says about the filled template, without our temporary folder and the ends of long lines."""
     text = re.sub(r"\S*__typst_py_bytes__\.typ", f"{PDF}, filled", error.diagnostic.strip() or error.message)
+    text = re.sub(r"[^\s(]*/vireport-\w+/", "", text)
     text = re.sub(r"failed to download package.*", "packages are not loaded from the network", text)
     return "\n".join(shorten(line) for line in text.splitlines())
 
