@@ -13,8 +13,7 @@ import signal
 import sys
 from typing import Any, TextIO
 
-from vireport import interrupts
-from vireport.errors import OutputError
+from vireport import interrupts  # nothing else: until it heeds Ctrl-C, that is a traceback
 
 
 class _Output(io.FileIO):
@@ -56,6 +55,8 @@ def _run() -> int:
     failure = output.failure
     if failure is None or failure.errno == errno.EPIPE or code not in (0, 1):  # a reader that has gone wants no more
         return code
+    from vireport.errors import OutputError
+
     print(f"vireport: error: standard output cannot be written: {failure.strerror}", file=sys.stderr)
     return OutputError.exit_code
 

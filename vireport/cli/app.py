@@ -230,7 +230,7 @@ def accuracy(
         study = accuracy_outputs.measured(loaded, say)
         files = accuracy_outputs.files(study) if output is not None else {}
     printed = accuracy_outputs.data(study) if json else accuracy_outputs.text(study, every)
-    deliver(Outcome(printed, files, accuracy_outputs.NAMES), output, quiet)
+    deliver(Outcome(printed, files, stale=accuracy_outputs.NAMES), output, quiet)
 
 
 @app.command()

@@ -33,24 +33,24 @@ class Outcome:
         For standard output.
     files : mapping of str to bytes
         Contents of the files to write, by their names.
-    stale : tuple of str
-        Files that this command may write and did not: those of an earlier run go.
-    beside : tuple of str
-        Files that other options would have written: those of an earlier run stay, and are named.
     summary : str
         For standard error, unless nothing but errors is to be said.
     failure : str
         Why the exit code is 1, said where the summary is not.
     exit_code : int
+    stale : tuple of str
+        Files that this command may write: those of an earlier run go, also where it wrote none.
+    beside : tuple of str
+        Files that other options would have written: those of an earlier run stay, and are named.
     """
 
     printed: str | bytes = b""
     files: Mapping[str, bytes] = field(default_factory=dict)
-    stale: tuple[str, ...] = ()
-    beside: tuple[str, ...] = ()
     summary: str = ""
     failure: str = ""
     exit_code: int = 0
+    stale: tuple[str, ...] = ()
+    beside: tuple[str, ...] = ()
 
 
 def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -> None:
