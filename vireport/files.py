@@ -149,12 +149,13 @@ def _put(folder: Path, files: Mapping[str, bytes], stale: Iterable[str]) -> None
                     move(folder / name, old / name)
             for name in files:
                 move(staging / name, folder / name)
+            moved.clear()
+            rmtree(staging, ignore_errors=True)
     except BaseException:
         for source, target in reversed(moved):  # should that fail too, the old files stay where they are now
             os.rename(target, source)
         rmtree(staging, ignore_errors=True)
         raise
-    rmtree(staging, ignore_errors=True)
 
 
 def _require_places(folder: Path, names: Iterable[str]) -> None:

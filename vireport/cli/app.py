@@ -1,7 +1,7 @@
 """The command line: each command reads its options, makes one call, and delivers what comes of it.
 
 Exit codes: 0 done; 1 done, but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the
-numbers could not be had, or an internal error; 130 interrupted.
+numbers could not be had or written, or an internal error; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 EPILOG = (
     "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, "
-    "but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had, or "
-    "an internal error; 130 interrupted."
+    "but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had or "
+    "written, or an internal error; 130 interrupted."
 )
 
 
@@ -61,7 +61,11 @@ Formats = Annotated[
 ]
 Templates = Annotated[
     Path | None,
-    typer.Option("--templates", metavar="DIR", help="A folder whose report templates replace ours, file by file."),
+    typer.Option(
+        "--templates",
+        metavar="DIR",
+        help="A folder whose report templates replace ours, file by file. They are code, and run with your rights.",
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")]
 QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing: the exit code says it.")]

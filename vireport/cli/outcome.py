@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -72,23 +72,34 @@ def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -
         If the exit code is not 0.
     """
     check()
-    summary = outcome.summary.splitlines()
-    if folder is not None and outcome.files:
+    if folder is None or not outcome.files:
+        _say(outcome, outcome.summary.splitlines(), quiet)
+    else:
         from vireport.files import write_files
 
         write_files(folder, outcome.files, outcome.stale)
-        summary.append(f"wrote {', '.join(str(folder / name) for name in outcome.files)}")
-        if earlier := [name for name in outcome.beside if (folder / name).exists()]:
-            summary.append(f"of an earlier run, and left as they are: {', '.join(earlier)}")
-        if REPORT in outcome.files and sys.stderr.isatty():
-            summary.append(f"open {(folder / REPORT).resolve().as_uri()}")
+        try:
+            _say(outcome, [*outcome.summary.splitlines(), *_written(outcome, folder)], quiet)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt("all files were written") from None
+    if outcome.exit_code:
+        raise typer.Exit(outcome.exit_code)
+
+
+def _written(outcome: Outcome, folder: Path) -> Iterator[str]:
+    yield f"wrote {', '.join(str(folder / name) for name in outcome.files)}"
+    if earlier := [name for name in outcome.beside if (folder / name).exists()]:
+        yield f"of an earlier run, and left as they are: {', '.join(earlier)}"
+    if REPORT in outcome.files and sys.stderr.isatty():
+        yield f"open {(folder / REPORT).resolve().as_uri()}"
+
+
+def _say(outcome: Outcome, summary: Sequence[str], quiet: bool) -> None:
     emit(outcome.printed)
     if summary and not quiet:
         tell(summary, RED if outcome.failure else BOLD)
     elif outcome.failure:
         tell([f"vireport: {outcome.failure}"], RED)
-    if outcome.exit_code:
-        raise typer.Exit(outcome.exit_code)
 
 
 def emit(data: str | bytes) -> None:
