@@ -32,8 +32,8 @@ class _Output(io.FileIO):
 
 def entry() -> int:
     """Run the command line on the arguments of the process and return its exit code."""
-    interrupts.heed()
     try:
+        interrupts.heed()
         code = _run()
     except KeyboardInterrupt:  # while the command line was imported
         print("vireport: interrupted", file=sys.stderr)
