@@ -171,3 +171,12 @@ def test_margins_point_at_the_critical_points(study) -> None:
         value = by_label[margin["label"]]["sweep_value"]
         assert margin["distance"] == pytest.approx(value - design["value"])
         assert math.isclose(margin["relative"], margin["distance"] / design["value"])
+
+
+def test_a_study_is_made_of_a_path_and_shown_on_a_line(example) -> None:
+    from vireport import analyse
+
+    shown = repr(analyse(example("design-point"), ("json",)))
+    assert shown.startswith(f"<Study of {example('design-point')}: Stable 1:1 motion")
+    assert "\n" not in shown
+    assert len(shown) < 400

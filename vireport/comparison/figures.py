@@ -21,6 +21,7 @@ from vireport.figures import (
     drawing_of,
     held,
     letter_of,
+    literal,
     simulated_points,
     sweep_figure,
 )
@@ -126,8 +127,8 @@ def _figure(figure: Task, shown: Columns) -> Figure:
     common, own = _conditions(list(shown.values()))
     lines = [(common, Color.BLACK)] if common else []
     if figure == Task.FIGURE_7 and (note := _outside(shown)):
-        lines.append((note, Color.WARNING))
-    return sweep_figure(figure, list(shown.values()), list(shown), own, lines)
+        lines.append((literal(note), Color.WARNING))
+    return sweep_figure(figure, list(shown.values()), [literal(name) for name in shown], own, lines)
 
 
 def _conditions(drawings: Sequence[Drawing]) -> tuple[str, list[str]]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterable
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.comparison.comparison import FEW_NAMES, Comparison
-from vireport.study import Provenance, csv_bytes, json_bytes, provenance_of
+from vireport.comparison.comparison import FEW_NAMES, FIGURES, Comparison
+from vireport.comparison.variants import MOST
+from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -16,6 +19,43 @@ if TYPE_CHECKING:
 
 FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""
+
+NAMES = {
+    Task.HTML: ("report.html",),
+    Task.PDF: ("report.pdf",),
+    Task.PNG: tuple(f"{name}{f'-{page}' if page > 1 else ''}.png" for name in FIGURES for page in range(1, MOST + 1)),
+    Task.JSON: ("compare.json",),
+    Task.CSV: ("compare.csv",),
+}
+"""Files that a comparison may write, by their formats."""
+
+
+def file_names(formats: Iterable[str]) -> tuple[str, ...]:
+    """The files that a comparison may write in these formats."""
+    return tuple(name for task in formats for name in NAMES.get(Task(task), ()))
+
+
+def folder_of(comparison: Comparison, command: str) -> Path:
+    """Where a comparison goes by default: where the same one is already, or else where there is nothing yet.
+
+    That is `FOLDER`, with a number where others have been.
+    """
+    own = comparison_provenance(comparison, command).scenario_sha256
+    folder, number = Path(FOLDER), 1
+    while folder.exists() and _compared_in(folder) != own:
+        number += 1
+        folder = Path(f"{FOLDER}-{number}")
+    return folder
+
+
+def _compared_in(folder: Path) -> str | None:
+    """SHA-256 of the scenarios that were compared in a folder; None where that cannot be known."""
+    try:
+        with open(folder / "compare.json", "rb") as file:
+            digest = json.load(file)["provenance"]["scenario_sha256"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return str(digest)
 
 
 def summary(comparison: Comparison) -> str:

@@ -69,6 +69,19 @@ def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None
     return tuple(outcomes)
 
 
+def shortcoming(outcomes: Sequence[Outcome]) -> tuple[int, str]:
+    """Exit code, and what keeps the catalogue from having passed: a failure, or cases that could not be run."""
+    verdicts = [outcome.verdict for outcome in outcomes]
+    failed, left_out = verdicts.count(Verdict.FAILED), verdicts.count(Verdict.LEFT_OUT)
+    if failed:
+        return 1, f"{failed} of {len(verdicts)} cases failed"
+    if left_out:
+        return NumericalError.exit_code, f"{left_out} of {len(verdicts)} cases could not be run"
+    if Verdict.PASSED not in verdicts:
+        return NumericalError.exit_code, "no case applies to this device"
+    return 0, ""
+
+
 def table_text(outcomes: Sequence[Outcome]) -> str:
     """A table for each group of cases, and a last line that counts the verdicts."""
     parts = []

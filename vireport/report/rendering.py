@@ -6,16 +6,25 @@ by Jinja, and for Typst every expression that is not marked as source becomes a 
 
 from __future__ import annotations
 
+import os
 import re
 from base64 import b64encode
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import typst
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
+from jinja2 import (
+    Environment,
+    FileSystemLoader,
+    StrictUndefined,
+    TemplateError,
+    TemplateNotFound,
+    TemplateSyntaxError,
+)
 from markupsafe import Markup, escape
 
 from vireport.errors import UsageError, VireportError
@@ -36,8 +45,21 @@ _TIED = re.compile(r"(?<=\d) (?=(?:%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|m/s)(?!\w)))|(
 """Spaces at which no line may end."""
 
 
+OFFLINE = dict.fromkeys(("ALL_PROXY", "all_proxy", "HTTPS_PROXY", "https_proxy"), "http://127.0.0.1:1")
+OFFLINE |= {"NO_PROXY": "", "no_proxy": ""}
+"""Environment in which Typst, which would download packages that a template names, reaches no network."""
+
+_UNUSUAL = re.compile("[^\\x00-\u04ff\u1e00-\u22ff]")
+"""Characters of which it is not known beforehand that the fonts of the PDF have them."""
+
+
 class RenderError(VireportError):
     """A template that cannot be set."""
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """What the library says, with the place that it shows."""
+        return tuple(str(self).split("\n"))
 
 
 class Source(str):
@@ -78,7 +100,10 @@ def render_pdf(model: ReportModel, templates: Path | None = None, standards: Ite
         Where a template fails, with the line.
     """
     source = _fill(_typst_environment(_folder(templates)), PDF, model)
-    with TemporaryDirectory(prefix="vireport-") as root:
+    if unusual := "".join(sorted(set(_UNUSUAL.findall(source)))):
+        lacking = [f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual)]
+        source = _fill(_typst_environment(_folder(templates)), PDF, model, lacking=lacking)
+    with _offline(), TemporaryDirectory(prefix="vireport-") as root:
         for section in model.sections:
             for block in section.blocks:
                 if isinstance(block, Figure):
@@ -96,6 +121,35 @@ def render_pdf(model: ReportModel, templates: Path | None = None, standards: Ite
     if not isinstance(pdf, bytes):
         raise RenderError(f"{PDF}: no single file came out of it")
     return pdf
+
+
+def _not_in_fonts(letters: str) -> list[str]:
+    """Those of some characters that none of the fonts has which are used."""
+    apart = " ".join(f"#{string(letter)};" for letter in letters)
+    head = '#set document(title: "x")\n#set text(font: "Libertinus Serif", lang: "en")\n'
+    try:
+        # Conformance to PDF/UA is what makes Typst say which ones.
+        typst.Compiler(ignore_system_fonts=True).compile(
+            f"{head}{apart}".encode(), format="pdf", pdf_standards=["ua-1"], timestamp=0
+        )
+    except typst.TypstError as error:
+        return [letter for letter in letters if f'the text `"{letter}"`' in error.diagnostic]
+    return []
+
+
+@contextmanager
+def _offline() -> Iterator[None]:
+    """Keep the network out of reach for as long as Typst is at work."""
+    before = {name: os.environ.get(name) for name in OFFLINE}
+    os.environ.update(OFFLINE)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def pieces(text: str) -> Iterator[tuple[str, str]]:
@@ -141,9 +195,26 @@ def _folder(templates: Path | None) -> Path | None:
 
 
 def _environment(templates: Path | None, **options: Any) -> Environment:
-    folders = [TEMPLATES] if templates is None else [templates, TEMPLATES]
-    loader = FileSystemLoader(folders)
-    return Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, **options)
+    return Environment(
+        loader=_loader(templates), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, **options
+    )
+
+
+@cache
+def _loader(templates: Path | None) -> _Templates:
+    return _Templates([TEMPLATES] if templates is None else [templates, TEMPLATES])
+
+
+class _Templates(FileSystemLoader):
+    """Folders of templates, which say the place where one is not UTF-8."""
+
+    def get_source(self, environment: Environment, template: str) -> Any:
+        try:
+            return super().get_source(environment, template)
+        except UnicodeDecodeError as error:
+            line = error.object.count(b"\n", 0, error.start) + 1
+            what = f"has the byte 0x{error.object[error.start]:02X}, which is not UTF-8"
+            raise TemplateSyntaxError(what, line, template) from error
 
 
 @cache
@@ -180,16 +251,24 @@ def _rich_typst(text: str) -> Source:
     return Source("".join(calls[style].format(string(part)) for style, part in pieces(text)))
 
 
-def _fill(environment: Environment, name: str, model: ReportModel) -> str:
+def _fill(environment: Environment, name: str, model: ReportModel, lacking: Sequence[str] = ()) -> str:
     try:
-        return environment.get_template(name).render(report=model)
+        return environment.get_template(name).render(report=model, lacking=lacking)
     except TemplateError as error:
-        raise RenderError(f"{_place(error, name)}: {error.message}") from error
+        reason = f"no template {error.name!r}" if isinstance(error, TemplateNotFound) else error.message
+        raise RenderError(f"{_place(error, name)}: {reason}") from error
+    except Exception as error:
+        if environment.loader is _loader(None):
+            raise
+        # A user's template is code, and may fail in any way.
+        raise RenderError(f"{_place(error, name)}: {type(error).__name__}: {error}") from error
 
 
 def _diagnostic(error: typst.TypstError) -> str:
     """What Typst says about the filled template, without our temporary folder and the ends of long lines."""
     text = re.sub(r"\S*__typst_py_bytes__\.typ", f"{PDF}, filled", error.diagnostic.strip() or error.message)
+    text = re.sub(r"[^\s(]*/vireport-\w+/", "", text)
+    text = re.sub(r"failed to download package.*", "packages are not loaded from the network", text)
     return "\n".join(shorten(line) for line in text.splitlines())
 
 
@@ -198,7 +277,7 @@ def shorten(line: str, most: int = 160) -> str:
     return line if len(line) <= most else f"{line[: most - 1]}…"
 
 
-def _place(error: TemplateError, name: str) -> str:
+def _place(error: Exception, name: str) -> str:
     """File and line of a mistake in a template: its own, or those of the last template in the traceback."""
     line = getattr(error, "lineno", None)
     if line is not None:

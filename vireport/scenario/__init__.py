@@ -15,7 +15,7 @@ from vireport.scenario.blocks import (
     inputs,
     to_dict,
 )
-from vireport.scenario.loading import Loaded, LoadedMap, load, load_map, loads, loads_map
+from vireport.scenario.loading import Loaded, LoadedMap, load, load_any, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.schema import init_text, schema
@@ -39,6 +39,7 @@ __all__ = [
     "init_text",
     "inputs",
     "load",
+    "load_any",
     "load_map",
     "loads",
     "loads_map",

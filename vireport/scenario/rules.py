@@ -143,6 +143,8 @@ class _Tree:
 
 
 def _required(tree: _Tree) -> Iterator[Finding]:
+    if tree.at("map") is not None:
+        return  # a file with a map has them among its axes; that it is one is said
     if tree.swept is not None:  # else it is not known which one is swept, so neither is which ones are required
         yield from _not_given(tree, {tree.swept.path} if tree.at("sweep") is not None else set())
 

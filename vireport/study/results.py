@@ -34,6 +34,7 @@ from vireport.physics import Voltages
 from vireport.scenario import to_dict
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study
+from vireport.text import inert_cell
 
 if TYPE_CHECKING:
     from vireport.gate import Criterion
@@ -113,13 +114,15 @@ def csv_bytes(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> bytes:
     """A table as CSV: floats read back exactly, booleans are ``true`` and ``false``, None is empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(head)
+    writer.writerow(map(inert_cell, head))
     writer.writerows([_cell(value) for value in row] for row in rows)
     return text.getvalue().encode()
 
 
 def _cell(value: Any) -> Any:
-    return repr(value) if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else value
+    if isinstance(value, bool):
+        return str(value).lower()
+    return inert_cell(value) if isinstance(value, str) else repr(value) if isinstance(value, float) else value
 
 
 def _motions(motions: Motions) -> dict[str, list[Any]]:

@@ -6,23 +6,24 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vireport.analysis import Solution, Sweep, solution_of
 from vireport.gate import Alert, Criterion, Verdict, alerts, assess, verdict_of
 from vireport.physics import Device, Membrane
 from vireport.progress import Progress
-from vireport.scenario import Loaded, Scenario, blocks
+from vireport.scenario import Loaded, Scenario, blocks, load
 from vireport.study.plan import FORMATS, Plan, Task, plan
 from vireport.study.provenance import provenance_of
-from vireport.text import bounded, html_table, significant
+from vireport.text import bounded, html_table, significant, visible
 
 if TYPE_CHECKING:
     from vireport.proofs import Certificate
     from vireport.trust import Compliance, CrossCheck, WorkPrecision
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Study:
     """The results of one scenario; what its plan leaves out is None or empty.
 
@@ -83,6 +84,9 @@ class Study:
 
         return [row for branch in self.to_dict()["branches"] for row in branch_rows(branch)]
 
+    def __repr__(self) -> str:
+        return f"<Study of {visible(self.loaded.document.name)}: {self.verdict.headline}>"
+
     def _repr_html_(self) -> str:
         """The verdict and the critical points, for a notebook."""
         title = escape(self.scenario.title or self.loaded.document.name)
@@ -139,13 +143,13 @@ def sweep_of(scenario: Scenario) -> Sweep | None:
     return Sweep(device_of(scenario), asked.parameter, asked.from_, asked.to) if asked else None
 
 
-def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
+def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
     """Solve a scenario: motions, admissibility, stability, critical points, voltages, simulation, as its plan says.
 
     Parameters
     ----------
-    loaded : Loaded
-        From `scenario.load`.
+    source : Loaded, str or Path
+        From `scenario.load`, or the file.
     formats : iterable of str
         Outputs that are wanted, among `plan.FORMATS`.
     progress : callable, optional
@@ -153,9 +157,12 @@ def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress
 
     Raises
     ------
+    UsageError, ScenarioError
+        If the file cannot be read, or the scenario in it cannot be used.
     NumericalError
         If the scenario is outside the theory (restitution 1), or a point cannot be computed to its error bound.
     """
+    loaded = source if isinstance(source, Loaded) else load(source)
     scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
     solution = solution_of(device_of(scenario), membrane_of(scenario), sweep_of(scenario), steps.runs(Task.DESIGN))
     study = Study(loaded, steps, solution)

@@ -1,5 +1,6 @@
-"""Numbers as text, tables of them, and text in Markdown."""
+"""Numbers as text, tables of them, text in Markdown, and text that is not ours."""
 
+from vireport.text.foreign import inert_cell, visible
 from vireport.text.formatting import (
     ABSENT,
     MINUS,
@@ -41,6 +42,7 @@ __all__ = [
     "error_bound",
     "exact",
     "html_table",
+    "inert_cell",
     "markdown_table",
     "markdown_text",
     "numbers",
@@ -51,5 +53,6 @@ __all__ = [
     "scaled",
     "significant",
     "texts",
+    "visible",
     "words",
 ]

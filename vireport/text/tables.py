@@ -12,11 +12,15 @@ from html import escape
 from textwrap import fill
 from typing import ClassVar, Literal
 
+from vireport.text.foreign import visible
+
 LINE = 110
 """Characters after which a paragraph is broken on a terminal."""
 
 
 _MARKS = re.compile(r"([\\`*_\[\]|~$])")
+_LINKS = re.compile(r"@(?=\w)|#(?=\d)|:(?=//)|\bwww(?=\.)|\bmailto(?=:)", re.IGNORECASE)
+"""What sites like GitHub make a link of, or a message to somebody."""
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 _RULES = {"left": "---", "right": "---:"}
 
@@ -104,15 +108,18 @@ def plain_table(table: Table) -> str:
 
 
 def markdown_text(text: str) -> str:
-    r"""Plain text on one line, with nothing in it that Markdown or HTML would read as markup.
+    r"""Plain text on one line, with nothing in it that Markdown or HTML would read as markup, a mention or a link.
+
+    Mentions and bare addresses are kept apart by a word joiner, U+2060, which has no width.
 
     Examples
     --------
     >>> markdown_text("U_ave < 2 kV")
     'U\\_ave &lt; 2 kV'
     """
-    plain = " ".join(text.encode("utf-8", "replace").decode().split())
-    return _MARKS.sub(r"\\\1", plain.translate(_ENTITIES))
+    plain = visible(" ".join(text.split()))
+    apart = _LINKS.sub(lambda found: f"{found[0]}\u2060", plain)
+    return _MARKS.sub(r"\\\1", apart.translate(_ENTITIES))
 
 
 def markdown_table(head: Sequence[str], align: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
