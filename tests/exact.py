@@ -14,7 +14,12 @@ import numpy as np
 from vireport import reference
 from vireport.analysis import CriticalKind, CriticalPoint, Family, Motions, Orbits, Sweep, orbits, touches
 from vireport.analysis.stability import flight_jacobians
+from vireport.physics import Membrane
 from vireport.reference import mp, mpf
+from vireport.scenario import Parameter
+
+STEP = mpf(10) ** -25
+"""Step of the differences that give the direction across a curve of motions."""
 
 
 def return_determinant(orbit: Orbits, r: float) -> Any:
@@ -35,12 +40,17 @@ def residuals(sweep: Sweep, x: Sequence[Any]) -> list[Any]:
     return reference.periodicity(state, d, gbar, mpf(sweep.device.restitution), sweep.device.period_ratio)
 
 
+def _scale(x: Any) -> Any:
+    """Size of a velocity or phase; 1 for one that is zero but for rounding."""
+    return abs(x) if abs(x) > 1e-12 else 1
+
+
 def motion_near(sweep: Sweep, x: Sequence[Any], *more: reference.Equations) -> list[Any]:
     """The nearest motion of a sweep, or the one that fulfils further equations."""
     return reference.newton(
         lambda y: [*residuals(sweep, y), *(one for equations in more for one in equations(y))],
         list(x),
-        [abs(x[0]) or 1, abs(x[1]) or 1, 1, abs(x[3]) or 1],
+        [_scale(x[0]), _scale(x[1]), 1, abs(x[3]) or 1],
     )
 
 
@@ -60,6 +70,69 @@ def quantities(sweep: Sweep, x: Sequence[Any]) -> dict[str, Any]:
         "trace": reference.trace(state, gbar, r, n),
         "phi_top": mp.fmod(x[1] + 2 * n * mp.pi * (x[2] + mpf(1) / 2), 2 * mp.pi),
     }
+
+
+def all_quantities(sweep: Sweep, x: Sequence[Any], membrane: Membrane) -> dict[str, Any]:
+    """The numbers of a motion and of its impacts, by the names of `Motions` and `Voltages`."""
+    r, found = mpf(sweep.device.restitution), quantities(sweep, x)
+    gap = reference.wall_gap((x[0], x[1], x[2]), found["d"], found["gbar"], r, sweep.device.period_ratio)
+    names = Parameter.AMPLITUDE, Parameter.FREQUENCY
+    force, frequency = (mpf(x[3] if name is sweep.parameter else getattr(sweep.device, name)) for name in names)
+    unit = force / (2 * mpf(sweep.device.capsule_mass_kg) * frequency)
+    impacts = (reference.voltage(unit * abs(found[f"velocity_{at}"]), membrane) for at in ("bottom", "top"))
+    (deep_bottom, bottom), (deep_top, top) = impacts
+    return {
+        **found,
+        "determinant": r**4,
+        "discriminant": found["trace"] ** 2 - 4 * r**4,
+        "wall_gap": gap,
+        "bottom_v": bottom,
+        "top_v": top,
+        "average_v": (bottom + top) / 2,
+        "deflection_m": max(deep_bottom, deep_top),
+    }
+
+
+def error_of(found: float, exact: Any, name: str) -> float:
+    """How far a number is from the exact one; phases are compared on the circle."""
+    away = mpf(float(found)) - exact
+    if name.startswith("phi"):
+        away = mp.fmod(away + 3 * mp.pi, 2 * mp.pi) - mp.pi
+    return float(abs(away))
+
+
+def _across(sweep: Sweep, x: list[Any]) -> tuple[Any, Any]:
+    """The direction across the curve of motions, in q and phase."""
+    base = mp.matrix(residuals(sweep, x))
+    columns = []
+    for i in range(4):
+        step = STEP * (abs(x[3]) if i == 3 else 1)
+        columns.append((mp.matrix(residuals(sweep, [*x[:i], x[i] + step, *x[i + 1 :]])) - base) / step)
+    tangent = [
+        (-1) ** i * mp.det(mp.matrix([[columns[k][row] for k in range(4) if k != i] for row in range(3)]))
+        for i in range(4)
+    ]
+    return -tangent[1], tangent[2]
+
+
+def exact_row(sweep: Sweep, m: Motions, row: int, membrane: Membrane) -> dict[str, Any]:
+    """The exact motion next to a row: straight across the curve."""
+    given = [mpf(x) for x in unknowns(m, row)]
+    near = motion_near(sweep, given)
+    normal = _across(sweep, near)
+
+    def aside(x: list[Any]) -> list[Any]:
+        return [((x[2] - given[2]) * normal[1] - (x[1] - given[1]) * normal[0]) / mp.norm(mp.matrix(normal))]
+
+    return all_quantities(sweep, motion_near(sweep, near, aside), membrane)
+
+
+def exact_at(sweep: Sweep, m: Motions, row: int, value: float, membrane: Membrane) -> dict[str, Any]:
+    """The exact motion at a value of the swept parameter."""
+    start = [mpf(x) for x in unknowns(m, row)[:3]]
+    scale = [_scale(start[0]), _scale(start[1]), 1]
+    state = reference.newton(lambda x: residuals(sweep, [*x, mpf(value)]), start, scale)
+    return all_quantities(sweep, [*state, mpf(value)], membrane)
 
 
 def critical_motion(sweep: Sweep, critical: CriticalPoint) -> list[Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,28 @@ def random_sweeps(count: int, seed: int) -> list[Sweep]:
     return sweeps
 
 
+def sweep_grid() -> list[Sweep]:
+    """Sweeps of every parameter with every n, inclination and restitution of a list, in a shuffled order.
+
+    Those over the inclination begin at 0, next to it, or inside, and end at 90 degrees or before.
+    """
+    rng = np.random.default_rng(20190301)
+    sweeps = []
+    for parameter, n, k, r in product(Parameter, (1, 2, 3), range(5), (0.02, 0.5, 0.98)):
+        mass, frequency = float(10 ** rng.uniform(-2, 0.5)), float(10 ** rng.uniform(-0.3, 1.5))
+        force = mass * 9.8 / float(10 ** rng.uniform(-1.5, 0))
+        length = float(10 ** rng.uniform(-0.8, 0.2)) * n * force / (4 * mass * frequency**2)
+        values = dict(zip(Parameter, (length, force, frequency, (0.0, 1e-9, 1e-3, 30.0, 90.0)[k]), strict=True))
+        if parameter is Parameter.INCLINATION:
+            inside = rng.uniform(1.0, 80.0, 2).tolist()
+            start, end = ((0.0, inside[0]), (0.0, 90.0), (1e-3, 90.0), (inside[0], 90.0), sorted(inside))[k]
+        else:
+            start, end = values[parameter] * rng.uniform(0.3, 0.9), values[parameter] * rng.uniform(1.1, 3.0)
+        device = Device(mass, r, 9.8, **values, period_ratio=n)
+        sweeps.append(Sweep(device, parameter, float(start), float(end)))
+    return [sweeps[i] for i in rng.permutation(len(sweeps))]
+
+
 @st.composite
 def sweeps(draw: Any) -> Sweep:
     """A sweep with gbar and d over many decades, in either direction."""
@@ -74,18 +97,19 @@ def _ends(draw: Any, parameter: Parameter, value: float, factor: float) -> tuple
 def solvable_trees(draw: Any) -> dict[str, Any]:
     """Scenarios as plain data, of any size; half of them with groups for which there is something to find."""
     capsule, frequency, beta = draw(decades(-14, 14)), draw(decades(-14, 14)), draw(inclinations)
+    gravity = draw(st.just(9.8) | decades(-10, 3))
     if draw(st.booleans()):
         force, length = draw(decades(-14, 14)), draw(decades(-14, 14))
     else:
         gbar, d = draw(decades(-6, 1)), draw(decades(-3, 1))
         frequency, capsule = draw(decades(-3, 3)), draw(decades(-6, 6))
-        force = float(np.clip(capsule * 9.8 * np.sin(np.radians(max(beta, 1e-3))) / gbar, 1e-14, 1e14))
+        force = float(np.clip(capsule * gravity * np.sin(np.radians(max(beta, 1e-3))) / gbar, 1e-14, 1e14))
         length = float(np.clip(d * force / (4 * capsule * frequency**2), 1e-14, 1e14))
     device = {"capsule_mass_kg": capsule, "restitution": draw(restitutions), "length_m": length}
     tree = {
         "schema_version": 1,
-        "period_ratio": draw(st.sampled_from([1, 1, 1, 2, 3, 7])),
-        "gravity_m_s2": 9.8,
+        "period_ratio": draw(st.sampled_from([1, 1, 1, 2, 3, 7, 20])),
+        "gravity_m_s2": gravity,
         "inclination_deg": beta,
         "device": device,
         "excitation": {"amplitude_n": force, "frequency_hz": frequency},
@@ -103,10 +127,25 @@ def solvable_trees(draw: Any) -> dict[str, Any]:
     if draw(st.integers(0, 3)):
         parameter = draw(st.sampled_from(Parameter))
         value = dict(zip(Parameter, (length, force, frequency, beta), strict=True))[parameter]
-        ends = draw(_ends(parameter, value, 1 + draw(decades(-6, 2))))
+        ends = draw(_ends(parameter, value, 1 + draw(decades(-6, 2))) | _anywhere(parameter))
         low, high = (x if parameter is Parameter.INCLINATION else float(np.clip(x, 1e-15, 1e15)) for x in ends)
         tree["sweep"] = {"parameter": parameter.value, "from": low, "to": high}
+        if low != high and draw(st.booleans()):
+            tree["requirements"] = {"stable_from": min(low, high), "stable_to": max(low, high)}
+    if draw(st.booleans()):
+        tree["simulation"] = {"starts": draw(st.integers(1, 3)), "impacts": 200}
+        if "sweep" in tree:
+            tree["simulation"]["samples"] = draw(st.integers(2, 5))
+            tree.get("requirements", {})["crosscheck_passed"] = True
     return tree
+
+
+def _anywhere(parameter: Parameter) -> st.SearchStrategy[tuple[float, float]]:
+    """Both ends of a sweep anywhere in the limits of its parameter."""
+    end = inclinations
+    if parameter is not Parameter.INCLINATION:
+        end = decades(*(float(np.log10(limit)) for limit in parameter.limits))
+    return st.tuples(end, end).filter(lambda ends: abs(ends[1] - ends[0]) > 1e-8 * max(ends))
 
 
 @st.composite

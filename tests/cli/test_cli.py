@@ -166,7 +166,7 @@ def test_plan_says_what_runs_and_what_is_left_out(example) -> None:
     for name, line in skipped.items():
         assert f"no {'accuracy' if name in ('accuracy', 'compliant') else 'simulation'} block" in line
     sparse = vireport("plan", str(example("horizontal")), "--format", "json").stdout.decode()
-    assert "no figure, HTML or PDF is asked for" in sparse
+    assert next(line for line in sparse.splitlines() if "figure-2" in line).startswith("skip")
 
 
 def test_without_a_ball_mass_no_energy_is_evaluated(example, tmp_path: Path) -> None:
@@ -213,30 +213,6 @@ def test_a_reader_that_goes_away_is_no_error(example) -> None:
     run = subprocess.run(command, shell=True, capture_output=True)
     assert b"Traceback" not in run.stderr
     assert run.stdout == b'{\n"schema_'
-
-
-def test_interrupting_leaves_old_files_and_nothing_half_written(example, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    out.mkdir()
-    (out / "results.json").write_text("old")
-    code = (
-        "import os, signal, vireport.files as o\n"
-        "real = o.write_whole\n"
-        "def write(path, data):\n"
-        "    if path.name == 'results.json': os.kill(os.getpid(), signal.SIGINT)\n"
-        "    real(path, data)\n"
-        "o.write_whole = write\n"
-        "import sys; from vireport.cli import main; sys.exit(main(sys.argv[1:]))"
-    )
-    run = subprocess.run(
-        [sys.executable, "-c", code, str(example("inclined")), "-o", str(out), "--format", "json,csv"],
-        preexec_fn=heeding_ctrl_c,
-        capture_output=True,
-    )
-    assert run.returncode == 130
-    assert (out / "results.json").read_text() == "old"
-    assert {path.name for path in out.iterdir()} <= {"results.json", "branches.csv"}
-    assert b"Traceback" not in run.stderr
 
 
 def test_files_get_the_permissions_that_the_user_asked_for(example, tmp_path: Path) -> None:

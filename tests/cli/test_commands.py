@@ -100,6 +100,27 @@ def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
     assert main(["extremes", "--set", "inclination_deg=1"]) == 2
 
 
+def test_extremes_that_could_not_be_run_are_no_pass(monkeypatch, capsys) -> None:
+    from vireport.extremes import catalogue
+    from vireport.extremes.judge import Case, Finding, NotThereError
+
+    def absent():
+        raise NotThereError("no such point")
+
+    def case(answer=list, needs: str = "") -> Case:
+        return Case("test", "made up", "anything", answer, lambda answer: Finding(""), needs=needs)
+
+    for cases, code in (
+        ([case(), case()], 0),
+        ([case(), case(absent)], 0),
+        ([case(absent)], 3),
+        ([case(), case(needs="no_such_package")], 3),
+    ):
+        monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None, cases=cases: cases)
+        assert main(["extremes"]) == code
+        assert ("case" in capsys.readouterr().err) == (code != 0)
+
+
 def test_explain(capsys) -> None:
     assert main(["explain", "vr010"]) == 0
     assert capsys.readouterr().out.startswith("VR010 (warning)")

@@ -1,46 +1,197 @@
-"""What the README says is true: its Python runs, its YAML is valid, its files and commands exist."""
+"""What README.md and docs/ say is true: Python runs, scenarios and commands are valid, links lead somewhere."""
 
 from __future__ import annotations
 
 import re
+import shlex
+import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import typer
 
-from vireport import loads
+from vireport import loads, results
+from vireport.alerts import AlertCode
 from vireport.cli.app import app
+from vireport.scenario import loads_map, schema
+from vireport.study import provenance_of
 
 ROOT = Path(__file__).resolve().parents[2]
-TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+README = ROOT / "README.md"
+DOCS = sorted((ROOT / "docs").glob("*.md"))
+PAGES = [README, *DOCS, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
+FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+CODE = re.compile(r"`[^`]*`")
+COMMANDS = typer.main.get_command(app)
+
+every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", TEXT, re.DOTALL)
+def text_of(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
 
 
-def test_the_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def blocks(page: Path, language: str) -> list[str]:
+    return [code for name, code in FENCED.findall(text_of(page)) if name == language]
+
+
+def prose(page: Path) -> str:
+    """A page without its code."""
+    return CODE.sub("", FENCED.sub("", text_of(page)))
+
+
+def anchors(page: Path) -> set[str]:
+    """Names that GitHub gives to the headings of a page."""
+    headings = re.findall(r"^#+ (.+)$", FENCED.sub("", text_of(page)), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
+
+
+def commands() -> list[tuple[str, str]]:
+    """Command lines in indented blocks, with the page that they are on."""
+    command = re.compile(r"^    (\S*vireport .*|.* && \S*vireport .*)$", re.MULTILINE)
+    return [(page.name, line) for page in PAGES for line in command.findall(text_of(page))]
+
+
+def test_the_python_of_the_readme_prints_what_matters(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     monkeypatch.chdir(ROOT)
-    (code,) = blocks("python")
+    (code,) = blocks(README, "python")
     exec(compile(code, "README.md", "exec"), {})
     out = capsys.readouterr().out
-    assert "B1 period_doubling 0.6294571410117573" in out
-    assert "stable node" in out
+    assert "B1 period doubling 0.6294571410117573 +- 1.1" in out
+    assert "stable from 0.6294571410117573 to 0.75 m" in out
+    assert "stable node: U_ave = 42.84 kV" in out
 
 
-def test_the_scenario_is_valid() -> None:
-    scenario, simulation = blocks("yaml")
-    assert loads(scenario).scenario.simulation is None
-    asked = loads(scenario + simulation.replace("5.31", "0.69")).scenario.simulation
-    assert asked is not None
-    assert asked.portraits == (0.69,)
+@pytest.mark.parametrize("page", DOCS, ids=lambda page: page.name)
+def test_the_python_of_the_docs_runs(page: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    monkeypatch.chdir(ROOT)
+    for code in blocks(page, "python"):
+        exec(compile(code, page.name, "exec"), {})
+        assert capsys.readouterr().out
 
 
-def test_links_lead_somewhere() -> None:
-    for target in re.findall(r"\]\(([^)]+)\)", TEXT):
-        assert target.startswith("http") or (ROOT / target).exists(), target
+def test_scenarios_are_valid() -> None:
+    (scenario,) = blocks(README, "yaml")
+    assert loads(scenario).scenario.sweep is not None
+    for page in DOCS:
+        for block in blocks(page, "yaml"):
+            if "map:" in block:
+                assert loads_map(block).block.axes
+            else:
+                assert loads(scenario + block)
 
 
-def test_every_command_is_named() -> None:
-    for command in app.registered_commands:
-        name = command.name or (command.callback.__name__ if command.callback else "")
-        assert f"vireport {name}" in TEXT, name
+@every_page
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)]+)\)", prose(page)):
+        if target.startswith("https://"):
+            continue
+        file, _, anchor = target.partition("#")
+        path = (page.parent / file).resolve() if file else page
+        assert path.is_file(), target
+        assert not anchor or anchor in anchors(path), target
+
+
+@every_page
+def test_sources_that_are_named_exist(page: Path) -> None:
+    folders = ("vireport", "templates", "tools", "tests", "benchmarks")
+    files = [f"/{path.relative_to(ROOT).as_posix()}" for folder in folders for path in (ROOT / folder).rglob("*.*")]
+    for name in re.findall(r"[\w/]+\.(?:py|css|(?:html|typ)\.j2)\b", text_of(page)):
+        assert any(file.endswith(f"/{name}") for file in files), name
+
+
+def test_every_page_of_the_docs_can_be_reached_from_the_readme() -> None:
+    for page in DOCS:
+        assert f"](docs/{page.name})" in text_of(README)
+
+
+def test_every_picture_is_shown() -> None:
+    shown = "".join(map(text_of, PAGES))
+    for picture in (ROOT / "examples" / "pictures").iterdir():
+        assert f"examples/pictures/{picture.name})" in shown, picture.name
+
+
+@every_page
+def test_tables_are_whole(page: Path) -> None:
+    """A table is a head, a rule and rows with as many cells each; an empty line would end it."""
+    for table in re.findall(r"(?:^\|.*\n)+", text_of(page), re.MULTILINE):
+        rows = [re.split(r"(?<!\\)\|", row)[1:-1] for row in table.splitlines()]
+        assert len(rows) > 2, table
+        assert all(re.fullmatch(r":?-+:?", cell.strip()) for cell in rows[1]), table
+        assert {len(row) for row in rows} == {len(rows[0])}, table
+
+
+def test_every_command_and_exit_code_stands_in_a_table() -> None:
+    for name in COMMANDS.commands:
+        assert re.search(rf"^\| `vireport {name}\b", text_of(README), re.MULTILINE), name
+    for code in (0, 1, 2, 3, 130):
+        assert re.search(rf"^\| {code} \|", text_of(README), re.MULTILINE), code
+
+
+@pytest.mark.parametrize(("page", "line"), commands())
+def test_commands_are_understood(page: str, line: str) -> None:
+    """Each exists with its options, and its files are there where they are examples."""
+    words = shlex.split(re.split(r"&&", line)[-1])
+    assert words[0].endswith("vireport"), line
+    arguments = words[1:] if words[1] in COMMANDS.commands else ["run", *words[1:]]
+    COMMANDS.commands[arguments[0]].make_context(arguments[0], arguments[1:])
+    assert all((ROOT / word).is_file() for word in words if word.startswith("examples/") and ">" not in line), line
+
+
+def test_the_two_commands_are_those_that_are_tested() -> None:
+    first, second = re.findall(r"^    (python3 .*|\./test\.sh)$", text_of(README), re.MULTILINE)
+    assert first == "python3 -m venv .venv && .venv/bin/pip install . && .venv/bin/vireport examples/inclined.yaml"
+    assert second == "./test.sh"
+    assert (ROOT / "test.sh").stat().st_mode & 0o100
+
+
+def named(page: str) -> set[str]:
+    """What stands as code on a page of the docs."""
+    return {word for code in re.findall(r"`([^`\n]+)`", text_of(ROOT / "docs" / page)) for word in code.split(", ")}
+
+
+def test_every_key_of_a_scenario_is_documented() -> None:
+    def paths(node: dict, path: str = "") -> Iterator[str]:
+        for name, key in node.get("properties", {}).items():
+            here = f"{path}{name}"
+            references = [part["$ref"] for part in [key, *key.get("anyOf", [])] if "$ref" in part]
+            if not references:
+                yield here
+            for reference in references:
+                yield from paths(whole["$defs"][reference.rpartition("/")[2]], f"{here}.")
+
+    whole = schema()
+    keys = set(paths(whole))
+    assert {"sweep.from", "device.membrane.exponent", "requirements.crosscheck_passed"} <= keys
+    assert keys <= named("scenario.md")
+
+
+def test_every_key_of_the_results_is_documented(study_of) -> None:
+    study = study_of("inclined")
+    data = results(study, provenance_of(study.loaded, ""))
+    words = named("results.md")
+    assert set(data) <= words
+    assert set(data["branches"][0]) | {"null_means"} <= words
+    for point in data["critical_points"]:
+        assert {*point} - {"velocity_bottom", "velocity_top"} <= words
+    assert {"margins", "stable_range", *data["design_point"]["margins"][0], *data["stable_range"][0]} <= words
+
+
+def test_alerts_that_are_named_exist() -> None:
+    for page in PAGES:
+        assert set(re.findall(r"\bVR\d{3}\b", text_of(page))) <= set(AlertCode)
+
+
+def test_the_layers_are_those_of_the_import_contract() -> None:
+    (contract,) = tomllib.loads(text_of(ROOT / "pyproject.toml"))["tool"]["importlinter"]["contracts"]
+    layers = "".join(rf"    {re.escape(layer)}  .*\n" for layer in contract["layers"])
+    assert re.search(layers, text_of(ROOT / "CONTRIBUTING.md"))
+
+
+def test_extras_that_are_named_exist() -> None:
+    extras = tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]["optional-dependencies"]
+    sources = [*PAGES, *(ROOT / "vireport").rglob("*.py")]
+    named = {name for path in sources for name in re.findall(r"(?:vireport|\.)\[([a-z,]+)\]'", text_of(path))}
+    assert {name for names in named for name in names.split(",")} <= set(extras)
+    assert "simulation" in named

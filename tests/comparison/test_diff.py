@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import io
 import json
 from functools import cache
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 import pytest
 
 from vireport import analyse, diff, load
+from vireport.cli import main
 from vireport.comparison.baseline import Change, changes, diff_json, diff_markdown, diff_text, read_baseline
 from vireport.errors import UsageError
 from vireport.study.study import Study
@@ -193,3 +195,60 @@ def test_a_baseline_is_read_or_refused_with_what_is_missing(tmp_path: Path) -> N
     del broken["critical_points"][0]["kind"]
     with pytest.raises(UsageError, match="'kind' is missing"):
         diff(broken, study())
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 10**400, -(10**400)])
+def test_a_baseline_of_numbers_that_are_none_is_refused(value, tmp_path: Path, capsys) -> None:
+    path, data = tmp_path / "results.json", results()
+    data["branches"][0]["velocity_bottom"][3] = value
+    path.write_text(json.dumps(data))
+    assert main(["diff", str(path), str(EXAMPLES / "inclined.yaml")]) == 2
+    err = capsys.readouterr().err
+    assert "branches[0].velocity_bottom[3]" in err
+    assert "finite" in err
+
+
+@pytest.mark.parametrize("tolerance", ["nan", "inf", "-1"])
+def test_a_tolerance_that_hides_changes_is_refused(tolerance: str, tmp_path: Path) -> None:
+    path = tmp_path / "results.json"
+    path.write_text(json.dumps(results()))
+    assert main(["diff", str(path), str(EXAMPLES / "inclined.yaml"), "--tolerance", tolerance]) == 2
+
+
+def test_standard_input_is_the_baseline_or_the_scenario(tmp_path: Path, monkeypatch, capsys) -> None:
+    scenario, before = EXAMPLES / "inclined.yaml", json.dumps(results()).encode()
+    (tmp_path / "results.json").write_bytes(before)
+    for given, arguments in (
+        (before, ["-", str(scenario)]),
+        (scenario.read_bytes(), [str(tmp_path / "results.json"), "-"]),
+    ):
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(given)))
+        assert main(["diff", *arguments]) == 0
+        assert "No change" in capsys.readouterr().out
+    assert main(["diff", "-", "-"]) == 2
+
+
+def test_text_of_a_baseline_is_text(tmp_path: Path, capsys) -> None:
+    data = results()
+    data["alerts"].append({"code": "\x1b[2J\n::error::", "title": "x" * 9000, "severity": "note\n::warning::"})
+    (tmp_path / "results.json").write_text(json.dumps(data))
+    assert main(["diff", str(tmp_path / "results.json"), str(EXAMPLES / "inclined.yaml")]) == 1
+    out = capsys.readouterr().out
+    assert "\x1b" not in out
+    assert "::" not in out
+    assert len(out) < 1000
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [("gravity_m_s2", 1e-320), ("gravity_m_s2", 1e308), ("excitation", {}), ("sweep", [1]), ("device", None)],
+)
+def test_a_baseline_of_a_scenario_that_cannot_be_is_refused_or_compared(place, value) -> None:
+    data = results()
+    data["scenario"][place] = value
+    found: tuple[Change, ...] | str
+    try:
+        found = diff(data, study())
+    except UsageError as error:
+        found = str(error)
+    assert found

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from vireport import analyse, loads
+from vireport.alerts import CATALOGUE, AlertCode, explanation
+from vireport.analysis.kinds import Change
 from vireport.analysis.sensitivity import contact_share, mass_elasticity, restitution_effect
 from vireport.errors import UsageError
-from vireport.gate import AlertCode, explanation
-from vireport.gate.alerts import CHECKS
+from vireport.gate.alerts import CAUSES
 
 
 def codes(example, name: str, *overrides: str) -> set[str]:
@@ -18,10 +19,10 @@ def codes(example, name: str, *overrides: str) -> set[str]:
 
 
 def test_every_code_has_one_check_and_is_explained() -> None:
-    assert [check.code for check in CHECKS] == list(AlertCode)
-    for check in CHECKS:
-        text = explanation(check.code.lower())
-        assert text.startswith(f"{check.code} ({check.severity}): {check.title}")
+    assert [known.code for known in CATALOGUE] == list(CAUSES) == list(AlertCode)
+    for known in CATALOGUE:
+        text = explanation(known.code.lower())
+        assert text.startswith(f"{known.code} ({known.severity}): {known.title}")
         assert "Cause:" in text
         assert "Remedy:" in text
         assert max(map(len, text.splitlines())) <= 100
@@ -58,6 +59,16 @@ def test_next_to_a_fold_digits_are_said_to_be_missing(example, study_of) -> None
     raised = [codes(example, "horizontal", "inclination_deg=0.5", one) for one in at]
     assert any("VR008" in one for one in raised)
     assert "VR008" not in {alert.code for alert in study_of("horizontal").alerts}
+
+
+def test_at_a_grazing_point_it_is_undecided_whether_there_is_a_motion(example) -> None:
+    text = example("horizontal").read_text()
+    tilted = analyse(loads(text, overrides=["inclination_deg=14"]))
+    grazing = next(c.point.sweep_value for c in tilted.solution.critical_points if c.change is Change.TOUCH)
+    for length, raised in ((grazing, True), (1.001 * grazing, False)):
+        study = analyse(loads(text, overrides=["inclination_deg=14", f"device.length_m={length!r}"]))
+        assert ("VR014" in {alert.code for alert in study.alerts}) == raised
+        assert any(study.to_dict()["design_point"]["admissible_undecided"]) == raised
 
 
 def test_restitution_effect_is_the_derivative(study_of) -> None:

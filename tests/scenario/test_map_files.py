@@ -9,7 +9,8 @@ import sys
 import pytest
 
 from vireport.errors import ScenarioError, UsageError
-from vireport.scenario import AxisPath, Parameter, Sampling, load_map, loads, loads_map
+from vireport.scenario import Parameter, Sampling, load_map, loads, loads_map
+from vireport.scenario.blocks import AxisPath
 
 HELD = """\
 schema_version: 1
@@ -112,6 +113,16 @@ def test_every_parameter_of_a_scenario_can_be_varied():
             "schema_version: 1\ntitel: x",
             (2, "titel", "did you mean 'title'? (allowed: schema_version,"),
         ),
+        ("from: 0, ", "", (6, "map.axes.0", "from missing (an axis has from, to, count, or values)")),
+        ("count: 20", "count: 2.5", (6, "map.axes.0.count", "got 2.5, which is not a whole number")),
+        (
+            "count: 20",
+            "count: 20, values: [1, 2]",
+            (6, "map.axes.0.from", "an axis has either from, to and count, or values"),
+        ),
+        ("map:\n", "map:\n  samples: 60\n", (5, "map.samples", "a grid has as many cells as its axes say")),
+        ("map:\n", "map:\n  chunks: 60\n", (5, "map.chunks", "unknown key")),
+        ("map:\n", "map:\n  simulate: {starts: 0}\n", (5, "map.simulate.starts", "got 0")),
         (BLOCK, "inclination_deg: 1\n", (1, "map", "without it, the file is for 'vireport run')")),
     ],
 )
@@ -121,6 +132,18 @@ def test_a_mistake_is_named_by_line_and_key(old: str, new: str, expected: tuple[
     found = mistakes(text)
     assert [expected[:2]] == [place[:2] for place in found]
     assert expected[2] in found[0][2]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "fragment"),
+    [
+        ("path: inclination_deg", "path: device.length_m", "map.axes.1.path", "device.length_m is axis 0 already"),
+        ("map:\n", "map:\n  sampling: sobol\n  samples: 100\n", "map.samples", "which is no power of 2"),
+        ("map:\n", "map:\n  sampling: list\n", "map.axes.0", "a list needs values"),
+    ],
+)
+def test_a_mistake_among_others(old: str, new: str, place: str, fragment: str):
+    assert fragment in {path: message for _, path, message in mistakes(TEXT.replace(old, new))}[place]
 
 
 @pytest.mark.parametrize(

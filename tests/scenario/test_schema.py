@@ -100,7 +100,7 @@ def test_unit_in_the_key_is_the_unit_in_the_schema(suffix):
 
 def test_template_has_every_key_and_the_defaults():
     head, marked, block = init_text().partition("# simulation:")
-    assert loads(init_text()).scenario.simulation is None  # commented out: it needs a package that may not be there
+    assert loads(init_text()).scenario.simulation is None  # commented out: it takes a while
     loaded = loads(head + (marked + block).replace("\n# ", "\n").removeprefix("# "))
     assert loaded.given == set(KEYS)
     plain = to_dict(loaded.scenario)

@@ -318,3 +318,34 @@ def test_a_diagram_does_not_mistake_a_slow_approach_for_a_longer_period() -> Non
 def test_an_empty_list_of_starts_is_refused() -> None:
     with pytest.raises(ValueError, match="start"):
         attractors(0.4, 0.2, 0.5, [], 10)
+
+
+def test_flights_that_lose_the_forcing_phase_are_not_called_chaotic() -> None:
+    """Through d = 1e13 a ball flies some 1e13 t_c, after which rounding leaves nothing of the phase."""
+    found = find_attractor(1e13, 0.0, 0.5, InFlight(0.0, 0.8, 1.0))
+    assert (found.outcome, found.cycle) == (Outcome.UNRESOLVED, None)
+    assert simulate(1e13, 0.0, 0.5, InFlight(0.0, 0.8, 1.0), 5).outcome is Outcome.UNRESOLVED
+    assert find_attractor(1e3, 0.0, 0.5, InFlight(0.0, 0.8, 1.0)).outcome is not Outcome.UNRESOLVED
+
+
+def test_impacts_within_a_moment_are_no_periodic_motion() -> None:
+    """Between membranes hardly apart a lap takes no time, so that nothing changes in it: it is not a period."""
+    d, r = 1e-20, 1.0
+    rows = trajectory((d, 0.0, r), Impact(BOTTOM, 0.5, 1.0), 60)
+    assert cycles.recurrences(rows)
+    assert all(refine(check_model(d, 0.0, r)[0], rows, length) is None for length in cycles.recurrences(rows))
+    assert find_attractor(d, 0.0, r, Impact(BOTTOM, 0.5, 1.0), budget=2000).outcome is Outcome.APERIODIC
+
+
+def test_a_slow_spiral_into_a_cycle_is_on_its_way() -> None:
+    """At r = 1 - 1e-6 a motion is approached by 2e-6 in a period while it is circled: it cannot be waited for."""
+    phase, velocity = 1.1037086014e-06, 0.7026427185643835
+    found = find_attractor(0.5, 0.0, 0.999999, Impact(BOTTOM, velocity * (1 + 1e-6), phase))
+    assert (found.outcome, found.word, found.period) == (Outcome.PERIODIC, "BT", 1)
+    assert SETTLED < found.distance < 1e-5
+
+
+def test_the_jacobian_of_a_flight_of_any_length_is_finite() -> None:
+    rows = trajectory((1e60, 0.0, 0.5), InFlight(0.0, 1.0, 0.3), 3)
+    assert rows[1:, 2].min() > 1e50
+    assert np.isfinite(jacobians(check_model(1e60, 0.0, 0.5)[0], rows[:-1], rows[1:])).all()

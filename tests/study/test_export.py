@@ -9,7 +9,10 @@ import math
 
 import numpy as np
 import pytest
+from exact import critical_motion, error_of, exact_row
 
+from vireport import reference
+from vireport.reference import mpf
 from vireport.study.provenance import provenance_of
 from vireport.study.results import branches_csv, results_json
 
@@ -61,6 +64,55 @@ def test_numbers_read_back_exactly(study) -> None:
         np.testing.assert_array_equal(row["sweep_value"], branch.motions.sweep_value)
         np.testing.assert_array_equal(row["velocity_top"], branch.motions.velocity_top)
         np.testing.assert_array_equal(row["trace"], branch.motions.trace)
+
+
+NAMES = {
+    **{name: name for name in ARRAYS},
+    "phi_bottom_rad": "phi_bottom",
+    "phi_top_rad": "phi_top",
+    "u_bottom_v": "bottom_v",
+    "u_top_v": "top_v",
+    "u_ave_v": "average_v",
+    "deflection_m": "deflection_m",
+}
+"""Columns of results.json, and the names of the exact numbers."""
+
+
+def test_numbers_are_within_the_bounds_written_beside_them(study) -> None:
+    """By their names, against 40 digits."""
+    errors: dict[str, float] = {}
+    for branch, found in zip(study.solution.branches, parse(study)["branches"], strict=True):
+        for row in np.linspace(0, len(branch.motions) - 1, 4).astype(int):
+            with reference.precise():
+                exact = exact_row(study.solution.sweep, branch.motions, row, study.solution.membrane)
+                for column, bounds in found["error_bounds"].items():
+                    if column == "null_means" or bounds[row] is None:
+                        continue
+                    errors[column] = error_of(found[column][row], exact[NAMES[column]], column)
+                    assert errors[column] <= bounds[row], (branch.number, row, column)
+    assert set(errors) == set(NAMES) - {"stability", "admissible"}
+
+
+def test_stable_ranges_and_margins_are_within_the_bounds_written_beside_them(study) -> None:
+    results, sweep = parse(study), study.solution.sweep
+    with reference.precise():
+        exact = {point.label: critical_motion(sweep, point)[3] for point in study.solution.critical_points}
+        for part in results["stable_range"]:
+            for end in ("from", "to"):
+                reason = part[f"{end}_reason"]
+                value = exact[reason] if reason in exact else mpf(part[end])
+                assert reason in exact or part[end] in (sweep.start, sweep.end)
+                assert abs(mpf(part[end]) - value) <= part[f"{end}_error_bound"]
+        for margin in results["design_point"]["margins"]:
+            away = mpf(margin["distance"]) - (exact[margin["label"]] - mpf(results["design_point"]["value"]))
+            assert 0 < abs(away) <= margin["error_bound"]
+
+
+def test_motions_that_graze_are_undecided(study) -> None:
+    for branch in parse(study)["branches"]:
+        bounds = branch["error_bounds"]["wall_gap"]
+        for gap, bound, is_open in zip(branch["wall_gap"], bounds, branch["admissible_undecided"], strict=True):
+            assert bound is None or is_open == (abs(gap) <= bound)
 
 
 def test_csv_holds_the_same_numbers(study) -> None:
@@ -121,3 +173,12 @@ def test_margins_point_at_the_critical_points(study) -> None:
             value = by_label[margin["label"]]["sweep_value"]
             assert margin["distance"] == pytest.approx(value - design["value"])
         assert math.isclose(margin["relative"], margin["distance"] / design["value"])
+
+
+def test_a_study_is_made_of_a_path_and_shown_on_a_line(example) -> None:
+    from vireport import analyse
+
+    shown = repr(analyse(example("design-point"), ("json",)))
+    assert shown.startswith(f"<Study of {example('design-point')}: Stable 1:1 motion")
+    assert "\n" not in shown
+    assert len(shown) < 400

@@ -10,70 +10,15 @@ import pytest
 pytest.importorskip("pyarrow")
 
 import pyarrow.parquet as pq
+from map_texts import TEXT, written_map
 
-from vireport.errors import ScenarioError
 from vireport.scenario import loads_map
 from vireport.sweep import run_map
-
-HELD = """\
-schema_version: 1
-device: {capsule_mass_kg: 0.1245, ball_mass_kg: 0.0041, restitution: 0.5}
-excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
-"""
-BLOCK = """\
-map:
-  chunk_cells: 60
-  axes:
-    - {path: inclination_deg, from: 0, to: 90, count: 20}
-    - {path: device.length_m, from: 0.2, to: 0.9, count: 25}
-"""
-TEXT = HELD + BLOCK
 
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    path = tmp_path / "map.yaml"
-    path.write_text(TEXT, encoding="utf-8")
-    return path
-
-
-def mistakes(text: str) -> list[str]:
-    with pytest.raises(ScenarioError) as caught:
-        loads_map(text, "m")
-    return [f"{one.line}:{one.path}" for one in caught.value.mistakes]
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "found"),
-    [
-        ("from: 0,", "", ["7:map.axes.0"]),
-        ("count: 20", "count: 2.5", ["7:map.axes.0.count"]),
-        ("count: 20", "count: 20, values: [1, 2]", ["7:map.axes.0.from"]),
-        ("to: 90", "to: 91", ["7:map.axes.0.to"]),
-        ("inclination_deg", "device.length_m", ["7:map.axes.0.from", "8:map.axes.1.path"]),
-        ("inclination_deg", "device.capsule_mass_kg", ["7:map.axes.0.path"]),
-        ("device.length_m, from: 0.2, to: 0.9", "device.ball_mass_kg, from: 0.2, to: 0.9", None),
-        ("restitution: 0.5", "restitution: 1.5", ["2:device.restitution"]),
-        ("chunk_cells: 60", "sampling: sobol\n  samples: 100", None),
-        ("chunk_cells: 60", "sampling: list", None),
-        ("chunk_cells: 60", "simulate: {starts: 0}", ["5:map.simulate.starts"]),
-        ("chunk_cells: 60", "samples: 60", ["5:map.samples"]),
-        ("chunk_cells: 60", "chunks: 60", ["5:map.chunks"]),
-        (BLOCK, "", ["1:map"]),
-        ("map:", "sweep: {parameter: length_m, from: 1, to: 2}\nmap:", ["4:sweep"]),
-    ],
-)
-def test_mistakes_are_found_with_line_and_path(old: str, new: str, found: list[str] | None) -> None:
-    assert old in TEXT
-    got = mistakes(TEXT.replace(old, new))
-    assert got
-    if found is not None:
-        assert sorted(got) == sorted(found)
-
-
-def test_all_mistakes_at_once() -> None:
-    text = TEXT.replace("restitution: 0.5", "restitution: x").replace("to: 90", "to: 95").replace("0.9", "-1")
-    assert mistakes(text) == ["2:device.restitution", "7:map.axes.0.to", "8:map.axes.1.to"]
+    return written_map(tmp_path)
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 from map_texts import CHUNKS, TEXT, result, store_in, undisturbed_result, written_map
 
-from vireport.errors import UsageError
+from vireport.errors import OutputError, UsageError
 from vireport.sweep import run_map
 from vireport.sweep.store import RejectedFileError, encoded_chunk, read_chunk
 
@@ -256,7 +256,7 @@ def test_a_full_disk_is_told_and_the_run_resumed(file: Path, monkeypatch: pytest
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "replace", replace)
-        with pytest.raises(UsageError, match=r"No space left.*run the same command again"):
+        with pytest.raises(OutputError, match=r"No space left.*run the same command again"):
             run_map(str(file), out, workers=1, draw=False)
     assert len(chunk_files(out)) == failing
     run_map(str(file), out, workers=1, draw=False)

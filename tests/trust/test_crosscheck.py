@@ -13,7 +13,14 @@ import pytest
 from vireport import analyse, load, loads
 from vireport.analysis.design import design_point
 from vireport.figures import simulated_points
+from vireport.gate import Status
+from vireport.gate.verdict import Question
+from vireport.simulation import BOTTOM, Impact, Outcome, attractors, find_attractor, random_starts
+from vireport.trust import is_one_to_one
 from vireport.trust.crosscheck import crosscheck, difference, orbits_at, wilson
+
+LIVELY = ["period_ratio=3", "device.restitution=0.9"]
+"""Here starts of the horizontal example end on 1:1 motions of one and of three forcing periods."""
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +85,100 @@ def test_difference_counts_phases_around_the_circle(checked) -> None:
     assert difference(one, turned, row) == pytest.approx(difference(one, motions, row), abs=1e-14)
 
 
+def test_difference_sees_both_impacts_and_half_a_turn(checked) -> None:
+    study = checked["inclined"]
+    one = study.crosscheck.found[-1][0]
+    motions = orbits_at(study.solution.diagram, study.crosscheck.values[-1:])[0]
+    row = int(np.nonzero(motions.stable)[0][0])
+    for name, k, change in (
+        ("velocity_bottom", 0, 1e-3),
+        ("velocity_top", 0, 1e-3),
+        ("phi_bottom", 1, 1e-3),
+        ("phi_top", 1, 1e-3),
+        ("phi_bottom", 1, np.pi),
+        ("phi_top", 1, np.pi),
+    ):
+        moved = replace(motions, **{name: getattr(motions, name) + change})
+        assert difference(one, moved, row)[k] == pytest.approx(change, abs=1e-11)
+        assert difference(one, moved, row)[1 - k] < 1e-11
+
+
+def test_only_the_period_asked_for_counts_as_the_motion(example) -> None:
+    """A 1:1 motion of one forcing period is none of three, though its word is the same."""
+    found = find_attractor(0.4604, 0.28, 0.5, Impact(BOTTOM, 1.0, 0.5))
+    assert (found.word, found.period) == ("BT", 1)
+    assert is_one_to_one(found, 1)
+    assert not is_one_to_one(found, 3)
+    # Here starts end on both.
+    over = [*LIVELY, "device.length_m=6.4759", "sweep=", "simulation={starts: 24}"]
+    check = analyse(loads(example("horizontal").read_text(), overrides=over)).crosscheck
+    assert {(end.word, end.period) for end in check.found[0]} == {("BT", 1), ("BT", 3)}
+    assert check.trials == 24
+    assert check.reached == sum(end.period == 3 for end in check.found[0])
+    assert [(motion.name, motion.count) for motion in check.elsewhere] == [
+        ("BT every forcing period", 24 - check.reached)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "names"),
+    [
+        (["excitation.amplitude_n=1"], {"B every forcing period", "B~ every forcing period"}),
+        (["excitation.amplitude_n=0.5"], {"at rest on the bottom membrane"}),
+        (["excitation.amplitude_n=12"], None),
+    ],
+)
+def test_without_a_motion_the_simulation_says_what_the_device_does(example, overrides: list[str], names) -> None:
+    over = ["simulation={starts: 8}", *overrides]
+    study = analyse(loads(example("design-point").read_text(), overrides=over))
+    check = study.crosscheck
+    assert (check.orbits, check.trials, check.share, check.elsewhere) == (0, 0, None, ())
+    assert sum(motion.count for motion in check.motions) == 8
+    assert names is None or {motion.name for motion in check.motions} == names
+    assert check.motions[0].name in study.verdict.headline
+    data = study.to_dict()["simulation"]
+    assert data["basin"] is None
+    assert [motion["count"] for motion in data["motions"]] == [motion.count for motion in check.motions]
+
+
+def test_where_starts_end_that_do_not_reach_the_motion(example) -> None:
+    """At 3.6 N, and from 3.95 to 4.15 N, a part of the starts stays on the bottom membrane."""
+    over = ["simulation={samples: 5, starts: 64}", "sweep.from=3.6", "sweep.to=4.4"]
+    study = analyse(loads(example("simulated").read_text(), overrides=over))
+    check = study.crosscheck
+    lost = [sum(end.outcome is Outcome.STICKING for end in row) for row in check.found]
+    assert [count > 0 for count in lost] == [True, False, True, False, False]
+    assert 0.05 < lost[0] / 64 < 0.2
+    assert sum(lost) == check.trials - check.reached == sum(motion.count for motion in check.elsewhere)
+    assert all(motion.stays for motion in check.elsewhere)
+    assert (min(m.low for m in check.elsewhere), max(m.high for m in check.elsewhere)) == pytest.approx((3.6, 4.0))
+    fact = next(fact for fact in study.verdict.facts if fact.question is Question.REACHED)
+    assert (fact.status, "B~ every" in fact.detail) == (Status.CAUTION, True)
+    assert f"of {check.trials} starts (95 % interval" in study.verdict.headline
+    assert any("B~ every" in alert.cause for alert in study.alerts if alert.code == "VR021")
+
+
+def test_without_a_simulation_stability_is_called_local(study_of) -> None:
+    verdict = study_of("inclined").verdict
+    assert "local stability only" in verdict.headline
+    assert "Not simulated" in {fact.answer for fact in verdict.facts if fact.question is Question.REACHED}
+
+
+@pytest.mark.slow
+def test_the_interval_holds_the_share_in_95_of_100_runs(example) -> None:
+    """Over 200 seeds. With the same starts at every value it would hold it in 75 of 100."""
+    over = [*LIVELY, "device.length_m=", "sweep.from=6.4", "sweep.to=6.6"]
+    over += ["simulation={samples: 5, starts: 8, impacts: 400}"]
+    study = analyse(loads(example("horizontal").read_text(), overrides=over))
+    asked = study.scenario.simulation
+    many = crosscheck(study.solution, asked.model_copy(update={"starts": 3000}), seed=10**6)
+    exact = many.share[0]
+    assert 0.7 < exact < 0.8
+    intervals = [crosscheck(study.solution, asked, seed=seed).share for seed in range(200)]
+    held = sum(low <= exact <= high for _, low, high in intervals)
+    assert held >= 182  # of a coverage of 95 % fewer are seen once in a hundred times
+
+
 def test_wilson_interval() -> None:
     assert wilson(0, 10)[:2] == (0.0, 0.0)
     assert wilson(10, 10)[2] == 1.0
@@ -101,11 +202,8 @@ def test_overlay_lies_on_the_curves(checked) -> None:
 
 
 def test_results_do_not_depend_on_the_number_of_threads(example) -> None:
-    from vireport.simulation.attractors import attractors
-    from vireport.trust.crosscheck import starting_states
-
-    starts = starting_states([None], 0.5, 3)
     d, gbar = np.linspace(0.25, 0.5, 9), 0.28
+    starts = random_starts(d, 2.0, 3, seed=1)
     one, two = (attractors(d, gbar, 0.5, starts, 500, workers=n) for n in (1, 2))
     assert [[a.word for a in row] for row in one] == [[a.word for a in row] for row in two]
 

@@ -1,6 +1,6 @@
 """The 1:1 motions of a device in closed form: their branches, critical points, margins and error bounds."""
 
-from vireport.analysis.admissibility import Touch, touches, turning_points
+from vireport.analysis.admissibility import touches
 from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.critical import (
     CONDITIONS,
@@ -13,9 +13,16 @@ from vireport.analysis.critical import (
     touch_condition,
     value_condition,
 )
-from vireport.analysis.design import DesignPoint, StableInterval, design_point, motions_at, stable_ranges
+from vireport.analysis.design import (
+    DesignPoint,
+    StableInterval,
+    around_length,
+    design_point,
+    motions_at,
+    stable_ranges,
+)
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
-from vireport.analysis.error_bounds import NO_BOUND, rounded_up
+from vireport.analysis.error_bounds import NO_BOUND, rounded_up, undecided
 from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import sample
 from vireport.analysis.margins import Margin
@@ -27,13 +34,15 @@ from vireport.analysis.solution import SMALLEST_LOSS, Solution, solution_of
 from vireport.analysis.stability import (
     STABILITIES,
     UNSTABLE,
+    Jacobian,
     Stability,
     classify,
     eigenvalues,
     flight_jacobian,
+    product_trace,
     return_trace,
 )
-from vireport.analysis.sweep import Held, Level, Sweep, level_residual, level_terms
+from vireport.analysis.sweep import Held, Level, Sweep, level_residual
 
 __all__ = [
     "CONDITIONS",
@@ -51,6 +60,7 @@ __all__ = [
     "Family",
     "Flight",
     "Held",
+    "Jacobian",
     "Level",
     "Margin",
     "Motions",
@@ -62,7 +72,7 @@ __all__ = [
     "StrandEvent",
     "Sweep",
     "TableRow",
-    "Touch",
+    "around_length",
     "classify",
     "coefficients",
     "contact_share",
@@ -74,7 +84,6 @@ __all__ = [
     "impact_velocities",
     "input_error",
     "level_residual",
-    "level_terms",
     "mass_elasticity",
     "motions_at",
     "motions_of",
@@ -82,6 +91,7 @@ __all__ = [
     "orbits",
     "polish",
     "pressing_condition",
+    "product_trace",
     "restitution_effect",
     "return_trace",
     "rounded_up",
@@ -91,6 +101,6 @@ __all__ = [
     "stable_ranges",
     "touch_condition",
     "touches",
-    "turning_points",
+    "undecided",
     "value_condition",
 ]

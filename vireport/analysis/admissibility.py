@@ -19,8 +19,8 @@ from vireport.analysis.roots import newton_root
 
 Floats = NDArray[np.float64]
 
-SMALLEST_STEP = 1e-15
-"""Newton step at which a turning point is found: the position there no longer depends on it, for Z' is zero."""
+SMALLEST_STEP = 1e-10
+"""Newton step at which a turning point is found: as Z' is zero there, it moves the position by its square only."""
 
 
 def wall_gap(orbit: Orbits, r: float | Floats, n: int) -> Floats:
@@ -42,19 +42,19 @@ def wall_gap(orbit: Orbits, r: float | Floats, n: int) -> Floats:
         wall to wall without ever turning back.
     """
     gap = np.array(orbit.d, dtype=float)
-    for turn in turning_points(orbit, r, n):
+    for turn in turning_points(orbit, r, n, nearest=True):
         np.minimum.at(gap.reshape(-1), turn.index, np.minimum(turn.from_start_wall, turn.from_end_wall))
     return gap
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Turns:
-    """Turning points of one flight of some of the motions.
+    """Turning points of one flight of some of the motions, on one side of where each flight is slowest.
 
     Attributes
     ----------
     index : ndarray of int
-        Which motions of those given.
+        Which motions of those given; one that turns in several forcing periods is there as often.
     upward : bool
         Whether the flight is the one from the bottom to the top.
     time : ndarray
@@ -82,20 +82,24 @@ class Touch(NamedTuple):
 def touches(orbit: Orbits, r: float, n: int) -> list[Touch]:
     """The turning points of one motion (arrays of length one) with their distance from either wall, nearest first."""
     return sorted(
-        Touch(abs(float(gap[0])), float(turn.time[0]), turn.upward, at_start)
+        Touch(abs(float(distance)), float(time), turn.upward, at_start)
         for turn in turning_points(orbit, r, n)
         for at_start, gap in ((True, turn.from_start_wall), (False, turn.from_end_wall))
+        for distance, time in zip(gap, turn.time, strict=True)
     )
 
 
-def turning_points(orbit: Orbits, r: float | Floats, n: int) -> Iterator[Turns]:
-    """Every turning point of the motions' flights; parameters are those of `wall_gap`."""
+def turning_points(orbit: Orbits, r: float | Floats, n: int, nearest: bool = False) -> Iterator[Turns]:
+    """Every turning point of the motions' flights, or those that can be the `nearest` to a wall.
+
+    Other parameters are those of `wall_gap`.
+    """
     up, down = orbit.flights(r)
-    yield from _turns(up, orbit.phi, n)
-    yield from _turns(down, np.arctan2(orbit.sin_top, orbit.cos_top), n)
+    yield from _turns(up, orbit.phi, n, nearest)
+    yield from _turns(down, np.arctan2(orbit.sin_top, orbit.cos_top), n, nearest)
 
 
-def _turns(way: Flight, phase: Floats, n: int) -> Iterator[Turns]:
+def _turns(way: Flight, phase: Floats, n: int, nearest: bool) -> Iterator[Turns]:
     """The turning points of one flight of each motion, from the forcing phase at which it begins.
 
     A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign
@@ -108,20 +112,40 @@ def _turns(way: Flight, phase: Floats, n: int) -> Iterator[Turns]:
     rise, fall = 2 * turn / np.pi, 2 - 2 * turn / np.pi
     since, until = (rise, fall) if way.direction < 0 else (fall, rise)
     first = np.mod(-way.direction * turn - phase, 2 * np.pi) / np.pi
-    for lap in range(n + 1):
-        slowest = first + 2 * lap
-        index = np.nonzero(slowest < way.duration)[0]
-        speed = way.select(index).speed(slowest[index], np.sin(phase[index] + np.pi * slowest[index]))
-        index = index[speed < 0]
-        if not index.size:
-            continue
-        part, start, middle = way.select(index), phase[index], slowest[index]
-        before = np.maximum(middle - since[index], 0.0)
-        after = np.minimum(middle + until[index], part.duration)
-        for low, high in ((before, middle), (middle, after)):
-            t = _at_rest(part, start, low, high)
-            covered = part.covered(t, np.cos(start + np.pi * t))
-            yield Turns(index, way.direction < 0, t, covered, part.d - covered)
+    each = first[:, None] + 2 * np.arange(n + 1)
+    index, lap = np.nonzero(each < way.duration[:, None])
+    slowest = each[index, lap]
+    speed = way.select(index).speed(slowest, np.sin(phase[index] + np.pi * slowest))
+    wrong = speed < 0
+    index, middle, speed = index[wrong], slowest[wrong], speed[wrong]
+    if nearest and n > 1:
+        near = _may_be_nearest(way, phase, index, middle, -speed * np.maximum(since, until)[index])
+        index, middle = index[near], middle[near]
+    if not index.size:
+        return
+    part, start = way.select(index), phase[index]
+    before = np.maximum(middle - since[index], 0.0)
+    after = np.minimum(middle + until[index], part.duration)
+    for low, high in ((before, middle), (middle, after)):
+        t = _at_rest(part, start, low, high)
+        covered = part.covered(t, np.cos(start + np.pi * t))
+        yield Turns(index, way.direction < 0, t, covered, part.d - covered)
+
+
+def _may_be_nearest(
+    way: Flight, phase: Floats, index: NDArray[np.intp], middle: Floats, reach: Floats
+) -> NDArray[np.bool_]:
+    """Which times of slowest flight have next to them the turning point that is nearest to a wall, or may have it.
+
+    One of the two turning points is nearer to a wall than the ball is in the middle between them, but by no more than
+    what it flies back from there: `reach`, its speed there times the time that it has.
+    """
+    part = way.select(index)
+    covered = part.covered(middle, np.cos(phase[index] + np.pi * middle))
+    room = np.minimum(covered, part.d - covered)
+    least = np.full(len(phase), np.inf)
+    np.minimum.at(least, index, room)
+    return np.asarray(room - reach <= least[index])
 
 
 def _at_rest(way: Flight, phase: Floats, low: Floats, high: Floats) -> Floats:

@@ -14,6 +14,7 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vireport.analysis.admissibility import touches
 from vireport.analysis.kinds import StrandEvent
@@ -24,7 +25,7 @@ from vireport.errors import NumericalError
 from vireport.physics import DIGITS, FLOATS, DecimalOps
 
 POLISHED = 1e-28
-"""Relative size of the last correction at which a polish is finished; a double needs 1e-17."""
+"""Relative size of a correction that a polish need not make any more; a double needs 1e-17."""
 
 STEP = 1e-6
 """Step of central differences in doubles: the cube root of their rounding, at which the difference is best."""
@@ -37,6 +38,9 @@ FARTHEST = 1e-3
 
 QUICK_STEPS = 8
 """Corrections with a Jacobian in doubles, of which three or four are usual, before it is taken in decimals too."""
+
+STEADY = 1e-9
+"""Correction below which a Jacobian is not taken again: it would change by less than its differences are good for."""
 
 MOST_STEPS = 60
 """Corrections before a polish is given up."""
@@ -174,21 +178,47 @@ def polish(
     NumericalError
         If the corrections do not settle.
     """
-    place = f"a critical point near q = {0.5 + u:.6g}, phase {phi:.6g}"
+    guess = (phi, *more) if symmetric else (u, phi, *more)
     with localcontext() as context:
         context.prec = DIGITS
         ops = DecimalOps()
-        exact, double = (equations(sweep, condition, symmetric, numbers) for numbers in (ops, FLOATS))
-        guess = [Decimal(float(value)) for value in ((phi, *more) if symmetric else (u, phi, *more))]
-        # u and the time since an impact are stepped and measured relative to themselves: their scale may be a tiny
-        # gbar's or r's.
-        relative = {len(guess) - 1} if more else set()
-        relative |= {0} if not symmetric and sweep.level.held is not Held.D else set()
-        x = newton(exact, double, guess, relative, place)
+        x = _solved(sweep, guess, condition, symmetric, ops)
         return _as_doubles(sweep, orbit_at(sweep, x, symmetric, ops), ops)
 
 
-def newton(exact: Equations, double: Equations, guess: list[Decimal], relative: set[int], place: str) -> list[Decimal]:
+def place_at(sweep: Sweep, value: float, u: float, phi: float, symmetric: bool, reach: float) -> tuple[float, float]:
+    """Place of the motion at a value of the swept parameter: q - 1/2 and phase, correctly rounded.
+
+    Parameters are those of `polish`, and how far from the guess the motion may be. Raises as `polish`.
+    """
+    with localcontext() as context:
+        context.prec = DIGITS
+        ops = DecimalOps()
+        guess = (phi,) if symmetric else (u, phi)
+        x = _solved(sweep, guess, value_condition(sweep, value), symmetric, ops, max(reach, FARTHEST))
+        return (0.0 if symmetric else float(x[0])), float(x[-1] % (2 * ops.pi))
+
+
+def _solved(
+    sweep: Sweep,
+    guess: Sequence[float],
+    condition: Condition,
+    symmetric: bool,
+    ops: DecimalOps,
+    reach: float = FARTHEST,
+) -> list[Decimal]:
+    """Unknowns of `orbit_at` and those of the condition, solved for in decimals."""
+    exact, double = (equations(sweep, condition, symmetric, numbers) for numbers in (ops, FLOATS))
+    # u and the time since an impact are stepped and measured relative to themselves: their scale may be a tiny
+    # gbar's or r's.
+    relative = {len(guess) - 1} if len(guess) > (1 if symmetric else 2) else set()
+    relative |= {0} if not symmetric and sweep.level.held is not Held.D else set()
+    return newton(exact, double, [Decimal(float(value)) for value in guess], relative, reach)
+
+
+def newton(
+    exact: Equations, double: Equations, guess: list[Decimal], relative: set[int], reach: float = FARTHEST
+) -> list[Decimal]:
     """Solve equations in decimals, with the Jacobian in doubles as long as that leads on.
 
     Unknowns are stepped, and corrections measured, relative to the size of those in `relative`.
@@ -196,22 +226,25 @@ def newton(exact: Equations, double: Equations, guess: list[Decimal], relative: 
     Raises
     ------
     NumericalError
-        If the corrections do not settle; `place` says where.
+        If the corrections do not settle, or lead farther than `reach` from the guess.
     """
-    x = guess
+    place = f"the motion near {', '.join(f'{float(value):.6g}' for value in guess)}"
+    x, size = guess, 1.0
     for count in range(MOST_STEPS):
         value = exact(x)
-        scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
-        if count < QUICK_STEPS:
-            columns = _differences(double, [float(v) for v in x], [float(v) for v in scale], STEP)
-        else:
-            columns = _differences(exact, x, scale, FINE_STEP)
-        correction = _correction(columns, value)
+        if size > STEADY:
+            scale = [abs(v) if i in relative and v else Decimal(1) for i, v in enumerate(x)]
+            if count < QUICK_STEPS:
+                inverse = _inverse(_differences(double, [float(v) for v in x], [float(v) for v in scale], STEP))
+            else:
+                inverse = _inverse(_differences(exact, x, scale, FINE_STEP))
+        correction = [Decimal(float(b)) for b in inverse @ np.array([float(v) for v in value])]
         x = [a - b * s for a, b, s in zip(x, correction, scale, strict=True)]
-        size = max(abs(float(b)) for b in correction)
-        if size < POLISHED:
+        before, size = size, max(abs(float(b)) for b in correction)
+        # Both of one Jacobian, the next correction will be smaller than this by as much as this than the one before.
+        if size < POLISHED or (before < STEADY and size * size < POLISHED * before):
             return x
-        if max(abs(float(a - b)) for a, b in zip(x, guess, strict=True)) > FARTHEST:
+        if max(abs(float(a - b)) for a, b in zip(x, guess, strict=True)) > reach:
             raise NumericalError(f"{place} was lost (correction {size:.1g})")
     raise NumericalError(f"{place} did not settle (last correction {size:.1g})")
 
@@ -226,15 +259,14 @@ def _differences(function: Equations, x: list[Any], scale: list[Any], step: Any)
     return columns
 
 
-def _correction(columns: list[list[float]], value: list[Decimal]) -> list[Decimal]:
-    """One Newton correction; the rows are first brought to one size."""
+def _inverse(columns: list[list[float]]) -> NDArray[np.float64]:
+    """Inverse of a Jacobian, whose rows are first brought to one size."""
     matrix = np.array(columns).T
     size = np.max(np.abs(matrix), axis=1)
     if not np.all(np.isfinite(matrix)) or not size.all():
         raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
-    right = [float(v) / s for v, s in zip(value, size, strict=True)]
     try:
-        return [Decimal(float(b)) for b in np.linalg.solve(matrix / size[:, None], right)]
+        return np.asarray(np.linalg.inv(matrix / size[:, None]) / size)
     except np.linalg.LinAlgError as error:
         raise NumericalError("a critical point is degenerate: two of its conditions coincide") from error
 

@@ -141,7 +141,7 @@ def _mirrors(curve: Curve, ordered: list[Draft]) -> list[int | None]:
     return mirrors
 
 
-def _reflected(one: Branch, two: Branch) -> bool:
+def _reflected(first: Branch, second: Branch) -> bool:
     """Whether the ends of two branches are mirror images: q and 1 - q, with the impact velocities exchanged."""
 
     def ends(branch: Branch, sign: float) -> Floats:
@@ -150,7 +150,9 @@ def _reflected(one: Branch, two: Branch) -> bool:
         rows = np.stack([m.d, sign * (m.q - 0.5), speed], axis=1)[[0, -1]]
         return np.asarray(rows[np.argsort(rows[:, 1])])
 
-    return one.family == two.family and bool(np.allclose(ends(one, 1.0), ends(two, -1.0), rtol=0, atol=SAME_ENDS))
+    return first.family == second.family and bool(
+        np.allclose(ends(first, 1.0), ends(second, -1.0), rtol=0, atol=SAME_ENDS)
+    )
 
 
 def _near_admissible(branch: Branch, row: int) -> bool:

@@ -3,12 +3,14 @@
 A row of a branch stands for an exact motion of the scenario nearby: every number of the row differs from that
 motion's by at most its bound. The row's phase and q satisfy the sweep's condition up to a residual; the residual and
 its own rounding, over the condition's gradient, is how far the exact motion is, and the formulae, evaluated once more
-in numbers that carry their error, take that and their rounding to every other number. At a design point, where both
-groups are given, the exact motion is the one there.
+in numbers that carry their error, take that and their rounding to every other number. At an end of the sweep the
+bounds also hold for the motion of that very end, of which q and phase are correctly rounded. At a design point, where
+both groups are given, the exact motion is the one there.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,7 +47,8 @@ STEP = 1e-3
 """Step of the gradient's difference in q, as a share of the scale (1-r)/(1+r) on which the coefficients vary."""
 
 GENTLE = 1e-5
-"""Relative change of the impact velocity by which a voltage's elasticity is found."""
+"""Relative change of the impact velocity by which a voltage's elasticity is found; beyond it a voltage need not be
+proportional to a power of the velocity any more."""
 
 NO_BOUND = "diverges, or loses all its digits, where an impact has no velocity or two branches meet"
 """Why there is no bound."""
@@ -99,11 +102,12 @@ def _of(
     bounds = motion_bounds(sweep, motions, given)
     if membrane is None:
         return bounds
-    value = motions.sweep_value if given is None else sweep.device.length_m
-    unit = np.asarray(sweep.device.velocity_unit(sweep.parameter, value)) * np.ones(len(motions))
-    velocities = motions.velocity_bottom, motions.velocity_top
-    errors = bounds["velocity_bottom"], bounds["velocity_top"]
-    return {**bounds, **voltage_bounds(velocities, errors, unit, membrane)}
+    # The exact motion has its own force or frequency, and with it its own velocity unit.
+    value = Rounded(motions.sweep_value, bounds["sweep_value"])
+    unit = sweep.device.velocity_unit(sweep.parameter, value)
+    bottom = unit * Rounded(motions.velocity_bottom, bounds["velocity_bottom"])
+    top = unit * Rounded(-motions.velocity_top, bounds["velocity_top"])
+    return {**bounds, **voltage_bounds(bottom, top, membrane)}
 
 
 def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None = None) -> dict[str, Floats]:
@@ -121,8 +125,8 @@ def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] |
     Returns
     -------
     dict of ndarray
-        Infinite where there is no bound: the trace where an impact has no velocity, and everything at a point where
-        the condition's gradient vanishes.
+        Infinite where there is no bound: trace, discriminant and gap where an impact has no velocity, and everything
+        at a point where the condition's gradient vanishes.
 
     Notes
     -----
@@ -140,6 +144,8 @@ def _finite(bounds: dict[str, Floats]) -> dict[str, Floats]:
 def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
     r, n, held = Rounded(m.restitution), sweep.device.period_ratio, sweep.level.held
     delta_u, delta_phi = _distance(sweep.level, m, n) if given is None else given
+    # Half a spacing is the rounding of a motion that was solved for beyond doubles, as at the ends of a sweep.
+    delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
     u, ops = Rounded(m.u, delta_u), RoundedOps()
     orbit = orbits_above(coefficients(u, r, n, ops), u, Rounded(m.phi_bottom, delta_phi), r, n, ops)
     trace = return_trace(orbit, r)
@@ -158,6 +164,7 @@ def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None
         + (0.3 + period / np.pi) * np.maximum(delta_phi, phase_top)
         + 8 * UNIT * (period * speed + period**2 * m.gbar + 0.3 + period / np.pi)
     )
+    at_rest = (m.velocity_bottom == 0) | (m.velocity_top == 0)
     return {
         "sweep_value": np.zeros(len(m)) if given is not None else _value_bound(sweep, m, orbit),
         "d": d,
@@ -167,20 +174,21 @@ def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None
         "phi_top": phase_top,
         "velocity_bottom": velocity_bottom,
         "velocity_top": velocity_top,
-        "trace": _from(trace, m.trace),
+        "trace": _unless_lost(_from(trace, m.trace), m.trace),
         "determinant": 4 * UNIT * m.determinant,
-        "discriminant": _from(discriminant(trace, r), m.discriminant),
-        "wall_gap": d + np.where(m.wall_gap < m.d, turning, 0.0),
+        "discriminant": _unless_lost(_from(discriminant(trace, r), m.discriminant), m.discriminant),
+        "wall_gap": np.where(at_rest, np.inf, d + np.where(m.wall_gap < m.d, turning, 0.0)),
     }
 
 
 def _from(exact: Rounded, stored: Floats) -> Floats:
-    """Bound of a stored number: the error of its recomputation, and how far the two are apart.
+    """Bound of a stored number: the error of its recomputation, and how far the two are apart."""
+    return np.asarray(exact.error + np.abs(exact.value - stored))
 
-    None where that is the number's own size: it diverges there, or all its digits are lost.
-    """
-    away = np.abs(exact.value - stored)
-    return np.where(away > np.maximum(np.abs(stored), UNIT), np.inf, exact.error + away)
+
+def _unless_lost(bound: Floats, stored: Floats) -> Floats:
+    """No bound where it would be larger than a number that diverges there."""
+    return np.where(bound > np.maximum(np.abs(stored), 1.0), np.inf, bound)
 
 
 def _distance(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
@@ -218,48 +226,60 @@ def _value_bound(sweep: Sweep, m: Motions, orbit: Orbits) -> Floats:
     return np.asarray((share + GROUP_ERROR) * m.sweep_value + away)
 
 
-def voltage_bounds(
-    velocities: tuple[Floats, Floats], errors: tuple[Floats, Floats], unit: Floats, membrane: Membrane
-) -> dict[str, Floats]:
+def voltage_bounds(bottom: Rounded, top: Rounded, membrane: Membrane) -> dict[str, Floats]:
     """Bound the errors of voltages and deflections, by the names of `Voltages`.
 
     Parameters
     ----------
-    velocities, errors : tuple of ndarray
-        Dimensionless impact velocities at the bottom and at the top, and their bounds.
-    unit : ndarray
-        Velocity unit y_c [m/s].
+    bottom, top : Rounded
+        Speeds of the impacts [m/s].
     membrane : Membrane
     """
     with np.errstate(all="ignore"):
-        (bottom, deep_bottom), (top, deep_top) = (
-            _impact_bounds(unit * np.abs(v), e / np.abs(v), membrane) for v, e in zip(velocities, errors, strict=True)
-        )
+        (volts_bottom, deep_bottom), (volts_top, deep_top) = (_impact_bounds(x, membrane) for x in (bottom, top))
     bounds = {
-        "bottom_v": bottom,
-        "top_v": top,
-        "average_v": (bottom + top) / 2 * (1 + 2 * UNIT),
+        "bottom_v": volts_bottom,
+        "top_v": volts_top,
+        "average_v": (volts_bottom + volts_top) / 2 * (1 + 2 * UNIT),
         "deflection_m": np.maximum(deep_bottom, deep_top),
     }
     return _finite(bounds)
 
 
-def _impact_bounds(speed: Floats, share: Floats, membrane: Membrane) -> tuple[Floats, Floats]:
-    """Bounds of the voltage and of the deflection of impacts whose speed has a relative error `share`."""
-    power = membrane.exponent + 1
-    delta, volts = deflection(speed, membrane), generated_voltage(speed, membrane)
+def _impact_bounds(speed: Rounded, membrane: Membrane) -> tuple[Floats, Floats]:
+    """Bounds of the voltage and of the deflection of impacts."""
+    power, value = membrane.exponent + 1, speed.value
+    share = speed.error / value
+    delta, volts = deflection(value, membrane), generated_voltage(value, membrane)
     base = abs(np.log(power * membrane.ball_mass_kg / (2 * membrane.stiffness)))
-    relative = 2 / power * (share + 4 * UNIT + 2 * UNIT * np.abs(np.log(np.where(speed > 0, speed, 1.0))))
+    relative = 2 / power * (share + 4 * UNIT + 2 * UNIT * np.abs(np.log(np.where(value > 0, value, 1.0))))
     relative = relative + (base + 4) * UNIT / power + 6 * UNIT
-    elasticity = np.abs(generated_voltage(speed * (1 + GENTLE), membrane) / volts - 1) / GENTLE * power / 2
+    elasticity = np.abs(generated_voltage(value * (1 + GENTLE), membrane) / volts - 1) / GENTLE * power / 2
     ball, active = membrane.ball_radius_m, membrane.active_radius_m
     depth = np.maximum(delta - ball, 0.0)
     reach = np.sqrt((active - ball) * (active + ball) + depth * depth)
     cancelled = np.where(depth > 0, (active * reach + ball * depth) / (active * reach - ball * depth), 1.0)
     stretched = 1 - (ball / active) ** 2 * contact_cosine(delta, membrane)[1]
     geometry = (30 + 20 * cancelled + 10 / stretched) * UNIT
-    bound = volts * (1.1 * elasticity * relative + geometry)
-    return np.where(volts > 0, bound, 0.0), delta * relative
+    of_volts, of_delta = 1.1 * volts * elasticity * relative, delta * relative
+    rough = ~((speed.error < GENTLE * value) & (volts > 0))
+    if rough.any():
+        part = Rounded(value[rough], speed.error[rough])
+        of_volts[rough], of_delta[rough] = (_spread(f, part, membrane) for f in (generated_voltage, deflection))
+    return of_volts + volts * geometry, of_delta
+
+
+def _spread(function: Callable[[Floats, Membrane], Floats], speed: Rounded, membrane: Membrane) -> Floats:
+    """How far what rises with the speed can be from what it is at `speed.value`."""
+    here = function(speed.value, membrane)
+    fastest = function(speed.value + speed.error, membrane)
+    slowest = function(np.maximum(speed.value - speed.error, 0.0), membrane)
+    return np.asarray((1 + GENTLE) * np.maximum(fastest - here, here - slowest))
+
+
+def undecided(motions: Motions, bounds: dict[str, Floats]) -> NDArray[np.bool_]:
+    """Whether rounding leaves it open if the ball stays between the membranes: a gap of at most its bound."""
+    return np.asarray(np.abs(motions.wall_gap) <= bounds["wall_gap"])
 
 
 def rounded_up(bounds: Floats) -> list[list[float | None]]:

@@ -97,3 +97,8 @@ class StrandEvent(IntEnum):
     def at_rest(self) -> bool:
         """Whether an impact velocity vanishes there."""
         return self in (StrandEvent.BOTTOM_REST, StrandEvent.TOP_REST)
+
+    @property
+    def ends_sweep(self) -> bool:
+        """Whether it is the sweep that begins or ends there."""
+        return self in (StrandEvent.START, StrandEvent.END)

@@ -21,6 +21,8 @@ from vireport.analysis.roots import bracketed_root, golden_minimum, may_hide_zer
 from vireport.analysis.stability import discriminant, focus_border, return_trace, stability_border
 from vireport.analysis.sweep import Level, Sweep, level_terms
 from vireport.errors import NumericalError
+from vireport.physics import FINEST_D
+from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -190,7 +192,8 @@ class Curve:
     level : Level
     strands : list of Strand
     bounds : tuple of float
-        Range of the sweep's coordinate that is asked for.
+        Range of the sweep's coordinate that is looked at: what is asked for, as far as there can be motions and
+        rounding resolves them.
     """
 
     sweep: Sweep
@@ -252,9 +255,14 @@ def curve_of(sweep: Sweep) -> Curve:
     ends = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
     least = (min(map(float, group)) for group in zip(*ends, strict=True))
     largest = largest_groups(device.restitution, device.period_ratio)
-    beyond = any(group > most for group, most in zip(least, largest, strict=True))
-    strands = [] if beyond else find_strands(level, device.restitution, device.period_ratio)
-    return Curve(sweep, level, strands, sweep.coordinate_range)
+    low, high = sweep.coordinate_range
+    if any(group > most for group, most in zip(least, largest, strict=True)):
+        return Curve(sweep, level, [], (low, high))
+    strands = find_strands(level, device.restitution, device.period_ratio)
+    # A sweep over decades is bounded on the scale of the motions, or else its ends are lost in rounding.
+    if sweep.parameter is Parameter.INCLINATION:
+        return Curve(sweep, level, strands, (low, min(high, largest[1])))
+    return Curve(sweep, level, strands, (max(low, min(device.finest(FINEST_D), high / 2)), min(high, largest[0])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

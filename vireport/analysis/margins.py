@@ -315,8 +315,7 @@ def _polished(device: Device, line: Line, end: Endpoint, ops: DecimalOps) -> Lin
         exact, double = (_equations(device, line, condition, symmetric, kind) for kind in (ops, FLOATS))
         relative = {len(guess) - 1} if more else set()
         relative |= {0} if not symmetric and line is not Line.GRAVITY else set()
-        place = f"the end of stable motion near q = {0.5 + float(u):.6g}, phase {float(phi):.6g}"
-        x = newton(exact, double, guess, relative, place)
+        x = newton(exact, double, guess, relative)
         u, phi, position, *times = [Decimal(0), *x] if symmetric else x
         known = ops.exact(device.restitution) + (position if line is Line.RESTITUTION else 0)
         return LinePoint(condition, u, phi, position, tuple(times), orbits(u, phi, known, n, ops))

@@ -92,7 +92,12 @@ def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
 
 def return_trace(orbit: Orbits, r: Any) -> Any:
     """Trace of DP = DP2 DP1 of Eq. (4.2), whose determinant is r^4 (A.3)."""
-    (a11, a12, a21, a22), (b11, b12, b21, b22) = flight_jacobians(orbit, r)
+    return product_trace(*flight_jacobians(orbit, r))
+
+
+def product_trace(first: Jacobian, second: Jacobian) -> Any:
+    """Trace of the second matrix times the first."""
+    (a11, a12, a21, a22), (b11, b12, b21, b22) = first, second
     return b11 * a11 + b12 * a21 + b21 * a12 + b22 * a22
 
 

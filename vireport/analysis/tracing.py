@@ -8,8 +8,10 @@ polished.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from math import pi, remainder
 from typing import cast
 
 import numpy as np
@@ -20,6 +22,7 @@ from vireport.analysis.critical import (
     CONDITIONS,
     POLISHED_NUMBERS,
     PolishedMotion,
+    place_at,
     polish,
     polish_grazing,
     singled_out,
@@ -52,8 +55,8 @@ DIP_SECTIONS = 45
 CROSSED = 1e-11
 """Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
 
-OUTSIDE = -1e-12
-"""Value of a condition of validity below which it fails rather than rounds to zero."""
+TIED = 1e-12
+"""Difference of conditions of validity up to which both fail: both impacts lose their velocity at once, say."""
 
 LARGEST_STEP = 1e6
 """Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
@@ -167,15 +170,9 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[Ends]:
     def conditions(w: Floats) -> Floats:
         return curve.event_values(curve.at(which, w), with_gap=False)[:, VALIDITY]
 
-    failing = conditions(bad).argmin(axis=1)
-    for _ in range(4):  # the nearest failing condition may be another than the one failing at the far sample
-        root = _event_roots(curve, which, good, bad, failing + StrandEvent.BOTTOM_REST)
-        values = conditions(root)
-        worst = values.argmin(axis=1)
-        wrong = (values.min(axis=1) < OUTSIDE) & (worst != failing)
-        if not wrong.any():
-            break
-        bad, failing = np.where(wrong, root, bad), np.where(wrong, worst, failing)
+    root = bracketed_root(lambda w: np.asarray(conditions(w).min(axis=1)), good, bad)
+    values = conditions(root)
+    failing = (values <= values.min(axis=1, keepdims=True) + TIED).argmax(axis=1)
     ends = [(float(w), int(k) + StrandEvent.BOTTOM_REST) for w, k in zip(root, failing, strict=True)]
     return list(zip(ends[::2], ends[1::2], strict=True))
 
@@ -273,13 +270,14 @@ def _draft(curve: Curve, piece: Piece) -> Draft:
     events, w = [], piece.w.copy()
     for row in map(int, np.nonzero(piece.event >= 0)[0]):
         happening = StrandEvent(piece.event[row])
-        if happening not in (StrandEvent.START, StrandEvent.END):
+        if not happening.ends_sweep:
             events.append(_event(curve, piece, row, happening))
         if happening.at_rest:
             inner = 1 if row == 0 else row - 1
             w[row] += HAIR * (piece.w[inner] - piece.w[row])
     orbit = curve.on(piece.strand, w)
     u, phi = np.array(orbit.u), np.array(orbit.phi)
+    _polish_ends(curve, piece, u, phi)
     for event in events:
         if not event.change.at_rest:
             u[event.row], phi[event.row] = event.point.u, event.point.phi
@@ -292,17 +290,43 @@ def _draft(curve: Curve, piece: Piece) -> Draft:
     return Draft(Branch(0, family, None, motions, (), ends), tuple(events))
 
 
+def _end_value(curve: Curve, happening: StrandEvent) -> float | None:
+    """The swept value of the sweep's end that cuts a strand; None if none does or the curve stops before it."""
+    sweep, last = curve.sweep, happening is StrandEvent.END
+    if not happening.ends_sweep or curve.bounds[last] != sweep.coordinate_range[last]:
+        return None
+    return sorted((sweep.start, sweep.end), key=sweep.coordinate_of)[last]
+
+
+def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
+    """Put the motion of the very end of the sweep into the rows where it cuts a piece.
+
+    Along the strand the end is only as well known as the parameter fixes the sweep's coordinate; next to a horizontal
+    capsule that is to a few digits. On a fold the row stays as it is: the polish does not settle there.
+    """
+    symmetric = curve.strands[piece.strand].symmetric
+    for row, inner in ((0, 1), (-1, -2)):
+        happening = piece.happening(row)
+        value = None if happening is None else _end_value(curve, happening)
+        if value is None:
+            continue
+        reach = abs(remainder(phi[row] - phi[inner], 2 * pi))
+        with suppress(NumericalError, ArithmeticError):
+            u[row], phi[row] = place_at(curve.sweep, value, float(u[row]), float(phi[row]), symmetric, reach)
+
+
 def _event(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> Event:
     try:
         point = _polished(curve, piece, row, event)
     except (NumericalError, ArithmeticError):
         point = _bracketed(curve, piece, row)
-    # Zero by the condition, not what the polish or the bracket leaves of it.
-    if event is StrandEvent.BOTTOM_REST:
-        point = replace(point, velocity_bottom=0.0, bounds={**point.bounds, "velocity_bottom": 0.0})
-    elif event is StrandEvent.TOP_REST:
-        point = replace(point, velocity_top=0.0, bounds={**point.bounds, "velocity_top": 0.0})
-    elif event is StrandEvent.MEETING and curve.strands[piece.strand].symmetric and not _turns(curve, piece, row):
+    symmetric = curve.strands[piece.strand].symmetric
+    if event.at_rest:
+        # Zero by the condition, not what the polish or the bracket leaves of it.
+        own = "velocity_bottom" if event is StrandEvent.BOTTOM_REST else "velocity_top"
+        still = dict.fromkeys(("velocity_bottom", "velocity_top") if symmetric else (own,), 0.0)
+        point = replace(point, **still, bounds={**point.bounds, **still})
+    elif event is StrandEvent.MEETING and symmetric and not _turns(curve, piece, row):
         return Event(row, CriticalKind.PITCHFORK, point, Change.HANDOVER)
     return Event(row, event.kind, point, event.change)
 
@@ -349,11 +373,11 @@ def _pin(motions: Motions, curve: Curve, piece: Piece, events: list[Event], at_s
     Where an impact has no velocity, the trace stays that of a hair before it.
     """
     sweep = curve.sweep
-    low_end, high_end = sorted((sweep.start, sweep.end), key=sweep.coordinate_of)
     for row in (0, -1):
         happening = piece.happening(row)
-        if happening in (StrandEvent.START, StrandEvent.END):
-            motions.sweep_value[row] = end = low_end if happening is StrandEvent.START else high_end
+        end = None if happening is None else _end_value(curve, happening)
+        if end is not None:
+            motions.sweep_value[row] = end
             motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
     for event in events:
         point, row = event.point, event.row

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from vireport.progress import Progress
 
 
+NAMES = ("accuracy.json", "figure-accuracy.png", "figure-stiffness.png")
+"""Files that may be written."""
+
+
 def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
     """Study a scenario with its accuracy block, or with the default one where it has none.
 

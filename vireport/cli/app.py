@@ -1,7 +1,7 @@
 """The command line: each command reads its options, makes one call, and delivers what comes of it.
 
 Exit codes: 0 done; 1 done, but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the
-numbers could not be had, or an internal error; 130 interrupted.
+numbers could not be had or written, or an internal error; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from vireport.cli.outcome import Outcome, deliver, progress
+from vireport import interrupts
+from vireport.cli.outcome import RED, Outcome, deliver, progress, tell
 from vireport.errors import ScenarioError, UsageError, VireportError
 from vireport.version import __version__
 
@@ -25,12 +26,28 @@ if TYPE_CHECKING:
 
 EPILOG = (
     "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, "
-    "but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had, or "
-    "an internal error; 130 interrupted."
+    "but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had or "
+    "written, or an internal error; 130 interrupted."
 )
 
+
+def _folder(text: str) -> Path:
+    if not text.strip():
+        raise typer.BadParameter("is empty (name a folder; . is the current one)")
+    return Path(text)
+
+
 ScenarioFile = Annotated[str, typer.Argument(metavar="SCENARIO", help="A YAML file, or - for standard input.")]
-Folder = Annotated[Path | None, typer.Option("--output", "-o", metavar="DIR", help="Where to write.")]
+Folder = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="DIR",
+        parser=_folder,
+        help="Where to write; by default a folder named after the scenario, or after what the command does.",
+    ),
+]
 Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Set a value over the file's; may be repeated.")
 ]
@@ -44,10 +61,22 @@ Formats = Annotated[
 ]
 Templates = Annotated[
     Path | None,
-    typer.Option("--templates", metavar="DIR", help="A folder whose report templates replace ours, file by file."),
+    typer.Option(
+        "--templates",
+        metavar="DIR",
+        help="A folder whose report templates replace ours, file by file. They are code, and run with your rights.",
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")]
+QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing: the exit code says it.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")]
+
+
+class _PastTyper(Exception):
+    """Carries what Typer would turn into an exit code of its own, some of them into 1."""
+
+    def __init__(self, error: BaseException) -> None:
+        self.error = error
 
 
 class DefaultGroup(TyperGroup):
@@ -62,13 +91,20 @@ class DefaultGroup(TyperGroup):
             args = ["run", *args]
         return super().parse_args(ctx, args)
 
+    def invoke(self, ctx: Any) -> Any:
+        """Invoke the command; an interrupt and failures of the system are for `main`."""
+        try:
+            return super().invoke(ctx)
+        except (KeyboardInterrupt, OSError, EOFError) as error:
+            raise _PastTyper(error) from None
+
     def _refuse_misspelt_command(self, word: str) -> None:
         if word.startswith("-") or Path(word).exists():
             return
         from difflib import get_close_matches
 
         if close := get_close_matches(word, self.commands, 1, 0.7):
-            raise UsageError(f"no such file {word!r}; did you mean the command {close[0]!r}?")
+            raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
 
 
 app = typer.Typer(
@@ -100,12 +136,7 @@ def _group(
 @app.command()
 def run(
     scenario: ScenarioFile,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", metavar="DIR", help="Where to write; by default a folder named after the scenario."
-        ),
-    ] = None,
+    output: Folder = None,
     json: Json = False,
     set_: Overrides = None,
     format_: Formats = None,
@@ -118,22 +149,29 @@ def run(
     """Solve a scenario and write its report, figures and results."""
     loaded = _loaded(scenario, set_)
     _refuse_files_beside_json(json, "results", output, format_)
-    from vireport.cli.outputs import results_outcome, run_outcome
+    from vireport.cli.outputs import file_names, results_outcome, run_outcome
+    from vireport.files import require_writable
 
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
     command = _command("run", [scenario], *options)
     if json:
         deliver(results_outcome(loaded, command, certify))
         return
+    folder, formats = output or _default_folder(scenario), _formats(format_)
+    require_writable(folder, file_names(formats))
     with progress(quiet) as say:
-        outcome = run_outcome(loaded, _formats(format_), command, templates, say, certify)
-    deliver(outcome, output or _default_folder(scenario), quiet)
+        outcome = run_outcome(loaded, formats, command, templates, say, certify)
+    deliver(outcome, folder, quiet)
 
 
 @app.command()
-def validate(scenario: ScenarioFile, set_: Overrides = None) -> None:
-    """Check a scenario and say what is wrong with it; compute nothing."""
-    deliver(Outcome(summary=f"{_loaded(scenario, set_).document.name}: valid"))
+def validate(scenario: ScenarioFile, set_: Overrides = None, quiet: Quiet = False) -> None:
+    """Check a scenario or a map file and say what is wrong with it; compute nothing."""
+    from vireport.scenario import LoadedMap, load_any
+
+    loaded = load_any(scenario, set_ or ())
+    name, what = (loaded.name, "map") if isinstance(loaded, LoadedMap) else (loaded.document.name, "scenario")
+    deliver(Outcome(summary=f"{name}: valid {what}"), quiet=quiet)
 
 
 @app.command()
@@ -149,30 +187,29 @@ def init(
     path: Annotated[str, typer.Argument(metavar="FILE", help="Where to write it; - prints it.")] = "scenario.yaml",
 ) -> None:
     """Write a commented scenario to start from; an existing file is left alone."""
+    from vireport.files import writable, write_new
     from vireport.scenario import init_text
 
     if path == "-":
         deliver(Outcome(init_text()))
         return
-    try:
-        with open(path, "x", encoding="utf-8") as file:
-            file.write(init_text())
-    except FileExistsError as error:
-        raise UsageError(f"{path} exists already; name another file, or - to print the scenario") from error
-    except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}") from error
+    with writable(Path(path)):
+        try:
+            write_new(Path(path), init_text().encode())
+        except FileExistsError as error:
+            raise UsageError(f"{path} exists already; name another file, or - to print the scenario") from error
     deliver(Outcome(summary=f"wrote {path}; next: vireport {path}"))
 
 
 @app.command()
-def plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats = None) -> None:
+def plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
     """Print what a run would do, what it would leave out, and why; compute nothing."""
     from vireport.study import plan as plan_of
 
     steps = plan_of(_loaded(scenario, set_).scenario, _formats(format_)).steps
     width = max(len(step.task) for step in steps)
     rows = [f"{'run ' if step.runs else 'skip'}  {step.task:<{width}}  {step.what} ({step.why})\n" for step in steps]
-    deliver(Outcome("".join(rows)))
+    deliver(Outcome("" if quiet else "".join(rows)))
 
 
 @app.command()
@@ -189,13 +226,15 @@ def accuracy(
     """Measure error against run time of every method, and the compliant membrane beside the rigid one."""
     loaded = _loaded(scenario, set_)
     from vireport.cli import accuracy_outputs
+    from vireport.files import require_writable
 
+    if output is not None:
+        require_writable(output, accuracy_outputs.NAMES)
     with progress(quiet) as say:
         study = accuracy_outputs.measured(loaded, say)
         files = accuracy_outputs.files(study) if output is not None else {}
-    deliver(
-        Outcome(accuracy_outputs.data(study) if json else accuracy_outputs.text(study, every), files), output, quiet
-    )
+    printed = accuracy_outputs.data(study) if json else accuracy_outputs.text(study, every)
+    deliver(Outcome(printed, files, stale=accuracy_outputs.NAMES), output, quiet)
 
 
 @app.command()
@@ -217,21 +256,26 @@ def compare(
     from vireport.cli.outputs import compare_outcome
     from vireport.comparison import compare as compare_scenarios
     from vireport.comparison import comparison_provenance, outputs
+    from vireport.files import require_writable
 
     options = (("--vary", vary), ("--json", json), ("--set", set_), ("--format", format_))
-    command = _command("compare", scenarios, *options)
+    command, formats = _command("compare", scenarios, *options), _formats(format_)
+    if not json:
+        require_writable(output or Path(outputs.FOLDER), outputs.file_names(formats))
     with progress(quiet) as say:
         comparison = compare_scenarios(scenarios, vary or None, overrides=set_ or (), progress=say)
         if not json:
-            outcome = compare_outcome(comparison, _formats(format_), command, templates, say)
+            outcome = compare_outcome(comparison, formats, command, templates, say)
     if json:
         outcome = Outcome(outputs.compare_json(comparison, comparison_provenance(comparison, command)))
-    deliver(outcome, output or Path(outputs.FOLDER), quiet)
+    deliver(outcome, output or outputs.folder_of(comparison, command), quiet)
 
 
 @app.command()
 def diff(
-    baseline: Annotated[str, typer.Argument(metavar="RESULTS.json", help="The results.json of an earlier run.")],
+    baseline: Annotated[
+        str, typer.Argument(metavar="RESULTS.json", help="The results.json of an earlier run; - is standard input.")
+    ],
     scenario: ScenarioFile,
     tolerance: Annotated[
         float, typer.Option(metavar="SHARE", min=0.0, help="Relative change up to which nothing has changed.")
@@ -239,19 +283,23 @@ def diff(
     markdown: Annotated[bool, typer.Option("--markdown", help="As a table for a pull request.")] = False,
     json: Json = False,
     set_: Overrides = None,
+    quiet: QuietCheck = False,
 ) -> None:
     """Say what has changed since earlier results, beyond the tolerance; exit code 1 if anything has."""
     from vireport.comparison import baseline as earlier
     from vireport.study import analyse
 
+    if baseline == scenario == "-":
+        raise UsageError("standard input can be the results or the scenario, not both")
     before = earlier.read_baseline(baseline)
     changes = earlier.diff(before, analyse(_loaded(scenario, set_), ("json",)), relative=tolerance)
+    printed: str | bytes
     if json:
         printed = earlier.diff_json(changes, tolerance)
     else:
         render = earlier.diff_markdown if markdown else earlier.diff_text
-        printed = render(changes, Path(baseline).name).rstrip("\n").encode() + b"\n"
-    deliver(Outcome(printed, exit_code=1 if changes else 0))
+        printed = render(changes, "standard input" if baseline == "-" else Path(baseline).name).rstrip("\n") + "\n"
+    deliver(Outcome("" if quiet else printed, exit_code=1 if changes else 0))
 
 
 @app.command()
@@ -259,7 +307,7 @@ def explain(
     code: Annotated[str | None, typer.Argument(metavar="CODE", help="Of an alert, such as VR010; else all.")] = None,
 ) -> None:
     """Say what an alert means, what causes it, and what to do."""
-    from vireport.gate import explanation
+    from vireport.alerts import explanation
 
     deliver(Outcome(explanation(code)))
 
@@ -273,8 +321,11 @@ def extremes(
     set_: Overrides = None,
     quiet: Quiet = False,
 ) -> None:
-    """Run the catalogue of extreme cases against 40-digit arithmetic; exit code 1 if one fails."""
-    from vireport.extremes import run_catalogue, table_data, table_text
+    """Run the catalogue of extreme cases against 40-digit arithmetic.
+
+    Exit code 1 if one fails; 3 if some could not be run, or none applies.
+    """
+    from vireport.extremes import run_catalogue, shortcoming, table_data, table_text
 
     if scenario is None and set_:
         raise UsageError("--set needs a scenario to set it over")
@@ -282,7 +333,8 @@ def extremes(
     with progress(quiet) as say:
         outcomes = run_catalogue(loaded, say)
     printed = f"{plain_json.dumps(table_data(outcomes), allow_nan=False)}\n" if json else table_text(outcomes)
-    deliver(Outcome(printed, exit_code=1 if any(outcome.verdict == "failed" for outcome in outcomes) else 0))
+    code, failure = shortcoming(outcomes)
+    deliver(Outcome(printed, failure=failure, exit_code=code))
 
 
 @app.command()
@@ -304,7 +356,10 @@ def sweep(
     from vireport.sweep import run_map, terminal_progress
 
     shown = None if quiet or not sys.stderr.isatty() else terminal_progress()
-    summary = run_map(map_file, output or _default_folder(map_file), scheduler, workers, shown, figures)
+    try:
+        summary = run_map(map_file, output or _default_folder(map_file), scheduler, workers, shown, figures)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None
     deliver(Outcome(summary=summary), quiet=quiet)
 
 
@@ -331,42 +386,57 @@ def _refuse_files_beside_json(json: bool, what: str, output: Path | None, format
 
 
 def _default_folder(scenario: str) -> Path:
-    """Folder named after the scenario, in the current one."""
-    return Path("stdin" if scenario == "-" else Path(scenario).stem or "report")
+    """Folder named after the scenario, in the current one; "report" where its name makes none."""
+    name = "stdin" if scenario == "-" else Path(scenario).stem
+    folder = Path(name if name.strip(".") else "report")
+    return folder.with_name(f"{folder.name}-report") if folder.is_file() else folder
 
 
 def _command(command: str, files: list[str], *options: tuple[str, list[str] | bool | None]) -> str:
     """The command for the record: without the folders, which do not change the results."""
     from shlex import join
 
-    words = ["vireport", command, *(name if name == "-" else Path(name).name for name in files)]
+    from vireport.text import visible
+
+    words = ["vireport", command, *(visible(Path(name).name) for name in files)]
     for option, values in options:
-        words += [option] if values is True else [word for value in values or [] for word in (option, value)]
+        words += [option] if values is True else [word for value in values or [] for word in (option, visible(value))]
     return join(words)
 
 
 def main(arguments: list[str]) -> int:
     """Run the command line on `arguments` and return the exit code."""
     try:
+        code = _run(arguments)
+    except KeyboardInterrupt as error:
+        return _interrupted(str(error) or "no file was written")
+    except VireportError as error:
+        if interrupts.came():
+            return _interrupted()
+        first, *others = error.lines
+        tell([first if isinstance(error, ScenarioError) else f"vireport: error: {first}", *others], RED)
+        return error.exit_code
+    except BaseException:  # those of extension modules, too, that are no Exception
+        if interrupts.came():  # it may have come where a library makes another error of it
+            return _interrupted()
+        import traceback
+
+        fault = "internal error: this is a fault of ours; please report it with the lines above"
+        tell([*traceback.format_exc().splitlines(), f"vireport {__version__}: {fault}"])
+        return VireportError.exit_code
+    return _interrupted("all was done") if interrupts.came() else code
+
+
+def _run(arguments: list[str]) -> int:
+    try:
         app(args=arguments, prog_name="vireport")
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else 0
-    except ScenarioError as error:
-        print(error, file=sys.stderr)
-        return error.exit_code
-    except VireportError as error:
-        print(f"vireport: error: {error}", file=sys.stderr)
-        return error.exit_code
-    except KeyboardInterrupt:
-        print("vireport: interrupted", file=sys.stderr)
-        return 130
-    except Exception:
-        import traceback
-
-        traceback.print_exc()
-        print(
-            f"vireport {__version__}: internal error: this is a fault of ours; please report it with the lines above",
-            file=sys.stderr,
-        )
-        return VireportError.exit_code
+    except _PastTyper as carried:
+        raise carried.error from carried.error.__cause__
     return 0
+
+
+def _interrupted(what: str = "") -> int:
+    tell([f"vireport: interrupted{what and f' ({what})'}"], RED)
+    return interrupts.EXIT_CODE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,8 +12,15 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from vireport.interrupts import check
+
 if TYPE_CHECKING:
     from vireport.progress import Progress
+
+REPORT = "report.html"
+"""The file that a reader opens first."""
+
+RED, BOLD, PLAIN = "\x1b[31m", "\x1b[1m", "\x1b[0m"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +38,10 @@ class Outcome:
     failure : str
         Why the exit code is 1, said where the summary is not.
     exit_code : int
+    stale : tuple of str
+        Files that this command may write: those of an earlier run go, also where it wrote none.
+    beside : tuple of str
+        Files that other options would have written: those of an earlier run stay, and are named.
     """
 
     printed: str | bytes = b""
@@ -38,6 +49,8 @@ class Outcome:
     summary: str = ""
     failure: str = ""
     exit_code: int = 0
+    stale: tuple[str, ...] = ()
+    beside: tuple[str, ...] = ()
 
 
 def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -> None:
@@ -53,47 +66,77 @@ def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -
 
     Raises
     ------
-    UsageError
+    UsageError, OutputError
         If the folder cannot be written to.
     typer.Exit
         If the exit code is not 0.
     """
-    emit(outcome.printed)
-    summary = [outcome.summary] if outcome.summary else []
-    if folder is not None and outcome.files:
+    check()
+    if folder is None or not outcome.files:
+        _say(outcome, outcome.summary.splitlines(), quiet)
+    else:
         from vireport.files import write_files
 
-        write_files(folder, outcome.files)
-        summary.append(f"wrote {', '.join(str(folder / name) for name in outcome.files)}")
-    if summary and not quiet:
-        print("\n".join(summary), file=sys.stderr)
-    elif outcome.failure:
-        print(f"vireport: {outcome.failure}", file=sys.stderr)
+        write_files(folder, outcome.files, outcome.stale)
+        try:
+            _say(outcome, [*outcome.summary.splitlines(), *_written(outcome, folder)], quiet)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt("all files were written") from None
     if outcome.exit_code:
         raise typer.Exit(outcome.exit_code)
 
 
+def _written(outcome: Outcome, folder: Path) -> Iterator[str]:
+    yield f"wrote {', '.join(str(folder / name) for name in outcome.files)}"
+    if earlier := [name for name in outcome.beside if (folder / name).exists()]:
+        yield f"of an earlier run, and left as they are: {', '.join(earlier)}"
+    if REPORT in outcome.files and sys.stderr.isatty():
+        yield f"open {(folder / REPORT).resolve().as_uri()}"
+
+
+def _say(outcome: Outcome, summary: Sequence[str], quiet: bool) -> None:
+    emit(outcome.printed)
+    if summary and not quiet:
+        tell(summary, RED if outcome.failure else BOLD)
+    elif outcome.failure:
+        tell([f"vireport: {outcome.failure}"], RED)
+
+
 def emit(data: str | bytes) -> None:
-    """Write to standard output as UTF-8, and not mind a reader that has gone."""
-    try:
+    """Write to standard output, as UTF-8."""
+    if data:
         sys.stdout.flush()
-        sys.stdout.buffer.write(data.encode() if isinstance(data, str) else data)
+        sys.stdout.buffer.write(data.encode("utf-8", "backslashreplace") if isinstance(data, str) else data)
         sys.stdout.buffer.flush()
-    except BrokenPipeError:
-        # What is still buffered must not raise again when the interpreter closes the stream.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def tell(lines: Iterable[str], color: str = "") -> None:
+    """Write lines to standard error, in which there may be text that is not ours; the first in colour on a terminal."""
+    from vireport.text import visible
+
+    first, *others = map(visible, lines)
+    if color and sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
+        first = f"{color}{first}{PLAIN}"
+    print("\n".join([first, *others]), file=sys.stderr)
 
 
 @contextmanager
 def progress(quiet: bool) -> Iterator[Progress]:
     """What is told each step: shown on one line of a terminal, of which nothing is left, and nowhere else."""
     if quiet or not sys.stderr.isatty():
-        yield lambda what: None
+        yield lambda what: check()
         return
     from rich.console import Console
     from rich.live import Live
     from rich.text import Text
 
+    from vireport.text import visible
+
     # Redrawn only at each step: a thread that draws a spinner would be in the way where times are measured.
     with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as line:
-        yield lambda what: line.update(Text(what, overflow="ellipsis", no_wrap=True), refresh=True)
+
+        def show(what: str) -> None:
+            check()
+            line.update(Text(visible(what), overflow="ellipsis", no_wrap=True), refresh=True)
+
+        yield show

@@ -5,18 +5,46 @@ Only what the formats asked for need is imported.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.cli.outcome import Outcome
 from vireport.scenario import Loaded
-from vireport.study import FIGURES, Study, Task, analyse, branches_csv, provenance_of, results_json, with_certificates
+from vireport.study import (
+    FIGURES,
+    FORMATS,
+    Study,
+    Task,
+    analyse,
+    branches_csv,
+    provenance_of,
+    results_json,
+    with_certificates,
+)
 
 if TYPE_CHECKING:
     from vireport.comparison import Comparison
     from vireport.figures import Picture
     from vireport.progress import Progress
+
+
+NAMES = {
+    Task.HTML: ("report.html",),
+    Task.PDF: ("report.pdf",),
+    Task.PNG: tuple(f"{figure}.png" for figure in FIGURES),
+    Task.JSON: ("results.json",),
+    Task.CSV: ("branches.csv",),
+    Task.JUNIT: ("junit.xml",),
+    Task.MARKDOWN: ("summary.md",),
+}
+"""Files that a run may write, by their formats."""
+
+
+def file_names(formats: Iterable[Task]) -> tuple[str, ...]:
+    """The files that a run may write in these formats."""
+    return tuple(name for task in formats for name in NAMES.get(task, ()))
 
 
 def results_outcome(loaded: Loaded, command: str, certify: bool) -> Outcome:
@@ -56,8 +84,9 @@ def run_outcome(
         from vireport.report import github
 
         printed += github(study)
-    files = run_files(study, command, templates, say)
-    return _judged(study, printed, files, study.verdict.headline)
+    outcome = _judged(study, printed, run_files(study, command, templates, say), study.verdict.headline)
+    others = [task for task in NAMES if task not in formats]
+    return replace(outcome, stale=file_names(formats), beside=file_names(others))
 
 
 def run_files(study: Study, command: str, templates: Path | None, say: Progress) -> dict[str, bytes]:
@@ -99,16 +128,18 @@ def compare_outcome(
     from vireport.comparison import outputs
 
     files = outputs.render_comparison(comparison, set(formats), command, templates, say)
-    return Outcome(files=files, summary=outputs.summary(comparison))
+    stale = outputs.file_names(formats)
+    beside = tuple(name for name in outputs.file_names(FORMATS) if name not in stale)
+    return Outcome(files=files, stale=stale, beside=beside, summary=outputs.summary(comparison))
 
 
 def _judged(study: Study, printed: str | bytes, files: dict[str, bytes] | None = None, summary: str = "") -> Outcome:
     """The outcome of a study, with the exit code that what its scenario requires makes it."""
     if all(criterion.passed for criterion in study.criteria):
-        return Outcome(printed, files or {}, summary)
+        return Outcome(printed, files or {}, summary=summary)
     from vireport.gate import unmet
 
-    return Outcome(printed, files or {}, summary, unmet(study.criteria), exit_code=1)
+    return Outcome(printed, files or {}, summary=summary, failure=unmet(study.criteria), exit_code=1)
 
 
 def _certificates(study: Study) -> str:

@@ -7,28 +7,31 @@ has another label, because there is one more before it, is the same point.
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from math import inf
 from pathlib import Path
+from sys import float_info
 from typing import Any
+
+import numpy as np
 
 from vireport.analysis import Stability
 from vireport.comparison.differences import differences, digits_apart, printed
 from vireport.comparison.quantities import Axes, Group, axes_of, quantities_of, same_setting, settings_of
 from vireport.errors import UsageError
 from vireport.study import SCHEMA_VERSION, Study
-from vireport.text import (
-    ABSENT,
-    markdown_table,
-    markdown_text,
-    percent,
-)
+from vireport.text import ABSENT, markdown_table, markdown_text, percent, visible
 
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""
 
 LARGEST = 1 << 30
 """Bytes of a baseline beyond which it is no results.json."""
+
+LONGEST = 200
+"""Characters of a text of a baseline that are shown."""
 
 NEEDED = ("schema_version", "scenario", "branches", "critical_points", "stable_range", "design_point", "alerts")
 
@@ -81,24 +84,28 @@ class Change:
 
 
 def read_baseline(path: str | Path) -> dict[str, Any]:
-    """Read results.json of an earlier run.
+    """Read results.json of an earlier run from a file, or from standard input where the path is "-".
 
     Raises
     ------
     UsageError
         Where the file is not there, or is none.
     """
+    name = "standard input" if str(path) == "-" else str(path)
     try:
-        with open(path, "rb") as file:
-            data = file.read(LARGEST + 1)
+        if str(path) == "-":
+            data = sys.stdin.buffer.read(LARGEST + 1)
+        else:
+            with open(path, "rb") as file:
+                data = file.read(LARGEST + 1)
         if len(data) > LARGEST:
-            raise UsageError(f"{path}: too large for a results.json")
+            raise UsageError(f"{name}: too large for a results.json")
         baseline = json.loads(data)
     except OSError as error:
-        raise UsageError(f"{path}: cannot be read ({error.strerror})") from error
+        raise UsageError(f"{name}: cannot be read ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
-        raise UsageError(f"{path}: is no JSON ({error}); a baseline is the results.json of an earlier run") from error
-    _check(baseline, str(path))
+        raise UsageError(f"{name}: is no JSON ({error}); a baseline is the results.json of an earlier run") from error
+    _check(baseline, name)
     return dict(baseline)
 
 
@@ -110,7 +117,23 @@ def _check(baseline: Any, name: str = "baseline") -> None:
         raise UsageError(f"{name}: is no results.json of vireport: {', '.join(missing)} missing")
     version = baseline["schema_version"]
     if version != SCHEMA_VERSION:
-        raise UsageError(f"{name}: schema_version {version!r} is not understood (allowed: {SCHEMA_VERSION})")
+        shown = visible(repr(version), LONGEST)
+        raise UsageError(f"{name}: schema_version {shown} is not understood (allowed: {SCHEMA_VERSION})")
+    _require_finite(baseline, name)
+
+
+def _require_finite(baseline: Any, name: str) -> None:
+    """Raise UsageError where a number is none, or is larger than any double: nothing can be compared with it."""
+    waiting = [("", baseline)]
+    while waiting:
+        path, value = waiting.pop()
+        if isinstance(value, Mapping):
+            waiting += [(f"{path}.{key}" if path else str(key), value[key]) for key in value]
+        elif isinstance(value, list | tuple):
+            waiting += [(f"{path}[{k}]", entry) for k, entry in enumerate(value)]
+        elif isinstance(value, int | float) and not -float_info.max <= value <= float_info.max:
+            shown = visible(repr(value) if isinstance(value, float) else "an integer beyond all doubles")
+            raise UsageError(f"{name}: {visible(path, LONGEST)} is {shown} (results have finite numbers only)")
 
 
 def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) -> tuple[Change, ...]:
@@ -128,14 +151,18 @@ def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) 
     Raises
     ------
     UsageError
-        Where the baseline is no results.json, or lacks something that is compared.
+        Where the baseline is no results.json, lacks something that is compared, or has a number that is not finite;
+        and where the tolerance is none.
     """
+    if not 0 <= relative < inf:
+        raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")
     _check(baseline)
     now = study.to_dict()
     try:
-        return changes(baseline, now, relative)
-    except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
-        what = f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error)
+        with np.errstate(all="raise"):
+            return changes(baseline, now, relative)
+    except (KeyError, TypeError, AttributeError, IndexError, ValueError, ArithmeticError) as error:
+        what = visible(f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error), LONGEST)
         raise UsageError(f"baseline: is no results.json of vireport: {what}") from error
 
 
@@ -161,7 +188,7 @@ def _changed_numbers(old: Mapping[str, Any], new: Mapping[str, Any], relative: f
         if difference.group is not Group.DESIGN_POINT and (difference.differs or gone_or_new):
             unit = "" if difference.unit == "1" else difference.unit
             size = None if difference.group is Group.MARGIN else _relative(before, after)
-            yield Change(difference.group, difference.quantity, before, after, unit, size)
+            yield Change(difference.group, visible(difference.quantity, LONGEST), before, after, unit, size)
 
 
 def _changed_statements(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
@@ -170,7 +197,8 @@ def _changed_statements(old: Mapping[str, Any], new: Mapping[str, Any]) -> Itera
         group, what = key[0], (after.get(key) or before[key])[0]
         was, now = (statements[key][1] if key in statements else None for statements in (before, after))
         if not same_setting(was, now):
-            yield Change(group, what, _plain(was), _plain(now), "", _relative(_plain(was), _plain(now)))
+            values = _plain(was), _plain(now)
+            yield Change(group, visible(what, LONGEST), *values, "", _relative(*values))
 
 
 def _statements(results: Mapping[str, Any]) -> Iterator[tuple[tuple[Group, str], tuple[str, Any]]]:
@@ -193,8 +221,8 @@ def _plain(value: Any) -> float | str | None:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
     if isinstance(value, list | tuple):
-        return ", ".join(map(str, value))
-    return None if value is None else str(value)
+        return visible(", ".join(map(str, value)), LONGEST)
+    return None if value is None else visible(str(value), LONGEST)
 
 
 def _relative(before: float | str | None, after: float | str | None) -> float | None:
@@ -256,9 +284,10 @@ def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> 
 
 def diff_text(changed: Sequence[Change], baseline: str = "the baseline") -> str:
     """The changes in lines of plain text, grouped; without a newline at the end."""
+    name = visible(baseline)
     if not changed:
-        return f"No change beyond tolerance since {baseline}."
-    return "\n".join([f"{_count(changed, baseline)}:", *(f"  {change.group}: {change.sentence}" for change in changed)])
+        return f"No change beyond tolerance since {name}."
+    return "\n".join([f"{_count(changed, name)}:", *(f"  {change.group}: {change.sentence}" for change in changed)])
 
 
 def diff_markdown(changed: Sequence[Change], baseline: str = "the baseline") -> str:

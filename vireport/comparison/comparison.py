@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,16 +19,8 @@ from vireport.comparison.quantities import Axes, axes_of, quantities_of, same_se
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.errors import NumericalError, UsageError
 from vireport.scenario import to_dict
-from vireport.study import (
-    SCHEMA_VERSION,
-    Study,
-    analyse,
-    html_table,
-)
-from vireport.text import (
-    ABSENT,
-    significant,
-)
+from vireport.study import SCHEMA_VERSION, Study, analyse
+from vireport.text import ABSENT, html_table, significant
 
 if TYPE_CHECKING:
     from vireport.progress import Progress
@@ -37,6 +30,12 @@ FIGURES = ("figure-2", "figure-4", "figure-7")
 
 MOST_ROWS = 20
 """Differences shown in a notebook; `Comparison.rows` has all."""
+
+ACROSS = 4
+"""Scenarios beside one another in a table or a figure; of more there are several."""
+
+FEW_NAMES = 3
+"""Files up to which their names stand in the provenance, and scenarios up to which theirs stand in the title."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +150,7 @@ def compare(
     overrides : sequence of str, or mapping, optional
         Set over every scenario, before it is varied.
     progress : callable, optional
-        Told each scenario as it begins.
+        Called with each scenario as it begins.
 
     Raises
     ------
@@ -203,3 +202,10 @@ def left_out(comparison: Comparison, figure: str) -> list[tuple[str, str]]:
         elif figure == "figure-7" and study.solution.membrane is None:
             missing.append((name, "device.ball_mass_kg is not given"))
     return missing
+
+
+def columns(count: int) -> list[slice]:
+    """So many columns in groups of nearly one size, none of more than fit beside each other."""
+    groups = -(-count // ACROSS)
+    ends = [-(-k * count // groups) for k in range(groups + 1)] if groups else []
+    return [slice(first, last) for first, last in pairwise(ends)]

@@ -8,11 +8,11 @@ from operator import itemgetter
 from typing import Any
 
 from vireport.comparison.quantities import Axes, Entry, Group, Quantities, Quantity
-from vireport.gate import capital
 from vireport.scenario import DesignInput
 from vireport.text import (
     ABSENT,
     MOST_DIGITS,
+    capital,
     percent,
     quantity,
     significant,

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from matplotlib.figure import Figure
 
-from vireport.comparison.comparison import Comparison, left_out
+from vireport.alerts import AlertCode
+from vireport.comparison.comparison import Comparison, columns, left_out
 from vireport.comparison.differences import listed
-from vireport.comparison.pages import columns
 from vireport.figures import (
     OUTSIDE,
     TITLES,
@@ -21,11 +21,12 @@ from vireport.figures import (
     drawing_of,
     held,
     letter_of,
+    literal,
     simulated_points,
     sweep_figure,
 )
-from vireport.gate import capital
 from vireport.study import Task
+from vireport.text import capital
 
 ROWS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 
@@ -126,8 +127,8 @@ def _figure(figure: Task, shown: Columns) -> Figure:
     common, own = _conditions(list(shown.values()))
     lines = [(common, Color.BLACK)] if common else []
     if figure == Task.FIGURE_7 and (note := _outside(shown)):
-        lines.append((note, Color.WARNING))
-    return sweep_figure(figure, list(shown.values()), list(shown), own, lines)
+        lines.append((literal(note), Color.WARNING))
+    return sweep_figure(figure, list(shown.values()), [literal(name) for name in shown], own, lines)
 
 
 def _conditions(drawings: Sequence[Drawing]) -> tuple[str, list[str]]:
@@ -147,7 +148,7 @@ def _outside(shown: Columns) -> str:
 def _caption(figure: Task, shown: Columns) -> str:
     sentences = [ABOUT[figure]] + ([SHARED] if len(shown) > 1 else [])
     if figure == Task.FIGURE_7 and (note := _outside(shown)):
-        sentences.append(f"{note} (VR010).")
+        sentences.append(f"{note} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY}).")
     for column, (scenario, drawing) in enumerate(shown.items()):
         first, last = (letter_of(column * ROWS[figure] + row) for row in (0, ROWS[figure] - 1))
         letters = f"({first})" if first == last else f"({first})–({last})"

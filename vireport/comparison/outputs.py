@@ -1,19 +1,17 @@
-"""Writes a comparison: report, figures, compare.json and compare.csv; each file is whole or is not there."""
+"""The files of a comparison: report, figures, compare.json and compare.csv."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Iterable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.comparison.comparison import Comparison
-from vireport.files import write_files
-from vireport.study import FORMATS, Provenance, provenance_of
+from vireport.comparison.comparison import FEW_NAMES, FIGURES, Comparison
+from vireport.comparison.variants import MOST
+from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -22,45 +20,42 @@ if TYPE_CHECKING:
 FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""
 
-FEW_NAMES = 3
-"""Files up to which their names stand in the provenance, and scenarios up to which theirs stand in the title."""
+NAMES = {
+    Task.HTML: ("report.html",),
+    Task.PDF: ("report.pdf",),
+    Task.PNG: tuple(f"{name}{f'-{page}' if page > 1 else ''}.png" for name in FIGURES for page in range(1, MOST + 1)),
+    Task.JSON: ("compare.json",),
+    Task.CSV: ("compare.csv",),
+}
+"""Files that a comparison may write, by their formats."""
 
 
-def write_comparison(
-    comparison: Comparison,
-    folder: Path,
-    formats: Iterable[str] = FORMATS,
-    command: str = "",
-    templates: Path | None = None,
-    progress: Progress | None = None,
-) -> str:
-    """Write the outputs asked for, and return a summary in words.
+def file_names(formats: Iterable[str]) -> tuple[str, ...]:
+    """The files that a comparison may write in these formats."""
+    return tuple(name for task in formats for name in NAMES.get(Task(task), ()))
 
-    Parameters
-    ----------
-    comparison : Comparison
-    folder : Path
-        Created if it is not there.
-    formats : iterable of str
-        Among `plan.FORMATS`.
-    command : str
-        For the record.
-    templates : Path, optional
-        A folder whose report templates replace the package's.
-    progress : callable, optional
-        Told each step as it begins.
 
-    Raises
-    ------
-    UsageError
-        If the folder cannot be written to.
+def folder_of(comparison: Comparison, command: str) -> Path:
+    """Where a comparison goes by default: where the same one is already, or else where there is nothing yet.
+
+    That is `FOLDER`, with a number where others have been.
     """
-    say = progress or (lambda what: None)
-    files = render_comparison(comparison, set(formats), command, templates, say)
-    say("writing")
-    write_files(folder, files)
-    say("")
-    return f"{summary(comparison)}\nwrote {', '.join(str(folder / name) for name in files)}"
+    own = comparison_provenance(comparison, command).scenario_sha256
+    folder, number = Path(FOLDER), 1
+    while folder.exists() and _compared_in(folder) != own:
+        number += 1
+        folder = Path(f"{FOLDER}-{number}")
+    return folder
+
+
+def _compared_in(folder: Path) -> str | None:
+    """SHA-256 of the scenarios that were compared in a folder; None where that cannot be known."""
+    try:
+        with open(folder / "compare.json", "rb") as file:
+            digest = json.load(file)["provenance"]["scenario_sha256"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return str(digest)
 
 
 def summary(comparison: Comparison) -> str:
@@ -84,10 +79,7 @@ def render_comparison(
     if formats & {"html", "pdf"}:
         say("setting the report")
         from vireport.comparison.pages import build_comparison_report
-        from vireport.report import (
-            render_html,
-            render_pdf,
-        )
+        from vireport.report import render_html, render_pdf
 
         model = build_comparison_report(comparison, drawn, provenance)
         if "html" in formats:
@@ -124,24 +116,10 @@ def comparison_provenance(comparison: Comparison, command: str) -> Provenance:
 
 def compare_json(comparison: Comparison, provenance: Provenance) -> bytes:
     """The comparison as JSON, one top-level key a line."""
-    data = comparison.to_dict()
-    data["provenance"] = {**asdict(provenance), "libraries": dict(provenance.libraries)}
-    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
-    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+    return json_bytes({**comparison.to_dict(), "provenance": provenance.to_dict()})
 
 
 def compare_csv(comparison: Comparison) -> bytes:
     """The comparison as a table: a row for each quantity, a column for each scenario; what there is not is empty."""
-    text = io.StringIO()
-    rows = comparison.rows()
-    writer = csv.writer(text, lineterminator="\n")
     head = ["quantity", "group", "unit", *comparison.names, "change", "differs", "sentence"]
-    writer.writerow(head)
-    writer.writerows([_cell(row[name]) for name in head] for row in rows)
-    return text.getvalue().encode()
-
-
-def _cell(value: object) -> object:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return repr(value) if isinstance(value, float) else value
+    return csv_bytes(head, ([row[name] for name in head] for row in comparison.rows()))

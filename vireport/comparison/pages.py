@@ -4,51 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from vireport.comparison.comparison import FIGURES, Comparison, Setting, left_out
+from vireport.alerts import AlertCode, Severity
+from vireport.comparison.comparison import ACROSS, FEW_NAMES, FIGURES, Comparison, Setting, columns, left_out
 from vireport.comparison.differences import Difference, digits_apart, listed
-from vireport.comparison.outputs import FEW_NAMES
 from vireport.comparison.quantities import Entry
 from vireport.figures import OUTSIDE
-from vireport.gate import (
-    SWEEP_END,
-    AlertCode,
-    Fact,
-    Severity,
-    Status,
-    Verdict,
-    capital,
-)
-from vireport.report import (
-    Block,
-    Column,
-    Paragraph,
-    ReportModel,
-    Table,
-    numbers,
-    section,
-    texts,
-)
+from vireport.gate import SWEEP_END, Fact, Status, Verdict
+from vireport.report import Block, Paragraph, ReportModel, section
 from vireport.report import context as context_pages
-from vireport.study import (
-    Provenance,
-    with_pages,
-)
-from vireport.text import (
-    ABSENT,
-    exact,
-    significant,
-    words,
-)
+from vireport.study import Provenance, with_pages
+from vireport.text import ABSENT, Column, Table, capital, exact, numbers, significant, texts, words
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
-
-ACROSS = 4
-"""Scenarios beside one another in a table or a figure; of more there are several."""
 
 
 def build_comparison_report(comparison: Comparison, pictures: Sequence[Picture], provenance: Provenance) -> ReportModel:
@@ -141,13 +112,6 @@ def _places(comparison: Comparison) -> str:
     text = f"The sweeps are of different parameters ({listed(swept)}): places are compared in *d*, which all have"
     shared = [f"the {axis.quantity}" for axis in also if axis != "d"]
     return f"{text}, and in {listed(shared)} where scenarios share that." if shared else f"{text}."
-
-
-def columns(count: int) -> list[slice]:
-    """So many columns in groups of nearly one size, none of more than fit beside each other."""
-    groups = -(-count // ACROSS)
-    ends = [-(-k * count // groups) for k in range(groups + 1)] if groups else []
-    return [slice(first, last) for first, last in pairwise(ends)]
 
 
 def _side_by_side(comparison: Comparison) -> Iterator[Block]:

@@ -36,7 +36,7 @@ Axis = ScalarInput | Literal["d"]
 
 
 class Group(StrEnum):
-    """Kinds of what is compared, in the order in which they are told."""
+    """Kinds of what is compared, in the order of the report."""
 
     SCENARIO = "scenario"
     DESIGN_POINT = "design point"

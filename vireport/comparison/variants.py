@@ -9,12 +9,7 @@ from math import prod
 from pathlib import Path
 
 from vireport.errors import Mistake, ScenarioError, UsageError
-from vireport.scenario import (
-    Loaded,
-    as_texts,
-    load,
-    loads,
-)
+from vireport.scenario import Loaded, as_texts, load, loads
 from vireport.study import Study
 
 Item = str | Path | Loaded | Study
@@ -44,7 +39,7 @@ def variants(
     names: Sequence[str] | None,
     overrides: str | Sequence[str] | Mapping[str, object],
 ) -> list[Variant]:
-    """Load every scenario in every variant; all mistakes are told at once, those of a variant with its name.
+    """Load every scenario in every variant; all mistakes are reported at once, those of a variant with its name.
 
     Parameters
     ----------
@@ -145,9 +140,20 @@ def _all_mistakes(failures: Sequence[tuple[str, ScenarioError]]) -> ScenarioErro
     errors = [ScenarioError(name, mistakes) for name, mistakes in files.items()]
     if len(errors) == 1:
         return errors[0]
-    several = ScenarioError(errors[0].name, [mistake for error in errors for mistake in error.mistakes])
-    several.args = ("\n".join(map(str, errors)),)
-    return several
+    return _SeveralFiles(errors)
+
+
+class _SeveralFiles(ScenarioError):
+    """The mistakes of several files, those of each together."""
+
+    def __init__(self, errors: Sequence[ScenarioError]) -> None:
+        self.errors = errors
+        super().__init__(errors[0].name, [mistake for error in errors for mistake in error.mistakes])
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """A line for each mistake, by files."""
+        return tuple(line for error in self.errors for line in error.lines)
 
 
 def _words(extra: Iterable[str]) -> str:

@@ -59,7 +59,7 @@ def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None
     loaded : Loaded or None
         From `scenario.load`.
     progress : callable, optional
-        Told each case as it begins.
+        Called with each case as it begins.
     """
     outcomes = []
     for case in catalogue(loaded):
@@ -67,6 +67,19 @@ def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None
             progress(f"{case.group}: {case.name}")
         outcomes.append(judge(case))
     return tuple(outcomes)
+
+
+def shortcoming(outcomes: Sequence[Outcome]) -> tuple[int, str]:
+    """Exit code, and what keeps the catalogue from having passed: a failure, or cases that could not be run."""
+    verdicts = [outcome.verdict for outcome in outcomes]
+    failed, left_out = verdicts.count(Verdict.FAILED), verdicts.count(Verdict.LEFT_OUT)
+    if failed:
+        return 1, f"{failed} of {len(verdicts)} cases failed"
+    if left_out:
+        return NumericalError.exit_code, f"{left_out} of {len(verdicts)} cases could not be run"
+    if Verdict.PASSED not in verdicts:
+        return NumericalError.exit_code, "no case applies to this device"
+    return 0, ""
 
 
 def table_text(outcomes: Sequence[Outcome]) -> str:
@@ -115,5 +128,5 @@ def _row(outcome: Outcome) -> tuple[str, ...]:
     """The cells of one case, its error over its bound."""
     error = "" if outcome.error is None else f"{outcome.error:.1e} <{outcome.bound or 0:.0e}"
     verdict = "FAILED" if outcome.verdict is Verdict.FAILED else outcome.verdict
-    found = shorten(outcome.found, LONGEST_CELL, placeholder=" ...")
-    return (outcome.case.name, outcome.case.expected, found, error, f"{outcome.seconds:.2f} s", verdict)
+    text = shorten(outcome.found, LONGEST_CELL, placeholder=" ...")
+    return (outcome.case.name, outcome.case.expected, text, error, f"{outcome.seconds:.2f} s", verdict)

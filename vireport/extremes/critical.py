@@ -185,10 +185,10 @@ def _check_changes(study: Study) -> Finding:
     """Count the changes of type by the printed trace along the whole curve, and compare with the points found."""
     counted = _counted_changes(study.solution)
     points = [p for p in study.solution.critical_points if p.kind is CriticalKind.NODE_FOCUS]
-    found = sum(1 if p.mirror is None else 2 for p in points)
+    changes = sum(1 if p.mirror is None else 2 for p in points)
     errors = [point_error(p, study.solution.device, Parameter.LENGTH)[0] for p in points]
-    text = f"{count(found, 'change')} found, {counted} counted"
-    return Finding(text, max(errors, default=0.0), 2 * UNIT, found == counted)
+    text = f"{count(changes, 'change')} found, {counted} counted"
+    return Finding(text, max(errors, default=0.0), 2 * UNIT, changes == counted)
 
 
 def _counted_changes(solution: Solution) -> int:
@@ -331,8 +331,8 @@ def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> Finding:
             d, gbar = exact.groups(device, Parameter.LENGTH, device.length_m)
             start = [float(m.velocity_bottom[near]), float(m.phi_bottom[near]), float(m.q[near]) - 0.5]
             true = float(exact.wall_gap(exact.motion(start, d, gbar, r, n), d, gbar, r, n))
-        found = float(m.wall_gap[near])
-        errors.append(abs(found - true))
+        gap = float(m.wall_gap[near])
+        errors.append(abs(gap - true))
         right = right and (abs(true) < GAP_BOUND or bool(m.admissible[near]) == (true > 0))
-        texts.append(f"{found:.2e} for {true:.2e}")
+        texts.append(f"{gap:.2e} for {true:.2e}")
     return Finding(f"{', '.join(texts)} (absolute error)", max(errors), GAP_BOUND, right)

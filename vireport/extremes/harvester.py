@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -59,7 +58,7 @@ class Harvester:
         x = self.device
         return float(d * x.amplitude_n / (4 * x.capsule_mass_kg * x.frequency_hz**2))
 
-    def scenario(self, sweep: SweepRange | None = None) -> Loaded:
+    def scenario(self, sweep: SweepRange | None) -> Loaded:
         """The device as a scenario; ScenarioError where that is invalid."""
         x, membrane = self.device, asdict(self.membrane)
         ball_mass = membrane.pop("ball_mass_kg")
@@ -81,13 +80,13 @@ class Harvester:
             tree["sweep"] = {"parameter": sweep[0], "from": sweep[1], "to": sweep[2]}
         return loads(json.dumps(tree), "extreme case")
 
-    def study(self, sweep: SweepRange | None = None, formats: Sequence[str] = ("json",)) -> Study:
+    def study(self, sweep: SweepRange | None = None) -> Study:
         """Everything that a run finds out about the device, and about a sweep."""
-        return analyse(self.scenario(sweep), formats)
+        return analyse(self.scenario(sweep), ("json",))
 
-    def over(self, d: tuple[float, float] = WIDE, formats: Sequence[str] = ("json",)) -> Study:
+    def over(self, d: tuple[float, float] = WIDE) -> Study:
         """The study with the length swept over a range of d."""
-        return self.study((Parameter.LENGTH, self.length(d[0]), self.length(d[1])), formats)
+        return self.study((Parameter.LENGTH, self.length(d[0]), self.length(d[1])))
 
 
 PAPER = Harvester(
@@ -107,8 +106,7 @@ def harvester_of(loaded: Loaded | None) -> Harvester:
     if scenario.sweep is not None:
         parameter, ends = Parameter(scenario.sweep.parameter), (scenario.sweep.from_, scenario.sweep.to)
         if getattr(device, parameter) is None:
-            middle: dict[str, Any] = {parameter: sum(ends) / 2}
-            device = replace(device, **middle)
+            device = device.with_value(parameter, sum(ends) / 2)
         if parameter is Parameter.LENGTH:
             span = ends[0] / device.length_m, ends[1] / device.length_m
     membrane = membrane_of(scenario)

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from vireport.alerts import AlertCode
 from vireport.analysis import Change, CriticalKind, CriticalPoint, Family, Motions
 from vireport.errors import VireportError
 from vireport.physics import Device
@@ -238,7 +239,7 @@ def _examine_design(study: Study, degenerate: bool) -> Finding:
     motions = design.motions
     errors = motion_errors(motions, range(len(motions)), study.solution.device, design.parameter, degenerate)
     problems = [] if degenerate else _missing_motions(study)
-    if not motions.stable.any() and "VR003" not in {alert.code for alert in study.alerts}:
+    if not motions.stable.any() and AlertCode.DESIGN_NOT_STABLE not in {alert.code for alert in study.alerts}:
         problems.append("no alert says that there is no stable motion")
     text = "; ".join(problems) or count(len(motions), "motion")
     return Finding(text, max(errors, default=0.0), BOUND, not problems)
@@ -253,7 +254,7 @@ def _examine_branches(study: Study) -> Finding:
         inner = np.array([i for i in range(1, len(branch.motions) - 1) if not branch.marks[i]], dtype=int)
         rows = rng.permutation(inner)[:ROWS]
         errors += motion_errors(branch.motions, rows, solution.device, solution.sweep.parameter, near=True)
-    if not solution.stable_ranges and "VR001" not in {alert.code for alert in study.alerts}:
+    if not solution.stable_ranges and AlertCode.NO_STABLE_MOTION not in {alert.code for alert in study.alerts}:
         return Finding("no alert says that the sweep has no stable motion", max(errors), BOUND, right=False)
     return Finding(count(len(solution.branches), "branch", "es"), max(errors), BOUND)
 

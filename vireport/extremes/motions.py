@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from vireport.alerts import AlertCode
 from vireport.analysis import Motions, Orbits, motions_of, orbits, sample
 from vireport.extremes.harvester import Harvester, SweepRange
 from vireport.extremes.judge import (
@@ -265,6 +266,6 @@ def _check_volts(harvester: Harvester, speed: float, answer: Voltages) -> Findin
 def _check_too_deep(harvester: Harvester, study: Study) -> Finding:
     """The deepest admissible impact of a run, and the alert where that is deeper than the membrane is wide."""
     deepest = study.solution.deepest_m
-    alert = next((alert for alert in study.alerts if alert.code == "VR010"), None)
+    alert = next((alert for alert in study.alerts if alert.code is AlertCode.OUTSIDE_MEMBRANE_GEOMETRY), None)
     text = alert.cause.split(". ")[0] if alert else f"no alert at {deepest:.3g} m"
     return Finding(text, right=(alert is not None) == (deepest > harvester.membrane.active_radius_m))

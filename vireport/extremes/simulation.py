@@ -159,12 +159,12 @@ def _exact_flight(model: Model, start: Impact, row: Any) -> tuple[float, bool]:
     with exact.precise():
         d, gbar, r = (exact.mpf(x) for x in model)
         left, speed, angle = d / 2, -r * exact.mpf(start.velocity), exact.mpf(start.phase)
-        wall, found = d / 2 * int(row[WALL]), float(row[FLIGHT])
-        time = exact.newton(lambda x: [exact.flight(x[0], left, speed, angle, gbar)[0] - wall], [found])[0]
+        wall, duration = d / 2 * int(row[WALL]), float(row[FLIGHT])
+        time = exact.newton(lambda x: [exact.flight(x[0], left, speed, angle, gbar)[0] - wall], [duration])[0]
         rate = exact.flight(time, left, speed, angle, gbar)[1]
         turned = (angle + exact.mp.pi * time - exact.mpf(float(row[PHASE]))) / (2 * exact.mp.pi)
         off = abs(turned - exact.mp.nint(turned)) * 2 * exact.mp.pi
-        error = max(abs(found - time) / time, off / (1 + time), abs(float(row[VELOCITY]) - rate) / (1 + abs(rate)))
+        error = max(abs(duration - time) / time, off / (1 + time), abs(float(row[VELOCITY]) - rate) / (1 + abs(rate)))
         earlier = (exact.mpf(x) * time / EARLIER for x in range(1, EARLIER))
         inside = all(abs(exact.flight(t, left, speed, angle, gbar)[0]) <= d / 2 for t in earlier)
     return float(error), inside
@@ -291,12 +291,12 @@ def _check_chatter(model: Model, left: float, answer: Chatter) -> Finding:
     if not held.size:
         return Finding("the ball never settled", right=False)
     exact, hops = _hops(model, velocity, phase), int(held[0])
-    found = float(rows[1 : hops + 1, FLIGHT].sum() + rows[hops, SETTLING])
+    settled = float(rows[1 : hops + 1, FLIGHT].sum() + rows[hops, SETTLING])
     # The nearer the release, the more a rounding of the phase changes the rest of the hops: each hop may make one.
     rounded = _hops(model, velocity, float(np.nextafter(phase, 0)))
     condition = abs(float(rounded - exact)) if rounded is not None else 1.0
-    text = f"settled after {hops} hops and {found:.9g} t_c, {left - found:.2g} before the release"
-    return Finding(text, abs(found - float(exact)), SETTLING_BOUND + 2 * hops * condition)
+    text = f"settled after {hops} hops and {settled:.9g} t_c, {left - settled:.2g} before the release"
+    return Finding(text, abs(settled - float(exact)), SETTLING_BOUND + 2 * hops * condition)
 
 
 def _check_end(expected: int, answer: Rows) -> Finding:

@@ -104,7 +104,7 @@ def headline(work: WorkPrecision) -> str:
 
 def caption(work: WorkPrecision) -> str:
     """The caption: what is drawn and how."""
-    what = ", ".join(f"({letter_of(k)}) {_error_of(work, one.key)}" for k, one in enumerate(work.quantities))
+    what = ", ".join(f"({letter_of(k)}) {_error_of(work, quantity.key)}" for k, quantity in enumerate(work.quantities))
     return (
         "Error against 40-digit arithmetic over the time of one solution, both on logarithmic axes; down and to the "
         f"left is better. {what}. "
@@ -119,7 +119,7 @@ def caption(work: WorkPrecision) -> str:
 
 def alt_text(work: WorkPrecision) -> str:
     """A description for those who do not see it."""
-    told = []
+    sentences = []
     for name in NAMES:
         parts = []
         for task in work.tasks:
@@ -132,9 +132,9 @@ def alt_text(work: WorkPrecision) -> str:
                 )
                 parts.append(f"{task_name(work, task)} {reach}, least error {least}")
         if parts:
-            told.append(f"{name}: {'; '.join(parts)}.")
+            sentences.append(f"{name}: {'; '.join(parts)}.")
     count = len(work.quantities)
-    return f"{count} line charts of error over run time, both logarithmic. {' '.join(told)}"
+    return f"{count} line charts of error over run time, both logarithmic. {' '.join(sentences)}"
 
 
 def _draw(axes: Axes, runs: list[MethodRun], key: str) -> None:

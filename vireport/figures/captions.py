@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vireport.alerts import AlertCode
 from vireport.analysis import eigenvalues
 from vireport.figures.curves import Floats, Simulated, Stretch, impact_pairs, stretches, swept_solution
 from vireport.gate import range_text
@@ -132,7 +133,7 @@ def _about_7(study: Study) -> list[str]:
     if _level(study):
         about.append(f"{EQUALLY_FAST}: the three curves coincide.")
     if not study.solution.within_membrane:
-        about.append(f"The deflections are {OUTSIDE} (VR010).")
+        about.append(f"The deflections are {OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY}).")
     return about
 
 

@@ -203,7 +203,7 @@ def simulated_points(study: Study) -> Simulated | None:
 
 def _distinct(attractors: Sequence[Attractor]) -> list[Cycle]:
     """The cycles among some attractors, each once; those that stick are left to the bifurcation diagram."""
-    cycles = {id(found.cycle): found.cycle for found in attractors if found.cycle is not None}
+    cycles = {id(attractor.cycle): attractor.cycle for attractor in attractors if attractor.cycle is not None}
     return [cycle for cycle in cycles.values() if not cycle.sticks and len(cycle.wall) <= MOST_IMPACTS]
 
 

@@ -176,10 +176,10 @@ def _found(study: Study, diagram: Diagram, values: Floats) -> Iterator[str]:
         return
     swept, where = study.solution.parameter, []
     for group in groups(diagram):
-        found = values[_values(diagram, group)]
-        low, high = (significant(float(end), 4) for end in (found.min(), found.max()))
+        at = values[_values(diagram, group)]
+        low, high = (significant(float(end), 4) for end in (at.min(), at.max()))
         span = swept.with_unit(high) if low == high else f"{low} to {swept.with_unit(high)}"
-        where.append(f"{group[0]} at {len(found)} ({swept.symbol} = {span})")
+        where.append(f"{group[0]} at {len(at)} ({swept.symbol} = {span})")
     yield f"Motions at {len(values)} value{'s' * (len(values) != 1)}: {'; '.join(where)}."
     others = [label for label in diagram.labels if not is_word(label) and "periodic" not in label]
     if others:

@@ -131,8 +131,8 @@ def letter_of(number: int) -> str:
     return ascii_lowercase[number % 26] * (number // 26 + 1)
 
 
-def letter_panels(panels: Sequence[Axes], first: int = 0) -> None:
-    """Letter panels that are above one another: the first beside the label of the axis along its top."""
+def letter_panels(panels: Sequence[Axes], first: int) -> None:
+    """Letter panels above one another from the letter numbered `first`, that beside the label of the axis on top."""
     for k, axes in enumerate(panels):
         rise = LETTER_RISE if k else LETTER_RISE + TOP_LABEL
         offset = ScaledTranslation(0, rise / 72, axes.figure.dpi_scale_trans)

@@ -11,6 +11,7 @@ from typing import Any
 
 import matplotlib
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, get_font
 
 Look = dict[str, Any]
 """Properties of a line or of markers, as `matplotlib.lines.Line2D` takes them."""
@@ -105,6 +106,16 @@ def png_of(figure: Figure) -> bytes:
         # `Figure.savefig` does the same, but first lays the figure out, which is final already.
         canvas.print_png(file, metadata={"Software": None})
     return file.getvalue()
+
+
+def literal(text: str) -> str:
+    """Text that is not ours as a figure shows it: no dollar sign begins mathematics, no character is missing.
+
+    What the font lacks is given by its number in Unicode, as in the PDF report.
+    """
+    font = get_font(findfont(FontProperties(family=STYLE["font.family"])))
+    shown = (x if x.isspace() or font.get_char_index(ord(x)) else f"⟨U+{ord(x):04X}⟩" for x in text)
+    return "".join(shown).replace("$", "\\$")
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,10 +34,9 @@ from vireport.figures.layout import (
     sweep_axis,
 )
 from vireport.figures.style import DASH_DOTTED, DASHED, DOTTED, GUIDE, Color, Look, style
-from vireport.gate import capital
 from vireport.physics import Voltages
 from vireport.study import Study, Task
-from vireport.text import PREFIXES
+from vireport.text import PREFIXES, capital
 
 # Width tells the two impacts apart where colour does not, and where one curve lies on the other.
 BOTTOM: Look = {"color": Color.BLUE, "linewidth": 2.8}
@@ -310,7 +309,7 @@ def _rows_2(drawings: Sequence[Drawing]) -> Rows:
     def row(k: int, label: str) -> _Row:
         return _Row(
             label,
-            lambda x, found: curves.impact_pairs(found.motions, x.study.solution.device.period_ratio)[k],
+            lambda x, branch: curves.impact_pairs(branch.motions, x.study.solution.device.period_ratio)[k],
             lambda x, part, side: (BOTTOM, TOP)[side] | (STABLE if part.stable else UNSTABLE),
             (Color.BLUE, Color.GREEN),
             lambda simulated: ((y, CIRCLE) for y in simulated.pairs[k]),
@@ -335,7 +334,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> Rows:
 
     discriminant = _Row(
         "discriminant Δ [–]",
-        lambda x, found: [found.motions.discriminant],
+        lambda x, branch: [branch.motions.discriminant],
         lambda x, part, k: look(x, part, THIN),
         (Color.GREY,),
         limits=(-np.inf, highest),
@@ -343,7 +342,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> Rows:
     )
     eigenvalue = _Row(
         "eigenvalues λ₁, λ₂ or Re λ [–]",
-        lambda x, found: eigenvalues(found.motions.trace, found.motions.restitution),
+        lambda x, branch: eigenvalues(branch.motions.trace, branch.motions.restitution),
         lambda x, part, k: look(x, part, THICK if part.focus else THIN),
         (Color.GREY, Color.GREY),
         limits=(-LAMBDA_LIMIT, LAMBDA_LIMIT),
@@ -368,7 +367,7 @@ def _rows_7(drawings: Sequence[Drawing]) -> Rows:
 
     row = _Row(
         f"generated voltage U [{PREFIXES[power]}V]",
-        lambda x, found: scaled(found.voltages),
+        lambda x, branch: scaled(branch.voltages),
         lambda x, part, k: looks[k] | ({"zorder": STABLE["zorder"]} if part.stable else unstable[k]),
         (Color.VERMILION, Color.BLUE, Color.BLUE),
         lambda simulated: zip(scaled(simulated.voltages), (STAR, CIRCLE, CIRCLE), strict=False),

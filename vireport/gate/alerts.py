@@ -1,21 +1,19 @@
-"""Alerts: what a reader must know before acting on the numbers.
+"""Alerts that results raise: what a reader must know before acting on the numbers.
 
-Each alert is a row of `CHECKS`: its code, what it means, what to do, and the function that finds its cause in the
-results.
+`CAUSES` has for each alert of the catalogue (`vireport.alerts`) the function that finds its cause in the results.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from enum import StrEnum
 from functools import cached_property
-from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.alerts import CATALOGUE, AlertCode, Severity
 from vireport.analysis import (
     Family,
     Solution,
@@ -24,8 +22,8 @@ from vireport.analysis import (
     input_error,
     mass_elasticity,
     restitution_effect,
+    undecided,
 )
-from vireport.errors import UsageError
 from vireport.scenario import DesignInput, Parameter
 
 if TYPE_CHECKING:
@@ -52,8 +50,6 @@ SENSITIVE = 2.0
 HEAVY = 0.5
 """Relative change of U_ave over that of the ball's mass above which a mass known to 10 % is not enough for 5 %."""
 
-NOT_GOOD_ENOUGH = 2
-"""Grade of a rigid model that the compliant membrane contradicts."""
 
 LONGEST_M = 20.0
 """Length above which millimetres are more likely; the largest wave energy converters are shorter."""
@@ -75,37 +71,8 @@ STRONGEST_GRAVITY = 50.0
 MEMBRANE_LENGTHS = ("ball_radius_m", "active_radius_m")
 """Lengths of a membrane's geometry."""
 
-EXPLANATION_WIDTH = 100
-"""Columns of a line of explanation."""
-
-
-class AlertCode(StrEnum):
-    """What alerts are known by, outside of this package too."""
-
-    NO_STABLE_MOTION = "VR001"
-    INADMISSIBLE_SOLUTIONS = "VR002"
-    DESIGN_NOT_STABLE = "VR003"
-    SEVERAL_STABLE_MOTIONS = "VR004"
-    NEAR_CRITICAL_POINT = "VR005"
-    ROUGH_CRITICAL_POINT = "VR006"
-    NEAR_GRAZING = "VR007"
-    ILL_CONDITIONED = "VR008"
-    SENSITIVE_TO_RESTITUTION = "VR009"
-    OUTSIDE_MEMBRANE_GEOMETRY = "VR010"
-    LONG_CONTACT = "VR011"
-    SENSITIVE_TO_BALL_MASS = "VR012"
-    NOT_RIGID = "VR013"
-    IMPLAUSIBLE_INPUT = "VR014"
-    SIMULATION_DISAGREES = "VR020"
-    COEXISTING_MOTIONS = "VR021"
-    CHATTER = "VR022"
-
-
-class Severity(StrEnum):
-    """Whether an alert keeps a reader from acting on the numbers, or only tells more about them."""
-
-    WARNING = "warning"
-    NOTE = "note"
+MOST_MOTIONS = 3
+"""Other motions that are named."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,21 +249,37 @@ def _sensitive_to_ball_mass(results: Evidence) -> str | None:
 
 def _not_rigid(results: Evidence) -> str | None:
     compliance = results.compliance
-    if compliance is None or not results.impacts[0].size or compliance.grade != NOT_GOOD_ENOUGH:
+    if compliance is None or compliance.grade is None or not compliance.grade.contradicts:
+        return None
+    if not results.impacts[0].size:
         return None
     label = compliance.critical.label if compliance.critical is not None else "the critical point"
     shifts = [
         f"{criterion.name} by {abs(criterion.shift):.2g} times the margin to it"
-        if criterion.name == label
+        if isinstance(compared.unit, Parameter)
         else f"{criterion.name} by {100 * criterion.shift:+.2g} %"
-        for criterion in compliance.criteria
-        if criterion.grade == NOT_GOOD_ENOUGH
+        for compared in compliance.quantities
+        if (criterion := compared.criterion) is not None and criterion.grade.contradicts
     ]
     if shifts:
         return f"The membrane's own stiffness moves {', '.join(shifts)}."
     own = compliance.own
     followed = own is not None and own.orbit is not None and own.orbit.stable
     return f"With the membrane's own stiffness {label if followed else 'the stable motion'} is lost."
+
+
+def _admissibility_undecided(results: Evidence) -> str | None:
+    solution, design = results.solution, results.solution.design
+    if design is None or solution.bounds.design is None:
+        return None
+    open_rows = np.flatnonzero(undecided(design.motions, solution.bounds.design))
+    if not open_rows.size:
+        return None
+    gap, bound = (float(x[open_rows[0]]) for x in (design.motions.wall_gap, solution.bounds.design["wall_gap"]))
+    return (
+        f"The gap between the ball's turning point and a membrane is {gap:.2g} of the length unit x_c, with an error "
+        f"bound of {bound:.2g}: undecided within rounding."
+    )
 
 
 def _simulation_disagrees(results: Evidence) -> str | None:
@@ -311,23 +294,22 @@ def _simulation_disagrees(results: Evidence) -> str | None:
 
 def _coexisting(results: Evidence) -> str | None:
     check = results.crosscheck
-    if check is None or not check.trials or check.reached >= check.trials:
+    if check is None or not check.elsewhere:
         return None
-    others = [word for word in check.words if word != "BT"]
-    if not others:
-        return None
+    others = ", ".join(f"{motion.count} in {motion.name}" for motion in check.elsewhere[:MOST_MOTIONS])
     return (
         f"{check.trials - check.reached} of {check.trials} starts where a stable 1:1 motion exists end elsewhere "
-        f"({', '.join(others[:3])})."
+        f"({others})."
     )
 
 
 def _chatter(results: Evidence) -> str | None:
     check, device, sweep = results.crosscheck, results.solution.device, results.solution.sweep
     if check is not None:
-        held = sum(count for word, count in check.words.items() if "~" in word or "at rest" in word)
+        held = sum(motion.count for motion in check.motions if motion.stays)
         if held:
-            return f"{held} of {sum(check.words.values())} simulated starts end in chatter or at rest."
+            total = sum(motion.count for motion in check.motions)
+            return f"{held} of {total} simulated starts end in chatter or at rest."
     at = (sweep.parameter, (sweep.start, sweep.end)) if sweep is not None else (Parameter.LENGTH, (device.length_m,))
     parameter, values = at
     gbar = max(device.groups(parameter, value)[1] for value in values)
@@ -374,212 +356,34 @@ def _doubt(path: str, value: float, capsule: float) -> str:
     return ""
 
 
-@dataclass(frozen=True, slots=True)
-class Check:
-    """An alert that results can raise: what raises it and why it matters, what to do, and how its cause is found."""
-
-    code: AlertCode
-    severity: Severity
-    title: str
-    meaning: str
-    remedy: str
-    cause: Cause
-
-
-CHECKS = (
-    Check(
-        AlertCode.NO_STABLE_MOTION,
-        Severity.WARNING,
-        "No stable 1:1 motion",
-        "Nowhere in the sweep is there a motion with one impact on each membrane per period that stays between the "
-        "membranes and attracts the motions nearby. The device does something else there: other impact sequences, "
-        "chaos, or rest.",
-        "Widen the sweep, or change length, force, frequency or inclination.",
-        _no_stable_motion,
-    ),
-    Check(
-        AlertCode.INADMISSIBLE_SOLUTIONS,
-        Severity.NOTE,
-        "Solutions that are not motions were left out",
-        "The periodicity conditions know only the ends of each flight. Some of their solutions pass through a membrane "
-        "in between; the eigenvalues may even call them stable. They are in the results, marked as not admissible, "
-        "and neither drawn nor counted.",
-        "Nothing to do; the grazing points show where the motions end.",
-        _inadmissible,
-    ),
-    Check(
-        AlertCode.DESIGN_NOT_STABLE,
-        Severity.WARNING,
-        "The design point has no stable 1:1 motion",
-        "Of all solutions at the design point none is both admissible and stable.",
-        "Move the design point into a stable range.",
-        _design_not_stable,
-    ),
-    Check(
-        AlertCode.SEVERAL_STABLE_MOTIONS,
-        Severity.NOTE,
-        "Several stable motions coexist at the design point",
-        "More than one stable 1:1 motion exists there, with different velocities and voltages; which one the device "
-        "settles on depends on how it is started.",
-        "Check the start, or move to where there is one.",
-        _several_stable,
-    ),
-    Check(
-        AlertCode.NEAR_CRITICAL_POINT,
-        Severity.WARNING,
-        "The design point is near the end of stable motion",
-        "A period doubling, fold, pitchfork or grazing point that ends the stable range is closer than 2 % of the "
-        "design value, which is what masses and lengths are commonly made to. Transients are long there, too.",
-        "Keep a larger margin: manufacturing tolerances and the unknown restitution may carry the device across.",
-        _near_critical,
-    ),
-    Check(
-        AlertCode.ROUGH_CRITICAL_POINT,
-        Severity.WARNING,
-        "A critical point is known only roughly",
-        "Two conditions nearly coincide there (next to a point of codimension two, or at a restitution within rounding "
-        "of 0), so that it was bracketed rather than polished. Its error bound says how well.",
-        "Use it only as far as its error bound allows.",
-        _rough,
-    ),
-    Check(
-        AlertCode.NEAR_GRAZING,
-        Severity.WARNING,
-        "The design point is near grazing",
-        "In a flight the ball turns within 2 % of the capsule's length of a membrane without touching it. A small "
-        "change makes it touch there; such an impact has no velocity, the return map has an infinite slope, and "
-        "stability is lost at once rather than gradually.",
-        "Change length or force so that the ball turns farther from the membrane, or does not turn at all.",
-        _near_grazing,
-    ),
-    Check(
-        AlertCode.ILL_CONDITIONED,
-        Severity.WARNING,
-        "Numbers at the design point are ill-conditioned",
-        "One rounding of the inputs, in their sixteenth digit, moves the motion in its ninth or before: it is next to "
-        "a fold or pitchfork, or the restitution is next to 1. What is known of the inputs decides how much holds.",
-        "Move away from the fold, or use a restitution further from 1; do not act on the digits beyond.",
-        _ill_conditioned,
-    ),
-    Check(
-        AlertCode.SENSITIVE_TO_RESTITUTION,
-        Severity.WARNING,
-        "The result is sensitive to the restitution",
-        "The restitution coefficient is rarely known to better than a few per cent. Within 5 % of the value given the "
-        "stable motion of the design point is lost, or its impact velocity changes by more than twice as much as the "
-        "restitution does.",
-        "Measure the restitution; study the design with its least and largest value (--set device.restitution=...).",
-        _sensitive_to_restitution,
-    ),
-    Check(
-        AlertCode.OUTSIDE_MEMBRANE_GEOMETRY,
-        Severity.WARNING,
-        "The membrane model is outside its geometry",
-        "The deflection of (5.5) exceeds the active radius of the membrane. The cone-and-cap shape of (5.3) and (5.4) "
-        "cannot hold there, though the formulae still evaluate, to voltages that no membrane would survive.",
-        "Use a lighter ball, a stiffer or larger membrane, or gentler forcing; or measure the membrane's force law "
-        "at such depths.",
-        _outside_geometry,
-    ),
-    Check(
-        AlertCode.LONG_CONTACT,
-        Severity.WARNING,
-        "The contact is long for the rigid model",
-        "The ball is in contact with a membrane for more than 1 % of the forcing period, while the model takes impacts "
-        "as instantaneous. Velocities and phases then shift by about as much, and critical points by more.",
-        "See how far things move with the membrane's own stiffness: vireport accuracy, or an accuracy block in the "
-        "scenario, solves that motion. Or use a stiffer membrane or a lighter ball.",
-        _long_contact,
-    ),
-    Check(
-        AlertCode.SENSITIVE_TO_BALL_MASS,
-        Severity.NOTE,
-        "The voltage is sensitive to the ball's mass",
-        "U_ave changes by more than half the share by which the mass of the ball does. The paper does not give that "
-        "mass; published values for this device differ by a factor of six.",
-        "Weigh the ball. Velocities, stability and critical points do not depend on it.",
-        _sensitive_to_ball_mass,
-    ),
-    Check(
-        AlertCode.NOT_RIGID,
-        Severity.WARNING,
-        "The rigid model is not good enough here",
-        "With the membrane's own stiffness the impact velocity moves by more than 5 %, U_ave by more than 20 % or the "
-        "critical point by more than half the margin, or the motion or the critical point is lost.",
-        "Act on the values with compliant membranes; the section on them has the shifts.",
-        _not_rigid,
-    ),
-    Check(
-        AlertCode.IMPLAUSIBLE_INPUT,
-        Severity.WARNING,
-        "A value may be in another unit",
-        "A value of the scenario is allowed, but is hardly meant: a capsule or membrane of more than 20 m, a ball of "
-        "more than half the capsule's mass, which the capsule would feel, an inclination that is a common angle in "
-        "radians, a frequency that is a round number of hertz in radians per second, or gravity above 50 m/s^2.",
-        "Compare the value with its unit, which stands in its key; if it is meant, nothing is to be done.",
-        _implausible,
-    ),
-    Check(
-        AlertCode.SIMULATION_DISAGREES,
-        Severity.WARNING,
-        "Simulation and solution do not agree",
-        "A simulation begun beside a stable motion did not end on it, or ended off it by more than the tolerance. One "
-        "of the two is wrong there.",
-        "Do not act on the verdict. Look where the differences are; near a critical point widen the tolerance, and "
-        "report anything else.",
-        _simulation_disagrees,
-    ),
-    Check(
-        AlertCode.COEXISTING_MOTIONS,
-        Severity.NOTE,
-        "Other motions coexist with the stable 1:1 motion",
-        "Where a stable 1:1 motion exists, some simulated starts end on something else.",
-        "See that the device is started within reach of the 1:1 motion.",
-        _coexisting,
-    ),
-    Check(
-        AlertCode.CHATTER,
-        Severity.NOTE,
-        "Chatter nearby",
-        "The ball can fall into infinitely many ever smaller impacts on one membrane and then ride on it: simulated "
-        "starts end so, or gravity alone holds it on the bottom (gbar of 1 or more). Such a motion generates little, "
-        "and a fixed-step simulation stalls in it or steps through the membrane.",
-        "Start the device with enough velocity; less inclination or more force if it is gravity.",
-        _chatter,
-    ),
-)
-"""All alerts, in the order of their codes."""
+CAUSES: dict[AlertCode, Cause] = {
+    AlertCode.NO_STABLE_MOTION: _no_stable_motion,
+    AlertCode.INADMISSIBLE_SOLUTIONS: _inadmissible,
+    AlertCode.DESIGN_NOT_STABLE: _design_not_stable,
+    AlertCode.SEVERAL_STABLE_MOTIONS: _several_stable,
+    AlertCode.NEAR_CRITICAL_POINT: _near_critical,
+    AlertCode.ROUGH_CRITICAL_POINT: _rough,
+    AlertCode.NEAR_GRAZING: _near_grazing,
+    AlertCode.ILL_CONDITIONED: _ill_conditioned,
+    AlertCode.SENSITIVE_TO_RESTITUTION: _sensitive_to_restitution,
+    AlertCode.OUTSIDE_MEMBRANE_GEOMETRY: _outside_geometry,
+    AlertCode.LONG_CONTACT: _long_contact,
+    AlertCode.SENSITIVE_TO_BALL_MASS: _sensitive_to_ball_mass,
+    AlertCode.NOT_RIGID: _not_rigid,
+    AlertCode.ADMISSIBILITY_UNDECIDED: _admissibility_undecided,
+    AlertCode.IMPLAUSIBLE_INPUT: _implausible,
+    AlertCode.SIMULATION_DISAGREES: _simulation_disagrees,
+    AlertCode.COEXISTING_MOTIONS: _coexisting,
+    AlertCode.CHATTER: _chatter,
+}
 
 
 def alerts(solution: Solution, crosscheck: CrossCheck | None, compliance: Compliance | None) -> tuple[Alert, ...]:
     """Collect the alerts that results raise, warnings first."""
     evidence = Evidence(solution, crosscheck, compliance)
-    causes = ((check, check.cause(evidence)) for check in CHECKS)
     raised = [
-        Alert(check.code, check.severity, check.title, cause, check.remedy)
-        for check, cause in causes
-        if cause is not None
+        Alert(known.code, known.severity, known.title, cause, known.remedy)
+        for known in CATALOGUE
+        if (cause := CAUSES[known.code](evidence)) is not None
     ]
     return tuple(sorted(raised, key=lambda alert: (alert.severity is not Severity.WARNING, alert.code)))
-
-
-def explanation(code: str | None = None) -> str:
-    """Text on one alert, or on all of them.
-
-    Raises
-    ------
-    UsageError
-        If there is no such code.
-    """
-    if code is None:
-        return "\n".join(map(_explained, CHECKS))
-    check = next((check for check in CHECKS if check.code == code.strip().upper()), None)
-    if check is None:
-        raise UsageError(f"there is no alert {code!r} (allowed: {', '.join(AlertCode)})")
-    return _explained(check)
-
-
-def _explained(check: Check) -> str:
-    paragraphs = (f"Cause: {check.meaning}", f"Remedy: {check.remedy}")
-    lines = [fill(text, EXPLANATION_WIDTH, initial_indent="  ", subsequent_indent="  ") for text in paragraphs]
-    return "\n".join([f"{check.code} ({check.severity}): {check.title}", *lines, ""])

@@ -29,12 +29,7 @@ from vireport.analysis import (
     stable_ranges,
 )
 from vireport.errors import NumericalError
-from vireport.physics import (
-    UNIT,
-    Membrane,
-    Voltages,
-    voltages,
-)
+from vireport.physics import UNIT, Membrane, Voltages, voltages
 from vireport.scenario import Loaded, Parameter, Requirements
 
 if TYPE_CHECKING:
@@ -355,18 +350,6 @@ def _margin(results: Results, limit: Limit, kinds: tuple[CriticalKind, ...]) -> 
     return held(100 * relative, limit, remark, 100 * bound)
 
 
-def _u_ave(results: Results, limit: Limit) -> Outcome:
-    return _at_design(results, limit, lambda volts: volts.average_v, ("average_v",))
-
-
-def _end_difference(results: Results, limit: Limit) -> Outcome:
-    return _at_design(results, limit, lambda volts: np.abs(volts.bottom_v - volts.top_v), ("bottom_v", "top_v"))
-
-
-def _deflection(results: Results, limit: Limit) -> Outcome:
-    return _at_design(results, limit, lambda volts: volts.deflection_m, ("deflection_m",))
-
-
 def _at_design(
     results: Results, limit: Limit, of: Callable[[Voltages], Floats], bounded_by: tuple[str, ...]
 ) -> Outcome:
@@ -422,8 +405,7 @@ def _u_ave_difference(results: Results, limit: Limit) -> Outcome:
 
 def _u_ave_at(solution: Solution, value: float) -> Floats:
     """U_ave of the stable motions at a value of the swept parameter."""
-    swept: dict[str, Any] = {solution.parameter: value}
-    device = replace(solution.device, **swept)
+    device = solution.device.with_value(solution.parameter, value)
     motions, _, _ = motions_at(device, solution.parameter)
     velocities = impact_velocities(device, solution.parameter, motions)
     return voltages(*velocities, cast(Membrane, solution.membrane)).average_v[motions.stable]
@@ -467,6 +449,12 @@ MARGINS = {
 
 AT_LEAST, AT_MOST, RANGE, AGREEMENT = LimitKind
 
+U_AVE = partial(_at_design, of=lambda volts: volts.average_v, bounded_by=("average_v",))
+END_DIFFERENCE = partial(
+    _at_design, of=lambda volts: np.abs(volts.bottom_v - volts.top_v), bounded_by=("bottom_v", "top_v")
+)
+DEFLECTION = partial(_at_design, of=lambda volts: volts.deflection_m, bounded_by=("deflection_m",))
+
 REQUIREMENTS = (
     Requirement(("stable_from", "stable_to"), "Stable 1:1 motion over the range", RANGE, None, _stable_over_sweep),
     Requirement(
@@ -480,14 +468,14 @@ REQUIREMENTS = (
         Requirement((key,), title, AT_LEAST, "%", partial(_margin, kinds=kinds))
         for key, (title, kinds) in MARGINS.items()
     ),
-    Requirement(("u_ave_at_least_v",), "U_ave", AT_LEAST, "V", _u_ave),
+    Requirement(("u_ave_at_least_v",), "U_ave", AT_LEAST, "V", U_AVE),
     Requirement(
         ("u_ave_difference_at_most_v",), "Difference of U_ave over the stable range", AT_MOST, "V", _u_ave_difference
     ),
     Requirement(
-        ("u_bottom_top_difference_at_most_v",), "Difference of voltage between the ends", AT_MOST, "V", _end_difference
+        ("u_bottom_top_difference_at_most_v",), "Difference of voltage between the ends", AT_MOST, "V", END_DIFFERENCE
     ),
-    Requirement(("deflection_at_most_m",), "Deflection", AT_MOST, "m", _deflection),
+    Requirement(("deflection_at_most_m",), "Deflection", AT_MOST, "m", DEFLECTION),
     Requirement(("acceleration_at_most_g",), "Acceleration of the shaker", AT_MOST, "g", _acceleration),
     Requirement(("stroke_at_most_m",), "Stroke of the shaker", AT_MOST, "m", _stroke),
     Requirement(("crosscheck_passed",), "Simulation agrees", AGREEMENT, "", _agreement),

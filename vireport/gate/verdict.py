@@ -11,26 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vireport.analysis import (
-    CriticalKind,
-    DesignPoint,
-    Family,
-    Margin,
-    Solution,
-    Stability,
-    StableInterval,
-)
-from vireport.gate.alerts import NEAR_CRITICAL
+from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval
+from vireport.gate.alerts import MOST_MOTIONS, NEAR_CRITICAL
 from vireport.gate.requirements import Criterion, unmet
 from vireport.scenario import DesignInput, Parameter
-from vireport.text import (
-    percent,
-    quantity,
-    significant,
-)
+from vireport.text import capital, percent, quantity, significant
 
 if TYPE_CHECKING:
-    from vireport.trust import Compliance, CrossCheck
+    from vireport.trust import Compliance, CrossCheck, Grade, MotionCount
 
 OUTSIDE = "outside the membrane model"
 
@@ -57,6 +45,7 @@ class Question(StrEnum):
     MOTION = "Is there stable motion?"
     WHERE = "Where?"
     MARGIN = "With what margin?"
+    REACHED = "Which starts reach it?"
     VOLTAGE = "What voltage?"
     SHAKER = "What must the shaker do?"
     RIGID = "Is the rigid model good enough?"
@@ -108,17 +97,11 @@ class Verdict:
     facts: tuple[Fact, ...]
 
 
-def capital(text: str) -> str:
-    """Begin with a capital letter, unless with the path of a key; leave the rest alone."""
-    first = text.partition(" ")[0]
-    return text if "_" in first else text[:1].upper() + text[1:]
-
-
-def range_text(part: StableInterval, digits: int = 6) -> str:
+def range_text(part: StableInterval) -> str:
     """Print a stable range as an inequality, strict at a critical point."""
     low, high = ("≤" if point is None else "<" for _, point in part.ends)
     parameter = part.parameter
-    return f"{parameter.show(part.start, digits)} {low} {parameter.symbol} {high} {parameter.show(part.end, digits)}"
+    return f"{parameter.show(part.start)} {low} {parameter.symbol} {high} {parameter.show(part.end)}"
 
 
 def verdict_of(
@@ -132,17 +115,18 @@ def verdict_of(
     stable = motion.status is Status.GOOD
     where = _where(solution) if solution.sweep is not None or stable else None
     margin = _margin(solution, solution.design) if solution.design is not None and stable else None
+    reached = _reached(crosscheck) if stable else None
     voltage = _voltage(solution)
     accepted = _accepted(criteria) if criteria else None
-    rigid = _rigid(compliance) if compliance is not None and compliance.grade is not None else None
+    rigid = _rigid(compliance.grade) if compliance is not None and compliance.grade is not None else None
     simulated = _simulated(crosscheck) if crosscheck is not None else None
-    headline = _headline(solution, motion, where, margin, voltage)
+    headline = _headline(solution, motion, where, (margin, reached, voltage, simulated))
     if simulated is not None and simulated.status is Status.BAD:
         headline = f"Not verified: the simulation does not agree with the solution. {headline}"
     if missed := unmet(criteria):
         headline = f"{missed}. {headline}"
     shaker = _shaker(solution) if _judged(Question.SHAKER, criteria) else None
-    facts = (accepted, motion, where, margin, voltage, shaker, rigid, simulated)
+    facts = (accepted, motion, where, margin, reached, voltage, shaker, rigid, simulated)
     margin_word = "small" if solution.design is None or not solution.design.unresolved else "not known"
     status, word = _status(motion, margin, margin_word, accepted, rigid, simulated)
     return Verdict(status, word, headline, tuple(_held(fact, criteria) for fact in facts if fact is not None))
@@ -193,12 +177,9 @@ def _status(
     return Status.GOOD, "Stable"
 
 
-def _rigid(compliance: Compliance) -> Fact:
-    from vireport.trust import GRADES
-
-    grade = compliance.grade or 0
+def _rigid(grade: Grade) -> Fact:
     status = (Status.GOOD, Status.CAUTION, Status.BAD)[grade]
-    return Fact(Question.RIGID, f"It is {GRADES[grade]}", "See the section on compliant membranes", status)
+    return Fact(Question.RIGID, f"It is {grade.words}", "See the section on compliant membranes", status)
 
 
 def _simulated(check: CrossCheck) -> Fact:
@@ -208,10 +189,33 @@ def _simulated(check: CrossCheck) -> Fact:
         detail = f"It leaves {missed} of {orbits} stable orbits; largest difference on the others {largest}"
         return Fact(Question.SIMULATED, "No", detail, Status.BAD)
     if not orbits:
-        detail = "There is no stable 1:1 motion at the values simulated"
-        return Fact(Question.SIMULATED, "Nothing to compare", detail, Status.NEUTRAL)
+        ends = f"simulated starts end in other motions: {_shares(check.motions)}"
+        detail = f"There is no stable 1:1 motion at the values simulated; {ends}"
+        return Fact(Question.SIMULATED, "Nothing to compare", detail, Status.NEUTRAL, ends)
     detail = f"It ends on all {orbits} stable orbits tried; largest difference {largest}"
     return Fact(Question.SIMULATED, "Yes", detail, Status.GOOD)
+
+
+def _reached(check: CrossCheck | None) -> Fact:
+    """How many of the simulated starts end on the stable motion; without a simulation its stability is a local one."""
+    if check is None or check.share is None:
+        detail = "Small disturbances of the motion die out; from which starts it is reached was not simulated"
+        return Fact(Question.REACHED, "Not simulated", detail, Status.NEUTRAL, "local stability only")
+    share, low, high = map(percent, check.share)
+    interval = f"95 % interval {low} to {high}"
+    others = f"; the others: {_shares(check.elsewhere)}" if check.elsewhere else ""
+    detail = f"{check.reached} of {check.trials} random starts ({interval}){others}"
+    status = Status.CAUTION if check.elsewhere else Status.GOOD
+    where = "over the sweep " if len(check.values) > 1 else ""
+    short = f"{where}reached from {share} of {check.trials} starts ({interval})"
+    return Fact(Question.REACHED, share, detail, status, short)
+
+
+def _shares(motions: tuple[MotionCount, ...]) -> str:
+    """The motions that starts end in, the most frequent ones by name, each with its share of them."""
+    total = sum(motion.count for motion in motions)
+    named = [f"{percent(motion.count / total)} {motion.name}" for motion in motions[:MOST_MOTIONS]]
+    return ", ".join([*named, *(["others"] if len(motions) > MOST_MOTIONS else [])])
 
 
 def _accepted(criteria: tuple[Criterion, ...]) -> Fact:
@@ -347,11 +351,11 @@ def _stable_voltages(solution: Solution) -> tuple[np.ndarray, np.ndarray, str]:
     return np.concatenate(volts), np.concatenate(depths), "Over the stable range"
 
 
-def _headline(solution: Solution, motion: Fact, where: Fact | None, margin: Fact | None, voltage: Fact) -> str:
-    """One sentence on the motion, and one on the design point and the voltage."""
+def _headline(solution: Solution, motion: Fact, where: Fact | None, others: tuple[Fact | None, ...]) -> str:
+    """One sentence on the motion, and one on the design point and what else is to be said in short."""
     n = solution.device.period_ratio
     name = "1:1 motion" if n == 1 else f"1:1 motion of {n} forcing periods"
-    answers = [fact.short for fact in (margin, voltage) if fact is not None and fact.short]
+    answers = [fact.short for fact in others if fact is not None and fact.short]
     if solution.sweep is None:
         detail = motion.detail[:1].lower() + motion.detail[1:]
         lead = f"{'Stable' if motion.status is Status.GOOD else 'No stable'} {name}: {detail}"

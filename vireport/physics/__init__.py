@@ -1,7 +1,7 @@
 """What analysis and simulation share: the device and its units, flight and impact law, membranes, kinds of numbers."""
 
 from vireport.physics import flight
-from vireport.physics.contact import SMALLEST_RESTITUTION, Contact, contacts, damping_number, law_of
+from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
 from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device, Shaker
 from vireport.physics.energy import Membrane, Voltages, contact_cosine, deflection, generated_voltage, voltages
 from vireport.physics.numbers import ARRAYS, COMPLEX, DIGITS, FLOATS, FUNCTION, UNIT, DecimalOps, Rounded, RoundedOps
@@ -18,7 +18,6 @@ __all__ = [
     "NO_GRAVITY",
     "SMALLEST_RESTITUTION",
     "UNIT",
-    "Contact",
     "DecimalOps",
     "Device",
     "Membrane",

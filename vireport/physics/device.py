@@ -6,7 +6,7 @@ kinds of quantity. The formulae serve every kind of number; see `numbers`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
 
@@ -83,6 +83,11 @@ class Device:
     def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
         """The four parameters that can be swept, with one of them (an array, say) replaced."""
         return {name: value if name == parameter else getattr(self, name) for name in Parameter}
+
+    def with_value(self, parameter: Parameter, value: float) -> Device:
+        """The device with one of these four at a value."""
+        changed: dict[str, Any] = {parameter: value}
+        return replace(self, **changed)
 
     def groups(self, parameter: Parameter, value: Any, ops: Any = ARRAYS) -> tuple[Any, Any]:
         """The groups d = 4 M s f^2/F and gbar = M g sin(beta)/F where `parameter` has `value`, Eqs. (2.5), (2.6).

@@ -156,7 +156,7 @@ def _neglects_gravity(sweep: Sweep) -> bool:
 
 
 def _certificate(sweep: Sweep, critical: CriticalPoint, point: PolishedMotion) -> Certificate:
-    """Try the candidates with more and more bits; the first candidate is the likely one, and its failure is told."""
+    """Try the candidates with more and more bits; the first is the likely one, and its failure is reported."""
     reason = "no turning point of the ball is near a membrane"
     candidates = list(_candidates(sweep, critical.kind, point))
     for bits in PRECISIONS:

@@ -4,24 +4,20 @@ from vireport.report import context
 from vireport.report.build import build_report
 from vireport.report.certificates import certify_text
 from vireport.report.ci_formats import github, junit, markdown
-from vireport.report.pages import Block, Column, Paragraph, ReportModel, Table, numbers, section, texts
+from vireport.report.pages import Block, Paragraph, ReportModel, section
 from vireport.report.rendering import render_html, render_pdf
 
 __all__ = [
     "Block",
-    "Column",
     "Paragraph",
     "ReportModel",
-    "Table",
     "build_report",
     "certify_text",
     "context",
     "github",
     "junit",
     "markdown",
-    "numbers",
     "render_html",
     "render_pdf",
     "section",
-    "texts",
 ]

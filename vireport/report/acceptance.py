@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vireport.gate import AlertCode, Criterion, Remark, capital
-from vireport.report.pages import Block, Paragraph, Table, texts
+from vireport.alerts import AlertCode
+from vireport.gate import Criterion, Remark
+from vireport.report.pages import Block, Paragraph
 from vireport.scenario import ScalarInput
 from vireport.study import Study
-from vireport.text import (
-    ABSENT,
-    words,
-)
+from vireport.text import ABSENT, Table, capital, texts, words
 
 OUTCOMES = {True: "✓ met", False: "✗ NOT MET"}
 """In words, and in another shape: never by colour alone."""
@@ -19,6 +17,8 @@ OUTCOMES = {True: "✓ met", False: "✗ NOT MET"}
 
 def acceptance(study: Study) -> Iterator[Block]:
     """The outcome in a sentence, each requirement with its limit, value and margin, and where the values come from."""
+    if not study.criteria:
+        return
     met, count = sum(criterion.passed for criterion in study.criteria), len(study.criteria)
     yield Paragraph(f"{met} of {count} requirement{'s' * (count != 1)} {'is' if met == 1 else 'are'} met.")
     yield Table(

@@ -6,18 +6,12 @@ from collections.abc import Iterator, Sequence
 from decimal import ROUND_CEILING, Context, Decimal
 from typing import TYPE_CHECKING
 
-from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.report.pages import Block, Paragraph
 from vireport.scenario import Parameter
-from vireport.text import (
-    ABSENT,
-    words,
-)
+from vireport.text import ABSENT, Table, numbers, texts, words
 
 if TYPE_CHECKING:
-    from vireport.proofs import (
-        Certificate,
-        Enclosure,
-    )
+    from vireport.proofs import Certificate, Enclosure
 
 LONG = Context(prec=200)
 """Arithmetic on bounds that rounds nothing away."""
@@ -54,13 +48,13 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
     Parameters
     ----------
     certificates : sequence of Certificate
-        From `certify.certify`.
-    parameter : str
-        That was swept.
+        From `vireport.proofs.certify`.
+    parameter : Parameter
+        The one that is swept.
     """
     if not certificates:
         return
-    swept, proved = parameter, [one for one in certificates if one.proved]
+    proved = [certificate for certificate in certificates if certificate.proved]
     yield Paragraph(
         "The critical points are computed once more in ball arithmetic, where every number carries a proven bound of "
         "its error, roundings included. Krawczyk's test proves that the equations of a point have exactly one "
@@ -71,43 +65,41 @@ def certification(certificates: Sequence[Certificate], parameter: Parameter) -> 
         "equations of the rigid-impact model; that there is no further point elsewhere is not part of the proof."
     )
     if proved:
-        yield Table(
-            "Proved critical points",
-            (
-                *texts("Point", "Kind"),
-                *numbers(f"*{swept.symbol}* [{swept.unit}]"),
-                *texts("Side", "Between membranes"),
-            ),
-            tuple(
-                (
-                    one.label,
-                    one.kind.words,
-                    words(plus_minus(one.sweep_value)),
-                    one.side or ABSENT,
-                    BETWEEN[one.admissible],
-                )
-                for one in proved
-            ),
-            f"Side: on which side of the point in *{swept.symbol}* the motion is stable, or a focus, by the proved "
-            "sign of the slope of the trace; grazing points and folds have none. Between membranes: whether the ball "
-            "is proved to touch no membrane but at its impacts and where it grazes.",
-        )
-        yield Table(
-            "Enclosures of the motions at the critical points",
-            (*texts("Point", "Quantity"), *numbers("Value")),
-            tuple(
-                (one.label, title, words(plus_minus(getattr(one, name))))
-                for one in proved
-                for title, name in QUANTITIES
-            ),
-            "The velocity is that before the impact at the bottom. A value without ± is exact.",
-        )
+        yield from _proved_tables(proved, parameter)
     if len(proved) < len(certificates):
-        yield Table(
-            "Critical points without a proof",
-            texts("Point", "Kind", "Why"),
-            tuple((one.label, one.kind.words, one.reason) for one in certificates if not one.proved),
-        )
+        rows = tuple((each.label, each.kind.words, each.reason) for each in certificates if not each.proved)
+        yield Table("Critical points without a proof", texts("Point", "Kind", "Why"), rows)
+
+
+def _proved_tables(proved: Sequence[Certificate], swept: Parameter) -> Iterator[Table]:
+    """Where the proved points are, and the motions there."""
+    yield Table(
+        "Proved critical points",
+        (*texts("Point", "Kind"), *numbers(f"*{swept.symbol}* [{swept.unit}]"), *texts("Side", "Between membranes")),
+        tuple(
+            (
+                certificate.label,
+                certificate.kind.words,
+                words(plus_minus(certificate.sweep_value)),
+                certificate.side or ABSENT,
+                BETWEEN[certificate.admissible],
+            )
+            for certificate in proved
+        ),
+        f"Side: on which side of the point in *{swept.symbol}* the motion is stable, or a focus, by the proved "
+        "sign of the slope of the trace; grazing points and folds have none. Between membranes: whether the ball "
+        "is proved to touch no membrane but at its impacts and where it grazes.",
+    )
+    yield Table(
+        "Enclosures of the motions at the critical points",
+        (*texts("Point", "Quantity"), *numbers("Value")),
+        tuple(
+            (certificate.label, title, words(plus_minus(getattr(certificate, name))))
+            for certificate in proved
+            for title, name in QUANTITIES
+        ),
+        "The velocity is that before the impact at the bottom. A value without ± is exact.",
+    )
 
 
 def summary(certificates: Sequence[Certificate]) -> str:
@@ -115,9 +107,9 @@ def summary(certificates: Sequence[Certificate]) -> str:
 
     Parameters are those of `certification`.
     """
-    proved = [one for one in certificates if one.proved]
-    beyond = [one.label for one in proved if not one.bound_holds]
-    unmirrored = [one.label for one in proved if one.mirror_proved is False]
+    proved = [certificate for certificate in certificates if certificate.proved]
+    beyond = [certificate.label for certificate in proved if not certificate.bound_holds]
+    unmirrored = [certificate.label for certificate in proved if certificate.mirror_proved is False]
     text = f"{len(proved)} of {len(certificates)} critical point{'s' * (len(certificates) != 1)} proved"
     if proved and not beyond:
         text += ", each within the error bound that is stated for it"
@@ -125,7 +117,7 @@ def summary(certificates: Sequence[Certificate]) -> str:
         text += f", but the error bound stated is not proved to hold for {', '.join(beyond)}"
     if unmirrored:
         text += f"; the mirror image is not proved for {', '.join(unmirrored)}"
-    others = [f"{one.label} ({', '.join(one.beyond)})" for one in proved if one.beyond]
+    others = [f"{certificate.label} ({', '.join(certificate.beyond)})" for certificate in proved if certificate.beyond]
     if others:
         text += f"; error bounds stated for other numbers are not proved for {', '.join(others)}"
     return f"{text}."
@@ -139,17 +131,17 @@ def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> s
     if not certificates:
         return "no critical points to prove"
     swept = parameter
-    kind = max(len(one.kind.words) for one in certificates)
-    label = max(len(one.label) for one in certificates)
+    kind = max(len(certificate.kind.words) for certificate in certificates)
+    label = max(len(certificate.label) for certificate in certificates)
     lines = []
-    for one in certificates:
-        name = f"{one.label:<{label}}  {one.kind.words:<{kind}}"
-        if not one.proved:
-            lines.append(f"{name}  not proved: {one.reason}")
+    for certificate in certificates:
+        name = f"{certificate.label:<{label}}  {certificate.kind.words:<{kind}}"
+        if not certificate.proved:
+            lines.append(f"{name}  not proved: {certificate.reason}")
             continue
-        value = f"{swept.symbol} = {swept.with_unit(f'({plus_minus(one.sweep_value)})')}"
-        notes = [f"alone within {one.radius:.0e}", *([one.side] if one.side else [])]
-        if one.admissible is not True:
-            notes.append(f"ball between the membranes: {BETWEEN[one.admissible]}")
+        value = f"{swept.symbol} = {swept.with_unit(f'({plus_minus(certificate.sweep_value)})')}"
+        notes = [f"alone within {certificate.radius:.0e}", *([certificate.side] if certificate.side else [])]
+        if certificate.admissible is not True:
+            notes.append(f"ball between the membranes: {BETWEEN[certificate.admissible]}")
         lines.append(f"{name}  {value}  {', '.join(notes)}")
     return "\n".join([*lines, summary(certificates)])

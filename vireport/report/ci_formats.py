@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from vireport.gate import Severity
+from vireport.alerts import Severity
 from vireport.text import markdown_table, markdown_text, words
 
 if TYPE_CHECKING:
@@ -58,7 +58,10 @@ def _xml(text: str) -> str:
 def github(study: Study) -> str:
     """Annotations of GitHub Actions: an error for each requirement that is not met, a warning for each such alert."""
     failed = (criterion for criterion in study.criteria if not criterion.passed)
-    lines = [_annotation("error", _place(study, one.line), one.title, _message(one)) for one in failed]
+    lines = [
+        _annotation("error", _place(study, criterion.line), criterion.title, _message(criterion))
+        for criterion in failed
+    ]
     lines += [
         _annotation("warning", _place(study, None), f"{alert.code} {alert.title}", f"{alert.cause} {alert.remedy}")
         for alert in study.alerts

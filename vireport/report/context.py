@@ -5,21 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from vireport.gate import capital
 from vireport.physics import Device
-from vireport.report.pages import Block, Column, Figure, Listing, Notice, Paragraph, Table, numbers, texts
+from vireport.report.pages import Block, Figure, Listing, Notice, Paragraph
 from vireport.scenario import UNIT_OF_SWEPT, Parameter, inputs
 from vireport.study import Provenance, Study
-from vireport.text import (
-    exact,
-    significant,
-    words,
-)
-from vireport.trust import (
-    PAPER,
-    ComparedRow,
-    PaperComparison,
-)
+from vireport.text import Column, Table, capital, exact, numbers, significant, texts, words
+from vireport.trust import PAPER, ComparedRow, PaperComparison
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -89,7 +80,7 @@ def _written(value: object) -> str:
 def _origin(study: Study, path: str) -> str:
     """Whether a value was given, and where, or is a default; and whether it is the sweep's design point."""
     origin = "given" if path in study.loaded.given else "default"
-    if any(text.partition("=")[0].strip() == path for text in study.loaded.overrides):
+    if study.loaded.is_set_over(path):
         origin = "set over the scenario"
     swept = study.solution.sweep is not None and path.rpartition(".")[2] == study.solution.sweep.parameter
     return f"{origin}; design point" if swept else origin
@@ -172,7 +163,7 @@ def _outcome(row: ComparedRow) -> str:
 
 
 def left_out(study: Study, compared: PaperComparison | None) -> Iterator[Block]:
-    """What a reader might look for in vain."""
+    """What is not in the report, and why."""
     rows = [(capital(words(step.what)), capital(words(step.why))) for step in study.plan.left_out]
     if compared is None:
         rows.append(("Comparison with the paper's numbers", "The scenario is none of the paper's"))
@@ -187,28 +178,28 @@ def left_out(study: Study, compared: PaperComparison | None) -> Iterator[Block]:
     yield Table("Not in this report", texts("What", "Why"), tuple(rows))
 
 
-def made_with(made: Provenance, scenario: Sequence[tuple[str, str]]) -> Table:
+def made_with(origin: Provenance, scenario: Sequence[tuple[str, str]]) -> Table:
     """The version, what the scenario's rows say, the command and the libraries."""
     rows = [
-        ("vireport", made.version),
+        ("vireport", origin.version),
         *scenario,
-        ("Command", made.command),
-        ("Python", made.python),
-        ("Libraries", ", ".join(f"{name} {version}" for name, version in made.libraries)),
+        ("Command", origin.command),
+        ("Python", origin.python),
+        ("Libraries", ", ".join(f"{name} {version}" for name, version in origin.libraries)),
     ]
-    if made.timestamp is not None:
-        rows.append(("SOURCE_DATE_EPOCH", made.timestamp))
+    if origin.timestamp is not None:
+        rows.append(("SOURCE_DATE_EPOCH", origin.timestamp))
     return Table("Made with", (Column("What"), Column("Value", "code")), tuple(rows))
 
 
-def provenance(study: Study, made: Provenance) -> Iterator[Block]:
+def provenance(study: Study, origin: Provenance) -> Iterator[Block]:
     """Where the numbers come from, and the scenario itself."""
     scenario = [
-        ("Scenario", made.scenario_name),
-        ("SHA-256 of the scenario", made.scenario_sha256),
+        ("Scenario", origin.scenario_name),
+        ("SHA-256 of the scenario", origin.scenario_sha256),
         *(("Set over it", text) for text in study.loaded.overrides),
     ]
-    yield made_with(made, scenario)
+    yield made_with(origin, scenario)
     text = study.loaded.document.text
     if len(text) <= LONGEST_LISTING:
         yield Listing("The scenario as given", text)

@@ -7,18 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vireport.physics import (
-    Membrane,
-    Voltages,
-    voltages,
-)
-from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.physics import Membrane, Voltages, voltages
+from vireport.report.pages import Block, Paragraph
 from vireport.scenario import Parameter
 from vireport.study import Study
-from vireport.text import (
-    scaled,
-    significant,
-)
+from vireport.text import Table, numbers, scaled, significant, texts
 
 MASS_FACTORS = (0.5, 1.0, 2.0)
 """Of the ball mass, for what the voltage makes of it."""
@@ -60,17 +53,17 @@ def energy(study: Study) -> Iterator[Block]:
     membrane = study.solution.membrane
     if membrane is None:
         return
-    origin = "set over the scenario" if _overridden(study) else "given by the scenario"
+    origin = "set over the scenario" if study.loaded.is_set_over("device.ball_mass_kg") else "given by the scenario"
     yield Paragraph(
         f"The ball mass *m* = {scaled(membrane.ball_mass_kg, 3, 8)} g is {origin} (device.ball_mass_kg); the paper "
         "does not state it. All voltages are *U*_imp − *U*_in, the gain over the bias."
     )
-    found = places(study)
-    if not found:
+    motions = places(study)
+    if not motions:
         yield Paragraph("There is no stable motion to evaluate them for.")
         return
-    yield _voltage_table(found, study.solution.parameter, membrane)
-    yield _mass_table(found[0], study.solution.device.capsule_mass_kg, membrane)
+    yield _voltage_table(motions, study.solution.parameter, membrane)
+    yield _mass_table(motions[0], study.solution.device.capsule_mass_kg, membrane)
     power = 1 / (membrane.exponent + 1)
     yield Paragraph(
         f"By (5.5), *δ* grows with the power 1/(*h* + 1) = {significant(power, 4)} of *m*: a ball of twice "
@@ -79,23 +72,19 @@ def energy(study: Study) -> Iterator[Block]:
     )
 
 
-def _overridden(study: Study) -> bool:
-    return any(text.partition("=")[0].strip() == "device.ball_mass_kg" for text in study.loaded.overrides)
-
-
 def places(study: Study) -> list[Place]:
     """The stable motions at the design point, then those at the ends of the stable ranges."""
-    found = []
+    motions = []
     if study.solution.design is not None:
         x = study.solution.design.motions
         for row in np.nonzero(x.stable)[0]:
             state = float(x.d[row]), float(x.velocity_bottom[row]), float(x.velocity_top[row])
-            found.append(_place(study, "Design point", study.solution.design.value, *state))
+            motions.append(_place(study, "Design point", study.solution.design.value, *state))
     for part in study.solution.stable_ranges:
         for value, point in part.ends:
             name = "End of the sweep" if point is None else f"{point.label}, end of the stable range"
-            found += [_place(study, name, value, *state) for state in _at(study, value)]
-    return found
+            motions += [_place(study, name, value, *state) for state in _at(study, value)]
+    return motions
 
 
 def _place(study: Study, name: str, value: float, d: float, bottom: float, top: float) -> Place:
@@ -118,8 +107,8 @@ def _unit(largest: float) -> tuple[str, int]:
     return ("kV", -3) if largest >= MANY_VOLTS else ("V", 0)
 
 
-def _voltage_table(found: Sequence[Place], swept: Parameter, membrane: Membrane) -> Table:
-    gains = [place.voltages(membrane) for place in found]
+def _voltage_table(motions: Sequence[Place], swept: Parameter, membrane: Membrane) -> Table:
+    gains = [place.voltages(membrane) for place in motions]
     unit, power = _unit(max(float(max(gain.bottom_v, gain.top_v)) for gain in gains))
     rows = [
         (
@@ -131,7 +120,7 @@ def _voltage_table(found: Sequence[Place], swept: Parameter, membrane: Membrane)
             *(scaled(float(volts), power, 5) for volts in (gain.bottom_v, gain.top_v, gain.average_v)),
             scaled(float(gain.deflection_m), 3, 4),
         )
-        for place, gain in zip(found, gains, strict=True)
+        for place, gain in zip(motions, gains, strict=True)
     ]
     place = numbers(f"*{swept.symbol}* [{swept.unit}]", "*d*", "*V*_B [m/s]", "*V*_T [m/s]")
     gain = numbers(f"bottom [{unit}]", f"top [{unit}]", f"*U*_ave [{unit}]", "*δ* [mm]")

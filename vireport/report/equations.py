@@ -8,11 +8,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 
 from vireport.analysis import Held
-from vireport.report.pages import Block, Equation, Paragraph, Subheading, Table, texts
+from vireport.report.pages import Block, Equation, Paragraph, Subheading
+from vireport.report.rendering import TEMPLATES
 from vireport.study import Study
+from vireport.text import Table, texts
 
 GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (
@@ -97,16 +98,9 @@ ENERGY_SYMBOLS = (
 )
 
 
-def equations(study: Study, folder: Path) -> Iterator[Block]:
-    """The equations that a study used, by subject, and the symbols in them.
-
-    Parameters
-    ----------
-    study : Study
-    folder : Path
-        Where equations.json is.
-    """
-    found = _read(folder / "equations.json")
+def equations(study: Study) -> Iterator[Block]:
+    """The equations that a study used, by subject, and the symbols in them."""
+    markup = _markup()
     energy = study.solution.membrane is not None
     for title, text, names in (*GROUPS, ENERGY) if energy else GROUPS:
         yield Subheading(title)
@@ -114,12 +108,13 @@ def equations(study: Study, folder: Path) -> Iterator[Block]:
         held = diagram.curve.level.held if title == "Closed form" and diagram is not None else None
         yield Paragraph(f"{text} {LEVELS[held]}" if held is not None else text)
         for name in names:
-            yield Equation(name=name, note=NOTES.get(name, ""), **found[name])
+            yield Equation(name=name, note=NOTES.get(name, ""), **markup[name])
     rows = (*SYMBOLS, *ENERGY_SYMBOLS) if energy else SYMBOLS
     yield Table("Symbols", texts("Symbol", "Meaning", "Unit"), rows)
 
 
 @cache
-def _read(path: Path) -> dict[str, dict[str, str]]:
-    content: dict[str, dict[str, str]] = json.loads(path.read_text(encoding="utf-8"))
-    return content
+def _markup() -> dict[str, dict[str, str]]:
+    """Number, words and markup of each equation, by its name."""
+    equations: dict[str, dict[str, str]] = json.loads((TEMPLATES / "equations.json").read_text(encoding="utf-8"))
+    return equations

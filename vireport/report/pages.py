@@ -11,12 +11,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from vireport.gate import Severity, Verdict
+from vireport.alerts import Severity
+from vireport.gate import Verdict
 from vireport.study import Provenance
-from vireport.text import Column as Column
-from vireport.text import Table as Table
-from vireport.text import numbers as numbers
-from vireport.text import texts as texts
+from vireport.text import Table
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,5 +159,5 @@ def content(parts: Iterable[str | Table]) -> Iterator[Block]:
 
 def section(key: str, title: str, blocks: Iterable[Block]) -> tuple[Section, ...]:
     """Make a section of what there is; none where there is nothing."""
-    found = tuple(blocks)
-    return (Section(key, title, found),) if found else ()
+    present = tuple(blocks)
+    return (Section(key, title, present),) if present else ()

@@ -6,21 +6,33 @@ by Jinja, and for Typst every expression that is not marked as source becomes a 
 
 from __future__ import annotations
 
+import os
 import re
 from base64 import b64encode
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import typst
-from jinja2 import ChoiceLoader, Environment, FileSystemLoader, StrictUndefined, TemplateError
+from jinja2 import (
+    Environment,
+    FileSystemLoader,
+    StrictUndefined,
+    TemplateError,
+    TemplateNotFound,
+    TemplateSyntaxError,
+)
 from markupsafe import Markup, escape
 
 from vireport.errors import UsageError, VireportError
-from vireport.report.assets import TEMPLATES
 from vireport.report.pages import Figure, ReportModel
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
+"""Our own templates, with equations.json and math.woff2: inside an installed package, or at the root of a checkout."""
 
 HTML, PDF = "report.html.j2", "report.typ.j2"
 
@@ -33,8 +45,21 @@ _TIED = re.compile(r"(?<=\d) (?=(?:%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|m/s)(?!\w)))|(
 """Spaces at which no line may end."""
 
 
+OFFLINE = dict.fromkeys(("ALL_PROXY", "all_proxy", "HTTPS_PROXY", "https_proxy"), "http://127.0.0.1:1")
+OFFLINE |= {"NO_PROXY": "", "no_proxy": ""}
+"""Environment in which Typst, which would download packages that a template names, reaches no network."""
+
+_UNUSUAL = re.compile("[^\\x00-\u04ff\u1e00-\u22ff]")
+"""Characters of which it is not known beforehand that the fonts of the PDF have them."""
+
+
 class RenderError(VireportError):
     """A template that cannot be set."""
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """What the library says, with the place that it shows."""
+        return tuple(str(self).split("\n"))
 
 
 class Source(str):
@@ -75,7 +100,10 @@ def render_pdf(model: ReportModel, templates: Path | None = None, standards: Ite
         Where a template fails, with the line.
     """
     source = _fill(_typst_environment(_folder(templates)), PDF, model)
-    with TemporaryDirectory(prefix="vireport-") as root:
+    if unusual := "".join(sorted(set(_UNUSUAL.findall(source)))):
+        lacking = [f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual)]
+        source = _fill(_typst_environment(_folder(templates)), PDF, model, lacking=lacking)
+    with _offline(), TemporaryDirectory(prefix="vireport-") as root:
         for section in model.sections:
             for block in section.blocks:
                 if isinstance(block, Figure):
@@ -95,6 +123,35 @@ def render_pdf(model: ReportModel, templates: Path | None = None, standards: Ite
     return pdf
 
 
+def _not_in_fonts(letters: str) -> list[str]:
+    """Those of some characters that none of the fonts has which are used."""
+    apart = " ".join(f"#{string(letter)};" for letter in letters)
+    head = '#set document(title: "x")\n#set text(font: "Libertinus Serif", lang: "en")\n'
+    try:
+        # Conformance to PDF/UA is what makes Typst say which ones.
+        typst.Compiler(ignore_system_fonts=True).compile(
+            f"{head}{apart}".encode(), format="pdf", pdf_standards=["ua-1"], timestamp=0
+        )
+    except typst.TypstError as error:
+        return [letter for letter in letters if f'the text `"{letter}"`' in error.diagnostic]
+    return []
+
+
+@contextmanager
+def _offline() -> Iterator[None]:
+    """Keep the network out of reach for as long as Typst is at work."""
+    before = {name: os.environ.get(name) for name in OFFLINE}
+    os.environ.update(OFFLINE)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
 def pieces(text: str) -> Iterator[tuple[str, str]]:
     """Split a text into plain stretches, symbols and subscripts, with numbers tied to their units.
 
@@ -105,16 +162,16 @@ def pieces(text: str) -> Iterator[tuple[str, str]]:
     """
     text = _TIED.sub("\u00a0", text)
     end = 0
-    for found in _RICH.finditer(text):
-        if found.start() > end:
-            yield "plain", text[end : found.start()]
-        end = found.end()
-        if found["suffix"]:
-            yield "sub", found["suffix"]
+    for match in _RICH.finditer(text):
+        if match.start() > end:
+            yield "plain", text[end : match.start()]
+        end = match.end()
+        if match["suffix"]:
+            yield "sub", match["suffix"]
             continue
-        yield "symbol", found["symbol"] or found["base"]
-        if found["index"]:
-            yield "sub", found["index"]
+        yield "symbol", match["symbol"] or match["base"]
+        if match["index"]:
+            yield "sub", match["index"]
     if end < len(text):
         yield "plain", text[end:]
 
@@ -128,7 +185,7 @@ def string(text: str) -> Source:
     "a \"b\" #c"
     """
     quoted = text.replace("\\", "\\\\").replace('"', '\\"')
-    return Source('"' + re.sub(r"[\x00-\x1f\x7f]", lambda found: f"\\u{{{ord(found[0]):x}}}", quoted) + '"')
+    return Source('"' + re.sub(r"[\x00-\x1f\x7f]", lambda match: f"\\u{{{ord(match[0]):x}}}", quoted) + '"')
 
 
 def _folder(templates: Path | None) -> Path | None:
@@ -137,20 +194,32 @@ def _folder(templates: Path | None) -> Path | None:
     return templates
 
 
-def _loader(templates: Path | None) -> ChoiceLoader:
-    folders = [TEMPLATES] if templates is None else [templates, TEMPLATES]
-    return ChoiceLoader([FileSystemLoader(folder) for folder in folders])
+def _environment(templates: Path | None, **options: Any) -> Environment:
+    return Environment(
+        loader=_loader(templates), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, **options
+    )
+
+
+@cache
+def _loader(templates: Path | None) -> _Templates:
+    return _Templates([TEMPLATES] if templates is None else [templates, TEMPLATES])
+
+
+class _Templates(FileSystemLoader):
+    """Folders of templates, which say the place where one is not UTF-8."""
+
+    def get_source(self, environment: Environment, template: str) -> Any:
+        try:
+            return super().get_source(environment, template)
+        except UnicodeDecodeError as error:
+            line = error.object.count(b"\n", 0, error.start) + 1
+            what = f"has the byte 0x{error.object[error.start]:02X}, which is not UTF-8"
+            raise TemplateSyntaxError(what, line, template) from error
 
 
 @cache
 def _html_environment(templates: Path | None) -> Environment:
-    environment = Environment(
-        loader=_loader(templates),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = _environment(templates, autoescape=True)
     environment.filters |= {"rich": _rich_html, "base64": _base64, "markup": Markup}
     environment.globals["math_font"] = _base64((TEMPLATES / "math.woff2").read_bytes())
     return environment
@@ -158,13 +227,7 @@ def _html_environment(templates: Path | None) -> Environment:
 
 @cache
 def _typst_environment(templates: Path | None) -> Environment:
-    environment = Environment(
-        loader=_loader(templates),
-        finalize=_literal,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = _environment(templates, finalize=_literal)
     environment.filters |= {"rich": _rich_typst, "string": string, "source": Source}
     return environment
 
@@ -188,16 +251,24 @@ def _rich_typst(text: str) -> Source:
     return Source("".join(calls[style].format(string(part)) for style, part in pieces(text)))
 
 
-def _fill(environment: Environment, name: str, model: ReportModel) -> str:
+def _fill(environment: Environment, name: str, model: ReportModel, lacking: Sequence[str] = ()) -> str:
     try:
-        return environment.get_template(name).render(report=model)
+        return environment.get_template(name).render(report=model, lacking=lacking)
     except TemplateError as error:
-        raise RenderError(f"{_place(error, name)}: {error.message}") from error
+        reason = f"no template {error.name!r}" if isinstance(error, TemplateNotFound) else error.message
+        raise RenderError(f"{_place(error, name)}: {reason}") from error
+    except Exception as error:
+        if environment.loader is _loader(None):
+            raise
+        # A user's template is code, and may fail in any way.
+        raise RenderError(f"{_place(error, name)}: {type(error).__name__}: {error}") from error
 
 
 def _diagnostic(error: typst.TypstError) -> str:
     """What Typst says about the filled template, without our temporary folder and the ends of long lines."""
     text = re.sub(r"\S*__typst_py_bytes__\.typ", f"{PDF}, filled", error.diagnostic.strip() or error.message)
+    text = re.sub(r"[^\s(]*/vireport-\w+/", "", text)
+    text = re.sub(r"failed to download package.*", "packages are not loaded from the network", text)
     return "\n".join(shorten(line) for line in text.splitlines())
 
 
@@ -206,7 +277,7 @@ def shorten(line: str, most: int = 160) -> str:
     return line if len(line) <= most else f"{line[: most - 1]}…"
 
 
-def _place(error: TemplateError, name: str) -> str:
+def _place(error: Exception, name: str) -> str:
     """File and line of a mistake in a template: its own, or those of the last template in the traceback."""
     line = getattr(error, "lineno", None)
     if line is not None:

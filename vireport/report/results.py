@@ -6,27 +6,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from vireport.analysis import (
-    CriticalPoint,
-    DesignPoint,
-    Held,
-    PolishedMotion,
-    StableInterval,
-    TableRow,
-)
-from vireport.gate import capital
+from vireport.analysis import CriticalPoint, DesignPoint, Held, PolishedMotion, StableInterval, TableRow
 from vireport.physics import DIGITS
-from vireport.report.pages import Block, Paragraph, Table, numbers, texts
+from vireport.report.pages import Block, Paragraph
 from vireport.scenario import LARGEST, SMALLEST, Parameter
 from vireport.study import Study
-from vireport.text import (
-    ABSENT,
-    bounded,
-    error_bound,
-    percent,
-    significant,
-    words,
-)
+from vireport.text import ABSENT, Table, bounded, capital, error_bound, numbers, percent, significant, texts, words
 
 NOTHING = 1e-30
 """Below this, a number is what 45-digit arithmetic leaves of an exact zero."""

@@ -6,7 +6,6 @@ from vireport.scenario.blocks import (
     WIDEST_MARGIN,
     Accuracy,
     Axis,
-    AxisPath,
     Map,
     MapSimulation,
     Requirements,
@@ -16,21 +15,18 @@ from vireport.scenario.blocks import (
     inputs,
     to_dict,
 )
-from vireport.scenario.loading import Loaded, LoadedMap, load, load_map, loads, loads_map
+from vireport.scenario.loading import Loaded, LoadedMap, load, load_any, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
-from vireport.scenario.rules import MARGINS
 from vireport.scenario.schema import init_text, schema
 
 __all__ = [
     "LARGEST",
-    "MARGINS",
     "SMALLEST",
     "UNIT_OF_SWEPT",
     "WIDEST_MARGIN",
     "Accuracy",
     "Axis",
-    "AxisPath",
     "DesignInput",
     "Loaded",
     "LoadedMap",
@@ -47,6 +43,7 @@ __all__ = [
     "init_text",
     "inputs",
     "load",
+    "load_any",
     "load_map",
     "loads",
     "loads_map",

@@ -135,7 +135,9 @@ class Simulation(Block):
     """The simulation beside the solution: where it is asked for, and from how many starts."""
 
     samples: int = _key(41, "Samples", "1", "Values of the swept parameter that are simulated.", ge=2, le=2001)
-    starts: int = _key(4, "Starts", "1", "Starting states tried at each value, the same in every run.", ge=1, le=64)
+    starts: int = _key(
+        4, "Starts", "1", "Random starts at each value, of its own and the same in every run.", ge=1, le=64
+    )
     impacts: int = _key(
         1000, "Impacts", "1", "Impacts from each start; slow transients go on longer.", ge=100, le=100_000
     )

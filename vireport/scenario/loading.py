@@ -20,11 +20,12 @@ from pydantic import ValidationError
 
 from vireport.errors import Mistake, ScenarioError, UsageError
 from vireport.scenario.blocks import AxisPath, Map, MapFile, Scenario
-from vireport.scenario.document import LARGEST_FILE, Document, join, read
+from vireport.scenario.document import LARGEST_FILE, Document, is_within, join, read
 from vireport.scenario.hints import closest
 from vireport.scenario.messages import word
 from vireport.scenario.overrides import apply, as_texts
 from vireport.scenario.rules import Finding, Kind, axes_of, axis_path, check, is_number
+from vireport.text import visible
 
 MOST_NAMES = 1_000  # files of a folder that are compared with the name of a missing one
 
@@ -56,10 +57,11 @@ class Loaded:
 
     def line_of(self, path: str) -> int | None:
         """Line of a key of the file, None where the key was set over it."""
-        set_over = [text.partition("=")[0].strip() for text in self.overrides]
-        if any(path == over or path.startswith(f"{over}.") for over in set_over):
-            return None
-        return self.document.lines.get(path)
+        return None if self.is_set_over(path) else self.document.lines.get(path)
+
+    def is_set_over(self, path: str) -> bool:
+        """Whether a key, or a block that it is in, was set over the file."""
+        return any(is_within(path, text.partition("=")[0].strip()) for text in self.overrides)
 
     @property
     def sha256(self) -> str:
@@ -126,6 +128,17 @@ def loads(text: str | bytes, name: str = "<text>", overrides: Overrides = ()) ->
     return Loaded(scenario, document, frozenset(_given(effective.data)), texts)
 
 
+def load_any(source: str | Path, overrides: Overrides = ()) -> Loaded | LoadedMap:
+    """Read a scenario, or a map where the file has a block `map` (see `load` and `load_map`)."""
+    text, name = _contents(source)
+    data: Any = _block_of_keys(text, name).data
+    if "map" not in data:
+        return loads(text, name, overrides)
+    if overrides:
+        raise UsageError(f"{name}: nothing can be set over a map (change the file)")
+    return loads_map(text, name)
+
+
 def load_map(source: str | Path) -> LoadedMap:
     """Read a map from a file, or from standard input where `source` is "-".
 
@@ -149,11 +162,11 @@ def loads_map(text: str | bytes, name: str = "<text>") -> LoadedMap:
 
 def _contents(source: str | Path) -> tuple[bytes, str]:
     """What a file holds, as far as a scenario may be long, and its name for messages."""
-    if str(source) == "-":
-        return sys.stdin.buffer.read(LARGEST_FILE + 1), "<stdin>"
     try:
+        if str(source) == "-":
+            return sys.stdin.buffer.read(LARGEST_FILE + 1), "<stdin>"
         with open(source, "rb") as file:
-            return file.read(LARGEST_FILE + 1), str(source)
+            return file.read(LARGEST_FILE + 1), visible(str(source))
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         raise UsageError(_unreadable(Path(source), error)) from error
 
@@ -240,6 +253,8 @@ def _given(block: Any, path: str = "") -> list[str]:
 
 
 def _unreadable(path: Path, error: Exception) -> str:
+    if str(path) == "-":
+        return f"standard input cannot be read ({getattr(error, 'strerror', None) or error})"
     if isinstance(error, FileNotFoundError):
         try:
             close = closest(path.name, [entry.name for entry in islice(path.parent.iterdir(), MOST_NAMES)])

@@ -16,6 +16,7 @@ from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import Finding, Kind, axes_of, axis_path, swept
 from vireport.scenario.schema import keys
+from vireport.text import visible
 
 _LONGEST_VALUE = 60  # characters of a value that are shown
 _LONGEST_LIST = 200  # characters of the names of keys that are shown
@@ -99,7 +100,8 @@ def _wrong(path: str, value: object, written: str, key: Schema) -> str:
     if "object" in kinds:
         return ""
     if "array" in kinds:
-        return f" of {len(value)} values" if isinstance(value, list) else ", where a list belongs"
+        plural = "s" * (isinstance(value, list) and len(value) != 1)
+        return f" of {len(value)} value{plural}" if isinstance(value, list) else ", where a list belongs"
     if isinstance(value, dict | list):
         return ", where one value belongs"
     if "boolean" in kinds:
@@ -151,7 +153,8 @@ def allowed(key: Schema) -> str:
     if "array" in kinds and "$ref" in key["items"]:
         return f"a list of {key['minItems']} to {key['maxItems']} blocks of keys"
     if "array" in kinds:
-        return f"a list of at most {key['maxItems']} numbers{unit}"
+        least, most = key.get("minItems", 0), key["maxItems"]
+        return f"a list of {f'{least} to' if least else 'at most'} {most} numbers{unit}"
     if "boolean" in kinds:
         return "true or false"
     if "string" in kinds:
@@ -181,9 +184,5 @@ def _shown(value: object, written: str | None) -> str:
         return "a block of keys"
     if isinstance(value, list):
         return "a list"
-    text = str(value) if written is None else written
-    if len(text) > _LONGEST_VALUE:
-        text = f"{text[: _LONGEST_VALUE - 3]}..."
-    if not text.isprintable():
-        return repr(text)
+    text = visible(str(value) if written is None else written, _LONGEST_VALUE)
     return f"'{text}'" if isinstance(value, str) and text[:1] not in ("'", '"') else text

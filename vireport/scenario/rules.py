@@ -1,7 +1,7 @@
 """What must hold between several keys of a scenario or a map file, checked on the tree as it was read.
 
-Not part of the validation of single values: it would come to such rules only once every value is right, and
-then a reader would be told of his mistakes in two instalments.
+Not part of the validation of single values, which would check such rules only once every value is right, so that
+mistakes would be reported in two rounds.
 """
 
 from __future__ import annotations
@@ -143,6 +143,8 @@ class _Tree:
 
 
 def _required(tree: _Tree) -> Iterator[Finding]:
+    if tree.at("map") is not None:
+        return  # a file with a map has them among its axes; that it is one is said
     if tree.swept is not None:  # else it is not known which one is swept, so neither is which ones are required
         yield from _not_given(tree, {tree.swept.path} if tree.at("sweep") is not None else set())
 
@@ -246,8 +248,8 @@ def _ranges(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
     """Ranges that are required have two ends, and lie within the sweep."""
     for first, last in RANGES:
         if (first in given) != (last in given):
-            one, missing = (first, last) if first in given else (last, first)
-            yield _rule(given[one], f"{missing} is not given (both ends of a range, or neither)")
+            given_end, missing = (first, last) if first in given else (last, first)
+            yield _rule(given[given_end], f"{missing} is not given (both ends of a range, or neither)")
         elif first in given and tree.at(given[first]) == tree.at(given[last]):
             yield _rule(given[last], f"got the same value as {first}, which makes no range (a different one)")
     start, end = tree.number("sweep.from"), tree.number("sweep.to")

@@ -17,11 +17,14 @@ from vireport.simulation.events import (
     WALL,
     Impact,
     InFlight,
+    Start,
     check_model,
     check_start,
     follow,
     follow_one,
+    start_of,
 )
+from vireport.simulation.starts import random_starts, start_speed
 from vireport.simulation.trajectories import Portrait, Trajectory, path, portrait, simulate
 
 __all__ = [
@@ -44,6 +47,7 @@ __all__ = [
     "InFlight",
     "Outcome",
     "Portrait",
+    "Start",
     "Trajectory",
     "attractors",
     "check_model",
@@ -55,5 +59,8 @@ __all__ = [
     "growth_bound",
     "path",
     "portrait",
+    "random_starts",
     "simulate",
+    "start_of",
+    "start_speed",
 ]

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from vireport.simulation import cycles
 from vireport.simulation.cycles import Cycle
 from vireport.simulation.events import (
+    FLIGHT,
     PHASE,
     REST,
     RUNNING,
@@ -30,6 +31,7 @@ from vireport.simulation.events import (
     check_start,
     follow,
     follow_one,
+    start_rows,
 )
 
 Array = NDArray[np.float64]
@@ -44,6 +46,11 @@ SETTLED = 1e-9
 FAST = 1e-3
 # Of a trajectory cut before it has settled: if it came closer by less than this, it is not on its way.
 SLOWER = 0.9
+# This close, in phase [rad] and velocity [y_c], it is on its way to a cycle that attracts even so: towards r = 1 it
+# winds around it for millions of periods, now nearer and now farther.
+BESIDE = 1e-5
+# After a flight longer than this [t_c] rounding leaves less than three digits of the forcing phase.
+LONGEST_FLIGHT = 1e12
 # Relative change of velocity that takes a start off an orbit that repels.
 NUDGE = 1e-6
 
@@ -56,6 +63,7 @@ class Outcome(Enum):
     STICKING = "chatter with sticking, periodic"
     REST = "at rest on the bottom membrane"
     FREE = "in flight between the membranes for ever, reaching neither"
+    UNRESOLVED = "not resolved: flights so long that rounding loses the forcing phase"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +78,7 @@ class Attractor:
         One period, verified on the return map, if it is periodic.
     lyapunov : float
         Largest Lyapunov exponent per forcing period: of the cycle, or of the last impacts of a motion that is
-        not periodic. -inf where the ball comes to rest, nan where it meets no membrane again.
+        not periodic. -inf where the ball comes to rest, nan where it meets no membrane again or is not resolved.
     distance : float
         From the last impact to the cycle, in phase [rad] and velocity [y_c]. Large only if the budget ended a
         transient that was still approaching it.
@@ -140,7 +148,7 @@ def attractors(
     d: ArrayLike,
     gbar: ArrayLike,
     r: ArrayLike,
-    starts: Sequence[Start],
+    starts: Sequence[Start] | Array,
     impacts: int = 1000,
     budget: int = 20_000,
     workers: int | None = None,
@@ -151,8 +159,8 @@ def attractors(
     ----------
     d, gbar, r : array_like (n,)
         Parameters, broadcast against each other [-].
-    starts : sequence of Impact or InFlight
-        Tried at every parameter.
+    starts : sequence of Impact or InFlight, or array (n, m, 4)
+        Tried at every parameter; or for each parameter its own, as rows of `random_starts`.
     impacts : int
         Simulated of each at once, on all cores.
     budget : int
@@ -168,7 +176,7 @@ def attractors(
         reached.append(
             tuple(
                 _search(model[i], _happened(rows[i, j], summary[i, j]), summary[i, j], (budget, budget), known)
-                for j in range(len(starts))
+                for j in range(rows.shape[1])
             )
         )
     return reached
@@ -178,7 +186,7 @@ def diagram(
     d: ArrayLike,
     gbar: ArrayLike,
     r: ArrayLike,
-    starts: Sequence[Start],
+    starts: Sequence[Start] | Array,
     impacts: int = 1000,
     budget: int = 200_000,
     keep: int = 64,
@@ -196,7 +204,7 @@ def diagram(
     for i in range(len(model)):
         known: list[Cycle] = []
         drawn: set[int] = set()
-        for j in range(len(starts)):
+        for j in range(rows.shape[1]):
             own = _happened(rows[i, j], summary[i, j])
             attractor = _search(model[i], own, summary[i, j], (impacts, budget), known)
             label = labels.setdefault(attractor.word or attractor.outcome.value, len(labels))
@@ -227,6 +235,8 @@ def _search(model: Array, rows: Array, summary: Array, limits: tuple[int, int], 
     used, block = int(summary[0]), BLOCK
     patience, budget = limits
     while summary[2] == RUNNING:
+        if unresolved(rows):
+            return Attractor(Outcome.UNRESOLVED, None, nan, inf, used)
         near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
         cycle = near[0] if near else cycles.sticking(model, rows) or cycles.approached(model, rows)
         if cycle is not None and cycle.sticks:
@@ -241,7 +251,7 @@ def _search(model: Array, rows: Array, summary: Array, limits: tuple[int, int], 
                 rows, summary = follow_one(model, as_start(rows[-1]), wait, KEPT)
                 used += int(summary[0])
                 distance = cycle.distance(rows[-1])
-            if distance <= SETTLED or (used >= budget and distance < SLOWER * before):
+            if distance <= SETTLED or (used >= budget and distance < max(SLOWER * before, BESIDE)):
                 cycle = _remembered(cycle, known)
                 return Attractor(Outcome.PERIODIC, cycle, cycle.lyapunov, distance, used)
         if used >= min(patience, budget):
@@ -252,6 +262,11 @@ def _search(model: Array, rows: Array, summary: Array, limits: tuple[int, int], 
     if summary[2] == REST:
         return Attractor(Outcome.REST, None, -inf, 0.0, used)
     return Attractor(Outcome.FREE, None, nan, 0.0, used)
+
+
+def unresolved(rows: Array) -> bool:
+    """Whether a flight among these impacts was too long for its end to be known."""
+    return bool(rows[:, FLIGHT].max() > LONGEST_FLIGHT)
 
 
 def _transient(cycle: Cycle, distance: float) -> int:
@@ -271,14 +286,14 @@ def _remembered(cycle: Cycle, known: list[Cycle]) -> Cycle:
     return cycle
 
 
-def _many(model: Array, starts: Sequence[Start], impacts: int, keep: int, workers: int | None) -> tuple[Array, Array]:
+def _many(
+    model: Array, starts: Sequence[Start] | Array, impacts: int, keep: int, workers: int | None
+) -> tuple[Array, Array]:
     """Every start at every parameter: rows (n, m, k, 6) and summary (n, m, 3)."""
-    n, m = len(model), len(starts)
-    if m == 0:
-        raise ValueError("at least one start is needed")
-    first = np.array([[check_start(start, float(d)) for start in starts] for d in model[:, 0]]).reshape(n * m, 4)
+    first = start_rows(starts, model[:, 0])
+    n, m = first.shape[:2]
     cores = (os.cpu_count() or 1) if workers is None else workers
-    rows, summary = follow(np.repeat(model, m, axis=0), first, impacts, keep, cores)
+    rows, summary = follow(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
     return rows.reshape(n, m, -1, rows.shape[-1]), summary.reshape(n, m, 3)
 
 

@@ -237,6 +237,8 @@ def refine(model: Array, rows: Array, length: int) -> Cycle | None:
     shorter = _divisor(lap)
     if shorter < length:
         return refine(model, lap[: shorter + 1], shorter)
+    if _periods(lap[1:]) == 0:
+        return None  # a lap so short that nothing changes in it
     return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), float(model[2]) ** (2 * length)))
 
 
@@ -252,7 +254,7 @@ def sticking(model: Array, rows: Array) -> Cycle | None:
         if len(own) > 1:
             lap = rows[own[-2] + 1 : own[-1] + 1]
             growth = _chain_growth(model, lap)
-            if growth <= log(STICK_TOL / EPS) and len(word_of(lap)) <= MAX_IMPACTS:
+            if growth <= log(STICK_TOL / EPS) and len(word_of(lap)) <= MAX_IMPACTS and _periods(lap):
                 return _cycle(lap, EPS * exp(growth), (0j, 0j))
     return None
 
@@ -307,13 +309,16 @@ def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -
     word = min("".join(letters[i:] + letters[:i]) for i in range(len(letters)))
     turns = [i for i in range(n) if "".join(word_of(np.roll(rows, -i, axis=0))) == word]
     rows = np.roll(rows, -max(turns, key=lambda i: abs(float(rows[i, VELOCITY]))), axis=0)
-    span = float(np.sum(rows[:, FLIGHT] + rows[:, SETTLING] + rows[:, RIDING]))
     phase, flight, velocity, settling, riding = (rows[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY, SETTLING, RIDING))
     wall = rows[:, WALL].astype(np.int8)
     for array in (wall, phase, flight, velocity, settling, riding):
         array.setflags(write=False)
-    period = round(span / 2)
-    return Cycle(word, period, wall, phase, flight, velocity, settling, riding, residual, eigenvalues)
+    return Cycle(word, _periods(rows), wall, phase, flight, velocity, settling, riding, residual, eigenvalues)
+
+
+def _periods(rows: Array) -> int:
+    """Forcing periods that these flights and rides take."""
+    return round(float(np.sum(rows[:, FLIGHT] + rows[:, SETTLING] + rows[:, RIDING])) / 2)
 
 
 def _divisor(lap: Array) -> int:
@@ -341,7 +346,8 @@ def _wrap(phase: Array) -> Array:
 
 def _lag(x: Array) -> Array:
     """Return x - sin x, by its series where the difference would lose digits."""
-    q = x * x
+    short = np.abs(x) < 0.5
+    q = np.where(short, x, 0.0) ** 2
     series = x * q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72 * (1 - q / 110 * (1 - q / 156)))))
-    lag: Array = np.where(np.abs(x) < 0.5, series, x - np.sin(x))
+    lag: Array = np.where(short, series, x - np.sin(x))
     return lag

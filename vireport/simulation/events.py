@@ -106,6 +106,26 @@ def check_start(start: Start, d: float) -> tuple[float, float, float, float]:
     return float(start.wall), 0.0, start.velocity, wrapped(start.phase)
 
 
+def start_of(row: Array) -> Start:
+    """Row of `check_start` as a start."""
+    wall, position, velocity, phase = map(float, row)
+    return Impact(int(wall), velocity, phase) if wall else InFlight(position, velocity, phase)
+
+
+def start_rows(starts: Sequence[Start] | Array, d: Array) -> Array:
+    """Starts as rows of `check_start`, (n, m, 4): the same at each of n distances, or an array of each one's own."""
+    if isinstance(starts, np.ndarray):
+        each, count = [list(map(start_of, own)) for own in starts], starts.shape[1]
+    else:
+        each, count = [list(starts)] * len(d), len(starts)
+    if count == 0:
+        raise ValueError("at least one start is needed")
+    if len(each) != len(d):
+        raise ValueError(f"starts for {len(each)} parameters, of which there are {len(d)}")
+    rows = [[check_start(start, float(distance)) for start in own] for own, distance in zip(each, d, strict=True)]
+    return np.array(rows).reshape(len(d), count, 4)
+
+
 def follow(model: Array, starts: Array, impacts: int, keep: int | None = None, workers: int = 1) -> tuple[Array, Array]:
     """Follow each start for a number of impacts, or to its end.
 

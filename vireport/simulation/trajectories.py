@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.physics import flight
 from vireport.simulation import cycles
-from vireport.simulation.attractors import Attractor, Outcome, attractors
+from vireport.simulation.attractors import Attractor, Outcome, attractors, unresolved
 from vireport.simulation.cycles import Cycle
 from vireport.simulation.events import (
     BOTTOM,
@@ -152,6 +152,8 @@ def _classified(model: Array, rows: Array, status: int) -> tuple[Outcome, Cycle 
         return Outcome.REST, None
     if status == FREE:
         return Outcome.FREE, None
+    if unresolved(rows):
+        return Outcome.UNRESOLVED, None
     cycle = cycles.sticking(model, rows)
     if cycle is not None:
         return Outcome.STICKING, cycle
@@ -236,19 +238,20 @@ class Portrait:
     velocity: Array
 
 
-def portrait(d: float, gbar: float, r: float, starts: Sequence[Impact], label: str = "") -> Portrait:
+def portrait(d: float, gbar: float, r: float, starts: Sequence[Start], label: str = "") -> Portrait:
     """Follow the periodic motion that the first of some starts leads to which leads to one, or else any motion.
 
     Parameters
     ----------
     d, gbar, r : float
         Distance of the membranes, gravity and restitution [-].
-    starts : sequence of Impact
+    starts : sequence of Impact or InFlight
         At least one.
     label : str
         See `Portrait`.
     """
     reached = attractors([d], gbar, r, starts)[0]
+    start: Start
     shown = next((end for end in reached if end.cycle is not None and not end.cycle.sticks), reached[0])
     if shown.cycle is not None and not shown.cycle.sticks:
         first = int(np.argmax(shown.cycle.wall == BOTTOM))

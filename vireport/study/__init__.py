@@ -1,9 +1,8 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
-from vireport.study.notebook import html_table
-from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Plan, Step, Task, plan
+from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan
 from vireport.study.provenance import Provenance, provenance_of, with_pages
-from vireport.study.results import SCHEMA_VERSION, branches_csv, results, results_json
+from vireport.study.results import SCHEMA_VERSION, branches_csv, csv_bytes, json_bytes, results, results_json
 from vireport.study.study import Study, analyse, device_of, membrane_of, with_certificates
 
 __all__ = [
@@ -11,15 +10,14 @@ __all__ = [
     "FIGURES",
     "FORMATS",
     "SCHEMA_VERSION",
-    "Plan",
     "Provenance",
-    "Step",
     "Study",
     "Task",
     "analyse",
     "branches_csv",
+    "csv_bytes",
     "device_of",
-    "html_table",
+    "json_bytes",
     "membrane_of",
     "plan",
     "provenance_of",

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from importlib.util import find_spec
 from typing import NamedTuple
 
 from vireport.scenario import Parameter, Scenario
@@ -165,7 +166,7 @@ STEPS = (
     Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     Row(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
     Row(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
-    Row(Task.FIGURE_STIFFNESS, (PICTURES,), "the scenario has an accuracy block", (ACCURACY, BALL)),
+    Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
@@ -193,13 +194,22 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
         if all(condition.holds(scenario, asked) for condition in row.listed):
             failing = next((condition for condition in row.conditions if not condition.holds(scenario, asked)), None)
             why = row.why if failing is None else failing.otherwise.format(parameter=scenario.parameter.path)
-            what = _cost(scenario) if row.task is Task.SIMULATION else row.task.what
-            steps.append(Step(row.task, failing is None, what, why))
+            runs, what = failing is None, row.task.what
+            if runs and row.task is Task.SIMULATION:
+                what = _cost(scenario)
+            elif runs and row.task is Task.ACCURACY:
+                what = _methods()
+            steps.append(Step(row.task, runs, what, why))
     return Plan(tuple(steps))
 
 
 IMPACTS_PER_SECOND = 2e6
 """Of the simulation on one core of a common machine, for what a plan says of its cost."""
+
+INTERPRETED_PER_SECOND = 3e4
+"""The same where it is not compiled."""
+
+GET_NUMBA = "pip install 'vireport[simulation]'"
 
 
 def _cost(scenario: Scenario) -> str:
@@ -209,7 +219,13 @@ def _cost(scenario: Scenario) -> str:
         return Task.SIMULATION.what
     values = asked.samples if scenario.sweep is not None else 1
     impacts = values * asked.starts * asked.impacts * (2 if asked.diagram else 1)
-    return (
-        f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, about "
-        f"{impacts / IMPACTS_PER_SECOND:.1g} s and, the first time, a few seconds to compile"
-    )
+    cost = f"about {impacts / IMPACTS_PER_SECOND:.1g} s and, the first time, a few seconds to compile"
+    if find_spec("numba") is None:
+        cost = f"about {impacts / INTERPRETED_PER_SECOND:.1g} s, interpreted, as numba is missing: {GET_NUMBA}"
+    return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, {cost}"
+
+
+def _methods() -> str:
+    """The comparison of methods, with what it will lack."""
+    lacking = "" if find_spec("numba") is not None else f", without those that need numba: {GET_NUMBA}"
+    return f"{Task.ACCURACY.what}{lacking}"

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vireport.errors import UsageError
 from vireport.version import __version__
@@ -59,6 +59,10 @@ class Provenance:
     libraries: tuple[tuple[str, str], ...]
     command: str
     timestamp: str | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as results.json has it."""
+        return {**asdict(self), "libraries": dict(self.libraries)}
 
     @property
     def epoch(self) -> int:

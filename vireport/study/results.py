@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -27,17 +27,19 @@ from vireport.analysis import (
     StableInterval,
     TableRow,
     rounded_up,
+    undecided,
 )
 from vireport.gate import SWEEP_END
 from vireport.physics import Shaker, Voltages
 from vireport.scenario import to_dict
-from vireport.study.provenance import Provenance, provenance_of
+from vireport.study.provenance import Provenance
 from vireport.study.study import Study
+from vireport.text import inert_cell
 
 if TYPE_CHECKING:
     from vireport.gate import Criterion
     from vireport.simulation import Attractor
-    from vireport.trust import CrossCheck
+    from vireport.trust import Compliance, CrossCheck, MotionCount, WorkPrecision
 
 SCHEMA_VERSION = 1
 
@@ -69,40 +71,62 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "shaker": _shaker(solution.shaker),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
-        **_measured(study),
-        "requirements": _requirements(study.criteria) if study.scenario.requirements is not None else None,
+        "accuracy": None if study.work is None else _accuracy(study.work),
+        "compliant": None if study.compliance is None else _compliant(study.compliance),
+        "certificates": None if study.certificates is None else [asdict(proof) for proof in study.certificates],
+        "requirements": None if study.scenario.requirements is None else _requirements(study.criteria),
         "alerts": [alert.to_dict() for alert in study.alerts],
         "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in study.plan.left_out],
-        "provenance": {**asdict(provenance), "libraries": dict(provenance.libraries)},
+        "provenance": provenance.to_dict(),
     }
 
 
 def results_json(study: Study, provenance: Provenance) -> bytes:
-    """Serialise `results`, one top-level key a line."""
-    data = results(study, provenance)
-    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
-    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+    """Serialise `results`."""
+    return json_bytes(results(study, provenance))
 
 
 def branches_csv(study: Study) -> bytes:
     """Every motion of every branch as a row of a table, by the names of results.json."""
+    head: list[str] = []
+    rows: list[list[Any]] = []
+    for branch, bounds in zip(study.solution.branches, study.solution.bounds.branches, strict=True):
+        columns = {
+            **_motions(branch.motions),
+            **_voltages(branch.voltages),
+            "critical_point": branch.labels,
+            **_undecided(branch.motions, bounds),
+        }
+        head = ["branch", "family", *columns]
+        rows += [[branch.number, branch.family, *row] for row in zip(*columns.values(), strict=True)]
+    return csv_bytes(head, rows) if head else b""
+
+
+def json_bytes(data: Mapping[str, Any]) -> bytes:
+    """Serialise plain data as JSON, one top-level key a line; floats read back exactly.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+    """
+    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+def csv_bytes(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> bytes:
+    """A table as CSV: floats read back exactly, booleans are ``true`` and ``false``, None is empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    header: list[str] | None = None
-    for branch in study.solution.branches:
-        columns = {**_motions(branch.motions), **_voltages(branch.voltages), "critical_point": branch.labels}
-        if header is None:
-            header = ["branch", "family", *columns]
-            writer.writerow(header)
-        writer.writerows(
-            [branch.number, branch.family, *(_cell(value) for value in row)]
-            for row in zip(*columns.values(), strict=True)
-        )
+    writer.writerow(map(inert_cell, head))
+    writer.writerows([_cell(value) for value in row] for row in rows)
     return text.getvalue().encode()
 
 
 def _cell(value: Any) -> Any:
-    return repr(value) if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else value
+    if isinstance(value, bool):
+        return str(value).lower()
+    return inert_cell(value) if isinstance(value, str) else repr(value) if isinstance(value, float) else value
 
 
 def _motions(motions: Motions) -> dict[str, list[Any]]:
@@ -122,6 +146,11 @@ def _motions(motions: Motions) -> dict[str, list[Any]]:
         "admissible": motions.admissible.tolist(),
         "wall_gap": motions.wall_gap.tolist(),
     }
+
+
+def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, list[bool]]:
+    """Where `admissible` is open: the gap is zero to rounding, as it is at a grazing point itself."""
+    return {"admissible_undecided": undecided(motions, bounds).tolist()}
 
 
 def _voltages(voltages: Voltages | None) -> dict[str, list[float]]:
@@ -148,8 +177,8 @@ COLUMNS = {
 def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
     """Error bounds by the names of the columns, and why some are null."""
     columns = rounded_up(np.stack(list(bounds.values())))
-    found: dict[str, Any] = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
-    return {**found, "null_means": NO_BOUND} if any(None in column for column in found.values()) else found
+    named: dict[str, Any] = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
+    return {**named, "null_means": NO_BOUND} if any(None in column for column in columns) else named
 
 
 def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
@@ -161,6 +190,7 @@ def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
         **_motions(branch.motions),
         **_voltages(branch.voltages),
         "critical_point": [label or None for label in branch.labels],
+        **_undecided(branch.motions, bounds),
         "error_bounds": _bounds(bounds),
     }
 
@@ -200,30 +230,6 @@ def _critical(critical: CriticalPoint) -> dict[str, Any]:
     }
 
 
-def _table_row(row: TableRow, bounds: dict[str, Any]) -> dict[str, Any]:
-    """A row of Table 1, its ends with the bounds they have on their branch."""
-    found = {
-        "family": row.family,
-        "branch": row.branch,
-        "start_label": row.start_point.label if row.start_point else "",
-        "end_label": row.end_point.label if row.end_point else "",
-        "criteria": row.criteria,
-        "stability": row.stability,
-        "d_start": row.d_start,
-        "d_end": row.d_end,
-        "sweep_start": row.sweep_start,
-        "sweep_end": row.sweep_end,
-    }
-    ends = {"start": row.first_row, "end": row.last_row}
-    names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
-    errors = rounded_up(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
-    return {**found, "error_bounds": dict(zip(names, errors[0], strict=True))}
-
-
-DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
-"""What a row of Table 1 gives of its ends, and the column it is from."""
-
-
 def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[str, Any] | None:
     if design is None or bounds is None:
         return None
@@ -233,6 +239,7 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         "family": list(design.families),
         **_motions(design.motions),
         **_voltages(design.voltages),
+        **_undecided(design.motions, bounds),
         "error_bounds": _bounds(bounds),
         "margins": [_margin(margin) for margin in design.margins],
         "margins_unresolved": list(design.unresolved),
@@ -264,75 +271,6 @@ def _shaker(shaker: Shaker) -> dict[str, float]:
         "velocity_amplitude_m_s": shaker.velocity_m_s,
         "stroke_m": shaker.stroke_m,
         "force_amplitude_n": shaker.force_n,
-    }
-
-
-def _measured(study: Study) -> dict[str, Any]:
-    """What was measured or proved where that was asked for; null where not."""
-    found: dict[str, Any] = {"accuracy": None, "compliant": None, "certificates": None}
-    if study.work is not None:
-        from vireport.trust import accuracy_data, compliance_data
-
-        found["accuracy"] = accuracy_data(study.work)
-        found["compliant"] = None if study.compliance is None else compliance_data(study.compliance)
-    if study.certificates is not None:
-        found["certificates"] = [asdict(one) for one in study.certificates]
-    return found
-
-
-def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
-    passed = all(criterion.passed for criterion in criteria)
-    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
-
-
-def _simulation(check: CrossCheck) -> dict[str, Any]:
-    share = check.share
-    return {
-        "passed": check.passed,
-        "orbits_checked": check.orbits,
-        "velocity_difference": check.velocity_difference,
-        "phase_difference_rad": check.phase_difference,
-        "error_bounds": {"velocity_difference": DIFFERENCE, "phase_difference_rad": DIFFERENCE},
-        "tolerance": check.tolerance,
-        "misses": [asdict(miss) for miss in check.misses],
-        "basin": None
-        if share is None
-        else {
-            "trials": check.trials,
-            "reached": check.reached,
-            "share": share[0],
-            "low_95": share[1],
-            "high_95": share[2],
-        },
-        "samples": [
-            {
-                "sweep_value": float(value),
-                "d": float(d),
-                "ends": [_end(one, float(d), float(gbar), check.restitution) for one in found],
-            }
-            for value, d, gbar, found in zip(check.values, check.d, check.gbar, check.found, strict=True)
-        ],
-    }
-
-
-def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any]:
-    """What a start leads to; what a motion that is not periodic does not have is null."""
-    from vireport.simulation import growth_bound
-
-    cycle = attractor.cycle
-    exponent = attractor.lyapunov
-    bound = None if cycle is None else growth_bound(d, gbar, r, cycle)
-    finite = isfinite(exponent)
-    # Of a motion that is not periodic the exponent is an average over a finite time: an estimate without a bound.
-    rate = bound / cycle.growth / cycle.period if cycle is not None and bound is not None and finite else None
-    return {
-        "outcome": attractor.outcome.name.lower(),
-        "word": attractor.word or None,
-        "period": attractor.period or None,
-        "residual": None if cycle is None else cycle.residual,
-        "multiplier": None if cycle is None else cycle.growth,
-        "lyapunov": exponent if finite else None,
-        "error_bounds": {"multiplier": bound, "lyapunov": rate},
     }
 
 
@@ -374,23 +312,121 @@ def _continued(beyond: tuple[CriticalPoint | None, ...]) -> dict[str, Any]:
     }
 
 
+def _table_row(row: TableRow, bounds: dict[str, Any]) -> dict[str, Any]:
+    """A row of Table 1, its ends with the bounds they have on their branch."""
+    ends = {"start": row.first_row, "end": row.last_row}
+    names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
+    errors = rounded_up(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
+    return {
+        "family": row.family,
+        "branch": row.branch,
+        "start_label": row.start_point.label if row.start_point else "",
+        "end_label": row.end_point.label if row.end_point else "",
+        "criteria": row.criteria,
+        "stability": row.stability,
+        "d_start": row.d_start,
+        "d_end": row.d_end,
+        "sweep_start": row.sweep_start,
+        "sweep_end": row.sweep_end,
+        "error_bounds": dict(zip(names, errors[0], strict=True)),
+    }
+
+
+DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
+"""What a row of Table 1 gives of its ends, and the column it is from."""
+
+
+def _simulation(check: CrossCheck) -> dict[str, Any]:
+    share = check.share
+    return {
+        "passed": check.passed,
+        "orbits_checked": check.orbits,
+        "velocity_difference": check.velocity_difference,
+        "phase_difference_rad": check.phase_difference,
+        "error_bounds": {"velocity_difference": DIFFERENCE, "phase_difference_rad": DIFFERENCE},
+        "tolerance": check.tolerance,
+        "misses": [asdict(miss) for miss in check.misses],
+        "basin": None
+        if share is None
+        else {
+            "trials": check.trials,
+            "reached": check.reached,
+            "share": share[0],
+            "low_95": share[1],
+            "high_95": share[2],
+            "elsewhere": [_motion_count(motion) for motion in check.elsewhere],
+        },
+        "motions": [_motion_count(motion) for motion in check.motions],
+        "samples": [
+            {
+                "sweep_value": float(value),
+                "d": float(d),
+                "start_velocity_at_most": float(speed),
+                "ends": [_end(one, float(d), float(gbar), check.restitution) for one in found],
+            }
+            for value, d, gbar, speed, found in zip(
+                check.values, check.d, check.gbar, check.start_speed, check.found, strict=True
+            )
+        ],
+    }
+
+
+def _motion_count(motion: MotionCount) -> dict[str, Any]:
+    """A kind of motion that starts end in, how many do, and between which values of the parameter."""
+    return {
+        "outcome": motion.outcome.name.lower(),
+        "word": motion.word or None,
+        "period": motion.period or None,
+        "count": motion.count,
+        "from": motion.low,
+        "to": motion.high,
+    }
+
+
+def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any]:
+    """What a start leads to; what a motion that is not periodic does not have is null."""
+    from vireport.simulation import growth_bound
+
+    cycle = attractor.cycle
+    exponent = attractor.lyapunov
+    bound = None if cycle is None else growth_bound(d, gbar, r, cycle)
+    finite = isfinite(exponent)
+    # Of a motion that is not periodic the exponent is an average over a finite time: an estimate without a bound.
+    rate = bound / cycle.growth / cycle.period if cycle is not None and bound is not None and finite else None
+    return {
+        "outcome": attractor.outcome.name.lower(),
+        "word": attractor.word or None,
+        "period": attractor.period or None,
+        "residual": None if cycle is None else cycle.residual,
+        "multiplier": None if cycle is None else cycle.growth,
+        "lyapunov": exponent if finite else None,
+        "error_bounds": {"multiplier": bound, "lyapunov": rate},
+    }
+
+
+def _accuracy(work: WorkPrecision) -> dict[str, Any]:
+    from vireport.trust import accuracy_data
+
+    return accuracy_data(work)
+
+
+def _compliant(compliance: Compliance) -> dict[str, Any]:
+    from vireport.trust import compliance_data
+
+    return compliance_data(compliance)
+
+
+def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
+    passed = all(criterion.passed for criterion in criteria)
+    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
+
+
 ENDS = "ends"
 """The one list of a branch that is not of its motions."""
 
 
-def study_dict(study: Study) -> dict[str, Any]:
-    """The results of a study as plain data: results.json without its provenance."""
-    data = results(study, provenance_of(study.loaded, ""))
-    del data["provenance"]
-    return data
-
-
-def study_rows(study: Study) -> list[dict[str, Any]]:
-    """Every motion of every branch as a dict, by the names of branches.csv."""
-    return [row for branch in study_dict(study)["branches"] for row in _branch_rows(branch)]
-
-
-def _branch_rows(branch: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def branch_rows(branch: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Every motion of a branch of `results` as a dict, by the names of branches.csv."""
     columns = {name: values for name, values in branch.items() if isinstance(values, list) and name != ENDS}
     for row in zip(*columns.values(), strict=True):
         yield {"branch": branch["number"], "family": branch["family"], **dict(zip(columns, row, strict=True))}

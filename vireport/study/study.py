@@ -5,31 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vireport.analysis import (
-    Solution,
-    Sweep,
-    solution_of,
-)
-from vireport.gate import (
-    Alert,
-    Verdict,
-    alerts,
-    verdict_of,
-)
+from vireport.analysis import Solution, Sweep, solution_of
+from vireport.gate import Alert, Criterion, Verdict, alerts, assess, verdict_of
 from vireport.physics import Device, Membrane
 from vireport.progress import Progress
-from vireport.scenario import Loaded, Scenario, blocks
+from vireport.scenario import Loaded, Scenario, blocks, load
 from vireport.study.plan import FORMATS, Plan, Task, plan
+from vireport.study.provenance import provenance_of
+from vireport.text import bounded, html_table, significant, visible
 
 if TYPE_CHECKING:
-    from vireport.gate import Criterion
     from vireport.proofs import Certificate
     from vireport.trust import Compliance, CrossCheck, WorkPrecision
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Study:
     """The results of one scenario; what its plan leaves out is None or empty.
 
@@ -78,20 +72,39 @@ class Study:
 
     def to_dict(self) -> dict[str, Any]:
         """The results as plain data: results.json without its provenance."""
-        from vireport.study.results import study_dict
+        from vireport.study.results import results
 
-        return study_dict(self)
+        data = results(self, provenance_of(self.loaded, ""))
+        del data["provenance"]
+        return data
 
     def rows(self) -> list[dict[str, Any]]:
         """Every motion of every branch as a dict, by the names of branches.csv; for a data frame."""
-        from vireport.study.results import study_rows
+        from vireport.study.results import branch_rows
 
-        return study_rows(self)
+        return [row for branch in self.to_dict()["branches"] for row in branch_rows(branch)]
+
+    def __repr__(self) -> str:
+        return f"<Study of {visible(self.loaded.document.name)}: {self.verdict.headline}>"
 
     def _repr_html_(self) -> str:
-        from vireport.study.notebook import study_html
-
-        return study_html(self)
+        """The verdict and the critical points, for a notebook."""
+        title = escape(self.scenario.title or self.loaded.document.name)
+        lead = f"<p><strong>{title}: {escape(self.verdict.word)}.</strong> {escape(self.verdict.headline)}</p>"
+        points, swept = self.solution.critical_points, self.solution.parameter
+        if not points:
+            return lead
+        rows = [
+            (
+                critical.label,
+                critical.kind.words,
+                critical.family,
+                bounded(critical.point.sweep_value, critical.point.error_bound),
+                significant(critical.point.d, 9),
+            )
+            for critical in points
+        ]
+        return f"{lead}\n{html_table(('Point', 'Kind', 'Motion', f'{swept.symbol} [{swept.unit}]', 'd'), rows)}"
 
 
 def device_of(scenario: Scenario) -> Device:
@@ -130,31 +143,36 @@ def sweep_of(scenario: Scenario) -> Sweep | None:
     return Sweep(device_of(scenario), asked.parameter, asked.from_, asked.to) if asked else None
 
 
-def analyse(loaded: Loaded, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
+def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
     """Solve a scenario: motions, admissibility, stability, critical points, voltages, simulation, as its plan says.
 
     Parameters
     ----------
-    loaded : Loaded
-        From `scenario.load`.
+    source : Loaded, str or Path
+        From `scenario.load`, or the file.
     formats : iterable of str
         Outputs that are wanted, among `plan.FORMATS`.
     progress : callable, optional
-        Told each long step as it begins.
+        Called with each long step as it begins.
 
     Raises
     ------
+    UsageError, ScenarioError
+        If the file cannot be read, or the scenario in it cannot be used.
     NumericalError
         If the scenario is outside the theory (restitution 1), or a point cannot be computed to its error bound.
     """
+    loaded = source if isinstance(source, Loaded) else load(source)
     scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
-    found = solution_of(device_of(scenario), membrane_of(scenario), sweep_of(scenario), steps.runs(Task.DESIGN))
-    study = Study(loaded, steps, found)
+    solution = solution_of(device_of(scenario), membrane_of(scenario), sweep_of(scenario), steps.runs(Task.DESIGN))
+    study = Study(loaded, steps, solution)
     if scenario.simulation is not None:
         study = _with_simulation(study, scenario.simulation, progress)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
-    return study if scenario.requirements is None else _with_criteria(study)
+    if scenario.requirements is not None:
+        study = replace(study, criteria=assess(loaded, solution, study.crosscheck))
+    return study
 
 
 def _with_simulation(study: Study, asked: blocks.Simulation, progress: Progress | None) -> Study:
@@ -185,9 +203,3 @@ def with_certificates(study: Study) -> Study:
     from vireport.proofs import certify
 
     return replace(study, certificates=certify(study.solution.diagram))
-
-
-def _with_criteria(study: Study) -> Study:
-    from vireport.gate import assess
-
-    return replace(study, criteria=assess(study.loaded, study.solution, study.crosscheck))

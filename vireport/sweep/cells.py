@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vireport.analysis import SMALLEST_LOSS
 from vireport.errors import NumericalError
 from vireport.physics import Device, Membrane
-from vireport.scenario import Axis, LoadedMap, Map, MapSimulation
+from vireport.scenario import Axis, LoadedMap, Map, MapSimulation, Sampling
 from vireport.study import device_of, membrane_of
 
 Floats = NDArray[np.float64]
@@ -46,8 +46,7 @@ class MapPlan:
     membrane : Membrane or None
         Where there is none, no voltage is evaluated; a ball mass that varies has any value.
     axes : tuple of Axis
-    sampling : str
-        ``grid``, ``list``, ``latin_hypercube`` or ``sobol``.
+    sampling : Sampling
     seed : int
         Of the last two.
     cells : int
@@ -60,7 +59,7 @@ class MapPlan:
     device: Device
     membrane: Membrane | None
     axes: tuple[Axis, ...]
-    sampling: str
+    sampling: Sampling
     seed: int
     cells: int
     chunk_cells: int
@@ -105,9 +104,9 @@ def map_plan(loaded: LoadedMap) -> MapPlan:
             f"device.restitution: {scenario.device.restitution!r} means impacts with hardly any loss, for which the "
             f"criteria of stability do not apply (allowed in a map: at most 1 - {SMALLEST_LOSS:g})"
         )
-    if block.sampling == "grid":
+    if block.sampling is Sampling.GRID:
         cells = math.prod(_count(axis) for axis in block.axes)
-    elif block.sampling == "list":
+    elif block.sampling is Sampling.LIST:
         cells = len(block.axes[0].values or ())
     else:
         cells = block.samples or 0
@@ -149,12 +148,12 @@ def axis_ends(axis: Axis) -> tuple[float, float]:
 
 def cell_values(plan: MapPlan, numbers: Ints) -> list[Floats]:
     """Values along each axis at cells given by their numbers, 0 to plan.cells - 1."""
-    if plan.sampling == "grid":
+    if plan.sampling is Sampling.GRID:
         indices = np.unravel_index(numbers, plan.shape)
         return [axis_values(axis, index) for axis, index in zip(plan.axes, indices, strict=True)]
-    if plan.sampling == "list":
+    if plan.sampling is Sampling.LIST:
         return [axis_values(axis, numbers) for axis in plan.axes]
-    points = _sobol_points(plan, numbers) if plan.sampling == "sobol" else _hypercube_points(plan, numbers)
+    points = _sobol_points(plan, numbers) if plan.sampling is Sampling.SOBOL else _hypercube_points(plan, numbers)
     ends = [(float(axis.from_ or 0.0), float(axis.to or 0.0)) for axis in plan.axes]
     return [low + (high - low) * points[:, k] for k, (low, high) in enumerate(ends)]
 

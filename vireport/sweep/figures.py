@@ -14,22 +14,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vireport.analysis import STABILITIES, Stability
-from vireport.figures import (
-    OUTSIDE,
-    Color,
-    Entry,
-    Look,
-    blank,
-    finished,
-    prefix,
-    round_ticks,
-    style,
-)
-from vireport.gate import capital
-from vireport.scenario import Parameter
+from vireport.figures import OUTSIDE, Color, Entry, Look, blank, finished, prefix, round_ticks, style
+from vireport.scenario import Parameter, Sampling
 from vireport.sweep.cells import MapPlan, axis_values
 from vireport.sweep.loci import Locus, loci_of
-from vireport.text import PREFIXES
+from vireport.text import PREFIXES, capital
 
 Floats = NDArray[np.float64]
 
@@ -83,7 +72,7 @@ class Raster:
 
 def is_drawn(plan: MapPlan) -> bool:
     """Whether there are heat maps of a map: of a grid over two parameters."""
-    return plan.sampling == "grid" and len(plan.axes) == 2
+    return plan.sampling is Sampling.GRID and len(plan.axes) == 2
 
 
 def picture_names(plan: MapPlan) -> tuple[str, ...]:

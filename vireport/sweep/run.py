@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vireport.sweep.store import StabilityCounts, Store
 
 Progress = Callable[[int, int], None]
-"""Told how many cells are done, and how many there are."""
+"""Called with how many cells are done, and how many there are."""
 
 
 def run_map(
@@ -44,7 +44,7 @@ def run_map(
     workers : int, optional
         Processes on this machine otherwise; by default one for each core.
     progress : callable, optional
-        Told cells done and cells in all, now and then; see `terminal_progress`.
+        Called with cells done and cells in all, now and then; see `terminal_progress`.
     draw : bool
         Whether to draw heat maps, where the map is a grid over two parameters.
 
@@ -91,9 +91,9 @@ def _compute(store: Store, scheduler: str | None, workers: int, progress: Progre
 
     plan = store.plan
     with writing(store.folder):
-        there = stored_chunks(store, rejected)
-        require_space(store, there)
-        done = sum(map(plan.rows, there))
+        finished = stored_chunks(store, rejected)
+        require_space(store, finished)
+        done = sum(map(plan.rows, finished))
         progress(done, plan.cells)
 
         def stored(chunk: int) -> None:
@@ -101,7 +101,7 @@ def _compute(store: Store, scheduler: str | None, workers: int, progress: Progre
             done += plan.rows(chunk)
             progress(done, plan.cells)
 
-        todo = deque(chunk for chunk in range(plan.chunks) if chunk not in there)
+        todo = deque(chunk for chunk in range(plan.chunks) if chunk not in finished)
         compute(store, todo, stored, scheduler, min(workers, len(todo)))
 
 

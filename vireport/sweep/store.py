@@ -14,7 +14,7 @@ import shutil
 import stat
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from filelock import FileLock, Timeout
 
 from vireport.errors import NumericalError, UsageError
-from vireport.files import write_whole
+from vireport.files import writable, write_whole
 from vireport.sweep.cells import MapPlan
 from vireport.sweep.evaluation import evaluate, schema_of
 from vireport.version import __version__
@@ -185,22 +185,15 @@ def _require(path: Path, kind: int) -> None:
             )
 
 
-@contextmanager
-def writing(folder: Path) -> Iterator[None]:
+def writing(folder: Path) -> AbstractContextManager[None]:
     """Say what to do where something cannot be written.
 
     Raises
     ------
-    UsageError
+    UsageError, OutputError
         In the place of an OSError.
     """
-    try:
-        yield
-    except OSError as error:
-        raise UsageError(
-            f"{error.filename or folder} cannot be written: {error.strerror or error}. What is computed so far is "
-            "kept: run the same command again to go on"
-        ) from error
+    return writable(folder, ". What is computed so far is kept: run the same command again to go on")
 
 
 def encoded_chunk(plan: MapPlan, map_sha256: str, chunk: int) -> bytes:
@@ -285,7 +278,7 @@ def _identity_in(metadata: dict[bytes, bytes] | None) -> Identity | None:
 
 
 def stored_chunks(store: Store, rejected: list[str]) -> set[int]:
-    """Numbers of the chunks that are there and intact; the others are deleted, and `rejected` is told why.
+    """Numbers of the chunks that are there and intact; the others are deleted, for a reason added to `rejected`.
 
     Raises
     ------
@@ -326,7 +319,7 @@ def _refuse_other_map(store: Store, identities: list[Identity]) -> None:
 
 
 def finished_counts(store: Store, rejected: list[str]) -> StabilityCounts | None:
-    """What the finished map holds; None where there is none, or it is damaged, of which `rejected` is told.
+    """What the finished map holds; None where there is none, or it is damaged, which is added to `rejected`.
 
     Raises
     ------

@@ -19,17 +19,18 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from importlib import import_module
 from io import BytesIO
-from multiprocessing import connection, parent_process
+from multiprocessing import connection, forkserver, parent_process, resource_tracker
 from multiprocessing.context import BaseContext
 from typing import Any
 from urllib.parse import urlsplit
 
 from vireport.errors import NumericalError, UsageError
 from vireport.files import write_whole
+from vireport.interrupts import check, put_off
 from vireport.sweep.store import RejectedFileError, Store, encoded_chunk, read_chunk, write_chunk
 
 Stored = Callable[[int], None]
-"""Told the number of each chunk that is stored."""
+"""Called with the number of each chunk that is stored."""
 
 AHEAD = 2
 """Chunks under way for each worker: one that it computes, and one that waits for it."""
@@ -67,7 +68,7 @@ def compute(store: Store, todo: deque[int], stored: Stored, scheduler: str | Non
     todo : deque of int
         Numbers of the chunks; those that are done are taken out.
     stored : callable
-        Told the number of each chunk that is stored.
+        Called with the number of each chunk that is stored.
     scheduler : str or None
         Address of a Dask scheduler.
     workers : int
@@ -118,7 +119,10 @@ def _on_cores(store: Store, todo: deque[int], stored: Stored, workers: int) -> N
     losses = 0
 
     def submit(number: int) -> Future[None]:
-        return pool.submit(write_chunk, store.plan, store.map_sha256, number, store.chunk(number))
+        with put_off():  # a process that is left alone as it starts would end in a traceback
+            future = pool.submit(write_chunk, store.plan, store.map_sha256, number, store.chunk(number))
+        check()
+        return future
 
     def done(number: int, _: None) -> None:
         nonlocal losses
@@ -146,6 +150,13 @@ def _context() -> BaseContext:
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([__name__])
+    # The server inherits that Ctrl-C is held back, which is for this process alone; here it comes once that is started.
+    resource_tracker.ensure_running()  # in its own time, it would no longer be held back
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     return context
 
 

@@ -1,5 +1,6 @@
-"""Numbers as text, tables of them, and text in Markdown."""
+"""Numbers as text, tables of them, text in Markdown, and text that is not ours."""
 
+from vireport.text.foreign import inert_cell, visible
 from vireport.text.formatting import (
     ABSENT,
     MINUS,
@@ -7,6 +8,7 @@ from vireport.text.formatting import (
     PREFIXES,
     TIMES,
     bounded,
+    capital,
     error_bound,
     exact,
     percent,
@@ -15,8 +17,17 @@ from vireport.text.formatting import (
     significant,
     words,
 )
-from vireport.text.markdown import markdown_table, markdown_text
-from vireport.text.tables import Column, Table, broken, numbers, plain_table, plain_text, texts
+from vireport.text.tables import (
+    Column,
+    Table,
+    html_table,
+    markdown_table,
+    markdown_text,
+    numbers,
+    plain_table,
+    plain_text,
+    texts,
+)
 
 __all__ = [
     "ABSENT",
@@ -27,9 +38,11 @@ __all__ = [
     "Column",
     "Table",
     "bounded",
-    "broken",
+    "capital",
     "error_bound",
     "exact",
+    "html_table",
+    "inert_cell",
     "markdown_table",
     "markdown_text",
     "numbers",
@@ -40,5 +53,6 @@ __all__ = [
     "scaled",
     "significant",
     "texts",
+    "visible",
     "words",
 ]

@@ -1,4 +1,4 @@
-"""Numbers to text, in one place: significant digits, units, honest rounding.
+"""Numbers to text, in one place: significant digits, units, rounding.
 
 Nothing here prints 0, 1 or 100 % for a number that is not exactly that. Text made here is plain Unicode with
 two marks that the templates know: ``*x*`` is a symbol, ``x_c`` has a subscript.
@@ -16,6 +16,9 @@ ABSENT = "\u2014"
 
 MOST_DIGITS = 17
 """Significant digits that tell every double from its neighbours."""
+
+MOST_JUSTIFIED = 12
+"""Significant digits of a number with an error bound, however small that is."""
 
 SETTLED = 15
 """Significant digits that rounding errors leave alone: a number that is short in as many is printed short."""
@@ -62,22 +65,22 @@ def exact(value: float) -> str:
     return _layout(Decimal(repr(float(value))).normalize())
 
 
-def bounded(value: float, bound: float, most: int = 12) -> str:
-    """Round to the digits that an error bound justifies, and to `most` at the most.
+def bounded(value: float, bound: float) -> str:
+    """Round to the digits that an error bound justifies, and to `MOST_JUSTIFIED` at the most.
 
     Examples
     --------
-    >>> bounded(0.62945714101, 3e-6), bounded(0.62945714101, 1e-16, 8)
-    ('0.62946', '0.62945714')
+    >>> bounded(0.62945714101, 3e-6), bounded(0.62945714101234, 1e-16)
+    ('0.62946', '0.629457141012')
     """
     if value == 0 or bound <= 0:
-        return significant(value, most)
+        return significant(value, MOST_JUSTIFIED)
     justified = Decimal(value).adjusted() - Decimal(bound).adjusted()
-    return significant(value, max(1, min(most, justified)))
+    return significant(value, max(1, min(MOST_JUSTIFIED, justified)))
 
 
-def error_bound(bound: float, digits: int = 2) -> str:
-    """Round a bound up, so that what is printed still is one.
+def error_bound(bound: float) -> str:
+    """Round a bound up to two digits, so that what is printed still is one.
 
     Examples
     --------
@@ -87,7 +90,7 @@ def error_bound(bound: float, digits: int = 2) -> str:
     if bound == 0:
         return "0"
     number = Decimal(bound)
-    unit = Decimal(1).scaleb(number.adjusted() - digits + 1)
+    unit = Decimal(1).scaleb(number.adjusted() - 1)
     return _layout(number.quantize(unit, ROUND_CEILING).normalize())
 
 
@@ -135,6 +138,18 @@ def scaled(value: float | None, power: int, digits: int = 4) -> str:
     return _print(Decimal(value).scaleb(power), digits, reserved=1)
 
 
+def capital(text: str) -> str:
+    """Begin with a capital letter, unless with the path of a key; leave the rest alone.
+
+    Examples
+    --------
+    >>> capital("stable node"), capital("device.length_m is not given")
+    ('Stable node', 'device.length_m is not given')
+    """
+    first = text.partition(" ")[0]
+    return text if "_" in first else text[:1].upper() + text[1:]
+
+
 def words(text: str) -> str:
     """Set the plain ASCII of our own messages in type: Greek letters, minus signs, powers of ten.
 
@@ -146,7 +161,7 @@ def words(text: str) -> str:
     for ascii_name, letter in _GREEK.items():
         text = re.sub(rf"\b{ascii_name}(?=_[a-z]\b|\b)", letter, text)
     text = text.replace("<=", "\u2264").replace(">=", "\u2265")
-    text = re.sub(r"(\d)e([+-]\d+)\b", lambda found: f"{found[1]} {_power(int(found[2]))}", text)
+    text = re.sub(r"(\d)e([+-]\d+)\b", lambda match: f"{match[1]} {_power(int(match[2]))}", text)
     return re.sub(r"(?<![\w.)])-(?=\d)", MINUS, text)
 
 

@@ -1,14 +1,28 @@
-"""Tables of text, set by `tabulate` for a terminal; the report's templates set the same records."""
+"""Tables of text: the records, which the report's templates set, and their text for a terminal, Markdown and HTML.
+
+What a scenario or a file's name says is text in all of them, and never markup.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from html import escape
 from textwrap import fill
 from typing import ClassVar, Literal
 
+from vireport.text.foreign import visible
+
 LINE = 110
 """Characters after which a paragraph is broken on a terminal."""
+
+
+_MARKS = re.compile(r"([\\`*_\[\]|~$])")
+_LINKS = re.compile(r"@(?=\w)|#(?=\d)|:(?=//)|\bwww(?=\.)|\bmailto(?=:)", re.IGNORECASE)
+"""What sites like GitHub make a link of, or a message to somebody."""
+_ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
+_RULES = {"left": "---", "right": "---:"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +79,9 @@ def plain_text(parts: Iterable[str | Table]) -> str:
     return "\n\n".join(broken(part) if isinstance(part, str) else _captioned(part) for part in parts)
 
 
-def broken(text: str, indent: str = "") -> str:
-    """A paragraph in lines for a terminal; all but the first are indented."""
-    return fill(text, LINE, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+def broken(text: str) -> str:
+    """A paragraph in lines for a terminal."""
+    return fill(text, LINE, break_long_words=False, break_on_hyphens=False)
 
 
 def _captioned(table: Table) -> str:
@@ -91,3 +105,32 @@ def plain_table(table: Table) -> str:
         disable_numparse=True,
     )
     return "\n".join(line.rstrip() for line in lines.splitlines())
+
+
+def markdown_text(text: str) -> str:
+    r"""Plain text on one line, with nothing in it that Markdown or HTML would read as markup, a mention or a link.
+
+    Mentions and bare addresses are kept apart by a word joiner, U+2060, which has no width.
+
+    Examples
+    --------
+    >>> markdown_text("U_ave < 2 kV")
+    'U\\_ave &lt; 2 kV'
+    """
+    plain = visible(" ".join(text.split()))
+    apart = _LINKS.sub(lambda found: f"{found[0]}\u2060", plain)
+    return _MARKS.sub(r"\\\1", apart.translate(_ENTITIES))
+
+
+def markdown_table(head: Sequence[str], align: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of cells that are Markdown already, its columns aligned ``left`` or ``right``; a newline ends it."""
+    lines = [f"| {' | '.join(row)} |" for row in (head, *rows)]
+    lines.insert(1, f"|{'|'.join(_RULES[side] for side in align)}|")
+    return "\n".join(lines) + "\n"
+
+
+def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in HTML for a notebook, its text inert."""
+    top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"

@@ -1,7 +1,7 @@
 """The analytic answer held against simulation, other methods and compliant membranes."""
 
 from vireport.trust.accuracy_section import measurements, power, ranking, seconds, task_name
-from vireport.trust.compliance import GRADES, Compliance, Convergence, Rigid, Rung, compliance, compliance_data
+from vireport.trust.compliance import Compliance, Grade, compliance, compliance_data
 from vireport.trust.compliance_section import (
     comparison_with_rigid,
     factor_text,
@@ -9,7 +9,7 @@ from vireport.trust.compliance_section import (
     quantity_label,
     solvers_on_stiff_membranes,
 )
-from vireport.trust.crosscheck import CrossCheck, crosscheck, is_one_to_one
+from vireport.trust.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
 from vireport.trust.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
 from vireport.trust.paper import PAPER, ComparedRow, PaperComparison, compare_with_paper
 from vireport.trust.stiff_solvers import ADAPTIVE, FIXED, WRONG, Outcome, SolverRun
@@ -21,7 +21,6 @@ __all__ = [
     "CLOSED",
     "EXPLICIT",
     "FIXED",
-    "GRADES",
     "NAMES",
     "PAPER",
     "PRINTED",
@@ -32,13 +31,12 @@ __all__ = [
     "WRONG",
     "ComparedRow",
     "Compliance",
-    "Convergence",
     "CrossCheck",
+    "Grade",
     "MethodRun",
+    "MotionCount",
     "Outcome",
     "PaperComparison",
-    "Rigid",
-    "Rung",
     "SolverRun",
     "WorkPrecision",
     "accuracy_data",

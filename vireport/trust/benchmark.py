@@ -19,10 +19,10 @@ from vireport.analysis import (
     Motions,
     Solution,
     Sweep,
+    around_length,
     design_point,
 )
-from vireport.physics import Device, Membrane, voltages
-from vireport.scenario import Parameter
+from vireport.physics import Membrane, voltages
 from vireport.trust.flights import Model
 
 if TYPE_CHECKING:
@@ -241,25 +241,19 @@ def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:
     design = solution.design
     if (design is None or not design.motions.stable.any()) and solution.stable_ranges:
         part = solution.stable_ranges[0]
-        device = device_at(solution.device, solution.parameter, (part.start + part.end) / 2)
+        device = solution.device.with_value(solution.parameter, (part.start + part.end) / 2)
         design = design_point(device, solution.diagram)
     if design is None or not design.motions.stable.any():
         return None
     return design, int(np.argmax(design.motions.stable))
 
 
-def device_at(device: Device, parameter: Parameter, value: float) -> Device:
-    """The device with one parameter at a value."""
-    changed: dict[str, Any] = {parameter: value}
-    return replace(device, **changed)
-
-
 def _sweep_through(solution: Solution, design: DesignPoint) -> Sweep:
     """The solution's sweep, or one over the length through a design point, with a device that has all parameters."""
-    device = device_at(solution.device, design.parameter, design.value)
+    device = solution.device.with_value(design.parameter, design.value)
     if solution.sweep is not None:
         return replace(solution.sweep, device=device)
-    return Sweep(device, design.parameter, design.value / 2, design.value * 2)
+    return around_length(device)
 
 
 def _distance_to_next(motions: Motions, row: int) -> float:

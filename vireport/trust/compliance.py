@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from vireport.analysis import CriticalKind, CriticalPoint, Solution
 from vireport.errors import NumericalError
 from vireport.physics import Device, Membrane, contacts, deflection, generated_voltage, law_of
 from vireport.scenario import Parameter
-from vireport.trust.benchmark import device_at, stable_motion
+from vireport.trust.benchmark import stable_motion
 from vireport.trust.compliant import CompliantModel, CompliantOrbit, compliant_model, find_critical, find_orbit
 from vireport.trust.rootfinding import Floats
 from vireport.trust.stiff_solvers import SolverRun, period_of, run_ladder
@@ -27,17 +27,11 @@ from vireport.trust.stiff_solvers import SolverRun, period_of, run_ladder
 if TYPE_CHECKING:
     from vireport.progress import Progress
 
-LADDER = (1.0, 1e2, 1e4, 1e6, 1e8)
-"""Factors of the stiffness."""
-
 SHORTEST = 1 / 8
 """Share of the way in epsilon below which no smaller step is tried where a motion is lost."""
 
 MULTIPLIER = {CriticalKind.PERIOD_DOUBLING: -1.0, CriticalKind.FOLD: 1.0}
 """Of the critical points that are followed, the preferred kind first."""
-
-GRADES = ("good enough", "to be used with care", "not good enough")
-"""Answers, by the grade of a criterion."""
 
 FITTED = 3
 """Rungs, the stiffest, from which a rate of convergence is taken: the softer ones still have terms of higher order."""
@@ -97,6 +91,27 @@ class Convergence:
     exponent: float | None
 
 
+class Grade(IntEnum):
+    """How good the rigid model is here; `words` is the answer for the reader."""
+
+    words: str
+
+    def __new__(cls, number: int, words: str) -> Grade:
+        """Number the members, and give them their words."""
+        member = int.__new__(cls, number)
+        member._value_, member.words = number, words
+        return member
+
+    GOOD = 0, "good enough"
+    CARE = 1, "to be used with care"
+    INSUFFICIENT = 2, "not good enough"
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the compliant membranes contradict the rigid model."""
+        return self is Grade.INSUFFICIENT
+
+
 @dataclass(frozen=True, slots=True)
 class Criterion:
     """Whether the rigid model is good enough: a relative shift, and sizes up to which it is good, or fair to use."""
@@ -107,9 +122,10 @@ class Criterion:
     fair: float
 
     @property
-    def grade(self) -> int:
-        """0 good, 1 usable with care, 2 not good enough."""
-        return int(abs(self.shift) > self.good) + int(abs(self.shift) > self.fair)
+    def grade(self) -> Grade:
+        """By the size of the shift."""
+        size = abs(self.shift)
+        return Grade.INSUFFICIENT if size > self.fair else Grade.CARE if size > self.good else Grade.GOOD
 
 
 class Unit(StrEnum):
@@ -213,19 +229,19 @@ class Compliance:
         return tuple(compared.criterion for compared in self.quantities if compared.criterion is not None)
 
     @property
-    def grade(self) -> int | None:
-        """The worst of the criteria; 2 where the motion or critical point is lost; None where nothing is compared."""
+    def grade(self) -> Grade | None:
+        """The worst of the criteria, or that a motion or critical point is lost; None where nothing is compared."""
         if self.own is None:
             return None
         if self.own.orbit is None or not self.own.orbit.stable:
-            return 2
+            return Grade.INSUFFICIENT
         if self.critical is not None and self.own.critical_value is None:
-            return 2
+            return Grade.INSUFFICIENT
         return max(criterion.grade for criterion in self.criteria)
 
 
 def compliance(
-    solution: Solution, ladder: Sequence[float] = LADDER, repeats: int = 3, progress: Progress | None = None
+    solution: Solution, ladder: Sequence[float], repeats: int = 3, progress: Progress | None = None
 ) -> Compliance:
     """Compare the rigid model with compliant membranes, and try solvers on them.
 
@@ -237,7 +253,7 @@ def compliance(
     repeats : int
         Of each run, for its median time.
     progress : callable, optional
-        Told each long step as it begins.
+        Called with each long step as it begins.
     """
     tell = progress or (lambda _: None)
     membrane = solution.membrane
@@ -261,12 +277,6 @@ def compliance(
         Rung(factor, orbit, value, why or why_not)
         for factor, (orbit, why), (value, why_not) in zip(factors, orbits, values, strict=True)
     )
-    runs: list[SolverRun] = []
-    for rung in rungs:
-        if rung.orbit is not None:
-            tell(f"compliant membranes: solvers at K times {rung.factor:g}")
-            model = compliant_model(device, rigid.parameter, rigid.value, membrane, rung.factor)
-            runs += run_ladder(period_of(model, rung.orbit), rung.factor, repeats)
     comparison = Compliance(
         rigid=rigid,
         critical=critical,
@@ -276,7 +286,7 @@ def compliance(
         periods=device.period_ratio,
         rungs=rungs,
         convergence=tuple(_convergence(rigid, critical, rungs)),
-        runs=tuple(runs),
+        runs=tuple(_solver_runs(device, rigid, membrane, rungs, repeats, tell)),
     )
     if comparison.own is None or comparison.own.orbit is None:
         return comparison
@@ -284,6 +294,17 @@ def compliance(
     volts = _volts(rigid, comparison.own.orbit, model, membrane)
     quantities = (*_motion_rows(rigid, comparison.own.orbit, model), *_voltage_rows(volts), *_critical_rows(comparison))
     return replace(comparison, volts=volts, quantities=quantities)
+
+
+def _solver_runs(
+    device: Device, rigid: Rigid, membrane: Membrane, rungs: Sequence[Rung], repeats: int, tell: Progress
+) -> Iterator[SolverRun]:
+    """Every solver on every rung that has a motion."""
+    for rung in rungs:
+        if rung.orbit is not None:
+            tell(f"compliant membranes: solvers at K times {rung.factor:g}")
+            model = compliant_model(device, rigid.parameter, rigid.value, membrane, rung.factor)
+            yield from run_ladder(period_of(model, rung.orbit), rung.factor, repeats)
 
 
 def _rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
@@ -296,7 +317,7 @@ def _rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
     m = design.motions
     numbers = (float(a[row]) for a in (m.velocity_bottom, m.velocity_top, m.phi_bottom, m.phi_top))
     rigid = Rigid(design.parameter, design.value, f"the stable motion {where}", *numbers)
-    return rigid, device_at(solution.device, design.parameter, design.value)
+    return rigid, solution.device.with_value(design.parameter, design.value)
 
 
 def _followed(solution: Solution, device: Device) -> tuple[Parameter, CriticalPoint | None]:

@@ -7,18 +7,8 @@ from math import isclose, log10
 from typing import cast
 
 from vireport.scenario import Parameter
-from vireport.text import (
-    ABSENT,
-    TIMES,
-    Table,
-    numbers,
-    percent,
-    quantity,
-    significant,
-    texts,
-    words,
-)
-from vireport.trust.compliance import GRADES, Compared, Compliance, Convergence, Rigid, Unit
+from vireport.text import ABSENT, TIMES, Table, capital, numbers, percent, quantity, significant, texts, words
+from vireport.trust.compliance import Compared, Compliance, Convergence, Grade, Rigid, Unit
 from vireport.trust.compliant import CompliantOrbit
 from vireport.trust.stiff_solvers import EXPLICIT, FIXED, WRONG, Outcome, SolverRun
 
@@ -55,9 +45,9 @@ def verdict(comparison: Compliance) -> str:
             f"{head}The rigid model is not good enough here: followed from stiff membranes to softer ones, "
             f"{comparison.critical.label} is {_bracketed(own.reason)}."
         )
-    if comparison.grade == 0:
+    if comparison.grade in (None, Grade.GOOD):
         return f"{head}The rigid model is good enough here by all criteria."
-    return f"{head}The rigid model is {GRADES[comparison.grade or 0]} here: {'; '.join(_moved(comparison))}."
+    return f"{head}The rigid model is {comparison.grade.words} here: {'; '.join(_moved(comparison))}."
 
 
 def comparison_with_rigid(comparison: Compliance) -> Iterator[str | Table]:
@@ -216,8 +206,8 @@ def _compared_row(compared: Compared) -> tuple[str, ...]:
         shift = significant(compared.shift, 3)
     else:
         shift = percent(compared.shift, 2 if unit in (Unit.DEPTH, Unit.RATIO) else 3, signed=True)
-    limits = ("", "", "") if c is None else (percent(c.good), percent(c.fair), _capital(GRADES[c.grade]))
-    return _capital(name), _with_unit(compared.rigid, unit), _with_unit(compared.compliant, unit), shift, *limits
+    limits = ("", "", "") if c is None else (percent(c.good), percent(c.fair), capital(c.grade.words))
+    return capital(name), _with_unit(compared.rigid, unit), _with_unit(compared.compliant, unit), shift, *limits
 
 
 def _with_unit(value: float | None, unit: Unit | Parameter) -> str:
@@ -230,10 +220,6 @@ def _with_unit(value: float | None, unit: Unit | Parameter) -> str:
     if unit in (Unit.VOLTAGE, Unit.DEPTH):
         return quantity(value, unit, 4 if unit is Unit.VOLTAGE else 3)
     return significant(value, 4 if unit is Unit.RATIO else 5)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _ladder(comparison: Compliance) -> Table:

@@ -5,7 +5,7 @@ The simulation knows nothing of the formulae; this module is the only place wher
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
@@ -13,13 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import (
-    BifurcationDiagram,
-    Motions,
-    Solution,
-    find_motions,
-    motions_of,
-)
+from vireport.analysis import BifurcationDiagram, Motions, Solution, find_motions, motions_of
 from vireport.physics import Device
 from vireport.scenario import Parameter, Simulation
 from vireport.simulation import (
@@ -27,10 +21,14 @@ from vireport.simulation import (
     Attractor,
     Diagram,
     Impact,
+    Outcome,
     attractors,
     diagram,
     find_attractor,
     portrait,
+    random_starts,
+    start_of,
+    start_speed,
 )
 from vireport.simulation import Portrait as Portrait
 
@@ -43,7 +41,7 @@ ASIDE = 1e-6
 """Relative change of the velocity by which a simulation starts beside the orbit that it is to end on."""
 
 SEED = 20190301
-"""Of the starting states, which are the same in every run."""
+"""Of the starting states: a value of the swept parameter has its own, and they are the same in every run."""
 
 NORMAL_95 = 1.959963984540054
 """Quantile of the normal distribution for a two-sided interval of 95 %."""
@@ -60,6 +58,43 @@ class Miss:
     found: str
 
 
+@dataclass(frozen=True, slots=True)
+class MotionCount:
+    """A kind of motion, and how many simulated starts end in it.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    word : str
+        "" where it is not periodic.
+    period : int
+        In forcing periods; 0 where it is not periodic.
+    count : int
+        Starts that end so.
+    low, high : float
+        Least and largest value of the parameter at which one does.
+    """
+
+    outcome: Outcome
+    word: str
+    period: int
+    count: int
+    low: float
+    high: float
+
+    @property
+    def name(self) -> str:
+        """The word and its period, or what the motion is where it has none."""
+        if not self.word:
+            return self.outcome.value
+        return f"{self.word} every {f'{self.period} forcing periods' if self.period > 1 else 'forcing period'}"
+
+    @property
+    def stays(self) -> bool:
+        """Whether the ball is on a membrane for a part of it, or for ever."""
+        return self.outcome in (Outcome.STICKING, Outcome.REST)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class CrossCheck:
     """What the simulation found along a sweep, or at a design point.
@@ -71,6 +106,8 @@ class CrossCheck:
     values, d, gbar : ndarray (n,)
         Where it was simulated.
     restitution : float
+    start_speed : ndarray (n,)
+        Largest velocity of the random starts at each value [y_c].
     found : tuple of tuples of Attractor
         For each value, what each start leads to.
     orbits : int
@@ -82,7 +119,11 @@ class CrossCheck:
     tolerance : float
         Up to which both agree.
     trials, reached : int
-        Starts where there is a stable admissible orbit, and those of them that lead to one.
+        Starts where there is a stable admissible orbit, and those of them that lead to a 1:1 motion.
+    motions : tuple of MotionCount
+        Of all starts, most frequent first.
+    elsewhere : tuple of MotionCount
+        Of the trials that do not lead to a 1:1 motion.
     diagram : Diagram or None
         Its index refers to `values`.
     portraits, displacements : tuple of Portrait
@@ -94,6 +135,7 @@ class CrossCheck:
     d: Floats
     gbar: Floats
     restitution: float
+    start_speed: Floats
     found: tuple[tuple[Attractor, ...], ...]
     orbits: int
     velocity_difference: float
@@ -102,6 +144,8 @@ class CrossCheck:
     tolerance: float
     trials: int
     reached: int
+    motions: tuple[MotionCount, ...]
+    elsewhere: tuple[MotionCount, ...]
     diagram: Diagram | None
     portraits: tuple[Portrait, ...]
     displacements: tuple[Portrait, ...]
@@ -113,14 +157,12 @@ class CrossCheck:
 
     @property
     def share(self) -> tuple[float, float, float] | None:
-        """Share of the starts that reach a 1:1 orbit, with its 95 % interval; None where there is none to reach."""
-        return wilson(self.reached, self.trials) if self.trials else None
+        """Share of the starts that reach a 1:1 motion, with its 95 % interval; None where there is none to reach.
 
-    @property
-    def words(self) -> dict[str, int]:
-        """How many starts end in each motion, by its word or its kind, most frequent first."""
-        names = [attractor.word or attractor.outcome.value for row in self.found for attractor in row]
-        return dict(sorted(((name, names.count(name)) for name in set(names)), key=lambda item: (-item[1], item[0])))
+        The share is the mean over the values that have a stable motion. The starts are independent, so that the
+        number that reach it varies no more than a binomial one, and the interval holds the mean at least as often.
+        """
+        return wilson(self.reached, self.trials) if self.trials else None
 
 
 def wilson(hits: int, trials: int) -> tuple[float, float, float]:
@@ -131,7 +173,7 @@ def wilson(hits: int, trials: int) -> tuple[float, float, float]:
     return share, max(centre - half, 0.0) if hits else 0.0, min(centre + half, 1.0) if hits < trials else 1.0
 
 
-def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None = None) -> CrossCheck:
+def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None = None, seed: int = SEED) -> CrossCheck:
     """Simulate along a sweep, or at a design point, and compare with the analytic motions.
 
     Parameters
@@ -141,57 +183,85 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     asked : Simulation
         The scenario's block.
     progress : callable, optional
-        Told each step as it begins.
-
-    Raises
-    ------
-    NumericalError
-        If the compiler that the simulation needs is not installed.
+        Called with each step as it begins.
+    seed : int
+        Of the starting states.
     """
     say = progress or (lambda what: None)
     device, parameter = solution.device, solution.parameter
-    orbits: list[Motions | None]
-    if solution.diagram is not None:
-        values = np.linspace(solution.diagram.sweep.start, solution.diagram.sweep.end, asked.samples)
-        orbits = orbits_at(solution.diagram, values)
-    else:
-        values = np.array([float(device.length_m)])
-        orbits = [solution.design.motions if solution.design is not None else None]
+    values, orbits = _simulated_values(solution, asked.samples)
     d, gbar = (np.asarray(x) * np.ones(len(values)) for x in device.groups(parameter, values))
-    starts = starting_states(orbits, device.restitution, asked.starts)
-    say(f"simulating {len(values) * len(starts)} starts")
-    found = attractors(d, gbar, device.restitution, starts, asked.impacts)
+    r = float(device.restitution)
+    speed = start_speed(r, [_fastest(motions) for motions in orbits])
+    starts = random_starts(d, speed, asked.starts, seed)
+    say(f"simulating {len(values) * asked.starts} starts")
+    found = attractors(d, gbar, r, starts, asked.impacts)
     say("checking the stable motions")
     checked = [_check(motions, d[i], gbar[i], device) for i, motions in enumerate(orbits) if motions is not None]
     pairs = [pair for group, _ in checked for pair in group]
-    trials, reached = _basin(orbits, found, device.period_ratio)
-    portraits = [_portrait(device, parameter, value, starts) for value in asked.portraits]
-    displacements = [_portrait(device, parameter, value, starts) for value in asked.displacement]
-    drawn = diagram(d, gbar, device.restitution, starts, asked.impacts) if asked.diagram else None
+    n = device.period_ratio
+    at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in found[i]]
+    elsewhere = [(value, end) for value, end in at_stable if not is_one_to_one(end, n)]
+    portraits = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.portraits]
+    displacements = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.displacement]
+    drawn = diagram(d, gbar, r, starts, asked.impacts) if asked.diagram else None
     return CrossCheck(
         parameter=parameter,
         values=values,
         d=d,
         gbar=gbar,
-        restitution=device.restitution,
+        restitution=r,
+        start_speed=speed,
         found=tuple(found),
         orbits=sum(len(agreeing) + len(missed) for agreeing, missed in checked),
         velocity_difference=max((pair[0] for pair in pairs), default=0.0),
         phase_difference=max((pair[1] for pair in pairs), default=0.0),
         misses=tuple(miss for _, misses in checked for miss in misses),
         tolerance=asked.tolerance,
-        trials=trials,
-        reached=reached,
+        trials=len(at_stable),
+        reached=len(at_stable) - len(elsewhere),
+        motions=_counted([(value, end) for value, row in zip(values, found, strict=True) for end in row]),
+        elsewhere=_counted(elsewhere),
         diagram=drawn,
         portraits=tuple(portraits),
         displacements=tuple(displacements),
     )
 
 
-def _portrait(device: Device, parameter: Parameter, value: float, starts: Sequence[Impact]) -> Portrait:
+def _simulated_values(solution: Solution, samples: int) -> tuple[Floats, list[Motions | None]]:
+    """Values of the parameter at which to simulate, evenly over a sweep, and the analytic motions there."""
+    if solution.diagram is not None:
+        values = np.linspace(solution.diagram.sweep.start, solution.diagram.sweep.end, samples)
+        return values, orbits_at(solution.diagram, values)
+    return np.array([float(solution.device.length_m)]), [solution.design.motions if solution.design else None]
+
+
+def _portrait(device: Device, parameter: Parameter, value: float, count: int, seed: int) -> Portrait:
     d, gbar = (float(x) for x in device.groups(parameter, value))
-    label = f"{parameter.symbol} = {parameter.show(value)}"
-    return portrait(d, gbar, float(device.restitution), starts, label)
+    r, label = float(device.restitution), f"{parameter.symbol} = {parameter.show(value)}"
+    starts = [start_of(row) for row in random_starts(d, start_speed(r), count, seed)[0]]
+    return portrait(d, gbar, r, starts, label)
+
+
+def _fastest(motions: Motions | None) -> float:
+    """Velocity of the fastest impact among admissible motions, 0 where there is none."""
+    if motions is None:
+        return 0.0
+    speeds = np.maximum(motions.velocity_bottom, -motions.velocity_top)[motions.admissible]
+    return float(speeds.max(initial=0.0))
+
+
+def _has_stable(motions: Motions | None) -> bool:
+    return motions is not None and bool(motions.stable.any())
+
+
+def _counted(ends: Iterable[tuple[float, Attractor]]) -> tuple[MotionCount, ...]:
+    """Count what starts at values of the parameter end in, most frequent first."""
+    values: dict[tuple[Outcome, str, int], list[float]] = {}
+    for value, end in ends:
+        values.setdefault((end.outcome, end.word, end.period), []).append(float(value))
+    counts = (MotionCount(*kind, len(at), min(at), max(at)) for kind, at in values.items())
+    return tuple(sorted(counts, key=lambda motion: (-motion.count, motion.name)))
 
 
 def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | None]:
@@ -205,17 +275,6 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
         motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], d[i], gbar[i]
         found[i] = motions
     return found
-
-
-def starting_states(orbits: Sequence[Motions | None], r: float, count: int) -> list[Impact]:
-    """Impacts on the bottom at random velocities and phases, the same in every run.
-
-    Velocities reach to half as much again as the fastest orbit has, or as the forcing alone gives.
-    """
-    rng = np.random.default_rng(SEED)
-    fastest = max((float(m.velocity_bottom.max()) for m in orbits if m is not None), default=0.0)
-    fastest = 1.5 * max(fastest, 2 / (np.pi * (1 - r)) if r < 0.9 else 2 / (np.pi * 0.1))
-    return [Impact(BOTTOM, float(rng.uniform(0, fastest)), float(rng.uniform(0, 2 * np.pi))) for _ in range(count)]
 
 
 def _check(motions: Motions, d: float, gbar: float, device: Device) -> tuple[list[tuple[float, float]], list[Miss]]:
@@ -250,9 +309,3 @@ def difference(attractor: Attractor, motions: Motions, i: int) -> tuple[float, f
     phases = [cycle.phase[bottom] - motions.phi_bottom[i], cycle.phase[top] - motions.phi_top[i]]
     around = [abs((p + np.pi) % (2 * np.pi) - np.pi) for p in phases]
     return float(max(map(abs, velocities))), float(max(around))
-
-
-def _basin(orbits: Sequence[Motions | None], found: Sequence[tuple[Attractor, ...]], n: int) -> tuple[int, int]:
-    """Starts at values with a stable admissible orbit, and how many of them end on a 1:1 motion."""
-    rows = [row for motions, row in zip(orbits, found, strict=True) if motions is not None and motions.stable.any()]
-    return sum(map(len, rows)), sum(is_one_to_one(attractor, n) for row in rows for attractor in row)

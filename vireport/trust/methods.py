@@ -22,18 +22,20 @@ from vireport import analysis
 from vireport.analysis import (
     CriticalKind,
     Held,
+    Jacobian,
     Orbits,
     coefficients,
     design_point,
     flight_jacobian,
     level_residual,
     orbits,
+    product_trace,
     return_trace,
 )
 from vireport.errors import NumericalError
 from vireport.simulation import BOTTOM, FLIGHT, PHASE, RIDING, TOP, VELOCITY, WALL, follow_one
 from vireport.simulation import SETTLING as SETTLING_TIME
-from vireport.trust.benchmark import Motion, Target, device_at
+from vireport.trust.benchmark import Motion, Target
 from vireport.trust.flights import Budget, FlightMethod, Model, explicit, integrated, runge_kutta, simulated
 from vireport.trust.rootfinding import Floats, solve
 
@@ -216,7 +218,7 @@ def printed_critical(target: Target, stop: float, budget: Budget) -> float:
         at_bottom, at_top = gbar + cos(phase), gbar + cos(phase + pi * up)
         first = flight_jacobian(up, velocity, top, at_bottom, at_top, r)
         second = flight_jacobian(2 * n - up, top, velocity, at_top, at_bottom, r)
-        return [*closed, _trace(first, second) - target.trace]
+        return [*closed, product_trace(first, second) - target.trace]
 
     x = solve(residual, [guess.velocity, guess.phase, guess.q, guess.value / unit], stop, FORMULA_NOISE)
     return float(x[3]) * unit
@@ -235,13 +237,6 @@ def _printed(v: float, phase: float, q: float, d: float, gbar: float, r: float, 
         - 2
         + 2 * cos(angle),
     ]
-
-
-def _trace(first: tuple[Any, ...], second: tuple[Any, ...]) -> Any:
-    """Trace of DP = DP2 DP1, Eq. (4.2)."""
-    a11, a12, a21, a22 = first
-    b11, b12, b21, b22 = second
-    return b11 * a11 + b12 * a21 + b21 * a12 + b22 * a22
 
 
 FlightWith = Callable[[float], FlightMethod]
@@ -310,7 +305,7 @@ def _lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget)
     """How far a lap is from closing, in phase [rad] and velocity [y_c], and its trace from that asked for."""
     up, top, first = _carried(method, target, BOTTOM, state, budget)
     down, end, second = _carried(method, target, TOP, top, budget)
-    return np.array([pi * (up + down - 2 * target.n), end[1] - state[1], _trace(first, second) - target.trace])
+    return np.array([pi * (up + down - 2 * target.n), end[1] - state[1], product_trace(first, second) - target.trace])
 
 
 def _half_lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget) -> Complexes:
@@ -322,7 +317,7 @@ def _half_lap(method: FlightMethod, target: Target, state: Complexes, budget: Bu
 
 def _carried(
     method: FlightMethod, target: Target, wall: int, state: Complexes, budget: Budget
-) -> tuple[Complexes, Complexes, tuple[Any, ...]]:
+) -> tuple[Complexes, Complexes, Jacobian]:
     """A flight that carries derivatives along: its duration, the state before the next impact, and its Jacobian.
 
     The state is phase, velocity, d and gbar. That Z has moved by -wall d after the flight gives, by (2.12), what d and
@@ -380,7 +375,7 @@ def settle(target: Target, tolerance: float, budget: Budget) -> Motion:
 
 def whole_motion(target: Target, _: float, budget: Budget) -> Motion:
     """The motion among all that the package finds in the sweep and at the design point, without a guess."""
-    device = device_at(target.sweep.device, target.sweep.parameter, target.guess.value)
+    device = target.sweep.device.with_value(target.sweep.parameter, target.guess.value)
     motions = design_point(device, analysis.solve(target.sweep) if target.swept else None).motions
     k = int(np.argmax(np.where(motions.stable, np.cos(motions.phi_bottom - target.guess.phase), -2.0)))
     numbers = (motions.phi_bottom[k], motions.velocity_bottom[k], motions.velocity_top[k], motions.q[k])

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import floor, pi
-from typing import Literal, cast
+from typing import Literal
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from vireport.analysis import (
     Solution,
     Stability,
     Sweep,
+    around_length,
     find_motions,
     motions_of,
     polish,
@@ -287,7 +288,7 @@ def _phases(point: CriticalPoint, impact: str) -> Iterator[tuple[float, bool]]:
 def _motion_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
     """The motion of Fig. 3: ours at the printed d, compared within what the rounding of d leaves open."""
     printed, half, d = case.motion, _half(case.motion.d), float(case.motion.d)
-    sweep = _sweep(solution)
+    sweep = solution.sweep or around_length(solution.device)
     value = float(sweep.value(d, None))
     if not min(sweep.start, sweep.end) <= value <= max(sweep.start, sweep.end):
         return
@@ -318,14 +319,6 @@ def _motion_row(quantity: str, printed: str, ours: list[float]) -> ComparedRow:
     if not row.agrees and min(ends) - _half(printed) <= float(printed) <= max(ends) + _half(printed):
         return replace(row, remark="within the rounding of that *d*", agrees=True)
     return row
-
-
-def _sweep(solution: Solution) -> Sweep:
-    """The solution's sweep, or one around its design point."""
-    if solution.sweep is not None:
-        return solution.sweep
-    length = cast(float, solution.device.length_m)
-    return Sweep(solution.device, Parameter.LENGTH, length / 2, length * 2)
 
 
 def _stable_motion(sweep: Sweep, value: float) -> tuple[float, float] | None:

@@ -91,11 +91,6 @@ class SolverRun:
     evaluations: int
     seconds: float
 
-    @property
-    def explicit(self) -> bool:
-        """Whether the method is explicit throughout."""
-        return self.solver in EXPLICIT
-
 
 @dataclass(frozen=True, slots=True)
 class Period:

@@ -65,7 +65,7 @@ def timed_in_turns(calls: Sequence[Callable[[], Any]], repeats: int, progress: P
     repeats : int
         Samples of each, at least one; fewer of long ones (`LONG`, `LONGEST`), more of short ones (`SHORT`).
     progress : callable, optional
-        Told each round as it begins.
+        Called with each round as it begins.
     """
     enabled = gc.isenabled()
     gc.disable()
@@ -106,7 +106,7 @@ def machine() -> Machine:
         os.cpu_count() or 1,
         f"{platform.system()} {platform.machine()}",
         f"{platform.python_implementation()} {platform.python_version()}",
-        tuple((name, found) for name, found in versions if found),
+        tuple((name, number) for name, number in versions if number),
     )
 
 

@@ -177,7 +177,7 @@ def measure(solution: Solution, repeats: int = 5, progress: Progress | None = No
     repeats : int
         Samples of each time, at least 1.
     progress : callable, optional
-        Told each method as it begins.
+        Called with each method as it begins.
 
     Raises
     ------

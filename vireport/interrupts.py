@@ -1,0 +1,60 @@
+"""Ctrl-C: recorded when it comes, so that no library can swallow it, and put off while files are put in place.
+
+Before `heed` is called, and in programs that use the package, Python's own handling of Ctrl-C is left alone.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+EXIT_CODE = 130
+
+_came = _held = False
+
+
+def heed() -> None:
+    """Record Ctrl-C from here on; where the process was started to ignore it, it is still ignored."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupt)
+        sys.unraisablehook = _without_interrupts
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    global _came
+    _came = True
+    if not _held:
+        raise KeyboardInterrupt
+
+
+def _without_interrupts(unraisable: Any) -> None:
+    """Ctrl-C in a callback of the interpreter cannot be raised there; `check` raises it at the next step."""
+    if unraisable.exc_type is not KeyboardInterrupt:
+        sys.__unraisablehook__(unraisable)
+
+
+def came() -> bool:
+    """Whether there was a Ctrl-C."""
+    return _came
+
+
+def check() -> None:
+    """Raise a Ctrl-C that was put off, or that a library has swallowed."""
+    if _came:
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def put_off() -> Iterator[None]:
+    """Let what is inside run to its end; what came before it is raised before it begins."""
+    global _held
+    check()
+    _held = True
+    try:
+        yield
+    finally:
+        _held = False

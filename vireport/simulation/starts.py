@@ -1,0 +1,65 @@
+"""Random states of the ball in flight, from which the share of starts that reach a motion is estimated."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vireport.simulation.events import TURN
+
+Array = NDArray[np.float64]
+
+# Starts reach this many times the velocity that is wanted: motions are approached from above as well.
+BEYOND = 1.5
+# Towards r = 1 the velocity that the forcing sustains has no limit; starts take it at this 1-r at least.
+LEAST_LOSS = 0.1
+
+
+def start_speed(r: ArrayLike, fastest: ArrayLike = 0.0) -> Array:
+    """Largest velocity of random starts [y_c].
+
+    It is half as much again as the larger of `fastest` and 2/(pi (1-r)), the largest impact velocity that the forcing
+    sustains without gravity, from (3.9) with q = 1/2; 1-r counts as 0.1 at least.
+
+    Parameters
+    ----------
+    r : array_like
+        Restitution coefficient.
+    fastest : array_like
+        Velocity of the fastest motion that is to be within reach [y_c].
+    """
+    sustained = 2 / (pi * np.maximum(1 - np.asarray(r, dtype=float), LEAST_LOSS))
+    speed: Array = BEYOND * np.maximum(fastest, sustained)
+    return speed
+
+
+def random_starts(d: ArrayLike, speed: ArrayLike, count: int, seed: int) -> Array:
+    """Draw states in flight, for each parameter anew and independent of each other.
+
+    Position (between the membranes), velocity (up to `speed` in either direction) and forcing phase (over a period)
+    are each uniform, so that the share of the starts that reach a motion is the share of this part of the state space.
+
+    Parameters
+    ----------
+    d : array_like (n,)
+        Distance of the membranes [x_c].
+    speed : array_like
+        Largest velocity, see `start_speed` [y_c]; one, or one for each d.
+    count : int
+        Starts at each d.
+    seed : int
+        Of the random numbers; the same seed gives the same starts.
+
+    Returns
+    -------
+    array (n, count, 4)
+        Rows of wall (0: none), position [x_c], velocity [y_c] and phase [rad].
+    """
+    distance = np.atleast_1d(np.asarray(d, dtype=float))[:, None]
+    position, velocity, phase = np.moveaxis(np.random.default_rng(seed).random((len(distance), count, 3)), -1, 0)
+    largest = np.broadcast_to(np.asarray(speed, dtype=float), distance.shape[:1])[:, None]
+    return np.stack(
+        [np.zeros_like(phase), (position - 0.5) * distance, (2 * velocity - 1) * largest, TURN * phase], axis=-1
+    )

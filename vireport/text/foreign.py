@@ -1,0 +1,42 @@
+"""Text that is not ours: what stands in files and their names, and what libraries say."""
+
+from __future__ import annotations
+
+LONGEST = 4096
+"""Characters that are shown, unless fewer are asked for: any path has fewer."""
+
+
+def visible(text: str, most: int = LONGEST) -> str:
+    r"""Text on one line that a terminal and the log of a CI system take as text, cut where it is long.
+
+    Control characters, line breaks and all that is not printed become escapes, as do the bytes of a file's name that is
+    not UTF-8, and the marks of a job's commands (``::error::``, ``##[error]``).
+
+    Examples
+    --------
+    >>> print(visible("a\x1b[31m\nb"), visible("::error::x"), visible("rather long", 9))
+    a\x1b[31m\nb :\x3aerror:\x3ax rather...
+    """
+    cut = text if len(text) <= most else f"{text[: most - 3]}..."
+    if not cut.isprintable():
+        cut = "".join(map(_escaped, cut))
+    return cut.replace("::", ":\\x3a").replace("##[", "#\\x23[")
+
+
+def _escaped(letter: str) -> str:
+    if letter.isprintable():
+        return letter
+    if "\udc80" <= letter <= "\udcff":  # how Python writes a byte that is not UTF-8
+        return f"\\x{ord(letter) - 0xDC00:02x}"
+    return letter.encode("unicode_escape", "surrogatepass").decode("ascii")
+
+
+def inert_cell(text: str) -> str:
+    """Text of a table that a spreadsheet takes as text, and never as a formula.
+
+    Examples
+    --------
+    >>> inert_cell("=HYPERLINK(0)"), inert_cell("d = 1")
+    ("'=HYPERLINK(0)", 'd = 1')
+    """
+    return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text
