@@ -56,7 +56,8 @@ CROSSED = 1e-11
 """Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
 
 TIED = 1e-12
-"""Difference of conditions of validity up to which both fail: both impacts lose their velocity at once, say."""
+"""Difference of conditions of validity up to which both fail, as where both impacts lose their velocity at once: the end
+is then that of the one which fails more beyond."""
 
 LARGEST_STEP = 1e6
 """Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
@@ -172,7 +173,8 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[Ends]:
 
     root = bracketed_root(lambda w: np.asarray(conditions(w).min(axis=1)), good, bad)
     values = conditions(root)
-    failing = (values <= values.min(axis=1, keepdims=True) + TIED).argmax(axis=1)
+    tied = values <= values.min(axis=1, keepdims=True) + TIED
+    failing = np.where(tied, conditions(bad), np.inf).argmin(axis=1)
     ends = [(float(w), int(k) + StrandEvent.BOTTOM_REST) for w, k in zip(root, failing, strict=True)]
     return list(zip(ends[::2], ends[1::2], strict=True))
 
