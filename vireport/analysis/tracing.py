@@ -56,8 +56,8 @@ CROSSED = 1e-11
 """Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
 
 TIED = 1e-12
-"""Difference of conditions of validity up to which both fail, as where both impacts lose their velocity at once: the end
-is then that of the one which fails more beyond."""
+"""Difference of conditions of validity up to which both fail, as where both impacts lose their velocity at once: the
+end is then that of the one which fails more beyond."""
 
 LARGEST_STEP = 1e6
 """Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
