@@ -207,10 +207,13 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Fam
     return motions.select(order), families, (error_u[order], error_phi[order])
 
 
-def ending_beyond(device: Device, parameter: Parameter, value: float, sign: float) -> CriticalPoint | None:
+def ending_beyond(
+    device: Device, parameter: Parameter, value: float, sign: float, known: DesignPoint | None = None
+) -> CriticalPoint | None:
     """Where the stable motions at a value of a parameter have all ended, if it grows (sign 1) or falls (-1) from there.
 
-    None where no motion is stable, or where one of them does not end, or is not followed to its end.
+    None where no motion is stable, or where one of them does not end, or is not followed to its end. `known` is a
+    design point of the same device, whose motions need not be followed again where they are the ones.
     """
     swept: dict[str, Any] = {parameter: value}
     device = replace(device, **swept)
@@ -221,7 +224,13 @@ def ending_beyond(device: Device, parameter: Parameter, value: float, sign: floa
     line = next(line for line in Line if varied in line.value)
     ends = []
     own = motions.u >= 0 if mirrored(device) and parameter is not Parameter.INCLINATION else True
-    for row in np.flatnonzero(motions.stable & own):
+    rows = np.flatnonzero(motions.stable & own)
+    onward = [one.point for one in (known.endings() if known is not None else ()) if one.parameter is varied]
+    onward = [one for one in onward if known is not None and sign * (one.point.sweep_value - known.value) > 0]
+    first = min(onward, key=lambda one: sign * one.point.sweep_value, default=None)
+    if len(rows) == 1 and first is not None and sign * (first.point.sweep_value - value) > 0:
+        return first  # the design point's stable motions are all stable here still, where only one is
+    for row in rows:
         found = margins_of(device, motions.select([row]), [line], (line.sense(varied) * sign,)).found
         ends.append(next((one.point for one in found if one.parameter is varied), None))
     if not ends or None in ends:

@@ -78,7 +78,7 @@ class Solution:
         """
         return tuple(
             tuple(
-                None if point is not None else ending_beyond(self.device, self.parameter, value, sign)
+                None if point is not None else ending_beyond(self.device, self.parameter, value, sign, self.design)
                 for (value, point), sign in zip(part.ends, (-1.0, 1.0), strict=True)
             )
             for part in self.stable_ranges
