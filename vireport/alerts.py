@@ -29,6 +29,7 @@ class AlertCode(StrEnum):
     SENSITIVE_TO_BALL_MASS = "VR012"
     NOT_RIGID = "VR013"
     ADMISSIBILITY_UNDECIDED = "VR014"
+    IMPLAUSIBLE_INPUT = "VR015"
     SIMULATION_DISAGREES = "VR020"
     COEXISTING_MOTIONS = "VR021"
     CHATTER = "VR022"
@@ -170,6 +171,15 @@ CATALOGUE = (
         "the design point is a grazing point as far as double precision can tell.",
         "Do not act on whether it is called admissible; change length or force so that the ball turns farther from "
         "the membrane.",
+    ),
+    Explanation(
+        AlertCode.IMPLAUSIBLE_INPUT,
+        Severity.WARNING,
+        "A value may be in another unit",
+        "A value of the scenario is allowed, but is hardly meant: a capsule or membrane of more than 20 m, a ball of "
+        "more than half the capsule's mass, which the capsule would feel, an inclination that is a common angle in "
+        "radians, a frequency that is a round number of hertz in radians per second, or gravity above 50 m/s^2.",
+        "Compare the value with its unit, which stands in its key; if it is meant, nothing is to be done.",
     ),
     Explanation(
         AlertCode.SIMULATION_DISAGREES,

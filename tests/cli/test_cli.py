@@ -27,7 +27,8 @@ def vireport(*arguments: str, stdin: bytes = b"", cwd: Path | None = None) -> su
     return subprocess.run([sys.executable, "-m", "vireport", *arguments], input=stdin, capture_output=True, cwd=cwd)
 
 
-ALL = {"report.html", "report.pdf", "figure-2.png", "figure-4.png", "figure-7.png", "results.json", "branches.csv"}
+FIGURES = {f"figure-{name}.png" for name in ("2", "4", "7", "margins")}
+ALL = {"report.html", "report.pdf", "results.json", "branches.csv"} | FIGURES
 
 
 @pytest.mark.slow
@@ -91,7 +92,11 @@ def test_overrides_reach_the_results(example) -> None:
 def test_formats_narrow_what_is_written(example, tmp_path: Path) -> None:
     run = vireport(str(example("inclined")), "-o", str(tmp_path / "a/b"), "--format", "csv,json", "--format", "png")
     assert run.returncode == 0
-    assert {path.name for path in (tmp_path / "a/b").iterdir()} == ALL - {"report.html", "report.pdf"}
+    assert {path.name for path in (tmp_path / "a/b").iterdir()} == ALL - {
+        "report.html",
+        "report.pdf",
+        "figure-margins.png",
+    }
 
 
 @pytest.mark.parametrize(

@@ -113,7 +113,7 @@ def test_sentences_have_the_scenarios_and_their_numbers() -> None:
 
 
 def test_margins_and_voltages_are_those_of_the_studies() -> None:
-    margin = found(three(), "margin from the design point to B1", "in d")
+    margin = found(three(), "margin from the design point to the period doubling below", "in d")
     for value, name in zip(margin.values, THREE, strict=True):
         points = study(name).solution.critical_points
         b1 = next(x.point.d for x in points if x.label == "B1")

@@ -33,12 +33,14 @@ def test_the_plan_decides_which_are_drawn() -> None:
         "figure-2",
         "figure-4",
         "figure-7",
+        "figure-margins",
     ]
     path = ROOT / "examples" / "inclined.yaml"
     without_mass = load(path, ("device.ball_mass_kg=", "device.membrane="))
-    assert [picture.name for picture in pictures(analyse(without_mass))] == ["figure-2", "figure-4"]
+    assert [picture.name for picture in pictures(analyse(without_mass))] == ["figure-2", "figure-4", "figure-margins"]
     assert pictures(analyse(load(path), ["json", "csv"])) == ()
-    assert pictures(analyse(load(ROOT / "examples" / "design-point.yaml"))) == ()
+    (alone,) = pictures(analyse(load(ROOT / "examples" / "design-point.yaml")))
+    assert alone.name == "figure-margins"
 
 
 def test_without_a_sweep_there_is_nothing_to_draw() -> None:
@@ -204,7 +206,7 @@ def test_simulated_motions_are_drawn_over() -> None:
         assert [len(line.get_xdata()) for line in circles] == [3, 3]
     (panel,) = figure_7(study, simulated).axes
     assert [line.get_marker() for line in panel.lines if line.get_zorder() == 3.5] == ["*", "o", "o"]
-    assert [picture.name for picture in pictures(study, simulated)] == list(FIGURES)
+    assert [picture.name for picture in pictures(study, simulated)] == [*FIGURES, "figure-margins"]
 
 
 # The axis along the sweep
@@ -300,7 +302,9 @@ def test_pictures_are_whole(name: str) -> None:
 
 
 def test_captions_tell_the_numbers() -> None:
-    two, four, seven = pictures(study_of("inclined"))
+    two, four, seven, margins = pictures(study_of("inclined"))
+    assert "period doubling B1 at f = 1.90555 Hz" in margins.caption
+    assert "inclination 0.3" in margins.alt
     for picture in (two, four, seven):
         assert "F = 3 N, f = 2 Hz, β = 45°" in picture.caption
         assert "s from 0.59 m to 0.75 m" in picture.caption

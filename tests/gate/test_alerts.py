@@ -98,3 +98,39 @@ def test_contacts_of_slow_impacts_are_the_longest(study_of) -> None:
     one, both = (contact_share(np.array(v), membrane, 0.5, np.full(len(v), 2.0)) for v in ([1.0], [4.0, 1.0]))
     assert one == both
     assert contact_share(np.array([1.0]), membrane, 0.0, np.array([2.0])) is None
+
+
+@pytest.mark.parametrize(
+    ("overrides", "asks"),
+    [
+        (["device.length_m=693.4", "device.ball_mass_kg="], "device.length_m = 693.4: metres, or is it 693.4 mm"),
+        (["inclination_deg=0.785"], "inclination_deg = 0.785: degrees, or is it 0.785 rad, which is 45 degrees?"),
+        (["inclination_deg=1.0472"], "which is 60 degrees?"),
+        (["device.ball_mass_kg=4.1"], "device.ball_mass_kg = 4.1: 32.9 times the capsule's 0.1245 kg, or is it 4.1 g?"),
+        (
+            ["excitation.frequency_hz=12.566"],
+            "excitation.frequency_hz = 12.566: hertz, or is it 12.566 rad/s, which is 2",
+        ),
+        (["excitation.frequency_hz=6.28"], "which is 1 Hz?"),
+        (["gravity_m_s2=981"], "gravity_m_s2 = 981: m/s^2, or is it 981 cm/s^2, which is 9.81 m/s^2?"),
+        (["sweep.to=750"], "sweep.to = 750: metres, or is it 750 mm"),
+        (["device.membrane.active_radius_m=63"], "device.membrane.active_radius_m = 63: metres, or is it 63 mm"),
+    ],
+)
+def test_a_value_in_another_unit_is_asked_about_and_not_refused(overrides: list[str], asks: str, example) -> None:
+    study = analyse(loads(example("inclined").read_text(), overrides=overrides), ("json",))
+    (alert,) = [alert for alert in study.alerts if alert.code == AlertCode.IMPLAUSIBLE_INPUT]
+    assert asks in alert.cause
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        *(["inclination_deg=0.8"], ["inclination_deg=1"], ["inclination_deg=0"], ["inclination_deg=90"]),
+        *(["excitation.frequency_hz=17.6"], ["excitation.frequency_hz=2.2"], ["excitation.frequency_hz=44"]),
+        *(["device.ball_mass_kg=0.0249"], ["device.length_m=15"], ["gravity_m_s2=24.8"]),
+    ],
+)
+def test_a_value_that_can_be_meant_is_not_asked_about(overrides: list[str], example) -> None:
+    study = analyse(loads(example("inclined").read_text(), overrides=overrides), ("json",))
+    assert AlertCode.IMPLAUSIBLE_INPUT not in {alert.code for alert in study.alerts}

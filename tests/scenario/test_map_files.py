@@ -178,13 +178,6 @@ def test_all_mistakes_of_scenario_and_map_are_told_at_once():
     ]
 
 
-def test_a_ball_that_becomes_too_heavy_is_a_mistake_of_its_axis():
-    axis = BLOCK + "    - {path: device.ball_mass_kg, values: [0.001, 0.2, 0.01]}\n"
-    ((line, path, message),) = mistakes(HELD + axis + "inclination_deg: 0\n")
-    assert (line, path) == (11, "map.axes.2")
-    assert message.startswith("got 0.2, which is too large (below capsule_mass_kg, 0.1245")
-
-
 def test_restitution_stays_below_one_where_it_varies():
     axis = BLOCK + "    - {path: device.restitution, values: [0.5, 1]}\n"
     ((line, path, message),) = mistakes(HELD + axis)

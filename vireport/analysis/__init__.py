@@ -15,18 +15,17 @@ from vireport.analysis.critical import (
 )
 from vireport.analysis.design import (
     DesignPoint,
-    Endings,
-    Margin,
     StableInterval,
     around_length,
     design_point,
-    endings,
+    motions_at,
     stable_ranges,
 )
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
 from vireport.analysis.error_bounds import NO_BOUND, rounded_up, undecided
 from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import sample
+from vireport.analysis.margins import Margin
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
 from vireport.analysis.orbits import Flight, Orbits, coefficients, orbits
 from vireport.analysis.pointwise import find_motions
@@ -58,7 +57,6 @@ __all__ = [
     "CriticalKind",
     "CriticalPoint",
     "DesignPoint",
-    "Endings",
     "Family",
     "Flight",
     "Held",
@@ -80,7 +78,6 @@ __all__ = [
     "contact_share",
     "design_point",
     "eigenvalues",
-    "endings",
     "equations",
     "find_motions",
     "flight_jacobian",
@@ -88,6 +85,7 @@ __all__ = [
     "input_error",
     "level_residual",
     "mass_elasticity",
+    "motions_at",
     "motions_of",
     "orbit_at",
     "orbits",

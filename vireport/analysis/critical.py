@@ -213,15 +213,20 @@ def _solved(
     # gbar's or r's.
     relative = {len(guess) - 1} if len(guess) > (1 if symmetric else 2) else set()
     relative |= {0} if not symmetric and sweep.level.held is not Held.D else set()
-    return _newton(exact, double, [Decimal(float(value)) for value in guess], relative, reach)
+    return newton(exact, double, [Decimal(float(value)) for value in guess], relative, reach)
 
 
-def _newton(
-    exact: Equations, double: Equations, guess: list[Decimal], relative: set[int], reach: float
+def newton(
+    exact: Equations, double: Equations, guess: list[Decimal], relative: set[int], reach: float = FARTHEST
 ) -> list[Decimal]:
     """Solve equations in decimals, with the Jacobian in doubles as long as that leads on.
 
     Unknowns are stepped, and corrections measured, relative to the size of those in `relative`.
+
+    Raises
+    ------
+    NumericalError
+        If the corrections do not settle, or lead farther than `reach` from the guess.
     """
     place = f"the motion near {', '.join(f'{float(value):.6g}' for value in guess)}"
     x, size = guess, 1.0
@@ -267,52 +272,64 @@ def _inverse(columns: list[list[float]]) -> NDArray[np.float64]:
 
 
 def _as_doubles(sweep: Sweep, orbit: Orbits, ops: DecimalOps) -> PolishedMotion:
-    """Round a motion in decimals to doubles."""
-    exact_value = sweep.value(orbit.d, orbit.gbar, ops)
+    """Round a motion of a sweep in decimals to doubles."""
+    device = sweep.device
+    value = sweep.value(orbit.d, orbit.gbar, ops)
+    return rounded_motion(orbit, value, float(device.restitution), device.period_ratio, sweep.level.horizontal, ops)
+
+
+def rounded_motion(orbit: Orbits, exact_value: Any, r: float, n: int, horizontal: bool, ops: Any) -> PolishedMotion:
+    """Round a motion in decimals, and the value of what is varied, to doubles; gbar is zero where it is horizontal."""
     value = float(exact_value)
     numbers = {name: float(getattr(orbit, name)) for name in POLISHED_NUMBERS}
     numbers["phi"] = float(orbit.phi % (2 * ops.pi))
-    if sweep.level.horizontal:
+    if horizontal:
         numbers["gbar"] = 0.0
     # Rounding to a double is half a spacing; a whole one also covers what the polish has left.
     bounds = {name: float(np.spacing(abs(x))) for name, x in numbers.items()}
     error = max(abs(float(exact_value - Decimal(value))), float(np.spacing(abs(value))))
-    return singled_out(sweep, numbers, bounds, value, error)
+    return singled_out(r, n, numbers, bounds, value, error)
 
 
 def singled_out(
-    sweep: Sweep, numbers: dict[str, float], bounds: dict[str, float], value: float, error: float
+    r: float, n: int, numbers: dict[str, float], bounds: dict[str, float], value: float, error: float
 ) -> PolishedMotion:
     """Complete the `POLISHED_NUMBERS` of a motion, with their bounds, by the phase at the top."""
-    n = sweep.device.period_ratio
-    orbit = orbits(numbers["u"], numbers["phi"], float(sweep.device.restitution), n)
+    orbit = orbits(numbers["u"], numbers["phi"], r, n)
     phi_top = float(np.mod(np.arctan2(orbit.sin_top, orbit.cos_top), 2 * np.pi))
     rounding = (10 + 10 * n) * float(np.finfo(float).eps)
     top = {"phi_top": bounds["phi"] + 2 * np.pi * n * bounds["u"] + rounding}
     return PolishedMotion(**numbers, phi_top=phi_top, sweep_value=value, error_bound=error, bounds={**bounds, **top})
 
 
-def polish_grazing(sweep: Sweep, orbit: Orbits, symmetric: bool) -> PolishedMotion:
+Polish = Callable[[float, float, Condition, tuple[float, ...]], Any]
+"""(u, phi, condition, guesses of its further unknowns) -> the motion that was polished, with its `u` and `phi`."""
+
+
+def polish_grazing(orbit: Orbits, r: float, n: int, polished: Polish) -> Any:
     """Polish a grazing point.
 
     Parameters
     ----------
-    sweep : Sweep
     orbit : Orbits
         The motion as far as it is known (arrays of length one).
-    symmetric : bool
-        As in `polish`.
+    r : float
+        Restitution coefficient, as far as it is known.
+    n : int
+        Forcing periods per motion.
+    polished : callable
+        Solves the grazing point's condition together with those of the curve that it lies on.
 
     Raises
     ------
     NumericalError
         If it does not settle.
     """
-    u, phi, r = float(orbit.u[0]), float(orbit.phi[0]), sweep.device.restitution
-    nearest = next(iter(touches(orbit, r, sweep.device.period_ratio)), None)
+    u, phi = float(orbit.u[0]), float(orbit.phi[0])
+    nearest = next(iter(touches(orbit, r, n)), None)
     if nearest is not None and not (nearest.time < SHORT and nearest.at_start):
         condition = touch_condition(nearest.upward, nearest.at_start)
-        return polish(sweep, u, phi, condition, (nearest.time,), symmetric)
+        return polished(u, phi, condition, (nearest.time,))
     # A ball that touches again shortly after the impact, where v t = a t^2/2 + j t^3/6 and v = a t + j t^2/2 give the
     # acceleration a = (-8 j v/3)^(1/2) towards the wall, and t = -3 a/(2 j).
     flights = orbit.flights(r)
@@ -321,8 +338,8 @@ def polish_grazing(sweep: Sweep, orbit: Orbits, symmetric: bool) -> PolishedMoti
     way = flights[0 if upward else 1]
     jerk = -float(way.jerk(way.sine)[0])
     acceleration = sqrt(max(-8 * jerk * abs(float(way.velocity[0])) / 3, 0.0))
-    point = polish(sweep, u, phi, pressing_condition(upward, acceleration), (), symmetric)
+    point = polished(u, phi, pressing_condition(upward, acceleration), ())
     if acceleration == 0:  # for r = 0 the ball starts at rest, and touches where the membrane begins to hold it
         return point
     condition = touch_condition(upward, at_start=True)
-    return polish(sweep, point.u, point.phi, condition, (-1.5 * acceleration / jerk,), symmetric)
+    return polished(point.u, point.phi, condition, (-1.5 * acceleration / jerk,))

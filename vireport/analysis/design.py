@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import cast
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.critical import polish, value_condition
-from vireport.analysis.diagram import SAME_POINT, BifurcationDiagram, solve
+from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.kinds import CriticalKind, Family
+from vireport.analysis.margins import SAME_POINT, Line, Margin, margin, margins_of, mirrored, nearest_first, reach
 from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.orbits import orbits
 from vireport.analysis.pointwise import find_motions
 from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics import Device, Voltages
-from vireport.scenario import WIDEST_MARGIN, Parameter
+from vireport.physics import NO_GRAVITY, Device, Voltages
+from vireport.scenario import DesignInput, Parameter, ScalarInput
 
 Floats = NDArray[np.float64]
-
-REACH = 4.0
-"""Factor up and down over which margins are looked for where no sweep says how far."""
-
-OF_ONE_MOTION = (CriticalKind.PERIOD_DOUBLING, CriticalKind.FOLD, CriticalKind.GRAZING)
-"""Kinds at which a stable motion is lost even where another stable motion coexists with it. A pitchfork passes its
-stability on, and at a change between node and focus nothing ends."""
-
-LARGEST_SHARE = 1e100
-"""Largest relative margin; beyond it the design value is as good as zero."""
 
 DOUBLE_ROOT = 1e-7
 """Error of q and phase of a motion on a fold: the root of rounding, and room."""
@@ -40,60 +32,19 @@ ADJOINING = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
-class Margin:
-    """Distance from the design point to a critical point, when one parameter varies.
-
-    Attributes
-    ----------
-    parameter : Parameter
-    point : CriticalPoint
-        Its label is only unique within one parameter.
-    distance : float
-        Its swept value less the design value.
-    relative : float or None
-        The distance over the design value; None where that is zero, or next to it.
-    ends_stability : bool
-        Whether the stable range that holds the design point, or a stable motion of the design point, ends here.
-    error_bound : float
-        Of the swept value, and with the rounding of the difference of `distance`.
-    """
-
-    parameter: Parameter
-    point: CriticalPoint
-    distance: float
-    relative: float | None
-    ends_stability: bool
-    error_bound: float
-
-    @property
-    def kind(self) -> CriticalKind:
-        """Of the critical point."""
-        return self.point.kind
-
-    @property
-    def label(self) -> str:
-        """Of the critical point."""
-        return self.point.label
-
-    @property
-    def sweep_value(self) -> float:
-        """Where the critical point is, in the parameter's unit."""
-        return self.point.point.sweep_value
-
-
-@dataclass(frozen=True, slots=True)
 class StableInterval:
-    """Range of a parameter over which stable 1:1 motion is known to exist, and what ends it on either side.
+    """Range of an input over which stable 1:1 motion is known to exist, and what ends it on either side.
 
     Attributes
     ----------
-    parameter : Parameter
+    parameter : ScalarInput
+        The swept parameter, or the input that is varied around a design point.
     start, end : float
     start_point, end_point : CriticalPoint or None
-        None where it is the sweep that ends.
+        None where it is the sweep, or what the input can be, that ends.
     """
 
-    parameter: Parameter
+    parameter: ScalarInput
     start: float
     end: float
     start_point: CriticalPoint | None
@@ -105,7 +56,7 @@ class StableInterval:
         return (self.start, self.start_point), (self.end, self.end_point)
 
     def holds(self, value: float) -> bool:
-        """Whether a value of the parameter is in the range."""
+        """Whether a value of the input is in the range."""
         return self.start <= value <= self.end
 
 
@@ -126,9 +77,12 @@ class DesignPoint:
     errors : tuple of ndarray
         Error bounds of q - 1/2 and of the phase of each motion.
     margins : tuple of Margin
-        Nearest first.
+        Nearest first: to the ends of the stable motions in every input, whatever is swept, and to the other critical
+        points of the sweep.
+    unresolved : tuple of DesignInput
+        Inputs along which rounding does not resolve where the stable motions end.
     stable : tuple of StableInterval
-        For each parameter varied, the stable range that holds the design point, where there is one.
+        For each other input, the range up to the first of these ends on either side.
     voltages : Voltages or None
         Of the motions; None where no energy is evaluated.
     """
@@ -139,50 +93,81 @@ class DesignPoint:
     families: tuple[Family, ...]
     errors: tuple[Floats, Floats]
     margins: tuple[Margin, ...]
+    unresolved: tuple[DesignInput, ...]
     stable: tuple[StableInterval, ...]
     voltages: Voltages | None = None
 
+    def endings(self, *kinds: CriticalKind) -> list[Margin]:
+        """The margins to the ends of stable motions, nearest first; of some kinds only, where any are given."""
+        return [one for one in self.margins if one.ends_stability and (not kinds or one.kind in kinds)]
+
 
 def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPoint:
-    """Find every motion at a design point.
+    """Find every motion at a design point, and how far the stable ones are from their ends.
 
     Parameters
     ----------
     device : Device
         All four parameters given.
     diagram : BifurcationDiagram or None
-        Of a sweep through it, for the margins. Where nothing is swept, each parameter is varied on its own.
+        Of a sweep through it, whose critical points get their margins too.
     """
     chosen = diagram.sweep.parameter if diagram is not None else Parameter.LENGTH
     value = cast(float, getattr(device, chosen))
-    motions, families, errors = _motions_at(device, value)
-    diagrams = [diagram] if diagram is not None else [solve(sweep) for sweep in _neighbourhood(device)]
-    margins, stable = [], []
-    for around in diagrams:
-        parameter = around.sweep.parameter
-        at = cast(float, getattr(device, parameter))
-        ends = ending_points(around, at) or ()
-        margins += [_margin(parameter, at, point, point in ends) for point in around.critical_points]
-        stable += [part for part in stable_ranges(around) if part.holds(at)]
-    margins.sort(key=lambda margin: abs(margin.relative if margin.relative is not None else np.inf))
-    return DesignPoint(chosen, value, motions, families, errors, tuple(margins), tuple(stable))
+    motions, families, errors = motions_at(device, chosen)
+    ends = margins_of(device, motions)
+    margins = list(ends.found) if diagram is not None else _labelled(ends.found)
+    for point in diagram.critical_points if diagram is not None else ():
+        same = [k for k, one in enumerate(margins) if _same_motion(one.point, point)]
+        for k in same:
+            margins[k] = replace(margins[k], point=replace(margins[k].point, label=point.label))
+        if all(margins[k].parameter.sweepable is not chosen for k in same):
+            margins.append(margin(device, DesignInput(chosen), point, False, {}))
+    margins = nearest_first(margins)
+    stable = _stable_ranges(device, margins, ends.unresolved) if motions.stable.any() else ()
+    return DesignPoint(chosen, value, motions, families, errors, tuple(margins), ends.unresolved, stable)
 
 
-def _margin(parameter: Parameter, value: float, point: CriticalPoint, ends_stability: bool) -> Margin:
-    distance = point.point.sweep_value - value
-    relative = distance / value if abs(distance) < LARGEST_SHARE * value else None
-    error = point.point.error_bound + float(np.spacing(abs(distance)))
-    return Margin(parameter, point, distance, relative, ends_stability, error)
+def _labelled(margins: Sequence[Margin]) -> list[Margin]:
+    """Number the ends of stable motions along each input, where no sweep has names for them."""
+    counts: dict[tuple[DesignInput, str], int] = {}
+    named = []
+    for one in sorted(margins, key=lambda one: (one.parameter, one.sweep_value)):
+        key = one.parameter, one.kind.letter
+        counts[key] = counts.get(key, 0) + 1
+        named.append(replace(one, point=replace(one.point, label=f"{one.kind.letter}{counts[key]}")))
+    return named
 
 
-def _neighbourhood(device: Device) -> list[Sweep]:
-    """A sweep around the design point for each parameter."""
-    sweeps = []
-    for parameter in Parameter:
-        value = cast(float, getattr(device, parameter))
-        start, end = (0.0, 90.0) if parameter is Parameter.INCLINATION else (value / REACH, value * REACH)
-        sweeps.append(Sweep(device, parameter, start, end))
-    return [sweep for sweep in sweeps if not sweep.unresolved]
+def _same_motion(one: CriticalPoint, other: CriticalPoint) -> bool:
+    """Whether two critical points of one restitution are one motion, or mirror images."""
+    a, b = one.point, other.point
+    alike = abs(a.d - b.d) <= SAME_POINT * b.d and abs(a.gbar - b.gbar) <= SAME_POINT * max(b.gbar, NO_GRAVITY)
+    return one.kind is other.kind and alike and abs(abs(a.u) - abs(b.u)) <= SAME_POINT
+
+
+def _stable_ranges(
+    device: Device, margins: list[Margin], unresolved: tuple[DesignInput, ...]
+) -> tuple[StableInterval, ...]:
+    """For each input the range up to the first end of a stable motion on either side, or up to what it can be."""
+    ranges = []
+    for varied in DesignInput:
+        if varied in unresolved:
+            continue
+        ends = [one for one in margins if one.ends_stability and one.parameter is varied]
+        below = min((one for one in ends if one.distance < 0), key=lambda one: -one.distance, default=None)
+        above = min((one for one in ends if one.distance > 0), key=lambda one: one.distance, default=None)
+        low, high = reach(device, varied)
+        ranges.append(
+            StableInterval(
+                varied,
+                below.sweep_value if below is not None else low,
+                above.sweep_value if above is not None else high,
+                below.point if below is not None else None,
+                above.point if above is not None else None,
+            )
+        )
+    return tuple(ranges)
 
 
 def around_length(device: Device) -> Sweep:
@@ -191,8 +176,11 @@ def around_length(device: Device) -> Sweep:
     return Sweep(device, Parameter.LENGTH, length / 2, length * 2)
 
 
-def _motions_at(device: Device, value: float) -> tuple[Motions, tuple[Family, ...], tuple[Floats, Floats]]:
-    """All motions at a design point, their families, and the errors of u and of the phase."""
+def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Family, ...], tuple[Floats, Floats]]:
+    """All motions at a design point, their families, and the errors of u and of the phase.
+
+    Their `sweep_value` is that of `parameter`.
+    """
     sweep = around_length(device)
     n, level = device.period_ratio, sweep.level
     d, gbar = device.groups(Parameter.LENGTH, device.length_m)
@@ -211,12 +199,43 @@ def _motions_at(device: Device, value: float) -> tuple[Motions, tuple[Family, ..
             rows.append((symmetric, point.u, point.phi, point.bounds["u"], point.bounds["phi"]))
     u, phi, error_u, error_phi = (np.array([row[k] for row in rows], dtype=float) for k in range(1, 5))
     motions = motions_of(sweep, level, orbits(u, phi, device.restitution, n))
-    motions.sweep_value[:] = value
+    motions.sweep_value[:] = getattr(device, parameter)
     motions.d[:] = d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
     order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
     families = tuple(Family.SYMMETRIC if rows[i][0] else Family.ASYMMETRIC for i in order)
     return motions.select(order), families, (error_u[order], error_phi[order])
+
+
+def ending_beyond(
+    device: Device, parameter: Parameter, value: float, sign: float, known: DesignPoint | None = None
+) -> CriticalPoint | None:
+    """Where the stable motions at a value of a parameter have all ended, if it grows (sign 1) or falls (-1) from there.
+
+    None where no motion is stable, or where one of them does not end, or is not followed to its end. `known` is a
+    design point of the same device, whose motions need not be followed again where they are the ones.
+    """
+    swept: dict[str, Any] = {parameter: value}
+    device = replace(device, **swept)
+    if device.unresolved:
+        return None
+    motions, _, _ = motions_at(device, parameter)
+    varied = DesignInput(parameter)
+    line = next(line for line in Line if varied in line.value)
+    ends = []
+    own = motions.u >= 0 if mirrored(device) and parameter is not Parameter.INCLINATION else True
+    rows = np.flatnonzero(motions.stable & own)
+    onward = [one.point for one in (known.endings() if known is not None else ()) if one.parameter is varied]
+    onward = [one for one in onward if known is not None and sign * (one.point.sweep_value - known.value) > 0]
+    first = min(onward, key=lambda one: sign * one.point.sweep_value, default=None)
+    if len(rows) == 1 and first is not None and sign * (first.point.sweep_value - value) > 0:
+        return first  # the design point's stable motions are all stable here still, where only one is
+    for row in rows:
+        found = margins_of(device, motions.select([row]), [line], (line.sense(varied) * sign,)).found
+        ends.append(next((one.point for one in found if one.parameter is varied), None))
+    if not ends or None in ends:
+        return None
+    return max((end for end in ends if end is not None), key=lambda end: sign * end.point.sweep_value)
 
 
 End = tuple[float, CriticalPoint | None]
@@ -252,117 +271,3 @@ def stable_ranges(diagram: BifurcationDiagram) -> tuple[StableInterval, ...]:
         else:
             merged.append((start, end))
     return tuple(StableInterval(diagram.sweep.parameter, a[0], b[0], a[1], b[1]) for a, b in merged)
-
-
-def ending_points(diagram: BifurcationDiagram, value: float) -> tuple[CriticalPoint, ...] | None:
-    """What ends the stable range that holds a value, or one of the stable motions in it.
-
-    Returns
-    -------
-    tuple of CriticalPoint, or None
-        In the order of the diagram; None where there is no such range.
-    """
-    holding = [part for part in stable_ranges(diagram) if part.holds(value)]
-    if not holding:
-        return None
-    ending = {point for part in holding for _, point in part.ends}
-    for branch in diagram.branches:
-        for first, last in branch.stable_runs():
-            low, high = _ends(branch, first, last)
-            if low[0] <= value <= high[0]:
-                ending |= {point for _, point in (low, high) if point is not None and point.kind in OF_ONE_MOTION}
-    return tuple(point for point in diagram.critical_points if point in ending)
-
-
-@dataclass(frozen=True, slots=True)
-class Ending:
-    """A critical point at which a stable motion of the design point ends, when one parameter varies.
-
-    Attributes
-    ----------
-    parameter : Parameter
-    kind : CriticalKind
-    label : str
-        Of the scenario's own sweep; "" where it lies on another.
-    value : float
-        Of the parameter, in its unit.
-    relative : float
-        Distance from the design value, over that value; positive.
-    bound : float
-        Error bound of `relative`.
-    """
-
-    parameter: Parameter
-    kind: CriticalKind
-    label: str
-    value: float
-    relative: float
-    bound: float
-
-
-@dataclass(frozen=True, slots=True)
-class Endings:
-    """The endings around a design point, nearest first, and the ranges of the parameters that were looked at."""
-
-    found: tuple[Ending, ...]
-    ranges: tuple[tuple[Parameter, float, float], ...]
-
-
-def endings(device: Device, diagram: BifurcationDiagram | None, reach: float) -> Endings:
-    """Find where the stable motions of a design point end.
-
-    Parameters
-    ----------
-    device : Device
-        All four parameters given, with stable motion there.
-    diagram : BifurcationDiagram or None
-        Of a sweep: only its parameter is varied. Without one, each parameter is, but for an inclination of zero.
-    reach : float
-        Share of the design value, up and down, that must be looked at. Where the sweep does not go as far, a wider one
-        is solved.
-
-    Raises
-    ------
-    NumericalError
-        If the stable range that holds the design point is not found.
-    """
-    ends: list[Ending] = []
-    ranges = []
-    for parameter in tuple(Parameter) if diagram is None else (diagram.sweep.parameter,):
-        at = float(getattr(device, parameter))
-        if at == 0:
-            continue
-        if diagram is not None and _reaches(diagram.sweep, at, reach):
-            around = diagram
-        else:
-            around = solve(Sweep(device, parameter, *_range(parameter, at, WIDEST_MARGIN / 100)))
-        sweep = around.sweep
-        ranges.append((parameter, min(sweep.start, sweep.end), max(sweep.start, sweep.end)))
-        points = ending_points(around, at)
-        if points is None:
-            raise NumericalError(f"no stable range of {parameter} was found around the design point {at:.9g}")
-        for point in points:
-            value, bound = point.point.sweep_value, point.point.error_bound
-            label = _label_in(diagram, point)
-            ends.append(Ending(parameter, point.kind, label, value, abs(value - at) / at, bound / at))
-    return Endings(tuple(sorted(ends, key=lambda ending: ending.relative - ending.bound)), tuple(ranges))
-
-
-def _label_in(diagram: BifurcationDiagram | None, point: CriticalPoint) -> str:
-    """The label that a critical point has in the scenario's own sweep, "" where it is not in it."""
-    value = point.point.sweep_value
-    for own in diagram.critical_points if diagram is not None else ():
-        if own.kind is point.kind and abs(own.point.sweep_value - value) <= SAME_POINT * abs(value):
-            return own.label
-    return ""
-
-
-def _range(parameter: Parameter, at: float, reach: float) -> tuple[float, float]:
-    """The range of a parameter around a value, as far as the parameter goes."""
-    low, high = at * (1 - reach), at * (1 + reach)
-    return (low, min(high, 90.0)) if parameter is Parameter.INCLINATION else (low, high)
-
-
-def _reaches(sweep: Sweep, at: float, reach: float) -> bool:
-    low, high = _range(sweep.parameter, at, reach)
-    return bool(min(sweep.start, sweep.end) <= low and high <= max(sweep.start, sweep.end))

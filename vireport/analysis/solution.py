@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis.branches import Branch, CriticalPoint
-from vireport.analysis.design import DesignPoint, StableInterval, design_point, stable_ranges
+from vireport.analysis.design import DesignPoint, StableInterval, design_point, ending_beyond, stable_ranges
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve, table
 from vireport.analysis.error_bounds import Bounds, bounds_of
 from vireport.analysis.motions import Motions, impact_velocities
 from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics import Device, Membrane, Voltages, voltages
+from vireport.physics import Device, Membrane, Shaker, Voltages, voltages
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -71,6 +71,20 @@ class Solution:
         return stable_ranges(self.diagram) if self.diagram is not None else ()
 
     @cached_property
+    def beyond(self) -> tuple[tuple[CriticalPoint | None, ...], ...]:
+        """Where each stable range would end, below and above, if the sweep went on.
+
+        None where it ends within the sweep, or nowhere that rounding resolves.
+        """
+        return tuple(
+            tuple(
+                None if point is not None else ending_beyond(self.device, self.parameter, value, sign, self.design)
+                for (value, point), sign in zip(part.ends, (-1.0, 1.0), strict=True)
+            )
+            for part in self.stable_ranges
+        )
+
+    @cached_property
     def table(self) -> tuple[TableRow, ...]:
         """Table 1 for the sweep."""
         return table(self.diagram) if self.diagram is not None else ()
@@ -79,6 +93,14 @@ class Solution:
     def bounds(self) -> Bounds:
         """Error bounds of all motions and voltages."""
         return bounds_of(self.device, self.membrane, self.diagram, self.design)
+
+    @cached_property
+    def shaker(self) -> Shaker:
+        """What must drive the capsule: at the design point, without one the most that the sweep asks for."""
+        if self.sweep is None or self.design is not None:
+            return self.device.shaker(self.parameter, float(getattr(self.device, self.parameter)))
+        ends = [self.device.shaker(self.parameter, end) for end in (self.sweep.start, self.sweep.end)]
+        return Shaker(*(max(getattr(end, field.name) for end in ends) for field in fields(Shaker)))
 
     @property
     def horizontal(self) -> bool:

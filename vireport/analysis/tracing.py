@@ -10,7 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from math import pi, remainder
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,8 +56,8 @@ CROSSED = 1e-11
 """Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
 
 TIED = 1e-12
-"""Difference of conditions of validity up to which both fail, as where both impacts lose their velocity at once: the end
-is then that of the one which fails more beyond."""
+"""Difference of conditions of validity up to which both fail, as where both impacts lose their velocity at once: the
+end is then that of the one which fails more beyond."""
 
 LARGEST_STEP = 1e6
 """Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
@@ -333,11 +335,11 @@ def _event(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> Event:
 
 def _polished(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> PolishedMotion:
     """The event at a row of a piece, polished."""
-    symmetric = curve.strands[piece.strand].symmetric
     orbit = curve.on(piece.strand, piece.w[[row]])
+    polished = partial(polish, curve.sweep, symmetric=curve.strands[piece.strand].symmetric)
     if event is StrandEvent.GRAZING:
-        return polish_grazing(curve.sweep, orbit, symmetric)
-    return polish(curve.sweep, float(orbit.u[0]), float(orbit.phi[0]), CONDITIONS[event], symmetric=symmetric)
+        return cast(PolishedMotion, polish_grazing(orbit, curve.r, curve.n, polished))
+    return polished(float(orbit.u[0]), float(orbit.phi[0]), CONDITIONS[event])
 
 
 def _bracketed(curve: Curve, piece: Piece, row: int) -> PolishedMotion:
@@ -350,7 +352,7 @@ def _bracketed(curve: Curve, piece: Piece, row: int) -> PolishedMotion:
     value = np.asarray(curve.sweep.value(orbit.d, orbit.gbar), dtype=float)
     numbers = {name: np.asarray(getattr(orbit, name), dtype=float) for name in POLISHED_NUMBERS}
     middle, bounds = {k: float(x[0]) for k, x in numbers.items()}, {k: spread(x) for k, x in numbers.items()}
-    return singled_out(curve.sweep, middle, bounds, float(value[0]), spread(value))
+    return singled_out(curve.r, curve.n, middle, bounds, float(value[0]), spread(value))
 
 
 def _turns(curve: Curve, piece: Piece, row: int) -> bool:

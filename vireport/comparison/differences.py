@@ -8,6 +8,7 @@ from operator import itemgetter
 from typing import Any
 
 from vireport.comparison.quantities import Axes, Entry, Group, Quantities, Quantity
+from vireport.scenario import DesignInput
 from vireport.text import (
     ABSENT,
     MOST_DIGITS,
@@ -111,12 +112,12 @@ def differences(members: Mapping[str, Quantities], axes: Axes, tolerance: float 
     for of in dict.fromkeys(of for member in members.values() for of in member.entries):
         entries = {name: member.entry(of) for name, member in members.items()}
         known = sum(entry.value is not None for entry in entries.values())
-        if known and (of.axis is None or of.axis in axes.always):
+        if known and (of.axis is None or of.axis in axes.always or (of.group is Group.MARGIN and of.axis != "d")):
             compared.append(_difference(of, entries, tolerance))
         elif known > 1 and of.axis in axes.shared:
             entries = {name: replace(entry, finding=False) for name, entry in entries.items()}
             compared.append(_difference(of, entries, tolerance))
-    order = (None, *axes.always, *axes.shared)
+    order = (None, *axes.always, *axes.shared, *DesignInput)
     return tuple(sorted(compared, key=lambda x: (*_rank(x), x.of.subject, order.index(x.of.axis))))
 
 

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 from vireport.analysis import CriticalKind, Stability
 from vireport.physics import Device
-from vireport.scenario import Parameter
+from vireport.scenario import DesignInput, Parameter, ScalarInput
 
 SAMPLED = 1e-5
 """Relative difference up to which extremes of a curve are the same: they are taken of its samples."""
@@ -31,7 +31,7 @@ SAME_VOLTAGE = 1e-9
 NO_SWEEP, NO_DESIGN, NO_MASS = "no sweep", "no design point", "device.ball_mass_kg is not given"
 NO_STABLE, HELD = "no stable 1:1 motion", "the sweep holds d"
 
-Axis = Parameter | Literal["d"]
+Axis = ScalarInput | Literal["d"]
 """What places are given in."""
 
 
@@ -59,7 +59,7 @@ class Quantity:
         What it is, in words.
     unit : str
         "1" where it has none.
-    axis : Parameter, "d" or None
+    axis : ScalarInput, "d" or None
         Along which it is a place, or a distance.
     symbol : str
         What stands for the number, or "".
@@ -150,7 +150,7 @@ class Quantities:
             return Entry(None, NO_DESIGN)
         if group is Group.MARGIN and others:
             return Entry(None, "does not end the stable range")
-        if self.swept is not None and axis not in (self.swept, "d"):
+        if self.swept is not None and axis not in (self.swept, "d") and group is not Group.MARGIN:
             return Entry(None, f"sweeps the {self.swept.quantity}", comparable=False)
         if self.swept is Parameter.INCLINATION and axis == "d" and group is not Group.CRITICAL_POINT:
             return Entry(None, HELD, comparable=False)
@@ -190,7 +190,8 @@ def _quantities(results: Mapping[str, Any], several: bool) -> Quantities:
         _stable_motions(design),
         *(_critical_points(results["critical_points"], swept) if swept else ()),
         *(_stable_ranges(results["stable_range"], swept, device, several) if swept else ()),
-        *(_margins(design["margins"], device, swept is not None) if design is not None else ()),
+        # Of two motions that end in one way on one side, the nearer counts: it comes last.
+        *(reversed(list(_margins(design["margins"], device, swept))) if design is not None else ()),
         *_voltages(results, swept),
     ]
     return Quantities(device, swept, start, None if design is None else any(_stable(design)), dict(items))
@@ -249,21 +250,21 @@ def _end(part: Mapping[str, Any], end: str) -> tuple[float, str, float]:
     return float(part[end]), str(part[f"{end}_reason"]), float(part.get(f"{end}_error_bound") or 0.0)
 
 
-def _margins(margins: Sequence[Mapping[str, Any]], device: Device, swept: bool) -> Items:
-    """Distances to the critical points that end the stable motion of the design point, in per cent of its value."""
+def _margins(margins: Sequence[Mapping[str, Any]], device: Device, swept: Parameter | None) -> Items:
+    """Distances to the critical points that end the stable motions of the design point, in per cent, nearest first."""
     for margin in margins:
-        parameter, kind = Parameter(margin["parameter"]), CriticalKind(margin["kind"]).words
+        varied, kind = DesignInput(margin["parameter"]), CriticalKind(margin["kind"]).words
         critical = float(margin["sweep_value"])
         design = critical - float(margin["distance"])
         if not margin["ends_stability"] or margin["relative"] is None:
             continue
-        shares: list[tuple[Axis, float]] = [(parameter, float(margin["relative"]))]
-        if swept and parameter is not Parameter.INCLINATION:
-            d = _d(device, parameter, design)
-            shares.append(("d", (_d(device, parameter, critical) - d) / d))
+        shares: list[tuple[Axis, float]] = [(varied, float(margin["relative"]))]
+        if swept is not None and varied.sweepable is swept and swept is not Parameter.INCLINATION:
+            d = _d(device, swept, design)
+            shares.append(("d", (_d(device, swept, critical) - d) / d))
         for axis, share in shares:
-            symbol = "d" if axis == "d" else axis.symbol
-            subject = f"margin from the design point to {margin['label']}, {kind}, in {symbol}"
+            symbol, side = "d" if axis == "d" else axis.symbol, "below" if share < 0 else "above"
+            subject = f"margin from the design point to the {kind} {side}, in {symbol}"
             quantity = Quantity(Group.MARGIN, subject, "%", axis, family=margin["family"])
             # The critical value and the design value may both be off; what is compared is their ratio, less 1.
             bound, ratio = 100 * float(margin["error_bound"]) / abs(design), abs(critical / design)
@@ -344,12 +345,12 @@ def axes_of(members: Iterable[Quantities], same: float) -> Axes:
 
     A swept parameter, where no scenario sweeps another, with d beside it only where d is not the same multiple of it
     in all of them, to a relative difference `same`. Otherwise d, and the parameters that some share. Without any sweep
-    there are only margins, in all parameters.
+    there are only margins, in all inputs.
     """
     swept = [(member.swept, member) for member in members if member.swept is not None]
     parameters = [parameter for parameter, _ in swept]
     if not swept:
-        return Axes(tuple(Parameter))
+        return Axes(tuple(DesignInput))
     if len(set(parameters)) > 1:
         return Axes(("d",), tuple(parameter for parameter in Parameter if parameters.count(parameter) > 1))
     parameter, at = parameters[0], swept[0][1].start

@@ -20,7 +20,7 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
     simulated : Simulated, optional
         Motions from a simulation, drawn over the analytic ones.
     """
-    drawn = [*_along_sweep(study, simulated), *_simulated(study), *measured_pictures(study)]
+    drawn = [*_along_sweep(study, simulated), *_simulated(study), *_margins(study), *measured_pictures(study)]
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
@@ -57,6 +57,16 @@ def _simulated(study: Study) -> Iterator[Picture]:
         about = study, points, check.values
         words = bifurcation.diagram_caption(*about), bifurcation.diagram_alt(*about)
         yield Picture(name, bifurcation.TITLE, *words, bifurcation.figure_diagram(*about, check.d))
+
+
+def _margins(study: Study) -> Iterator[Picture]:
+    """What moves the nearest end of stable motion."""
+    if study.plan.runs(Task.FIGURE_MARGINS):
+        from vireport.figures import margins
+
+        drawn = margins.picture(study)
+        if drawn is not None:
+            yield drawn
 
 
 def measured_pictures(study: Study) -> Iterator[Picture]:

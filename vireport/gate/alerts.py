@@ -24,7 +24,7 @@ from vireport.analysis import (
     restitution_effect,
     undecided,
 )
-from vireport.scenario import Parameter
+from vireport.scenario import DesignInput, Parameter
 
 if TYPE_CHECKING:
     from vireport.trust import Compliance, CrossCheck
@@ -50,6 +50,26 @@ SENSITIVE = 2.0
 HEAVY = 0.5
 """Relative change of U_ave over that of the ball's mass above which a mass known to 10 % is not enough for 5 %."""
 
+
+LONGEST_M = 20.0
+"""Length above which millimetres are more likely; the largest wave energy converters are shorter."""
+
+HEAVIEST_BALL = 0.5
+"""Mass of the ball over the capsule's, above which the capsule certainly feels it; published devices have up to 0.2."""
+
+SAME_NUMBER = 1e-3
+"""Relative difference up to which a value is a common angle in radians, or a round frequency in radians per second: as
+it would be typed with four digits."""
+
+FEW_DIGITS = 4
+"""Digits below which a frequency in radians per second is only told by a round number of one digit of hertz: one of two
+digits is too often near by chance."""
+
+STRONGEST_GRAVITY = 50.0
+"""Above what any planet has [m/s^2]."""
+
+MEMBRANE_LENGTHS = ("ball_radius_m", "active_radius_m")
+"""Lengths of a membrane's geometry."""
 
 MOST_MOTIONS = 3
 """Other motions that are named."""
@@ -142,10 +162,9 @@ def _several_stable(results: Evidence) -> str | None:
 
 
 def _near_critical(results: Evidence) -> str | None:
-    for margin in results.solution.design.margins if results.solution.design is not None else ():
-        if margin.ends_stability and margin.relative is not None and abs(margin.relative) < NEAR_CRITICAL:
-            share = f"{100 * margin.relative:+.2f} %"
-            return f"{margin.label} ({margin.kind.words}) is {share} away in {margin.parameter}."
+    for margin in results.solution.design.endings() if results.solution.design is not None else ():
+        if margin.relative is not None and abs(margin.relative) < NEAR_CRITICAL:
+            return f"Stable motion ends {100 * margin.relative:+.2f} % away in {margin.parameter}: {margin.name}."
     return None
 
 
@@ -297,6 +316,46 @@ def _chatter(results: Evidence) -> str | None:
     return f"gbar reaches {gbar:.3g}: a ball at rest on the bottom membrane stays there." if gbar >= 1 else None
 
 
+def _implausible(results: Evidence) -> str | None:
+    solution = results.solution
+    sweep, device = solution.sweep, solution.device
+    values = {f"device.{name}": getattr(solution.membrane, name, None) for name in ("ball_mass_kg",)}
+    values |= {f"device.membrane.{name}": getattr(solution.membrane, name, None) for name in MEMBRANE_LENGTHS}
+    values |= {varied.path: getattr(device, varied) for varied in DesignInput} | {"gravity_m_s2": device.gravity_m_s2}
+    asked = [(path, value) for path, value in values.items() if value is not None]
+    if sweep is not None:
+        asked += [(f"sweep.{end}", value) for end, value in (("from", sweep.start), ("to", sweep.end))]
+    kind = {"sweep.from": sweep.parameter.path, "sweep.to": sweep.parameter.path} if sweep is not None else {}
+    questions = []
+    for path, value in asked:
+        question = _doubt(kind.get(path, path), float(value), float(device.capsule_mass_kg))
+        if question:
+            questions.append(f"{path} = {value:.6g}: {question}?")
+    return " ".join(questions) or None
+
+
+def _doubt(path: str, value: float, capsule: float) -> str:
+    """What may have been meant by a value that can hardly be meant as it stands, or ""."""
+    match path.rpartition(".")[2]:
+        case "length_m" | "ball_radius_m" | "active_radius_m" if value > LONGEST_M:
+            return f"metres, or is it {value:.6g} mm, which is {value / 1e3:.6g} m"
+        case "ball_mass_kg" if value >= HEAVIEST_BALL * capsule:
+            return f"{value / capsule:.3g} times the capsule's {capsule:.6g} kg, or is it {value:.6g} g"
+        case "inclination_deg":
+            turns = value / (np.pi / 12)
+            if 0.5 < turns < 6.5 and abs(turns - round(turns)) < SAME_NUMBER * turns:
+                return f"degrees, or is it {value:.6g} rad, which is {15 * round(turns)} degrees"
+        case "frequency_hz":
+            cycles = value / (2 * np.pi)
+            digits = next(k for k in range(1, 18) if float(f"{value:.{k}g}") == value)
+            short = float(f"{cycles:.{max(digits - 2, 1)}g}" if digits < FEW_DIGITS else f"{cycles:.2g}")
+            if digits > 2 and abs(cycles - short) < SAME_NUMBER * cycles:
+                return f"hertz, or is it {value:.6g} rad/s, which is {short:g} Hz"
+        case "gravity_m_s2" if value > STRONGEST_GRAVITY:
+            return f"m/s^2, or is it {value:.6g} cm/s^2, which is {value / 100:.6g} m/s^2"
+    return ""
+
+
 CAUSES: dict[AlertCode, Cause] = {
     AlertCode.NO_STABLE_MOTION: _no_stable_motion,
     AlertCode.INADMISSIBLE_SOLUTIONS: _inadmissible,
@@ -312,6 +371,7 @@ CAUSES: dict[AlertCode, Cause] = {
     AlertCode.SENSITIVE_TO_BALL_MASS: _sensitive_to_ball_mass,
     AlertCode.NOT_RIGID: _not_rigid,
     AlertCode.ADMISSIBILITY_UNDECIDED: _admissibility_undecided,
+    AlertCode.IMPLAUSIBLE_INPUT: _implausible,
     AlertCode.SIMULATION_DISAGREES: _simulation_disagrees,
     AlertCode.COEXISTING_MOTIONS: _coexisting,
     AlertCode.CHATTER: _chatter,

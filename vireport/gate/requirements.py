@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -19,18 +19,17 @@ from numpy.typing import NDArray
 from vireport.analysis import (
     BifurcationDiagram,
     CriticalKind,
-    Endings,
+    DesignPoint,
     Solution,
     StableInterval,
     Sweep,
-    design_point,
-    endings,
     impact_velocities,
+    motions_at,
     solve,
     stable_ranges,
 )
 from vireport.errors import NumericalError
-from vireport.physics import Membrane, Voltages, voltages
+from vireport.physics import UNIT, Membrane, Voltages, voltages
 from vireport.scenario import Loaded, Parameter, Requirements
 
 if TYPE_CHECKING:
@@ -39,13 +38,16 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 Remark = tuple[str, ...]
-"""Parts of a sentence; a `Parameter` among them is its key in a text and its symbol and unit on a page."""
+"""Parts of a sentence; an input among them is its key in a text and its symbol and unit on a page."""
 
 DIGITS = 6
 """Significant digits of a value; more where it would look like a limit that it is not."""
 
 ROUNDING = 1e-12
 """Relative error up to which the end of a stable range is taken to be known where no error bound is stated."""
+
+SHAKER_ERROR = 10 * UNIT
+"""Relative rounding of what the shaker must do: of at most ten operations."""
 
 DISAGREEMENT = "the simulation does not agree with the solution"
 """Why nothing is met where the cross-check fails."""
@@ -167,24 +169,19 @@ class Results:
     required: Requirements
     crosscheck: CrossCheck | None
 
-    @cached_property
-    def endings(self) -> Endings:
-        """Where the stable motions of the design point end, as far as any margin is required."""
-        self.stable()
-        reach = max(getattr(self.required, key) or 0.0 for key in MARGINS) / 100
-        return endings(self.solution.device, self.solution.diagram, reach)
-
-    def stable(self) -> NDArray[np.bool_]:
-        """Which motions at the design point are stable.
+    @property
+    def design(self) -> DesignPoint:
+        """The design point, with stable motion there.
 
         Raises
         ------
         NumericalError
-            Where none is.
+            Where there is none.
         """
-        if self.solution.design is None or not self.solution.design.motions.stable.any():
+        design = self.solution.design
+        if design is None or not design.motions.stable.any():
             raise NumericalError("there is no stable 1:1 motion at the design point")
-        return self.solution.design.motions.stable
+        return design
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,6 +203,11 @@ class Requirement:
     kind: LimitKind
     unit: str | None
     judge: Callable[[Results, Limit], Outcome]
+
+    @property
+    def meaning(self) -> str:
+        """What exactly is required: the sentences with which the scenario's format declares the keys."""
+        return " ".join(str(Requirements.model_fields[key].description) for key in self.keys)
 
     def limit(self, results: Results) -> Limit | None:
         """What the scenario requires; None where it does not."""
@@ -334,15 +336,18 @@ def _beyond(
 
 
 def _margin(results: Results, limit: Limit, kinds: tuple[CriticalKind, ...]) -> Outcome:
-    """Distance of the nearest ending of some kinds; without one it is met: the search goes beyond the limit."""
-    nearest = next((ending for ending in results.endings.found if ending.kind in kinds), None)
-    if nearest is None:
-        ranges = [(name, f" from {low:.6g} to {high:.6g}") for name, low, high in results.endings.ranges]
-        parts = [part for name, extent in ranges for part in ("; ", name, extent)]
-        return Outcome(None, "none in the range looked at", None, True, ("looked at: ", *parts[1:]))
-    point = f"{nearest.kind.words} {nearest.label}".rstrip()
-    remark = (f"{point} at ", nearest.parameter, f" = {nearest.value:.9g}")
-    return held(100 * nearest.relative, limit, remark, 100 * nearest.bound)
+    """Distance of the nearest end of stable motion, of some kinds, in whichever input; without one it is met."""
+    design, device = results.design, results.solution.device
+    if design.unresolved:
+        names = ", ".join(design.unresolved)
+        raise NumericalError(f"rounding does not resolve where stable motion ends along {names}")
+    measured = [(abs(one.relative), one) for one in design.endings(*kinds) if one.relative is not None]
+    if not measured:
+        return Outcome(None, "none in any input", None, True)
+    relative, nearest = measured[0]
+    remark = (f"{nearest.name} at ", nearest.parameter, f" = {nearest.sweep_value:.9g}")
+    bound = nearest.error_bound / float(getattr(device, nearest.parameter))
+    return held(100 * relative, limit, remark, 100 * bound)
 
 
 def _at_design(
@@ -352,13 +357,23 @@ def _at_design(
 
     `bounded_by` are the fields of `Voltages` whose error bounds add up to that of the number.
     """
-    stable, bounds = results.stable(), cast(dict[str, Floats], results.solution.bounds.design)
-    evaluated = cast(Voltages, results.solution.design.voltages if results.solution.design is not None else None)
+    stable, bounds = results.design.motions.stable, cast(dict[str, Floats], results.solution.bounds.design)
+    evaluated = cast(Voltages, results.design.voltages)
     values = of(evaluated)[stable]
     least = limit.kind is LimitKind.AT_LEAST
     which = (f"the {'least' if least else 'largest'} of {len(values)} stable motions",) if len(values) > 1 else ()
     bound = sum(float(bounds[name][stable].max()) for name in bounded_by)
     return held(float(values.min() if least else values.max()), limit, which, bound)
+
+
+def _acceleration(results: Results, limit: Limit) -> Outcome:
+    value = results.solution.shaker.acceleration_g
+    return held(value, limit, bound=SHAKER_ERROR * value)
+
+
+def _stroke(results: Results, limit: Limit) -> Outcome:
+    value = results.solution.shaker.stroke_m
+    return held(value, limit, bound=SHAKER_ERROR * value)
 
 
 def _u_ave_difference(results: Results, limit: Limit) -> Outcome:
@@ -391,7 +406,7 @@ def _u_ave_difference(results: Results, limit: Limit) -> Outcome:
 def _u_ave_at(solution: Solution, value: float) -> Floats:
     """U_ave of the stable motions at a value of the swept parameter."""
     device = solution.device.with_value(solution.parameter, value)
-    motions = design_point(device, solution.diagram).motions
+    motions, _, _ = motions_at(device, solution.parameter)
     velocities = impact_velocities(device, solution.parameter, motions)
     return voltages(*velocities, cast(Membrane, solution.membrane)).average_v[motions.stable]
 
@@ -461,6 +476,8 @@ REQUIREMENTS = (
         ("u_bottom_top_difference_at_most_v",), "Difference of voltage between the ends", AT_MOST, "V", END_DIFFERENCE
     ),
     Requirement(("deflection_at_most_m",), "Deflection", AT_MOST, "m", DEFLECTION),
+    Requirement(("acceleration_at_most_g",), "Acceleration of the shaker", AT_MOST, "g", _acceleration),
+    Requirement(("stroke_at_most_m",), "Stroke of the shaker", AT_MOST, "m", _stroke),
     Requirement(("crosscheck_passed",), "Simulation agrees", AGREEMENT, "", _agreement),
 )
 """All that can be required, in the order of the acceptance table."""

@@ -5,7 +5,7 @@ Turns a study into words; a reader who stops after them must not have been misle
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -14,13 +14,16 @@ import numpy as np
 from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval
 from vireport.gate.alerts import MOST_MOTIONS, NEAR_CRITICAL
 from vireport.gate.requirements import Criterion, unmet
-from vireport.scenario import Parameter
+from vireport.scenario import DesignInput, Parameter
 from vireport.text import capital, percent, quantity, significant
 
 if TYPE_CHECKING:
     from vireport.trust import Compliance, CrossCheck, Grade, MotionCount
 
 OUTSIDE = "outside the membrane model"
+
+FIXED_D = (DesignInput.INCLINATION, DesignInput.RESTITUTION)
+"""Inputs that d does not depend on."""
 
 SWEEP_END = "end of the sweep"
 """What ends a stable range that no critical point ends."""
@@ -44,8 +47,26 @@ class Question(StrEnum):
     MARGIN = "With what margin?"
     REACHED = "Which starts reach it?"
     VOLTAGE = "What voltage?"
+    SHAKER = "What must the shaker do?"
     RIGID = "Is the rigid model good enough?"
     SIMULATED = "Does the simulation agree?"
+
+
+CONCERNS = {
+    "stable_from": Question.WHERE,
+    "inclination_from_deg": Question.WHERE,
+    "margin_period_doubling_percent": Question.MARGIN,
+    "margin_grazing_percent": Question.MARGIN,
+    "margin_any_percent": Question.MARGIN,
+    "u_ave_at_least_v": Question.VOLTAGE,
+    "u_ave_difference_at_most_v": Question.VOLTAGE,
+    "u_bottom_top_difference_at_most_v": Question.VOLTAGE,
+    "deflection_at_most_m": Question.VOLTAGE,
+    "acceleration_at_most_g": Question.SHAKER,
+    "stroke_at_most_m": Question.SHAKER,
+    "crosscheck_passed": Question.SIMULATED,
+}
+"""Which answer each requirement is about, by the first of its keys."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,10 +125,30 @@ def verdict_of(
         headline = f"Not verified: the simulation does not agree with the solution. {headline}"
     if missed := unmet(criteria):
         headline = f"{missed}. {headline}"
-    facts = (accepted, motion, where, margin, reached, voltage, rigid, simulated)
-    margin_word = "small" if solution.design is None or solution.design.stable else "not known"
+    shaker = _shaker(solution) if _judged(Question.SHAKER, criteria) else None
+    facts = (accepted, motion, where, margin, reached, voltage, shaker, rigid, simulated)
+    margin_word = "small" if solution.design is None or not solution.design.unresolved else "not known"
     status, word = _status(motion, margin, margin_word, accepted, rigid, simulated)
-    return Verdict(status, word, headline, tuple(fact for fact in facts if fact is not None))
+    return Verdict(status, word, headline, tuple(_held(fact, criteria) for fact in facts if fact is not None))
+
+
+def _judged(question: str, criteria: tuple[Criterion, ...]) -> list[Criterion]:
+    """The criteria that an answer is held against."""
+    return [criterion for criterion in criteria if CONCERNS[criterion.key] == question]
+
+
+def _held(fact: Fact, criteria: tuple[Criterion, ...]) -> Fact:
+    """An answer beside which a requirement is not met is not a good one."""
+    missed = any(not criterion.passed for criterion in _judged(fact.question, criteria))
+    return replace(fact, status=Status.BAD) if missed else fact
+
+
+def _shaker(solution: Solution) -> Fact:
+    shaker = solution.shaker
+    answer = f"{significant(shaker.acceleration_g, 3)} g, stroke {quantity(shaker.stroke_m, 'm', 3)}"
+    force = quantity(shaker.force_n, "N", 3)
+    detail = f"Amplitudes of acceleration {quantity(shaker.acceleration_m_s2, 'm/s²', 3)} and force {force}"
+    return Fact(Question.SHAKER, answer, detail, Status.GOOD)
 
 
 def _status(
@@ -243,36 +284,36 @@ def _where(solution: Solution) -> Fact:
 
 
 def _margin(solution: Solution, design: DesignPoint) -> Fact:
-    limits = [margin for margin in design.margins if margin.ends_stability]
-    if not design.stable:
-        short = "margin not known, outside the sweep"
-        return Fact(Question.MARGIN, "Not known", "The design point lies outside the sweep", Status.CAUTION, short)
+    if design.unresolved:
+        names = ", ".join(varied.quantity for varied in design.unresolved)
+        detail = f"Rounding does not resolve where stable motion ends along {names}"
+        return Fact(Question.MARGIN, "Not known", detail, Status.CAUTION, "margin not known")
+    limits = design.endings()
     if not limits:
-        detail = "No critical point ends the stable range within what was searched"
+        detail = "Stable motion ends nowhere along any input"
         return Fact(Question.MARGIN, "Not limited", detail, Status.GOOD, "no critical point near")
     first = limits[0]
-    swept = first.parameter
+    varied = first.parameter
     relative = None if first.relative is None else abs(first.relative)
-    size = percent(relative) if relative is not None else swept.show(abs(first.distance), 3)
-    point = f"{first.kind.words} {first.label}"
+    size = percent(relative) if relative is not None else varied.show(abs(first.distance), 3)
     side = "below" if first.distance < 0 else "above"
-    detail = f"{capital(point)} at {swept.symbol} = {swept.show(first.sweep_value)}, {side} the design point"
+    detail = f"{capital(first.name)} at {varied.symbol} = {varied.show(first.sweep_value)}, {side} the design point"
     detail += _handover(design, first)
     near = relative is not None and relative < NEAR_CRITICAL
-    where = f" in {swept.symbol}" if solution.sweep is None else ""
-    short = f"margin {size}{where} to {point}"
-    return Fact(Question.MARGIN, f"{size} in {swept.symbol}", detail, Status.CAUTION if near else Status.GOOD, short)
+    answer = f"{size} in {varied.quantity}"
+    short = f"margin {answer}, to {first.name}"
+    return Fact(Question.MARGIN, answer, detail, Status.CAUTION if near else Status.GOOD, short)
 
 
 def _handover(design: DesignPoint, limit: Margin) -> str:
-    """The pitchfork, if any, that a symmetric motion meets before its stable range ends."""
-    if not limit.distance or not design.families or design.families[0] is not Family.SYMMETRIC:
+    """The pitchfork of the sweep, if any, that a symmetric motion meets before its stable range ends."""
+    if limit.parameter in FIXED_D or not design.families or design.families[0] is not Family.SYMMETRIC:
         return ""
-    swept = limit.parameter
+    start, end = float(design.motions.d[0]), limit.point.point.d
     for margin in design.margins:
-        within = 0 < margin.distance / limit.distance < 1
-        if margin.parameter == limit.parameter and margin.kind is CriticalKind.PITCHFORK and within:
-            place = f"{swept.symbol} = {swept.show(margin.sweep_value)}"
+        within = 0 < (margin.point.point.d - start) / (end - start) < 1
+        if margin.kind is CriticalKind.PITCHFORK and margin.parameter not in FIXED_D and within:
+            place = f"{margin.parameter.symbol} = {margin.parameter.show(margin.sweep_value)}"
             return f"; before it, at {place} ({margin.label}), two asymmetric motions take over from the symmetric one"
     return ""
 

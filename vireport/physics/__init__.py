@@ -2,12 +2,13 @@
 
 from vireport.physics import flight
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
-from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device
+from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device, Shaker
 from vireport.physics.energy import Membrane, Voltages, contact_cosine, deflection, generated_voltage, voltages
-from vireport.physics.numbers import ARRAYS, DIGITS, FLOATS, FUNCTION, UNIT, DecimalOps, Rounded, RoundedOps
+from vireport.physics.numbers import ARRAYS, COMPLEX, DIGITS, FLOATS, FUNCTION, UNIT, DecimalOps, Rounded, RoundedOps
 
 __all__ = [
     "ARRAYS",
+    "COMPLEX",
     "DIGITS",
     "FINEST_D",
     "FINEST_GBAR",
@@ -22,6 +23,7 @@ __all__ = [
     "Membrane",
     "Rounded",
     "RoundedOps",
+    "Shaker",
     "Voltages",
     "contact_cosine",
     "contacts",

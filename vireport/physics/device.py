@@ -7,6 +7,7 @@ kinds of quantity. The formulae serve every kind of number; see `numbers`.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import pi
 from typing import Any
 
 from vireport.physics.numbers import ARRAYS, UNIT
@@ -23,6 +24,37 @@ are sums of terms of size n/(1-r) in the length unit, and gbar keeps its digits 
 
 GROUP_ERROR = 12 * UNIT
 """Relative error of d or gbar as computed in doubles: the rounding of at most six products and of a sine."""
+
+
+STANDARD_GRAVITY = 9.80665
+"""g_n [m/s^2], by which accelerations are counted in g whatever the scenario's own gravity is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shaker:
+    """What must drive the capsule: the harmonic motion of a mass M under a force of amplitude F.
+
+    Attributes
+    ----------
+    acceleration_m_s2 : float
+        Amplitude F/M.
+    velocity_m_s : float
+        Amplitude F/(M omega).
+    stroke_m : float
+        Displacement from end to end, 2 F/(M omega^2).
+    force_n : float
+        Amplitude F.
+    """
+
+    acceleration_m_s2: float
+    velocity_m_s: float
+    stroke_m: float
+    force_n: float
+
+    @property
+    def acceleration_g(self) -> float:
+        """Amplitude of the acceleration over standard gravity."""
+        return self.acceleration_m_s2 / STANDARD_GRAVITY
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +126,13 @@ class Device:
         """y_c = F/(2 M f) [m/s], Eq. (2.5)."""
         x = self.at(parameter, value)
         return x[Parameter.AMPLITUDE] / (2 * self.capsule_mass_kg * x[Parameter.FREQUENCY])
+
+    def shaker(self, parameter: Parameter, value: float) -> Shaker:
+        """What must drive the capsule where `parameter` has a value, by M X'' = F cos(omega t + phi), Eq. (2.1)."""
+        x = self.at(parameter, value)
+        force, omega = float(x[Parameter.AMPLITUDE]), 2 * pi * float(x[Parameter.FREQUENCY])
+        acceleration = force / float(self.capsule_mass_kg)
+        return Shaker(acceleration, acceleration / omega, 2 * acceleration / omega**2, force)
 
     def finest(self, of: float) -> float:
         """Least d, or least range, that rounding resolves, from `FINEST_D` or `FINEST_GBAR`."""

@@ -8,6 +8,7 @@ rounding error. A fourth, balls, is in `vireport.proofs`, because it needs a pac
 
 from __future__ import annotations
 
+import cmath
 import math
 from decimal import Decimal, getcontext
 from functools import lru_cache
@@ -38,7 +39,7 @@ class DoubleOps:
     Parameters
     ----------
     module : module
-        `numpy` or `math`.
+        `numpy`, `math` or `cmath`.
     """
 
     def __init__(self, module: ModuleType) -> None:
@@ -72,8 +73,8 @@ class DoubleOps:
         return np.degrees(np.arctan2(sine, np.sqrt(np.maximum((1 - sine) * (1 + sine), 0.0))))
 
 
-ARRAYS, FLOATS = DoubleOps(np), DoubleOps(math)
-"""Functions of arrays of doubles, and of single ones."""
+ARRAYS, FLOATS, COMPLEX = DoubleOps(np), DoubleOps(math), DoubleOps(cmath)
+"""Functions of arrays of doubles, of single ones, and of single complex numbers, for derivatives."""
 
 
 class DecimalOps:

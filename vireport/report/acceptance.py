@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from vireport.alerts import AlertCode
 from vireport.gate import Criterion, Remark
 from vireport.report.pages import Block, Paragraph
-from vireport.scenario import Parameter
+from vireport.scenario import ScalarInput
 from vireport.study import Study
 from vireport.text import ABSENT, Table, capital, texts, words
 
@@ -43,8 +43,11 @@ def acceptance(study: Study) -> Iterator[Block]:
 
 
 def _remark(parts: Remark) -> str:
-    """A remark with parameters by their symbols and units."""
-    return "".join(f"*{part.symbol}* [{part.unit}]" if isinstance(part, Parameter) else words(part) for part in parts)
+    """A remark with inputs by their symbols and units."""
+    return "".join(
+        f"*{part.symbol}* [{part.unit}]".removesuffix(" []") if isinstance(part, ScalarInput) else words(part)
+        for part in parts
+    )
 
 
 def _row(criterion: Criterion) -> tuple[str, ...]:

@@ -110,12 +110,17 @@ def derived(device: Device, parameter: Parameter, value: float) -> tuple[tuple[s
     x = device.at(parameter, value)
     d, gbar = device.groups(parameter, value)
     frequency, force = x[Parameter.FREQUENCY], x[Parameter.AMPLITUDE]
+    shaker = device.shaker(parameter, value)
     return (
         ("Unit of length", "*x*_c", force / (4 * device.capsule_mass_kg * frequency**2), "m"),
         ("Unit of velocity", "*y*_c", float(device.velocity_unit(parameter, value)), "m/s"),
         ("Unit of time", "*t*_c", 1 / (2 * frequency), "s"),
         ("Dimensionless length", "*d* = *s*/*x*_c", float(d), ""),
         ("Dimensionless gravity", "*ḡ*", float(gbar), ""),
+        ("Acceleration amplitude of the capsule", "*F*/*M*", shaker.acceleration_m_s2, "m/s²"),
+        ("the same over 9.80665 m/s²", "", shaker.acceleration_g, "g"),
+        ("Stroke of the capsule, end to end", "2*F*/(*Mω*²)", shaker.stroke_m, "m"),
+        ("Force amplitude on the capsule", "*F*", shaker.force_n, "N"),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from vireport.analysis import CriticalPoint, DesignPoint, Held, PolishedMotion, StableInterval, TableRow
 from vireport.physics import DIGITS
 from vireport.report.pages import Block, Paragraph
-from vireport.scenario import Parameter
+from vireport.scenario import LARGEST, SMALLEST, Parameter
 from vireport.study import Study
 from vireport.text import ABSENT, Table, bounded, capital, error_bound, numbers, percent, significant, texts, words
 
@@ -44,6 +44,19 @@ def table_1(study: Study) -> Iterator[Block]:
         "Both ends of a row belong together: where *d* rises, the swept parameter may fall. Mirror images share a row.",
     )
     yield from _ranges("Ranges of stable 1:1 motion", study, study.solution.stable_ranges, None)
+    yield from _beyond(study)
+
+
+def _beyond(study: Study) -> Iterator[Block]:
+    """Where stable ranges would end that only the sweep ends."""
+    swept = study.solution.parameter
+    for part, beyond in zip(study.solution.stable_ranges, study.solution.beyond, strict=True):
+        for (value, _), point in zip(part.ends, beyond, strict=True):
+            if point is not None:
+                yield Paragraph(
+                    f"It is the sweep that ends at {swept.show(value, 8)}: stable motion goes on from there, to the "
+                    f"{point.kind.words} at {swept.show(point.point.sweep_value, 8)}."
+                )
 
 
 def _table_row(row: TableRow, symbol: str) -> tuple[str, ...]:
@@ -89,25 +102,24 @@ def _ranges(caption: str, study: Study, parts: Sequence[StableInterval], design:
 
 
 def _range_row(study: Study, part: StableInterval, designed: bool) -> Iterator[str]:
-    swept = part.parameter
-    yield f"{capital(swept.quantity)} *{swept.symbol}*"
-    yield swept.unit
-    at = float(getattr(study.solution.device, part.parameter)) if designed else None
+    varied = part.parameter
+    yield f"{capital(varied.quantity)} *{varied.symbol}*"
+    yield varied.unit
+    at = float(getattr(study.solution.device, varied)) if designed else None
     if at is not None:
         yield significant(at, 8)
     for value, point in part.ends:
-        yield significant(value, 8)
-        yield _reason(study, part, point)
+        open_ended = designed and point is None and value in (SMALLEST, LARGEST)
+        yield ABSENT if open_ended else significant(value, 8)
+        yield _reason(point, designed)
         if at is not None:
-            yield percent((value - at) / at, signed=True) if at else ABSENT
+            yield percent((value - at) / at, signed=True) if at and not open_ended else ABSENT
 
 
-def _reason(study: Study, part: StableInterval, point: CriticalPoint | None) -> str:
-    if point is not None:
-        return f"{point.label}, {point.kind.words}"
-    if study.solution.sweep is not None:
-        return "the sweep"
-    return "its limit" if part.parameter is Parameter.INCLINATION else "what was searched"
+def _reason(point: CriticalPoint | None, designed: bool) -> str:
+    if point is None:
+        return "nothing" if designed else "the sweep"
+    return ", ".join(filter(None, (point.label, point.kind.words)))
 
 
 def critical_points(study: Study) -> Iterator[Block]:
@@ -191,7 +203,7 @@ def design_point(study: Study) -> Iterator[Block]:
     else:
         yield Paragraph("The equations of a 1:1 motion have no solution here.")
     yield from _ranges(
-        "Stable ranges around the design point, one parameter varied at a time", study, design.stable, design
+        "Stable ranges around the design point, one input varied at a time", study, design.stable, design
     )
     yield from _margins(design)
 
@@ -212,20 +224,25 @@ def _margins(design: DesignPoint) -> Iterator[Block]:
         swept = margin.parameter
         rows.append(
             (
-                f"*{swept.symbol}* [{swept.unit}]",
-                margin.label,
+                f"*{swept.symbol}* [{swept.unit}]".removesuffix(" []"),
+                margin.label or ABSENT,
                 margin.kind.words,
                 margin.point.family,
                 significant(margin.sweep_value, 8),
                 significant(margin.distance, 6),
                 percent(margin.relative, signed=True),
+                "yes" if margin.ends_stability else "no",
             )
         )
     more = len(design.margins) - len(rows)
-    note = "Points of every branch, also of those that the stable motion is not on."
+    note = "To where stable motion ends, in every input, and to the other critical points of the sweep."
     yield Table(
         "Critical points around the design point, nearest first",
-        (*texts("Varied", "Point", "Kind", "Motion"), *numbers("at", "distance", "relative")),
+        (
+            *texts("Varied", "Point", "Kind", "Motion"),
+            *numbers("at", "distance", "relative"),
+            *texts("ends stable motion"),
+        ),
         tuple(rows),
         f"{note} {more} more are in results.json." if more else note,
     )

@@ -17,14 +17,17 @@ from vireport.scenario.blocks import (
 )
 from vireport.scenario.loading import Loaded, LoadedMap, load, load_any, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
-from vireport.scenario.parameters import Parameter
+from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
 from vireport.scenario.schema import init_text, schema
 
 __all__ = [
+    "LARGEST",
+    "SMALLEST",
     "UNIT_OF_SWEPT",
     "WIDEST_MARGIN",
     "Accuracy",
     "Axis",
+    "DesignInput",
     "Loaded",
     "LoadedMap",
     "Map",
@@ -32,6 +35,7 @@ __all__ = [
     "Parameter",
     "Requirements",
     "Sampling",
+    "ScalarInput",
     "Scenario",
     "Simulation",
     "as_texts",

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vireport.scenario.parameters import LARGEST, SMALLEST, Parameter
+from vireport.scenario.parameters import LARGEST, LARGEST_RESTITUTION, SMALLEST, Parameter
 
 LONGEST_TITLE = 200
 LARGEST_PERIOD_RATIO = 20
@@ -20,8 +20,6 @@ WIDEST_MARGIN = 75.0  # per cent: as far as is looked from a design point withou
 FEWEST_AXES, MOST_AXES = 2, 6
 MOST_VALUES = 4_000  # of an axis; a file has at most 5,000 values
 LARGEST_CHUNK = 1_000_000
-LARGEST_RESTITUTION = 1 - 1e-6
-"""In a map: beyond it the loss of an impact is too small for the criteria of stability."""
 
 UNIT_OF_SWEPT = "the unit of the swept parameter"
 """Stands for the unit of a value of whichever parameter is swept."""
@@ -187,7 +185,10 @@ def _angle(title: str, example: float) -> Any:
 
 
 def _percent(title: str, kind: str) -> Any:
-    meaning = f"Least distance from the design point to the nearest {kind} that ends stable motion, over its value."
+    meaning = (
+        f"Least distance from the design point to the nearest {kind} that ends one of its stable motions, in whichever "
+        "of length, force, capsule mass, frequency, inclination and restitution it is nearest, over the design value."
+    )
     return _key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
 
 
@@ -216,6 +217,22 @@ class Requirements(Block):
     )
     deflection_at_most_m: float | None = _positive(
         None, "Deflection at most", "m", "Largest deflection of a membrane at the design point.", example=0.02
+    )
+    acceleration_at_most_g: float | None = _positive(
+        None,
+        "Acceleration at most",
+        "g",
+        "Largest amplitude of the capsule's acceleration, F/M over 9.80665 m/s^2, at the design point or, without one, "
+        "over the sweep.",
+        example=3.0,
+    )
+    stroke_at_most_m: float | None = _positive(
+        None,
+        "Stroke at most",
+        "m",
+        "Largest displacement of the capsule from end to end, 2 F/(M omega^2), at the design point or, without one, "
+        "over the sweep.",
+        example=0.4,
     )
     crosscheck_passed: bool | None = _key(
         None, "Cross-check", "", "Whether the simulation must agree with the solution.", example=True

@@ -1,8 +1,9 @@
-"""The four inputs of a device that can be swept, varied, and measured margins in."""
+"""The inputs of a device: the four that can be swept, and all that a design point has margins in."""
 
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Self
 
 from vireport.text import significant
 
@@ -12,9 +13,12 @@ from vireport.text import significant
 # power.
 SMALLEST, LARGEST = 1e-15, 1e15
 
+LARGEST_RESTITUTION = 1 - 1e-6
+"""Beyond it motions draw together as 1 - r, and are not resolved."""
 
-class Parameter(StrEnum):
-    """An input that can be swept; the value is its key in a scenario.
+
+class ScalarInput(StrEnum):
+    """An input of a device; the value is its key in a scenario.
 
     Attributes
     ----------
@@ -40,7 +44,7 @@ class Parameter(StrEnum):
         symbol: str = "",
         unit: str = "",
         limits: tuple[float, float] = (SMALLEST, LARGEST),
-    ) -> Parameter:
+    ) -> Self:
         """Make the member whose value is `key`."""
         member = str.__new__(cls, key)
         member._value_ = key
@@ -48,15 +52,41 @@ class Parameter(StrEnum):
         member.limits = limits
         return member
 
-    LENGTH = "length_m", "device.length_m", "length", "s", "m"
-    AMPLITUDE = "amplitude_n", "excitation.amplitude_n", "force amplitude", "F", "N"
-    FREQUENCY = "frequency_hz", "excitation.frequency_hz", "frequency", "f", "Hz"
-    INCLINATION = "inclination_deg", "inclination_deg", "inclination", "β", "°", (0.0, 90.0)
-
     def show(self, value: float, digits: int = 6) -> str:
-        """Print a value of the parameter with its unit."""
+        """Print a value of the input with its unit."""
         return self.with_unit(significant(value, digits))
 
     def with_unit(self, number: str) -> str:
         """Put the unit behind a printed number."""
-        return f"{number}°" if self is Parameter.INCLINATION else f"{number} {self.unit}"
+        return f"{number}°" if self.unit == "°" else f"{number} {self.unit}".rstrip()
+
+
+_LENGTH = "length_m", "device.length_m", "length", "s", "m"
+_AMPLITUDE = "amplitude_n", "excitation.amplitude_n", "force amplitude", "F", "N"
+_FREQUENCY = "frequency_hz", "excitation.frequency_hz", "frequency", "f", "Hz"
+_INCLINATION = "inclination_deg", "inclination_deg", "inclination", "β", "°", (0.0, 90.0)
+
+
+class Parameter(ScalarInput):
+    """An input that can be swept."""
+
+    LENGTH = _LENGTH
+    AMPLITUDE = _AMPLITUDE
+    FREQUENCY = _FREQUENCY
+    INCLINATION = _INCLINATION
+
+
+class DesignInput(ScalarInput):
+    """An input that a design point has margins in: one that can be swept, the capsule's mass, or the restitution."""
+
+    LENGTH = _LENGTH
+    AMPLITUDE = _AMPLITUDE
+    CAPSULE_MASS = "capsule_mass_kg", "device.capsule_mass_kg", "capsule mass", "M", "kg"
+    FREQUENCY = _FREQUENCY
+    INCLINATION = _INCLINATION
+    RESTITUTION = "restitution", "device.restitution", "restitution", "r", "", (0.0, LARGEST_RESTITUTION)
+
+    @property
+    def sweepable(self) -> Parameter | None:
+        """The same as a parameter of a sweep; None where it cannot be swept."""
+        return next((parameter for parameter in Parameter if parameter.value == self.value), None)

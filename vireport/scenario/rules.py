@@ -167,10 +167,6 @@ def _masses(tree: _Tree) -> Iterator[Finding]:
     if isinstance(tree.at("device.membrane"), dict) and tree.at("device.ball_mass_kg") is None:
         needs = "ball_mass_kg is required where energy is evaluated (give it in device, or delete this block)"
         yield _rule("device.membrane", needs)
-    ball, capsule = tree.number("device.ball_mass_kg"), tree.number("device.capsule_mass_kg")
-    if ball is not None and capsule is not None and ball >= capsule:
-        limit = f"below capsule_mass_kg, {capsule:.12g}: the capsule is assumed not to feel the ball"
-        yield _rule("device.ball_mass_kg", f"got {ball:.12g}, which is too large ({limit})")
 
 
 def _radii(tree: _Tree) -> Iterator[Finding]:
@@ -246,9 +242,6 @@ def _at_design(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
                 given[key],
                 f"the design point that it is judged at is not given (give {tree.swept.path}, or leave this out)",
             )
-    if tree.swept is Parameter.INCLINATION and tree.number("inclination_deg") == 0:
-        message = f"there is no percentage of an inclination of 0 (require {' and '.join(ANGLES)} instead)"
-        yield from (_rule(given[key], message) for key in MARGINS if key in given)
 
 
 def _ranges(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:

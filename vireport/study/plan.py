@@ -45,6 +45,7 @@ class Task(StrEnum):
     FIGURE_6 = "figure-6", "figure 6: displacement of the capsule's ends and of the ball"
     ACCURACY = "accuracy", "error against run time of several methods"
     COMPLIANT = "compliant", "the motion with compliant membranes, and solvers on stiff ones"
+    FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
@@ -61,6 +62,7 @@ class Task(StrEnum):
 
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
+    Task.FIGURE_MARGINS,
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM),
 )
 
@@ -146,6 +148,8 @@ PICTURES = Condition(
     lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG}, "no figure, HTML or PDF is asked for"
 )
 
+PAGES = Condition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
+
 STEPS = (
     Row(Task.BRANCHES, (SWEEP,), "a sweep is given"),
     Row(Task.SYMMETRIC, (HORIZONTAL, ODD), "the capsule is horizontal"),
@@ -158,6 +162,7 @@ STEPS = (
     Row(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
     Row(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     Row(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
+    Row(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     Row(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
     Row(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),

@@ -30,7 +30,7 @@ from vireport.analysis import (
     undecided,
 )
 from vireport.gate import SWEEP_END
-from vireport.physics import Voltages
+from vireport.physics import Shaker, Voltages
 from vireport.scenario import to_dict
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study
@@ -64,7 +64,11 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "branches": [_branch(*row) for row in zip(solution.branches, bounds, strict=True)],
         "critical_points": [_critical(point) for point in solution.critical_points],
         "design_point": _design(solution.design, solution.bounds.design),
-        "stable_range": [_range(part) for part in solution.stable_ranges],
+        "stable_range": [
+            {**_range(part, SWEEP_END), **_continued(beyond)}
+            for part, beyond in zip(solution.stable_ranges, solution.beyond, strict=True)
+        ],
+        "shaker": _shaker(solution.shaker),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
         "accuracy": None if study.work is None else _accuracy(study.work),
@@ -238,7 +242,8 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         **_undecided(design.motions, bounds),
         "error_bounds": _bounds(bounds),
         "margins": [_margin(margin) for margin in design.margins],
-        "stable_range": [_range(part) for part in design.stable],
+        "margins_unresolved": list(design.unresolved),
+        "stable_range": [_range(part, LIMIT_OF_INPUT) for part in design.stable],
     }
 
 
@@ -251,20 +256,59 @@ def _margin(margin: Margin) -> dict[str, Any]:
         "sweep_value": margin.sweep_value,
         "distance": margin.distance,
         "relative": margin.relative,
+        "unit": margin.parameter.unit,
+        "percent": None if margin.relative is None else 100 * margin.relative,
         "ends_stability": margin.ends_stability,
         "error_bound": margin.error_bound,
+        "derivatives": dict(margin.derivatives),
     }
 
 
-def _range(part: StableInterval) -> dict[str, Any]:
+def _shaker(shaker: Shaker) -> dict[str, float]:
+    return {
+        "acceleration_amplitude_g": shaker.acceleration_g,
+        "acceleration_amplitude_m_s2": shaker.acceleration_m_s2,
+        "velocity_amplitude_m_s": shaker.velocity_m_s,
+        "stroke_m": shaker.stroke_m,
+        "force_amplitude_n": shaker.force_n,
+    }
+
+
+LIMIT_OF_INPUT = "limit of the input"
+"""What ends the range of an input that no critical point ends."""
+
+
+def _range(part: StableInterval, otherwise: str) -> dict[str, Any]:
+    """A stable range; `otherwise` is what ends it where no critical point does."""
     return {
         "parameter": part.parameter,
         "from": part.start,
         "to": part.end,
-        "from_reason": part.start_point.label if part.start_point else SWEEP_END,
-        "to_reason": part.end_point.label if part.end_point else SWEEP_END,
+        "from_reason": _reason(part.start_point, otherwise),
+        "to_reason": _reason(part.end_point, otherwise),
         "from_error_bound": part.start_point.point.error_bound if part.start_point else 0.0,
         "to_error_bound": part.end_point.point.error_bound if part.end_point else 0.0,
+    }
+
+
+def _reason(point: CriticalPoint | None, otherwise: str) -> str:
+    """What ends a stable range."""
+    return otherwise if point is None else point.label or point.kind.words
+
+
+def _continued(beyond: tuple[CriticalPoint | None, ...]) -> dict[str, Any]:
+    """Where a stable range would end if the sweep went on; null where it ends within it, or nowhere."""
+    return {
+        f"{end}_beyond_sweep": None
+        if point is None
+        else {
+            "sweep_value": point.point.sweep_value,
+            "kind": point.kind,
+            "d": point.point.d,
+            "gbar": point.point.gbar,
+            "error_bound": point.point.error_bound,
+        }
+        for end, point in zip(("from", "to"), beyond, strict=True)
     }
 
 

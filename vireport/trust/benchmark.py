@@ -241,7 +241,7 @@ def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:
     design = solution.design
     if (design is None or not design.motions.stable.any()) and solution.stable_ranges:
         part = solution.stable_ranges[0]
-        device = solution.device.with_value(part.parameter, (part.start + part.end) / 2)
+        device = solution.device.with_value(solution.parameter, (part.start + part.end) / 2)
         design = design_point(device, solution.diagram)
     if design is None or not design.motions.stable.any():
         return None

@@ -328,9 +328,9 @@ def _followed(solution: Solution, device: Device) -> tuple[Parameter, CriticalPo
         if points:
             return solution.parameter, min(points, key=lambda point: abs(point.point.sweep_value - own))
         if solution.diagram is None and solution.design is not None:
-            margin = next((margin for margin in solution.design.margins if margin.kind is kind), None)
-            if margin is not None:
-                return margin.parameter, margin.point
+            for margin in solution.design.endings(kind):
+                if margin.parameter.sweepable is not None:
+                    return margin.parameter.sweepable, margin.point
     return solution.parameter, None
 
 

@@ -1,0 +1,410 @@
+"""Motions followed from a design point along straight lines in (d, gbar, r), up to where each stops being stable.
+
+Length and frequency move a device along a line of constant gbar, the force and the capsule's mass along a ray from the
+origin, inclination and restitution along gbar and r. On a line, motions are a smooth curve in (q, phase, position on
+the line). It is followed in steps along its tangent, each corrected by Newton's method with the derivatives of the
+closed form, all lines and both directions side by side. The tangent is the vector product of the two conditions'
+gradients: it turns gently along one curve, and is reversed on another that comes near it, so that no step is accepted
+that has left its curve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.analysis.admissibility import wall_gap
+from vireport.analysis.kinds import CriticalKind, StrandEvent
+from vireport.analysis.orbits import Orbits, coefficients, orbits, orbits_above
+from vireport.analysis.roots import bracketed_root, may_hide_zeros
+from vireport.analysis.stability import return_trace, stability_border
+from vireport.analysis.sweep import Held, Level, level_terms
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+IMAGINARY = 1e-30
+"""Imaginary step that gives the derivative of an analytic function to the last digit."""
+
+FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.02, 0.08, 1e-15
+"""Steps along the curve, in units of q, of radians and of the position on a line: no feature of a motion is known that
+hides in the longest; where the shortest does not do, rounding does not resolve the curve."""
+
+GENTLE_TURN = 0.98
+"""Cosine of the largest angle between tangents at the ends of a step."""
+
+STRAIGHT = 0.998
+"""The same, up to which the next step is longer."""
+
+SETTLED = 1e-2
+"""Second Newton correction, as a share of the step, up to which the point is on the curve: the next would be at
+rounding."""
+
+MOST_STEPS = 1000
+"""Steps after which a motion is given up; forty are usual."""
+
+BRACKET = 1e-5
+"""Share of a step within which an event is located; what follows polishes it."""
+
+DIP_SAMPLES = 9
+"""Points of a step, and then around the lowest of them, at which an extremum is looked for."""
+
+MOST_EVENTS = 4
+"""Events of one step that are located until the first of them is."""
+
+CORRECTIONS = 2
+"""Newton corrections that take the middle of a step onto the curve."""
+
+AT_SYMMETRY = 1e-4
+"""|u| below which an asymmetric motion that comes to the symmetric family touches the border of stability, and does not
+cross it."""
+
+EVENTS = (
+    StrandEvent.DOUBLING,
+    StrandEvent.MEETING,
+    StrandEvent.GRAZING,
+    StrandEvent.BOTTOM_REST,
+    StrandEvent.TOP_REST,
+    StrandEvent.START,
+    StrandEvent.END,
+    CriticalKind.PITCHFORK,
+)
+"""What the columns of `_health` stand for: START and END are those of the line, and at a pitchfork an asymmetric motion
+becomes its own mirror image."""
+
+GAP = EVENTS.index(StrandEvent.GRAZING)
+"""Column of the smallest distance to a membrane, which costs most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Paths:
+    """Curves to be followed, side by side; arrays of one length but for the start of the lines.
+
+    Attributes
+    ----------
+    origin : tuple of float
+        d, gbar and r of the design point.
+    n : int
+        Forcing periods per motion.
+    growth, shift : ndarray, shape (count, 3)
+        How d, gbar and r change with the position t on the line of each: the start times exp(growth t), plus shift t.
+    low, high : ndarray
+        Positions at which the lines end; the design point has the position 0.
+    sign : ndarray
+        Whether the position shall grow or fall at the beginning, 1 or -1.
+    symmetric : ndarray of bool
+        Motions of a horizontal capsule that are their own mirror images, on a line without gravity.
+    divided : ndarray of bool
+        Others on such a line: the symmetric family is divided out of their equations.
+    x : ndarray, shape (count, 3)
+        Where each begins: u = q - 1/2, phase, position.
+    source : ndarray of int
+        What the caller knows each by.
+    handed_over : ndarray of bool
+        Whether each begins at a pitchfork, whose two families touch the border of stability there.
+    """
+
+    origin: tuple[float, float, float]
+    n: int
+    growth: Floats
+    shift: Floats
+    low: Floats
+    high: Floats
+    sign: Floats
+    symmetric: Mask
+    divided: Mask
+    x: Floats
+    source: Ints
+    handed_over: Mask
+
+    def select(self, index: Any) -> Paths:
+        """Those picked by an index or mask."""
+        names = (field.name for field in fields(Paths) if field.name not in ("origin", "n"))
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
+
+    def motions(self, x: Any) -> tuple[Orbits, Any]:
+        """The motions at points (..., count, 3), and their restitution."""
+        r = self.origin[2] + x[..., 2] * self.shift[:, 2]
+        return orbits(x[..., 0], x[..., 1], r, self.n), r
+
+    def conditions(self, x: Any) -> tuple[Any, Any]:
+        """The two conditions that hold on the curves, at points (..., count, 3)."""
+        u, phi, position = x[..., 0], x[..., 1], x[..., 2]
+        d, gbar, r = (
+            start * np.exp(position * self.growth[:, k]) + position * self.shift[:, k]
+            for k, start in enumerate(self.origin)
+        )
+        k = coefficients(u, r, self.n)
+        orbit = orbits_above(k, u, phi, r, self.n)
+        second = orbit.gbar - gbar
+        if self.divided.any() or self.symmetric.any():
+            a, b, _ = level_terms(Level(Held.GBAR, 0.0), k, u, r, self.n)
+            second = np.where(self.divided, a * orbit.sin_phi + b * orbit.cos_phi, second)
+            second = np.where(self.symmetric, u, second)
+        return orbit.d - d, second
+
+    def linearised(self, x: Floats) -> tuple[Floats, Floats]:
+        """The conditions (count, 2) at points (count, 3), and their gradients (count, 2, 3)."""
+        first, second = self.conditions(x + 1j * IMAGINARY * np.eye(3)[:, None, :])
+        both = np.stack([first, second], axis=-1)
+        return both[0].real, np.moveaxis(both.imag, 0, -1) / IMAGINARY
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Endpoint:
+    """Where a followed motion stops being a stable one.
+
+    Attributes
+    ----------
+    source : int
+        Of the path.
+    event : StrandEvent or None
+        START or END where the line ends first; None where rounding does not resolve the curve any farther.
+    x : ndarray
+        u, phase and position.
+    symmetric : bool
+        Whether the motion is its own mirror image.
+    pitchfork : bool
+        Whether a symmetric motion ends where asymmetric ones meet it, rather than in a fold.
+    """
+
+    source: int
+    event: StrandEvent | None
+    x: Floats
+    symmetric: bool
+    pitchfork: bool = False
+
+
+def follow(paths: Paths) -> list[Endpoint]:
+    """Follow stable motions until each stops being stable or admissible, or its line ends.
+
+    A motion of a horizontal capsule that meets a pitchfork goes on as the motion that takes over its stability.
+    """
+    ends: list[Endpoint] = []
+    with np.errstate(all="ignore"):  # a step that leaves the range of doubles is not accepted
+        while len(paths.source):
+            found, onward = _ends(paths)
+            ends += found
+            paths = _joined(onward) if onward else paths.select(slice(0))
+    return ends
+
+
+def _ends(paths: Paths) -> tuple[list[Endpoint], list[Paths]]:
+    """Where the motions on some paths end, and the paths on which others go on beyond a pitchfork."""
+    ends, onward = [], []
+    for k, (event, x, slopes) in enumerate(_events(paths, _traced(paths))):
+        symmetric, source = bool(paths.symmetric[k]), int(paths.source[k])
+        if event is StrandEvent.MEETING and paths.handed_over[k] and x[2] == paths.x[k, 2]:
+            ends.append(Endpoint(source, event, x, True, pitchfork=True))  # no motion takes over its stability
+        elif event is CriticalKind.PITCHFORK:
+            onward.append(_handed_over(paths.select([k]), x, symmetric=True))
+        elif symmetric and event is StrandEvent.MEETING and slopes[0] * slopes[1] > 0:
+            onward.append(_handed_over(paths.select([k]), x, symmetric=False))
+        else:
+            ends.append(Endpoint(source, event, x, symmetric))
+    return ends, onward
+
+
+def _handed_over(path: Paths, x: Floats, symmetric: bool) -> Paths:
+    """The path on which a motion goes on beyond a pitchfork."""
+    start = np.array([[0.0, x[1], x[2]]])
+    own = np.array([symmetric])
+    return replace(path, x=start, symmetric=own, divided=~own, handed_over=np.array([True]))
+
+
+def _joined(parts: list[Paths]) -> Paths:
+    names = (field.name for field in fields(Paths) if field.name not in ("origin", "n"))
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return replace(parts[0], **columns)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """Points on a curve, in order (shape (points, 3)), and the tangent at each."""
+
+    x: Floats
+    tangent: Floats
+
+
+def _tangent(gradients: Floats) -> Floats:
+    """Unit tangents (count, 3) of curves on which two conditions hold."""
+    a, b = gradients[:, 0], gradients[:, 1]
+    cross = a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]]
+    size = np.sqrt(np.sum(cross * cross, axis=1, keepdims=True))
+    return cross / np.where(size == 0, 1.0, size)
+
+
+def _corrected(paths: Paths, x: Floats, normal: Floats) -> tuple[Floats, Floats, Floats]:
+    """One Newton correction across `normal`: the new points, the size of the corrections, and the gradients used."""
+    value, gradients = paths.linearised(x)
+    matrix = np.concatenate([gradients, normal[:, None, :]], axis=1)
+    right = np.concatenate([value, np.zeros((len(x), 1))], axis=1)
+    usable = np.abs(np.linalg.det(matrix)) > 0
+    step = np.linalg.solve(np.where(usable[:, None, None], matrix, np.eye(3)), right[..., None])[..., 0]
+    size = np.where(usable, np.sqrt(np.sum(step * step, axis=1)), np.inf)
+    return x - step, size, gradients
+
+
+def _traced(paths: Paths) -> list[Trace]:
+    """Points along the curves, each up to a step beyond the first in which a motion is not known to be stable."""
+    x, count = paths.x.copy(), len(paths.source)
+    tangent = _tangent(paths.linearised(x)[1])
+    growing = paths.sign * tangent[:, 2]
+    # Where an asymmetric motion leaves the symmetric one, its position does not change at first: either half will do.
+    orientation = np.where(growing < 0, -1.0, 1.0)
+    step, beyond = np.full(count, FIRST_STEP), np.zeros(count, dtype=int)
+    points = [[start.copy()] for start in x]
+    tangents = [[t * o] for t, o in zip(tangent, orientation, strict=True)]
+    active = np.arange(count)
+    for _ in range(MOST_STEPS):
+        if not active.size:
+            break
+        part, t = paths.select(active), tangent[active] * orientation[active, None]
+        y = x[active] + step[active, None] * t
+        y, first, _ = _corrected(part, y, t)
+        y, second, gradients = _corrected(part, y, t)
+        new = _tangent(gradients) * orientation[active, None]
+        along = np.sum(new * t, axis=1)
+        good = (second <= SETTLED * step[active]) & (first <= step[active]) & (along > GENTLE_TURN)
+        good &= np.isfinite(y).all(axis=1)
+        moved = active[good]
+        x[moved], tangent[moved] = y[good], new[good] * orientation[moved, None]
+        for k, point, direction in zip(moved, y[good], new[good], strict=True):
+            points[k].append(point)
+            tangents[k].append(direction)
+        failing = np.zeros(count, dtype=bool)
+        failing[moved] = _health(paths.select(moved), x[moved], with_gap=False).min(axis=1) <= 0
+        beyond[moved] += failing[moved] | (beyond[moved] > 0)
+        longer = np.zeros(count, dtype=bool)
+        longer[moved] = along[good] > STRAIGHT
+        step[active[~good]] /= 2
+        step[longer] = np.minimum(step[longer] * 1.6, LONGEST_STEP)
+        active = active[(beyond[active] < 2) & (step[active] > SHORTEST_STEP)]
+    return [Trace(np.array(points[k]), np.array(tangents[k])) for k in range(count)]
+
+
+def _health(paths: Paths, x: Floats, with_gap: bool) -> Floats:
+    """Functions that are positive on stable motions, by the columns of `EVENTS`, at points (count, 3)."""
+    orbit, r = paths.motions(x)
+    with np.errstate(all="ignore"):
+        trace = np.asarray(return_trace(orbit, r))
+        border = stability_border(r)
+        scale = 1 + np.abs(trace)  # finite where an impact velocity vanishes and the trace diverges
+        doubling, meeting = (border + trace) / scale, (border - trace) / scale
+    valid = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
+    gap = np.ones(len(x))
+    if with_gap and valid.any():
+        gap[valid] = wall_gap(orbit.select(valid), r[valid], paths.n)
+    start = np.sign(paths.x[:, 0])
+    mirrored = paths.divided & ~paths.handed_over
+    mirror = np.where(mirrored, start * x[:, 0], 1.0)
+    meeting = np.where(mirrored & (np.abs(x[:, 0]) < AT_SYMMETRY), 1.0, meeting)
+    start_of_line = np.where(paths.sign < 0, x[:, 2] - paths.low, 1.0)
+    end_of_line = np.where(paths.sign > 0, paths.high - x[:, 2], 1.0)
+    rest = (orbit.velocity_bottom, -orbit.velocity_top, start_of_line, end_of_line)
+    values = np.stack([np.where(valid, doubling, 1.0), np.where(valid, meeting, 1.0), gap, *rest, mirror], axis=1)
+    return np.where(np.isnan(values), 1.0, values)
+
+
+def _events(paths: Paths, traces: list[Trace]) -> list[tuple[Any, Floats, tuple[float, float]]]:
+    """What ends each path, of `EVENTS`, or None; where; and the slopes of the position around it."""
+    owner = np.concatenate([np.full(len(trace.x), k) for k, trace in enumerate(traces)])
+    x = np.concatenate([trace.x for trace in traces])
+    values = _health(paths.select(owner), x, with_gap=True)
+    steps, ended, gaps = [], [], []
+    for k, trace in enumerate(traces):
+        own = values[owner == k]
+        if paths.handed_over[k]:  # both families touch the border at the pitchfork itself
+            own[0] = 1.0
+            turned_back = len(own) > 1 and (trace.x[1, 2] - trace.x[0, 2]) * paths.sign[k] <= 0
+            if turned_back and paths.divided[k]:
+                own[1, EVENTS.index(StrandEvent.MEETING)] = -1.0
+        bad = np.flatnonzero(own.min(axis=1) <= 0)
+        last = int(bad[0]) if bad.size else len(own) - 1
+        steps.append((max(last - 1, 0), last))
+        ended.append(bool(bad.size))
+        gaps.append(bool(own[last, GAP] <= 0))
+    share = np.ones(len(traces))
+    for k, row, at in _dips(paths, traces, values, owner, steps):
+        steps[k], share[k], ended[k], gaps[k] = (row, row + 1), at, True, True
+    low = np.array([trace.x[a] for trace, (a, _) in zip(traces, steps, strict=True)])
+    high = np.array([trace.x[b] for trace, (_, b) in zip(traces, steps, strict=True)])
+    where, failing = _located(paths, low, high, share, np.array(gaps))
+    found = []
+    for k, (a, b) in enumerate(steps):
+        event = EVENTS[failing[k]]
+        slopes = float(traces[k].tangent[a][2]), float(traces[k].tangent[b][2])
+        at_pitchfork = bool(paths.handed_over[k]) and a == 0 and event is StrandEvent.MEETING
+        found.append((event if ended[k] else None, paths.x[k] if at_pitchfork else where[k], slopes))
+    return found
+
+
+def _dips(
+    paths: Paths, traces: list[Trace], values: Floats, owner: Ints, steps: list[tuple[int, int]]
+) -> list[tuple[int, int, float]]:
+    """Steps before those given within which a function of `_health` falls below zero and comes back: path, step, share.
+
+    Looked for where a function comes near zero, twice on an ever finer grid.
+    """
+    rows = []
+    for k, (_, last) in enumerate(steps):
+        own = values[owner == k][: last + 1, : GAP + 1]
+        if len(own) > 2:
+            rows += [(k, int(row) + side) for row in np.flatnonzero(may_hide_zeros(own).any(axis=1)) for side in (0, 1)]
+    if not rows:
+        return []
+    part = paths.select(np.repeat([k for k, _ in rows], DIP_SAMPLES))
+    low, high = (np.repeat([traces[k].x[row + end] for k, row in rows], DIP_SAMPLES, axis=0) for end in (0, 1))
+    middle, width = np.full(len(rows), 0.5), 0.5
+    for _ in range(2):
+        share = np.clip(middle[:, None] + width * np.linspace(-1, 1, DIP_SAMPLES), 0.0, 1.0)
+        x = _between(part, low, high, share.ravel())
+        height = _health(part, x, with_gap=True).min(axis=1).reshape(share.shape)
+        middle, width = share[np.arange(len(rows)), height.argmin(axis=1)], 2 * width / (DIP_SAMPLES - 1)
+    found: dict[int, tuple[int, int, float]] = {}
+    for (k, row), share_of, value in zip(rows, middle, height.min(axis=1), strict=True):
+        if value < 0 and k not in found:
+            found[k] = k, row, float(share_of)
+    return list(found.values())
+
+
+def _located(paths: Paths, low: Floats, high: Floats, bound: Floats, with_gap: Mask) -> tuple[Floats, Ints]:
+    """Where on the steps from `low` to `high` a function of `_health` first falls to zero, and which one."""
+    rows, gaps = np.arange(len(low)), bool(with_gap.any())
+    start = np.where(paths.handed_over & (low == paths.x).all(axis=1), BRACKET, 0.0)
+    at_start = _health(paths, _between(paths, low, high, start), gaps)
+
+    for _ in range(MOST_EVENTS):
+        at_bound = _health(paths, _between(paths, low, high, bound), gaps)
+        falling = (at_start > 0) & (at_bound <= 0)
+        with np.errstate(all="ignore"):
+            share = np.where(falling, at_start / (at_start - at_bound), np.inf)
+        column = np.where(falling.any(axis=1), share.argmin(axis=1), at_bound.argmin(axis=1))
+
+        def value(share: Floats, column: Ints = column) -> Floats:
+            at = _between(paths, low, high, share)
+            return np.asarray(_health(paths, at, gaps and bool((column == GAP).any()))[rows, column])
+
+        root = bracketed_root(value, start, bound, BRACKET)
+        x = _between(paths, low, high, root)
+        health = _health(paths, x, gaps)
+        others = health.copy()
+        others[rows, column] = 1.0
+        earlier = (others.min(axis=1) < 0) & (root < bound)
+        if not earlier.any():
+            break
+        bound = np.where(earlier, root, bound)
+    return x, column
+
+
+def _between(paths: Paths, low: Floats, high: Floats, share: Floats) -> Floats:
+    """Points of the curves at a share of steps."""
+    chord = high - low
+    x = low + share[:, None] * chord
+    for _ in range(CORRECTIONS):
+        x, _, _ = _corrected(paths, x, chord)
+    return x

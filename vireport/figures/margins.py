@@ -1,0 +1,66 @@
+"""How the nearest end of stable motion moves with the other inputs: a tornado chart and its words."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+from vireport.analysis import Margin
+from vireport.figures.layout import blank, finished
+from vireport.figures.style import GUIDE, Color, Picture, style
+from vireport.scenario import DesignInput
+from vireport.study import Study, Task
+from vireport.text import significant
+
+TITLE = "What moves the nearest end of stable motion"
+
+BAR_HEIGHT, ROOM = 0.32, 0.75
+"""Of each bar with its gap, and of the axis with its label [in]."""
+
+
+def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figure:
+    """Bars of how far an end of stable motion moves if each other input grows by 1 %, the longest at the top."""
+    height = ROOM + BAR_HEIGHT * len(shifts)
+    with style():
+        figure, panels = blank(1)
+        axes = panels[0, 0]
+        colors = [Color.VERMILION if shift < 0 else Color.BLUE for _, shift in shifts]
+        axes.barh(range(len(shifts)), [shift for _, shift in shifts], height=0.7, color=colors)
+        axes.set_yticks(range(len(shifts)), [f"{name.quantity} {name.symbol}" for name, _ in shifts])
+        axes.invert_yaxis()
+        axes.axvline(0.0, **GUIDE)
+        axes.set_xlabel(f"shift of the {end.kind.words} in {end.parameter.symbol} [% of its value]")
+        return finished(figure, height, [], [])
+
+
+def picture(study: Study) -> Picture | None:
+    """The figure with its words; None where stable motion ends nowhere, or nothing moves its end."""
+    design = study.solution.design
+    end = next(iter(design.endings()), None) if design is not None else None
+    shifts = _shifts(study, end) if end is not None else []
+    if end is None or not shifts:
+        return None
+    return Picture(Task.FIGURE_MARGINS, TITLE, _caption(end), _alt(end, shifts), figure_margins(end, shifts))
+
+
+def _shifts(study: Study, end: Margin) -> list[tuple[DesignInput, float]]:
+    """Relative change of the value at which motion ends over that of each other input, largest first."""
+    shifts = [
+        (name, derivative * float(getattr(study.solution.device, name)) / end.sweep_value)
+        for name, derivative in end.derivatives.items()
+        if derivative is not None
+    ]
+    return sorted(((name, x) for name, x in shifts if x), key=lambda shift: -abs(shift[1]))
+
+
+def _caption(end: Margin) -> str:
+    parameter = end.parameter
+    return (
+        f"The nearest end of stable motion is the {end.name} at {parameter.symbol} = "
+        f"{parameter.show(end.sweep_value)}. The bars are how far it moves, in per cent of that value, if one of the "
+        "other inputs grows by 1 %: exact derivatives at the design point, by the implicit function theorem."
+    )
+
+
+def _alt(end: Margin, shifts: list[tuple[DesignInput, float]]) -> str:
+    moved = ", ".join(f"{name.quantity} {significant(shift, 3)} %" for name, shift in shifts)
+    return f"Bar chart. 1 % more of each input moves the {end.name} in {end.parameter.quantity} by: {moved}."
