@@ -120,9 +120,11 @@ def test_streams(name: str, stdin: str, stdout: str, stderr: str, folder: Path) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_combination_of_streams(name: str, folder: Path) -> None:
-    for streams in product(INPUTS, OUTPUTS, OUTPUTS):
-        check_streams(name, folder, *streams)
+def test_combinations_of_streams(name: str, folder: Path) -> None:
+    """Half of the pairs of states of standard output and error, in which each state meets two of the other."""
+    for (i, stdout), (j, stderr) in product(enumerate(OUTPUTS), repeat=2):
+        if (i + j) % 2 == 0:
+            check_streams(name, folder, INPUTS[(i + j) // 2 % len(INPUTS)], stdout, stderr)
 
 
 def test_standard_input_that_is_closed(tmp_path: Path) -> None:
