@@ -50,6 +50,7 @@ def test_a_design_point_draws_no_bifurcation_figure(example, tmp_path: Path) -> 
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"report.html", "report.pdf", "results.json"}
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes(example, tmp_path: Path) -> None:
     digests = []
     for folder in ("one", "two"):
@@ -169,6 +170,7 @@ def test_plan_says_what_runs_and_what_is_left_out(example) -> None:
     assert next(line for line in sparse.splitlines() if "figure-2" in line).startswith("skip")
 
 
+@pytest.mark.slow
 def test_without_a_ball_mass_no_energy_is_evaluated(example, tmp_path: Path) -> None:
     text = "".join(
         line

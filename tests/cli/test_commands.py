@@ -36,6 +36,7 @@ def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path,
     assert not (folder / "figure-stiffness.png").exists()
 
 
+@pytest.mark.slow
 def test_a_report_has_the_section_where_the_scenario_asks_for_it(quick, example, tmp_path: Path) -> None:
     asked = ["--set", "accuracy.repeats=1", "--set", "accuracy.compliant_membrane=false"]
     folder = tmp_path / "out"

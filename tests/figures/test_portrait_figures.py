@@ -211,6 +211,7 @@ def test_long_words_are_shortened() -> None:
     assert len(short("B" * 40 + "T")) < 24
 
 
+@pytest.mark.slow
 def test_the_plan_decides_and_the_words_tell_the_numbers() -> None:
     study = simulated_study()
     drawn = {picture.name: picture for picture in pictures(study, simulated_points(study))}

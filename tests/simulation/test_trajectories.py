@@ -7,7 +7,6 @@ from math import acos, cos, pi, radians, sin
 
 import numpy as np
 import pytest
-from conftest import first
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
@@ -258,7 +257,8 @@ def taylor_flight(z, v, c, s, d, g, order=44):
         return wall, total + hit, *(horner(q, hit) for q in (vs, cs, ss))
 
 
-@pytest.mark.parametrize("start", first(1, STARTS), ids=str)
+@pytest.mark.slow
+@pytest.mark.parametrize("start", STARTS, ids=str)
 def test_a_taylor_integration_in_high_precision_agrees_until_chaos_forbids_it(start) -> None:
     """Rounding differs, so the difference grows as the Jacobians say and not faster, up to 1e-4."""
     rows, growth = ours(start, 120)

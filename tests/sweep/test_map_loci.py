@@ -12,6 +12,8 @@ from vireport.analysis import find_motions
 from vireport.scenario import Parameter
 from vireport.sweep.loci import loci_of
 
+pytestmark = pytest.mark.slow  # the curves take some seconds
+
 
 def motions_at(plan, x: float, y: float):
     """All motions at two values of the axes."""
