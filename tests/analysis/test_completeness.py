@@ -51,7 +51,7 @@ def scan(d: float, gbar: float, r: float, samples: int = 400_001) -> list[tuple[
     return found
 
 
-@pytest.mark.parametrize("seed", first(10, range(60)))
+@pytest.mark.parametrize("seed", first(4, range(60)))
 def test_every_motion_of_a_scan_is_found(seed: int) -> None:
     rng = np.random.default_rng(seed)
     d, gbar, r = 10 ** rng.uniform(-1.5, 0.1), 10 ** rng.uniform(-2.5, 0.2), rng.uniform(0.05, 0.95)

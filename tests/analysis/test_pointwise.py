@@ -87,6 +87,7 @@ def test_motions_of_the_paper() -> None:
     angle=st.one_of(st.just(0.0), st.just(90.0), st.floats(0.0, 90.0), st.floats(-13, 0).map(lambda x: 10.0**x)),
     length=st.floats(0.05, 3.0),
 )
+@pytest.mark.slow
 def test_same_motions_as_on_the_followed_curve(r: float, n: int, force: float, angle: float, length: float) -> None:
     device = replace(
         DEVICE, restitution=r, period_ratio=n, amplitude_n=force, inclination_deg=angle, length_m=length * force * n / 3

@@ -68,6 +68,7 @@ def test_json_is_alone_on_stdout_and_writes_no_file(example, tmp_path: Path) -> 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_default_command_and_run_are_the_same(example) -> None:
     one, two = vireport(str(example("inclined")), "--json"), vireport("run", str(example("inclined")), "--json")
     assert one.stdout == two.stdout
@@ -90,6 +91,7 @@ def test_overrides_reach_the_results(example) -> None:
     assert scenario["inclination_deg"] == 30
 
 
+@pytest.mark.slow
 def test_formats_narrow_what_is_written(example, tmp_path: Path) -> None:
     run = vireport(str(example("inclined")), "-o", str(tmp_path / "a/b"), "--format", "csv,json", "--format", "png")
     assert run.returncode == 0

@@ -20,6 +20,7 @@ def quick(monkeypatch) -> None:
     monkeypatch.setattr(workprecision, "METHODS", workprecision.METHODS[:2])
 
 
+@pytest.mark.slow
 def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path, capsys) -> None:
     text = "".join(row for row in example("inclined").read_text().splitlines(True) if "ball_mass" not in row)
     (tmp_path / "massless.yaml").write_text(text)

@@ -35,6 +35,7 @@ def test_along_a_sweep(name: str, figure: str) -> None:
     assert_readable(figure_of(name, figure))
 
 
+@pytest.mark.slow
 def test_from_simulation() -> None:
     study = simulated_study()
     for picture in pictures(study, simulated_points(study)):

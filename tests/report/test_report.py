@@ -400,6 +400,7 @@ def test_free_text_is_text(example) -> None:
     assert attached.decode() == model.scenario_text
 
 
+@pytest.mark.slow
 def test_same_input_same_bytes(example, tmp_path: Path, model) -> None:
     here = [hashlib.sha256(part(model("inclined"))).hexdigest() for part in (render_html, render_pdf)]
     code = (
@@ -486,6 +487,7 @@ def test_pages_are_numbered(reader) -> None:
         assert f"Page {i} of {len(pages)}" in tidy(sheet.extract_text())
 
 
+@pytest.mark.slow
 def test_a_real_report_is_small(study_of) -> None:
     from vireport.figures import pictures
 

@@ -217,6 +217,7 @@ TREES = st.recursive(
 )
 
 
+@pytest.mark.slow
 @REPEATABLE
 @given(st.dictionaries(NAMES, TREES, max_size=4), st.sampled_from([None, 1]))
 def test_every_json_document_reads_as_json_does(tree, indent):

@@ -204,6 +204,7 @@ def test_no_impact_is_missed_or_invented(flights) -> None:
     first_is_first(s, impact)
 
 
+@pytest.mark.slow
 def test_impact_times_are_exact_to_a_few_ulp(flights) -> None:
     s, impact, _, _ = flights
     worst = 0.0
@@ -331,6 +332,7 @@ def extremes_stay_inside(model, rows) -> float:
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", [CHAOS, (0.4, 0.0, 0.5), (0.12, 0.9, 0.7), (0.6, 1.1, 0.95)], ids=str)
 def test_ball_is_on_the_wall_at_impacts_and_inside_between(model) -> None:
     rows, summary = follow_one(check_model(*model)[0], check_start(Impact(TOP, -0.4, 1.0), model[0]), 250_000)

@@ -51,6 +51,7 @@ def out(file: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
 def test_same_bytes_on_any_number_of_cores(file: Path, workers: int) -> None:
     run_map(str(file), file.parent / "out", workers=workers, draw=False)

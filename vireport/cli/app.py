@@ -64,6 +64,8 @@ Templates = Annotated[
     typer.Option(
         "--templates",
         metavar="DIR",
+        exists=True,
+        file_okay=False,
         help="A folder whose report templates replace ours, file by file. They are code, and run with your rights.",
     ),
 ]
