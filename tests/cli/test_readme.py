@@ -71,6 +71,11 @@ def test_the_python_of_the_docs_runs(page: Path, monkeypatch: pytest.MonkeyPatch
         assert capsys.readouterr().out
 
 
+def test_the_first_run_prints_what_the_readme_says(study_of) -> None:
+    (printed,) = re.findall(r"^    (Stable .*), \.\.\.$", text_of(README), re.MULTILINE)
+    assert study_of("inclined").verdict.headline.startswith(printed)
+
+
 def test_scenarios_are_valid() -> None:
     (scenario,) = blocks(README, "yaml")
     assert loads(scenario).scenario.sweep is not None
