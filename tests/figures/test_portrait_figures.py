@@ -19,7 +19,7 @@ from PIL import Image
 
 from vireport.figures import Simulated, figure_2, figure_7, pictures, png_of, simulated_points
 from vireport.figures.curves import stretches
-from vireport.figures.diagram import WORDS, figure_diagram, groups
+from vireport.figures.diagram import WORDS, diagram_caption, figure_diagram, groups
 from vireport.figures.portraits import (
     BALL,
     BOTTOM_IMPACT,
@@ -37,7 +37,7 @@ from vireport.figures.portraits import (
     rides,
     short,
 )
-from vireport.simulation import Diagram
+from vireport.simulation import Diagram, Outcome
 
 
 @pytest.mark.parametrize("name", list(PAPER))
@@ -170,7 +170,7 @@ def test_every_word_is_in_the_diagrams_legend() -> None:
     assert panel.get_ylim()[0] < drawn_at.min() < drawn_at.max() < panel.get_ylim()[1]
 
 
-def diagram_of(labels: list[str], repeats: int = 3) -> Diagram:
+def diagram_of(labels: list[str | Outcome], repeats: int = 3) -> Diagram:
     count = repeats * len(labels)
     label = np.tile(np.arange(len(labels)), repeats)
     wall = np.where(np.arange(count) % 2, -1, 1).astype(np.int8)
@@ -181,13 +181,21 @@ def test_many_words_are_named_up_to_eight() -> None:
     study = simulated_study()
     check = study.crosscheck
     words = ["B" * k + "T" for k in range(1, 13)]
-    found = diagram_of([*words, "chaotic, or not periodic within the budget"])
+    found = diagram_of([*words, Outcome.APERIODIC])
     drawn = figure_diagram(study, found, check.values, check.d)
     assert "other" in texts_of(drawn)
     assert "not periodic" in texts_of(drawn)
     assert len(set(texts_of(drawn)) & set(words)) == len(WORDS) == 8
     assert [name for name, _ in groups(found)][8:] == ["other", "not periodic"]
     assert sum(points.sum() for _, points in groups(found)) == len(found.index)
+
+
+def test_only_a_ball_that_rests_or_flies_is_said_to_have_no_impacts() -> None:
+    check = simulated_study().crosscheck
+    found = diagram_of(["BT", *Outcome])
+    caption = diagram_caption(simulated_study(), found, check.values)
+    still = f"From some starts the ball ends {Outcome.REST}, or {Outcome.FREE}, which has no impacts."
+    assert caption.endswith(still)
 
 
 def test_an_empty_diagram_is_drawn() -> None:

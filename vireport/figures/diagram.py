@@ -17,6 +17,7 @@ from vireport.figures.layout import Entry, blank, finished, fit_vertically, say
 from vireport.figures.portraits import short
 from vireport.figures.style import GUIDE, TEXT, Color, Look, style
 from vireport.figures.sweeps import AXES_HEIGHT, NO_MOTION, Drawing, drawing_of
+from vireport.simulation import Outcome
 from vireport.study import Study
 from vireport.text import significant
 
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from vireport.simulation import Diagram
 
 TITLE = "Bifurcation diagram by simulation"
+
+WITHOUT_IMPACTS = Outcome.REST, Outcome.FREE
+"""Ways to end of which a diagram shows nothing."""
 
 HEIGHT = 3.5
 """Of the panel [in]."""
@@ -130,17 +134,13 @@ def _looks(diagram: Diagram) -> list[tuple[Group, Look]]:
 
 def groups(diagram: Diagram) -> list[Group]:
     """The words of a diagram, those found at most values first, the rest of them, and what is not periodic."""
-    words = [(short(name), diagram.label == k) for k, name in enumerate(diagram.labels) if is_word(name)]
+    labels = list(enumerate(diagram.labels))
+    words = [(short(name), diagram.label == k) for k, name in labels if not isinstance(name, Outcome)]
     words = sorted((word for word in words if word[1].any()), key=lambda word: (-len(_values(diagram, word)), word[0]))
     rest = np.logical_or.reduce([np.zeros(len(diagram.label), bool), *(points for _, points in words[MOST_WORDS:])])
-    loose = np.isin(diagram.label, [k for k, name in enumerate(diagram.labels) if not is_word(name)])
+    loose = np.isin(diagram.label, [k for k, name in labels if isinstance(name, Outcome)])
     others = [(OTHER_WORDS, rest), (NOT_PERIODIC, loose)]
     return words[:MOST_WORDS] + [group for group in others if group[1].any()]
-
-
-def is_word(label: str) -> bool:
-    """Whether a label of a diagram is a word of impacts."""
-    return bool(label) and set(label) <= set("BT~")
 
 
 def _values(diagram: Diagram, group: Group) -> NDArray[np.int64]:
@@ -181,6 +181,6 @@ def _found(study: Study, diagram: Diagram, values: Floats) -> Iterator[str]:
         span = swept.with_unit(high) if low == high else f"{low} to {swept.with_unit(high)}"
         where.append(f"{group[0]} at {len(at)} ({swept.symbol} = {span})")
     yield f"Motions at {len(values)} value{'s' * (len(values) != 1)}: {'; '.join(where)}."
-    others = [label for label in diagram.labels if not is_word(label) and "periodic" not in label]
-    if others:
-        yield f"From some starts the ball ends {', or '.join(others)}, which has no impacts."
+    still = [label for label in diagram.labels if label in WITHOUT_IMPACTS]
+    if still:
+        yield f"From some starts the ball ends {', or '.join(still)}, which has no impacts."

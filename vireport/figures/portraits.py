@@ -14,6 +14,7 @@ from vireport.figures.curves import Curve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, fit_vertically, letter_of, round_ticks, say, widened
 from vireport.figures.style import GUIDE, TEXT, Color, Look, style
+from vireport.simulation import Outcome
 from vireport.study import Task
 from vireport.text import significant
 
@@ -189,7 +190,7 @@ def _displacement(axes: Axes, portrait: Portrait) -> None:
         axes.plot(periods(at), x, **BALL)
         displacement = capsule(portrait, portrait.time) - portrait.position
         _impacts(axes, portrait, arrivals(portrait), periods(portrait.time), displacement)
-    elif portrait.attractor.outcome.name == "REST":
+    elif portrait.attractor.outcome is Outcome.REST:
         axes.plot(periods(time), bottom_end, **BALL)
 
 

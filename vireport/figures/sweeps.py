@@ -306,21 +306,25 @@ Rows = tuple[list[_Row], list[list[Entry]]]
 
 
 def _rows_2(drawings: Sequence[Drawing]) -> Rows:
-    def row(k: int, label: str) -> _Row:
+    def row(k: int, label: str, phases: bool) -> _Row:
         return _Row(
             label,
             lambda x, branch: curves.impact_pairs(branch.motions, x.study.solution.device.period_ratio)[k],
             lambda x, part, side: (BOTTOM, TOP)[side] | (STABLE if part.stable else UNSTABLE),
             (Color.BLUE, Color.GREEN),
             lambda simulated: ((y, CIRCLE) for y in simulated.pairs[k]),
-            phases="rad" in label,
+            phases=phases,
         )
 
     legend: list[Entry] = [("impact k−1, bottom", BOTTOM), ("impact k, top", TOP), *_stability_legend(drawings)]
     if any(drawing.simulated for drawing in drawings):
         legend.append(("simulation", CIRCLE))
-    labels = "impact velocity |Ż| [–]", "phase φ [rad]", "flight time Δt/2 [periods]"
-    return [row(k, label) for k, label in enumerate(labels)], [legend]
+    rows = [
+        row(0, "impact velocity |Ż| [–]", phases=False),
+        row(1, "phase φ [rad]", phases=True),
+        row(2, "flight time Δt/2 [periods]", phases=False),
+    ]
+    return rows, [legend]
 
 
 def _rows_4(drawings: Sequence[Drawing]) -> Rows:

@@ -15,6 +15,13 @@ from vireport.report.rendering import TEMPLATES
 from vireport.study import Study
 from vireport.text import Table, texts
 
+CLOSED_FORM = (
+    "Closed form",
+    "Solved for *ḡ* and *Ż*_B at any *q* and *φ*, with *d* from (3.11): every motion there is, without a "
+    "starting guess.",
+    ("determinant", "closed-gravity", "closed-velocity"),
+)
+
 GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (
         "Model",
@@ -36,12 +43,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         "conditions are linear in *Ż*_B, sin *φ*, cos *φ*, *ḡ* and *d*.",
         ("times", "velocity-top", "periodic-velocity", "periodic-phase", "periodic-length"),
     ),
-    (
-        "Closed form",
-        "Solved for *ḡ* and *Ż*_B at any *q* and *φ*, with *d* from (3.11): every motion there is, without a "
-        "starting guess.",
-        ("determinant", "closed-gravity", "closed-velocity"),
-    ),
+    CLOSED_FORM,
     (
         "Admissibility",
         "The conditions know only the ends of a flight; the ball has to stay between the membranes on the way.",
@@ -102,10 +104,11 @@ def equations(study: Study) -> Iterator[Block]:
     """The equations that a study used, by subject, and the symbols in them."""
     markup = _markup()
     energy = study.solution.membrane is not None
-    for title, text, names in (*GROUPS, ENERGY) if energy else GROUPS:
+    diagram = study.solution.diagram
+    for group in (*GROUPS, ENERGY) if energy else GROUPS:
+        title, text, names = group
         yield Subheading(title)
-        diagram = study.solution.diagram
-        held = diagram.curve.level.held if title == "Closed form" and diagram is not None else None
+        held = diagram.curve.level.held if group is CLOSED_FORM and diagram is not None else None
         yield Paragraph(f"{text} {LEVELS[held]}" if held is not None else text)
         for name in names:
             yield Equation(name=name, note=NOTES.get(name, ""), **markup[name])

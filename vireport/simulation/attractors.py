@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from math import ceil, inf, log, nan
 
 import numpy as np
@@ -55,7 +55,7 @@ LONGEST_FLIGHT = 1e12
 NUDGE = 1e-6
 
 
-class Outcome(Enum):
+class Outcome(StrEnum):
     """How a trajectory ends."""
 
     PERIODIC = "periodic"
@@ -115,8 +115,8 @@ class Diagram:
         The impact.
     label : array of int
         Index into `labels`.
-    labels : tuple of str
-        Words, or the value of the outcome where there is no word.
+    labels : tuple of str or Outcome
+        Words, or the outcome where there is no word.
     """
 
     index: NDArray[np.int64]
@@ -124,7 +124,7 @@ class Diagram:
     phase: Array
     velocity: Array
     label: NDArray[np.int64]
-    labels: tuple[str, ...]
+    labels: tuple[str | Outcome, ...]
 
 
 def find_attractor(d: float, gbar: float, r: float, start: Start, budget: int = 200_000) -> Attractor:
@@ -199,7 +199,7 @@ def diagram(
     """
     model = check_model(d, gbar, r)
     rows, summary = _many(model, starts, impacts, max(keep, cycles.MAX_IMPACTS + 1), workers)
-    labels: dict[str, int] = {}
+    labels: dict[str | Outcome, int] = {}
     parts: list[tuple[Array, int, int]] = []
     for i in range(len(model)):
         known: list[Cycle] = []
@@ -207,7 +207,7 @@ def diagram(
         for j in range(rows.shape[1]):
             own = _happened(rows[i, j], summary[i, j])
             attractor = _search(model[i], own, summary[i, j], (impacts, budget), known)
-            label = labels.setdefault(attractor.word or attractor.outcome.value, len(labels))
+            label = labels.setdefault(attractor.word or attractor.outcome, len(labels))
             cycle = attractor.cycle
             if cycle is None and attractor.outcome is Outcome.APERIODIC:
                 parts.append((own[-keep:][:, [WALL, PHASE, VELOCITY]], i, label))
