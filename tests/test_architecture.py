@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import vireport
+from vireport.errors import EXTRAS, installing
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -64,3 +67,10 @@ def test_a_report_never_imports_pyplot(example, tmp_path: Path) -> None:
 def test_csv_alone_draws_nothing(example, tmp_path: Path) -> None:
     loaded = imported_by("run", str(example("inclined")), "-o", str(tmp_path / "out"), "--format", "csv")
     assert not loaded & HEAVY
+
+
+def test_an_install_command_names_an_extra_that_brings_the_package() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    for package, extra in EXTRAS.items():
+        assert any(re.match(rf"{package.split('.')[0]}\b", requirement) for requirement in extras[extra]), package
+        assert f"vireport[{extra}]" in installing(package)

@@ -9,6 +9,21 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+EXTRAS = {
+    "dask.distributed": "cluster",
+    "filelock": "sweep",
+    "numba": "simulation",
+    "pyarrow": "sweep",
+    "python-flint": "certify",
+}
+"""The extra with which each optional package comes."""
+
+
+def installing(package: str) -> str:
+    """Return the command that installs an optional package, from a clone's environment as from any other."""
+    extra = EXTRAS.get(package)
+    return f"pip install 'vireport[{extra}]'" if extra is not None else f"pip install {package}"
+
 
 class VireportError(Exception):
     """A failure that is explained to the caller in one message; `exit_code` is what the process returns."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis.branches import CriticalPoint
-from vireport.analysis.continuation import BRACKET, LONGEST_STEP, Endpoint, Paths, follow
+from vireport.analysis.continuation import BRACKET, IMAGINARY, LONGEST_STEP, Endpoint, Paths, follow
 from vireport.analysis.critical import (
     CONDITIONS,
     POLISHED_NUMBERS,
@@ -37,9 +37,6 @@ from vireport.physics import COMPLEX, DIGITS, FINEST_D, FLOATS, NO_GRAVITY, Deci
 from vireport.scenario import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
-
-IMAGINARY = 1e-30
-"""Imaginary step that gives the derivative of an analytic function to the last digit."""
 
 HIGHEST_RESTITUTION = 0.99
 """Up to which margins in restitution are looked for; no pair of materials is known to have more."""
@@ -65,23 +62,21 @@ class Line(Enum):
 
     def direction(self, d: Any, gbar: Any) -> tuple[Any, Any, Any]:
         """Change of (d, gbar, r) with the position, at the groups of the design point."""
-        zero = 0 * d
-        return {
-            Line.LENGTHS: (d, zero, zero),
-            Line.FORCES: (d, gbar, zero),
-            Line.GRAVITY: (zero, 1 + zero, zero),
-            Line.RESTITUTION: (zero, zero, 1 + zero),
-        }[self]
+        growth, shift = self.rates
+        d_growth, gbar_growth, r_growth = (
+            g * start + s for g, start, s in zip(growth, (d, gbar, 0), shift, strict=True)
+        )
+        return d_growth, gbar_growth, r_growth
 
     @property
-    def rates(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    def rates(self) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
         """How (d, gbar, r) change along it: as exponential functions of the position, and in proportion to it."""
-        fixed = 0.0, 0.0, 0.0
+        fixed = 0, 0, 0
         return {
-            Line.LENGTHS: ((1.0, 0.0, 0.0), fixed),
-            Line.FORCES: ((1.0, 1.0, 0.0), fixed),
-            Line.GRAVITY: (fixed, (0.0, 1.0, 0.0)),
-            Line.RESTITUTION: (fixed, (0.0, 0.0, 1.0)),
+            Line.LENGTHS: ((1, 0, 0), fixed),
+            Line.FORCES: ((1, 1, 0), fixed),
+            Line.GRAVITY: (fixed, (0, 1, 0)),
+            Line.RESTITUTION: (fixed, (0, 0, 1)),
         }[self]
 
     @staticmethod

@@ -38,15 +38,15 @@ def _folder(text: str) -> Path:
 
 
 ScenarioFile = Annotated[str, typer.Argument(metavar="SCENARIO", help="A YAML file, or - for standard input.")]
+
+
+def _folder_option(help_: str) -> Any:
+    return typer.Option("--output", "-o", metavar="DIR", parser=_folder, help=help_)
+
+
 Folder = Annotated[
     Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="DIR",
-        parser=_folder,
-        help="Where to write; by default a folder named after the scenario, or after what the command does.",
-    ),
+    _folder_option("Where to write; by default a folder named after the scenario, or after what the command does."),
 ]
 Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Set a value over the file's; may be repeated.")
@@ -217,9 +217,7 @@ def plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats = None
 @app.command()
 def accuracy(
     scenario: ScenarioFile,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write the figures and accuracy.json here too.")
-    ] = None,
+    output: Annotated[Path | None, _folder_option("Write the figures and accuracy.json here too.")] = None,
     json: Json = False,
     every: Annotated[bool, typer.Option("--all", help="A row for every run, not only the best.")] = False,
     set_: Overrides = None,
@@ -289,12 +287,12 @@ def diff(
 ) -> None:
     """Say what has changed since earlier results, beyond the tolerance; exit code 1 if anything has."""
     from vireport.comparison import baseline as earlier
-    from vireport.study import analyse
+    from vireport.study import Task, analyse
 
     if baseline == scenario == "-":
         raise UsageError("standard input can be the results or the scenario, not both")
     before = earlier.read_baseline(baseline)
-    changes = earlier.diff(before, analyse(_loaded(scenario, set_), ("json",)), relative=tolerance)
+    changes = earlier.diff(before, analyse(_loaded(scenario, set_), (Task.JSON,)), relative=tolerance)
     printed: str | bytes
     if json:
         printed = earlier.diff_json(changes, tolerance)

@@ -36,7 +36,7 @@ class Outcome:
     summary : str
         For standard error, unless nothing but errors is to be said.
     failure : str
-        Why the exit code is 1, said where the summary is not.
+        Why the exit code is not 0, said where the summary is not.
     exit_code : int
     stale : tuple of str
         Files that this command may write: those of an earlier run go, also where it wrote none.

@@ -8,7 +8,7 @@ from typing import Any
 
 from vireport.physics import Device, Membrane
 from vireport.scenario import Loaded, Parameter, loads
-from vireport.study import Study, analyse, device_of, membrane_of
+from vireport.study import Study, Task, analyse, device_of, membrane_of
 
 WIDE = (0.02, 3.0)
 """Range of d in which 1:1 motions begin and end."""
@@ -82,7 +82,7 @@ class Harvester:
 
     def study(self, sweep: SweepRange | None = None) -> Study:
         """Everything that a run finds out about the device, and about a sweep."""
-        return analyse(self.scenario(sweep), ("json",))
+        return analyse(self.scenario(sweep), (Task.JSON,))
 
     def over(self, d: tuple[float, float] = WIDE) -> Study:
         """The study with the length swept over a range of d."""

@@ -22,7 +22,7 @@ import numpy as np
 
 from vireport.alerts import AlertCode
 from vireport.analysis import Change, CriticalKind, CriticalPoint, Family, Motions
-from vireport.errors import VireportError
+from vireport.errors import VireportError, installing
 from vireport.physics import Device
 from vireport.scenario import Parameter
 from vireport.study import Study
@@ -47,9 +47,6 @@ SEED = 20190301
 
 LONGEST = 60.0
 """Seconds after which a case counts as hanging; none takes more than three."""
-
-INSTALL = {"numba": "pip install 'vireport[simulation]'"}
-"""How to get the packages that cases need."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +142,7 @@ class Outcome:
 def judge(case: Case) -> Outcome:
     """Run one case, with every warning an error, and decide whether it passed."""
     if case.needs and find_spec(case.needs) is None:
-        return Outcome(case, Verdict.LEFT_OUT, f"needs {case.needs}: {INSTALL.get(case.needs, case.needs)}")
+        return Outcome(case, Verdict.LEFT_OUT, f"needs {case.needs}: {installing(case.needs)}")
     start = perf_counter()
     finding = Finding("")
     try:

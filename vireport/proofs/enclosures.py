@@ -12,13 +12,13 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
-from vireport.errors import NumericalError
+from vireport.errors import NumericalError, installing
 
 try:
     from flint import arb, arb_mat, arb_series, ctx
 except ImportError as error:
     raise NumericalError(
-        "proofs in ball arithmetic need the package python-flint: pip install 'vireport[certify]'"
+        f"proofs in ball arithmetic need the package python-flint: {installing('python-flint')}"
     ) from error
 
 RADII = ("1e-10", "1e-13", "1e-17", "1e-22", "1e-28", "1e-36", "1e-48")

@@ -17,6 +17,8 @@ from math import isfinite, pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vireport.errors import installing
+
 BOTTOM, TOP = 1, -1
 TURN = 2 * pi
 # Columns of a row: one row per impact, the first of a trajectory being its start.
@@ -176,8 +178,8 @@ def follow(model: Array, starts: Array, impacts: int, keep: int | None = None, w
 def _say_that_it_is_slow() -> None:
     """Once in a process."""
     logger.warning(
-        "the simulation is interpreted, some hundred times slower than compiled, as the package numba is missing: "
-        "pip install 'vireport[simulation]'"
+        "the simulation is interpreted, some hundred times slower than compiled, as the package numba is missing: %s",
+        installing("numba"),
     )
 
 

@@ -12,6 +12,7 @@ from enum import StrEnum
 from importlib.util import find_spec
 from typing import NamedTuple
 
+from vireport.errors import installing
 from vireport.scenario import Parameter, Scenario
 
 
@@ -209,8 +210,6 @@ IMPACTS_PER_SECOND = 2e6
 INTERPRETED_PER_SECOND = 3e4
 """The same where it is not compiled."""
 
-GET_NUMBA = "pip install 'vireport[simulation]'"
-
 
 def _cost(scenario: Scenario) -> str:
     """The simulation, with what it will cost."""
@@ -221,11 +220,13 @@ def _cost(scenario: Scenario) -> str:
     impacts = values * asked.starts * asked.impacts * (2 if asked.diagram else 1)
     cost = f"about {impacts / IMPACTS_PER_SECOND:.1g} s and, the first time, a few seconds to compile"
     if find_spec("numba") is None:
-        cost = f"about {impacts / INTERPRETED_PER_SECOND:.1g} s, interpreted, as numba is missing: {GET_NUMBA}"
+        cost = (
+            f"about {impacts / INTERPRETED_PER_SECOND:.1g} s, interpreted, as numba is missing: {installing('numba')}"
+        )
     return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, {cost}"
 
 
 def _methods() -> str:
     """The comparison of methods, with what it will lack."""
-    lacking = "" if find_spec("numba") is not None else f", without those that need numba: {GET_NUMBA}"
+    lacking = "" if find_spec("numba") is not None else f", without those that need numba: {installing('numba')}"
     return f"{Task.ACCURACY.what}{lacking}"

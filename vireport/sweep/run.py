@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.analysis import STABILITIES
-from vireport.errors import NumericalError
+from vireport.errors import NumericalError, installing
 from vireport.scenario import load_map
 from vireport.sweep.cells import MapPlan, map_plan
 
@@ -81,7 +81,7 @@ def run_map(
 def _require_packages() -> None:
     missing = [name for name in ("pyarrow", "filelock") if find_spec(name) is None]
     if missing:
-        raise NumericalError(f"a map needs {' and '.join(missing)}: pip install 'vireport[sweep]'")
+        raise NumericalError(f"a map needs {' and '.join(missing)}: {installing(missing[0])}")
 
 
 def _compute(store: Store, scheduler: str | None, workers: int, progress: Progress, rejected: list[str]) -> None:

@@ -24,7 +24,7 @@ from multiprocessing.context import BaseContext
 from typing import Any
 from urllib.parse import urlsplit
 
-from vireport.errors import NumericalError, UsageError
+from vireport.errors import NumericalError, UsageError, installing
 from vireport.files import write_whole
 from vireport.interrupts import check, put_off
 from vireport.sweep.store import RejectedFileError, Store, encoded_chunk, read_chunk, write_chunk
@@ -226,7 +226,7 @@ def _connected(scheduler: str) -> Iterator[Any]:
     try:
         distributed = import_module("distributed")
     except ImportError as error:
-        raise NumericalError("--scheduler needs dask.distributed: pip install 'vireport[cluster]'") from error
+        raise NumericalError(f"--scheduler needs dask.distributed: {installing('dask.distributed')}") from error
     try:
         client = distributed.Client(scheduler, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vireport.errors import NumericalError
+from vireport.errors import NumericalError, installing
 from vireport.progress import Progress
 from vireport.trust.benchmark import Benchmark, MethodTask, Quantity, Target, benchmark_of
 from vireport.trust.flights import Budget
@@ -46,9 +46,6 @@ LEAST_POINTS = 3
 
 FAILURES = (NumericalError, ArithmeticError, ValueError, Warning)
 """What a method that fails raises; warnings of the integrators count as failures."""
-
-INSTALL = {"numba": "pip install 'vireport[simulation]'"}
-"""How to get what a method needs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +197,7 @@ def compare(
     absent: list[tuple[str, str]] = []
     for method in methods:
         if method.needs and find_spec(method.needs) is None:
-            absent.append((method.name, f"needs the package {method.needs}: {INSTALL[method.needs]}"))
+            absent.append((method.name, f"needs the package {method.needs}: {installing(method.needs)}"))
             continue
         if progress is not None:
             progress(f"accuracy: {method.name}")
