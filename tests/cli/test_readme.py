@@ -14,6 +14,7 @@ import typer
 from vireport import loads, results
 from vireport.alerts import AlertCode
 from vireport.cli.app import app
+from vireport.errors import EXTRAS
 from vireport.scenario import loads_map, schema
 from vireport.study import provenance_of
 
@@ -198,5 +199,5 @@ def test_extras_that_are_named_exist() -> None:
     extras = tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]["optional-dependencies"]
     sources = [*PAGES, *(ROOT / "vireport").rglob("*.py")]
     named = {name for path in sources for name in re.findall(r"(?:vireport|\.)\[([a-z,]+)\]'", text_of(path))}
-    assert {name for names in named for name in names.split(",")} <= set(extras)
-    assert "simulation" in named
+    assert {name for names in named for name in names.split(",")} | set(EXTRAS.values()) <= set(extras)
+    assert "certify" in named
