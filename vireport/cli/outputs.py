@@ -22,6 +22,7 @@ from vireport.study import (
     provenance_of,
     results_json,
     with_certificates,
+    with_pages,
 )
 
 if TYPE_CHECKING:
@@ -98,9 +99,10 @@ def run_files(study: Study, command: str, templates: Path | None, say: Progress)
         pictures = _pictures(study)
     if plan.runs(Task.HTML, Task.PDF):
         say("setting the report")
-        from vireport.report import build_report, render_html, render_pdf
+        from vireport.report import Report, render_html, render_pdf
 
-        report = build_report(study, pictures, provenance)
+        origin = with_pages(provenance, drawn=bool(pictures))
+        report = Report(study, {picture.name: picture for picture in pictures}, origin)
         if plan.runs(Task.HTML):
             files["report.html"] = render_html(report, templates)
         if plan.runs(Task.PDF):

@@ -91,6 +91,10 @@ def style() -> Iterator[None]:
         yield
 
 
+NUMBERS = {"margins": "8", "accuracy": "9", "stiffness": "10", "diagram": "11"}
+"""Of the figures that the paper does not have."""
+
+
 class NotebookFigure(Figure):
     """A figure that a notebook shows as it would be written to a file, without pyplot."""
 
@@ -135,6 +139,12 @@ class Picture:
     caption: str
     alt: str
     figure: Figure
+
+    @property
+    def number(self) -> str:
+        """By which it is referred to: that of the paper's figure, or one after them; of a further page in brackets."""
+        number, _, page = self.name.removeprefix("figure-").partition("-")
+        return f"{NUMBERS.get(number, number)}{f' ({page})' if page else ''}"
 
     @cached_property
     def png(self) -> bytes:

@@ -225,12 +225,19 @@ def _outside_geometry(results: Evidence) -> str | None:
     )
 
 
-def _long_contact(results: Evidence) -> str | None:
-    membrane, (bottom, top, frequency) = results.solution.membrane, results.impacts
+def longest_contact(solution: Solution) -> float | None:
+    """Longest contact of the stable motions over the forcing period, by an estimate without gravity and forcing.
+
+    None without a ball mass, without stable motion, and where the restitution has no contact law.
+    """
+    membrane, (bottom, top, frequency) = solution.membrane, Evidence(solution, None, None).impacts
     if membrane is None or not bottom.size:
         return None
-    slowest = np.minimum(bottom, -top)
-    share = contact_share(slowest, membrane, results.solution.device.restitution, frequency)
+    return contact_share(np.minimum(bottom, -top), membrane, solution.device.restitution, frequency)
+
+
+def _long_contact(results: Evidence) -> str | None:
+    share = longest_contact(results.solution)
     if share is None or share <= LONG_CONTACT:
         return None
     return (
