@@ -3,7 +3,7 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 ARGS ?=
 
-.PHONY: help setup test slow all lint format pictures equations schema ci
+.PHONY: help setup test slow all lint format pictures schema ci
 
 help: ## list the verbs
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "%-10s %s\n", $$1, $$2}' Makefile
@@ -24,12 +24,11 @@ slow: setup ## the slow tests
 all: setup ## all tests
 	$(BIN)/python -m pytest -n auto $(ARGS)
 
-lint: setup ## style, format, types, import contract, equations
+lint: setup ## style, format, types, import contract
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy vireport
 	$(BIN)/lint-imports
-	$(BIN)/python tools/make_equations.py --check
 
 format: setup ## format the code
 	$(BIN)/ruff check --fix .
@@ -37,9 +36,6 @@ format: setup ## format the code
 
 pictures: setup ## draw the pictures of the documentation anew
 	$(BIN)/python tools/make_pictures.py
-
-equations: setup ## make what the templates read from tools/equations.typ
-	$(BIN)/python tools/make_equations.py
 
 schema: setup ## write the JSON Schema that the examples name
 	$(BIN)/vireport schema > examples/scenario.schema.json

@@ -14,11 +14,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from junitparser import Failure, JUnitXml
+from pages import Page
 
 from vireport import analyse, load, loads
 from vireport.cli.app import main
 from vireport.gate.requirements import REQUIREMENTS, Criterion, Limit, LimitKind, assess, held, unmet, with_peaks
 from vireport.gate.verdict import CONCERNS, Question, Status
+from vireport.report import Report, render_html
 from vireport.report.ci_formats import github, junit, markdown
 from vireport.scenario import Requirements
 from vireport.scenario.document import read
@@ -393,20 +395,16 @@ def test_what_is_set_over_the_file_has_no_line() -> None:
 
 
 def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
-    from vireport.report.build import build_report
-
-    study = analyse(load(CI / "failing.yaml"), ("html",))
-    model = build_report(study, (), provenance_of(study.loaded, "test"))
-    assert [section.key for section in model.sections][:2] == ["acceptance", "alerts"]
-    table = model.sections[0].blocks[1]
-    assert [row[1] for row in table.rows].count("✗ NOT MET") == 4
-    assert [row[1] for row in table.rows].count("✓ met") == 5
-    plain = build_report(study_of("inclined"), (), provenance_of(study_of("inclined").loaded, "test"))
-    assert "acceptance" not in [section.key for section in plain.sections]
     assert main([str(CI / "failing.yaml"), "-o", str(tmp_path), "--format", "html", "-q"]) == 1
-    html = (tmp_path / "report.html").read_text()
-    assert html.index('id="acceptance"') < html.index('id="alerts"')
-    assert html.count("NOT MET") == 4
+    page = Page((tmp_path / "report.html").read_bytes())
+    assert page.headings[:3] == ["Verdict", "Acceptance", "Alerts"]
+    outcomes = [outcome for (outcome,) in page.tables["Requirements"].columns("Outcome")]
+    assert (outcomes.count("✗ NOT MET"), outcomes.count("✓ met")) == (4, 5)
+    lines = [line for (line,) in page.tables["Where the values come from"].columns("In the scenario")]
+    assert "failing.yaml:30" in lines or all(line.startswith("failing.yaml:") for line in lines)
+    assert "vireport" in page.text[page.text.index("Again, with the exit code") :][:80]
+    plain = Report(study_of("inclined"), {}, provenance_of(study_of("inclined").loaded, "test"))
+    assert "Acceptance" not in Page(render_html(plain)).headings
 
 
 def test_the_workflow_runs_what_exists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from vireport.comparison.comparison import FEW_NAMES, FIGURES, Comparison
 from vireport.comparison.variants import MOST
-from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of
+from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of, with_pages
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -78,14 +78,15 @@ def render_comparison(
         drawn = compare_pictures(comparison)
     if formats & {"html", "pdf"}:
         say("setting the report")
-        from vireport.comparison.pages import build_comparison_report
+        from vireport.comparison.pages import ComparisonReport
         from vireport.report import render_html, render_pdf
 
-        model = build_comparison_report(comparison, drawn, provenance)
+        origin = with_pages(provenance, drawn=bool(drawn))
+        report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin)
         if "html" in formats:
-            files["report.html"] = render_html(model, templates)
+            files["report.html"] = render_html(report, templates)
         if "pdf" in formats:
-            files["report.pdf"] = render_pdf(model, templates)
+            files["report.pdf"] = render_pdf(report, templates)
     if "png" in formats:
         files |= {f"{picture.name}.png": picture.png for picture in drawn}
     if "json" in formats:

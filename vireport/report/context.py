@@ -18,7 +18,7 @@ from vireport.gate import Criterion, Fact, Question, Verdict, longest_contact
 from vireport.physics import DIGITS, Device
 from vireport.report.certificates import summary
 from vireport.report.voltages import MassEffect, Place, mass_effects, places
-from vireport.scenario import LARGEST, SMALLEST, UNIT_OF_SWEPT, DesignInput, Parameter, inputs
+from vireport.scenario import LARGEST, SMALLEST, UNIT_OF_SWEPT, Parameter, ScalarInput, inputs
 from vireport.study import Provenance, Study
 from vireport.text import Table, exact
 from vireport.trust import (
@@ -89,8 +89,7 @@ class State:
 class End:
     """An end of a stable range: what ends it, and the room that the design point has, over its value.
 
-    The value is None where the range is not known to end, the room where there is no design point or nothing to relate
-    it to.
+    The value is None where the range is not known to end, the room also where the design value is zero.
     """
 
     value: float | None
@@ -100,10 +99,10 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """A stable range of an input around the design point, whose value is None without one."""
+    """A stable range of an input around the design point, and its value there."""
 
-    parameter: DesignInput | Parameter
-    value: float | None
+    parameter: ScalarInput
+    value: float
     start: End
     end: End
 

@@ -38,6 +38,9 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
 """Our own templates: inside an installed package, or at the root of a checkout."""
 
+SECTIONS = "sections"
+"""Folder of templates in which the sections are."""
+
 _RICH = re.compile(
     r"\*(?P<symbol>[^*\s][^*]*)\*"
     r"|(?<!\w)(?P<base>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})\b"
@@ -135,9 +138,7 @@ def render_pdf(report: Document, templates: Path | None = None, standards: Itera
     return _compiled(report, _fill(report, templates), "pdf", standards)
 
 
-def _compiled(
-    report: Document, source: str, output: Literal["html", "pdf"], standards: Iterable[str] = ()
-) -> bytes:
+def _compiled(report: Document, source: str, output: Literal["html", "pdf"], standards: Iterable[str] = ()) -> bytes:
     """What Typst makes of a filled template; in a PDF, characters that its fonts lack are given by their numbers."""
     unusual = "".join(sorted(set(_UNUSUAL.findall(source)))) if output == "pdf" else ""
     inputs = {"output": output, "lacking": "".join(f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual))}
@@ -225,7 +226,10 @@ def rich(text: str) -> Source:
 
 def _literal(value: Any) -> str:
     """What an expression in a template becomes: a string that is text, unless it is source."""
-    return value if isinstance(value, Source) else f"#{string(_TIED.sub(NO_BREAK, str(value)))};"
+    if isinstance(value, Source):
+        return value
+    text = _TIED.sub(NO_BREAK, str(value))
+    return f"#{string(text)};" if text else ""
 
 
 FILTERS: dict[str, Callable[..., str]] = {
@@ -312,7 +316,8 @@ def _place(error: Exception, name: str) -> str:
     place, trace = name, error.__traceback__
     while trace is not None:
         file = Path(trace.tb_frame.f_code.co_filename)
-        if file.suffix not in (".py", "") or file.name == name:
-            place = f"{file.name}:{trace.tb_lineno}"
+        if file.suffix == ".j2":
+            shown = file.relative_to(file.parents[1]) if file.parent.name == SECTIONS else file.name
+            place = f"{shown}:{trace.tb_lineno}"
         trace = trace.tb_next
     return place
