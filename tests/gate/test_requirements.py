@@ -347,8 +347,18 @@ def test_a_title_is_text_in_every_format(odd) -> None:
     assert "<" not in text
     rows = [line for line in text.splitlines() if line.startswith("|")]
     assert len(rows) == 2 + 9
-    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {7}
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {8}
     assert sum("**NOT MET**" in row for row in rows) == 4
+
+
+def test_markdown_leads_to_the_line_and_says_how_to_run_it_again(odd, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = markdown(odd, provenance_of(odd.loaded, "vireport run x_y.yaml"))
+    assert "Again, with the exit code: vireport run x\\_y.yaml" in text
+    assert "| odd,na:me%.yaml:28 |" in text
+    for name, value in (("SERVER_URL", "https://github.com"), ("REPOSITORY", "a/b"), ("SHA", "0123")):
+        monkeypatch.setenv(f"GITHUB_{name}", value)
+    text = markdown(odd, provenance_of(odd.loaded, "test"))
+    assert "[odd,na:me%.yaml:28](https://github.com/a/b/blob/0123/odd%2Cna%3Ame%25.yaml#L28)" in text
 
 
 def test_characters_that_xml_cannot_hold(odd) -> None:
@@ -397,11 +407,15 @@ def test_what_is_set_over_the_file_has_no_line() -> None:
 def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
     assert main([str(CI / "failing.yaml"), "-o", str(tmp_path), "--format", "html", "-q"]) == 1
     page = Page((tmp_path / "report.html").read_bytes())
-    assert page.headings[:3] == ["Verdict", "Acceptance", "Alerts"]
+    assert page.headings[:3] == ["Verdict", "Acceptance", "Key numbers"]
     outcomes = [outcome for (outcome,) in page.tables["Requirements"].columns("Outcome")]
     assert (outcomes.count("✗ NOT MET"), outcomes.count("✓ met")) == (4, 5)
-    lines = [line for (line,) in page.tables["Where the values come from"].columns("In the scenario")]
-    assert "failing.yaml:30" in lines or all(line.startswith("failing.yaml:") for line in lines)
+    lines = page.tables["Requirements"].columns("In the scenario")
+    rows = (CI / "failing.yaml").read_text().splitlines()
+    for (line,), one in zip(lines, analyse(load(CI / "failing.yaml")).criteria, strict=True):
+        name, _, number = line.partition(":")
+        assert (name, rows[int(number) - 1].split(":")[0].strip()) == ("failing.yaml", one.key)
+        assert f"#line-{number}" in page.attributes("href")
     assert "vireport" in page.text[page.text.index("Again, with the exit code") :][:80]
     plain = Report(study_of("inclined"), {}, provenance_of(study_of("inclined").loaded, "test"))
     assert "Acceptance" not in Page(render_html(plain)).headings

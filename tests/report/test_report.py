@@ -103,7 +103,7 @@ def reader(model):
 @pytest.mark.parametrize("name", NAMES)
 def test_both_outputs_have_the_same_sections(name: str, page, reader) -> None:
     swept = name != "design-point"
-    titles = ["Verdict", "Alerts", "Margins", "Voltage", "Design point"]
+    titles = ["Verdict", "Key numbers", "Alerts", "Margins", "Voltage", "Design point"]
     titles += ["Critical points", "Stability along the sweep"] if swept else []
     titles += ["Scenario", "Equations", *(["The paper’s numbers"] if swept else []), "Left out, and why", "Provenance"]
     assert page(name).headings == titles
