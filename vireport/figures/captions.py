@@ -56,9 +56,11 @@ def held(study: Study, varied: Parameter | None = None) -> list[str]:
 
 
 def caption(study: Study, figure: Task, simulated: Simulated | None = None) -> str:
-    """The caption of a figure: what is drawn. Lines are in its legend, conditions above it, numbers in the tables."""
+    """The caption of a figure: what is drawn and how, where it is stable, and the critical points."""
     about = {Task.FIGURE_2: _about_2, Task.FIGURE_4: _about_4, Task.FIGURE_7: _about_7}[figure](study)
-    return " ".join([*about, *_overlay(figure, simulated), *_design(study)])
+    setting = f"{conditions(study)}; {_range(study)}."
+    points = _points(study, in_full=figure == Task.FIGURE_2)
+    return " ".join([*about, *_overlay(figure, simulated), setting, _stable(study), *points, *_design(study, figure)])
 
 
 def column_caption(study: Study, figure: Task, simulated: Simulated | None = None) -> str:
@@ -88,7 +90,9 @@ def _about_2(study: Study) -> list[str]:
         unit += f" = {significant(float(device.velocity_unit(swept, 0.0)), 4)} m/s"
     about = [
         f"(a) Magnitude of the impact velocity |Ż| in units of {unit}, (b) phase φ of the force at the impact, "
-        "(c) flight time over two Δt/2, which is the flight time in forcing periods."
+        "(c) flight time over two Δt/2, which is the flight time in forcing periods. Blue and thick: impact k−1, on "
+        "the bottom membrane, and the flight from it; green and thin: impact k, on the top one. Solid: stable; "
+        "dash-dotted: unstable."
     ]
     if _level(study):
         about.append(f"{EQUALLY_FAST}: blue and green coincide in (a).")
@@ -106,7 +110,7 @@ def _about_4(study: Study) -> list[str]:
         real_part = f", and where Δ < 0 the real part that they share (thick; |λ| = r² = {modulus} there)."
     about = [
         f"(a) Discriminant Δ = tr² − 4 det of the linearised return map, (b) its eigenvalues λ₁ ≥ λ₂{real_part} "
-        "Red, thin: Δ = 0, λ = 0 and λ = ±1, the bounds of Table 1."
+        "Solid: stable; dash-dotted: unstable. Red, thin: Δ = 0, λ = 0 and λ = ±1, the bounds of Table 1."
     ]
     if _mirrored(study):
         about.append("Mirror images share one curve.")
@@ -119,7 +123,10 @@ def _about_4(study: Study) -> list[str]:
 
 def _about_7(study: Study) -> list[str]:
     membrane = study.solution.membrane
-    about = ["U_imp − U_in, the gain over the bias, at either membrane, and U_ave, its mean over both impacts."]
+    about = [
+        "Red and thick: U_ave, the mean over both impacts; blue: U_imp − U_in at the bottom membrane (solid) "
+        "and at the top one (dashed); dotted where the motion is unstable, more sparsely at the top.",
+    ]
     if membrane is not None:
         bias = quantity(membrane.bias_voltage_v, "V")
         about.append(f"Ball mass m = {scaled(membrane.ball_mass_kg, 3)} g, bias U_in = {bias}.")
@@ -167,18 +174,36 @@ def _stable(study: Study) -> str:
     return f"Stable 1:1 motion for {' and for '.join(map(range_text, ranges))}."
 
 
-def _points(study: Study) -> list[str]:
-    """The critical points with the swept parameter."""
+def _points(study: Study, in_full: bool = False) -> list[str]:
+    """The critical points with the swept parameter, or in full with their kind and d."""
     swept = study.solution.parameter
-    points = [f"{x.label} {swept.show(x.point.sweep_value)}" for x in study.solution.critical_points]
-    return [f"Critical points, at {swept.symbol}: {'; '.join(points)}."] if points else []
+    points = []
+    for point in study.solution.critical_points:
+        at = swept.show(point.point.sweep_value)
+        if in_full:
+            d = "" if swept is Parameter.INCLINATION else f"d = {significant(point.point.d)}, "
+            points.append(f"{point.label} {point.kind.words} ({d}{swept.symbol} = {at})")
+        else:
+            points.append(f"{point.label} {at}")
+    head = "Critical points" if in_full else f"Critical points, at {swept.symbol}"
+    return [f"{head}: {'; '.join(points)}."] if points else []
 
 
-def _design(study: Study) -> list[str]:
+def _design(study: Study, figure: Task) -> list[str]:
     design = study.solution.design
-    if design is None:
+    if design is None or figure == Task.FIGURE_4:
         return []
-    return [f"The vertical line is the design point {design.parameter.symbol} = {design.parameter.show(design.value)}."]
+    swept, motions = design.parameter, design.motions
+    at = f"The vertical line is the design point {swept.symbol} = {swept.with_unit(exact(design.value))}"
+    stable = np.flatnonzero(motions.stable)
+    if not len(stable):
+        return [f"{at}, where no motion is stable."]
+    row = stable[0]
+    if figure == Task.FIGURE_7 and design.voltages is not None:
+        return [f"{at}; its stable motion gives U_ave = {quantity(float(design.voltages.average_v[row]), 'V')}."]
+    pairs = impact_pairs(motions, study.solution.device.period_ratio)
+    speed, phase, flight = (" and ".join(significant(float(side[row]), 4) for side in pair) for pair in pairs)
+    return [f"{at}; its stable motion has |Ż| = {speed}, φ = {phase} rad and Δt/2 = {flight} at bottom and top."]
 
 
 def _eigenvalues(part: Stretch) -> tuple[Floats, Floats]:
