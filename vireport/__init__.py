@@ -9,10 +9,12 @@ for point in study.solution.critical_points:
 
 from __future__ import annotations
 
-from types import ModuleType
-from typing import Any
-
 from vireport.version import __version__
+
+TYPE_CHECKING = False  # `typing` takes longer to import than all that comes before Ctrl-C is heeded
+if TYPE_CHECKING:
+    from types import ModuleType
+    from typing import Any
 
 __all__ = [
     "Comparison",

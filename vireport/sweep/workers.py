@@ -44,8 +44,9 @@ POLL = 2.0
 ANSWER = 30.0
 """How long a scheduler may take to answer [s]."""
 
-PATIENCE = 60.0
-"""How long a scheduler may be without any worker, or without a sign of life of any [s]."""
+PATIENCE = 45.0
+"""How long a scheduler may be without any worker, or without a sign of life of any [s]; they report every few seconds.
+With start and end of the command, less than a minute."""
 
 SCHEMES = ("tcp", "tls", "ucx", "ucxx", "ws", "wss")
 """Protocols of a scheduler's address."""
