@@ -7,7 +7,6 @@ grow with the map.
 
 from __future__ import annotations
 
-import asyncio
 import multiprocessing
 import os
 import signal
@@ -259,8 +258,10 @@ def _connected(scheduler: str) -> Iterator[Any]:
 
 async def _require_scheduler(distributed: Any, address: str) -> None:
     """Fail in any way where there is no scheduler; a client that finds out by itself cannot always be closed."""
+    from asyncio import timeout
+
     security = distributed.Security().get_connection_args("client")
-    async with asyncio.timeout(ANSWER), distributed.rpc(address, connection_args=security) as there:
+    async with timeout(ANSWER), distributed.rpc(address, connection_args=security) as there:
         kind = (await there.identity())["type"]
     if kind != "Scheduler":
         raise ValueError(f"it is a {kind}")
