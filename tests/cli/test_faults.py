@@ -338,6 +338,18 @@ def test_names_are_text_everywhere(formats: str, tmp_path: Path, capsys) -> None
     assert "'@octocat" in header
 
 
+@pytest.mark.parametrize(
+    "arguments", [["--\x1b[2J::error::x"], [DESIGN, "a\n::error::b"], [DESIGN, "--templates", "\x1b[2J::error::x"]]
+)
+def test_arguments_that_are_refused_are_text(arguments: list[str], capsys) -> None:
+    assert main(["run", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert "\\x3aerror" in err
+    assert "::" not in err
+    assert "\x1b" not in err
+    assert out == ""
+
+
 def test_checks_say_nothing_where_that_is_asked_for(tmp_path: Path, capsys) -> None:
     assert main(["validate", INCLINED, "-q"]) == 0
     assert main(["plan", INCLINED, "-q"]) == 0

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json as plain_json
 import os
 import sys
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -72,6 +73,10 @@ Templates = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")]
 QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing: the exit code says it.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")]
+
+
+_Refused: Any = typer.BadParameter.__base__
+"""What Typer raises of any argument that it does not take: Click's `UsageError`, which it does not export."""
 
 
 class _PastTyper(Exception):
@@ -429,12 +434,17 @@ def main(arguments: list[str]) -> int:
 
 def _run(arguments: list[str]) -> int:
     try:
-        app(args=arguments, prog_name="vireport")
-    except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else 0
+        code = app(args=arguments, prog_name="vireport", standalone_mode=False)
+    except SystemExit as stop:  # of shell completion
+        code = stop.code
     except _PastTyper as carried:
         raise carried.error from carried.error.__cause__
-    return 0
+    except _Refused as refused:
+        message = StringIO()
+        refused.show(message)
+        tell(message.getvalue().splitlines())
+        code = refused.exit_code
+    return code if isinstance(code, int) else 0
 
 
 def _interrupted(what: str = "") -> int:
