@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
+import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -75,6 +77,11 @@ def test_the_python_of_the_docs_runs(page: Path, monkeypatch: pytest.MonkeyPatch
 def test_the_first_run_prints_what_the_readme_says(study_of) -> None:
     (printed,) = re.findall(r"^    (Stable .*), \.\.\.$", text_of(README), re.MULTILINE)
     assert study_of("inclined").verdict.headline.startswith(printed)
+
+
+def test_measured_figures_are_those_that_the_benchmarks_wrote() -> None:
+    run = subprocess.run([sys.executable, ROOT / "tools" / "make_docs.py", "--check"], capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout
 
 
 def test_scenarios_are_valid() -> None:
