@@ -82,7 +82,15 @@ def test_gbar_keeps_its_digits_next_to_the_symmetric_motion(u: float, phi: float
 
 @pytest.mark.parametrize(
     "level",
-    [Level(Held.GBAR, 0.0), Level(Held.GBAR, 0.3), Level(Held.GBAR, 1e-9), Level(Held.RATIO, 1.7), Level(Held.D, 0.5)],
+    [
+        Level(Held.GBAR, 0.0),
+        Level(Held.GBAR, 0.3),
+        Level(Held.GBAR, 1.1),
+        Level(Held.GBAR, 1e-9),
+        Level(Held.RATIO, 1.7),
+        Level(Held.D, 0.5),
+        Level(Held.D, 0.9),
+    ],
 )
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_strands_lie_on_their_level(level: Level, n: int) -> None:
@@ -94,6 +102,8 @@ def test_strands_lie_on_their_level(level: Level, n: int) -> None:
         assert np.max(np.abs(level_residual(level, o)) / scale) < 1e-13 * n * n
         if strand.closed:
             assert o.u[0] == pytest.approx(o.u[-1], abs=1e-12)
+        else:
+            assert np.abs(o.u[[0, -1]]) == pytest.approx(0.5)
 
 
 def test_strands_cover_every_share_at_which_the_level_has_motions() -> None:
