@@ -28,7 +28,7 @@ from vireport.analysis.level_curve import sample
 from vireport.analysis.margins import Margin
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
 from vireport.analysis.orbits import Flight, Orbits, coefficients, orbits
-from vireport.analysis.pointwise import find_motions
+from vireport.analysis.pointwise import PointwiseMotions, find_motions
 from vireport.analysis.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 from vireport.analysis.solution import SMALLEST_LOSS, Solution, solution_of
 from vireport.analysis.stability import (
@@ -65,6 +65,7 @@ __all__ = [
     "Margin",
     "Motions",
     "Orbits",
+    "PointwiseMotions",
     "PolishedMotion",
     "Solution",
     "Stability",

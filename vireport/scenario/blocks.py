@@ -364,7 +364,7 @@ class Axis(Block):
 class MapSimulation(Block):
     """The simulation at each cell: where its motion ends from a number of starting states."""
 
-    starts: int = _key(16, "Starts", "1", "Starting states, the same at every cell.", ge=1, le=1024)
+    starts: int = _key(16, "Starts", "1", "Random starts, each cell its own, the same in every run.", ge=1, le=1024)
     impacts: int = _key(1000, "Impacts", "1", "Impacts from each; slow transients go on longer.", ge=100, le=100_000)
 
 
