@@ -9,6 +9,7 @@ import subprocess
 import sys
 from io import BytesIO
 from pathlib import Path
+from xml.etree import ElementTree
 
 import matplotlib
 import numpy as np
@@ -18,7 +19,7 @@ from figure_cases import CASES, FIGURES, ROOT, curves, figure_of, labels, rows, 
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from vireport.figures import Simulated, figure_2, figure_7, pictures
+from vireport.figures import Simulated, figure_2, figure_7, figure_css, pictures
 from vireport.figures.curves import TURN, phase_curve, stretches
 from vireport.figures.sweeps import BRANCH_COLORS, NO_MOTION
 from vireport.physics import Voltages
@@ -318,6 +319,33 @@ def test_captions_tell_the_numbers() -> None:
     assert "mirror image" in pictures(study_of("horizontal"))[0].caption
 
 
+# As vectors
+
+
+def test_as_vectors_texts_are_texts_and_identifiers_are_unique_on_a_page() -> None:
+    drawn = pictures(study_of("horizontal"))
+    elements = [ElementTree.fromstring(picture.inline) for picture in drawn]
+    identifiers = [node.get("id") for root in elements for node in root.iter() if node.get("id")]
+    assert len(identifiers) == len(set(identifiers)) > 0
+    for picture, root in zip(drawn, elements, strict=True):
+        assert root.get("aria-label") == picture.alt
+        ours = {node.get("id") for node in root.iter()}
+        references = re.findall(r'(?:href="|url\()#([^")]*)', picture.inline)
+        assert {name for name in references if not name.startswith("critical-")} <= ours
+        texts = {text for node in root.iter() if node.tag.endswith("}text") for text in node.itertext()}
+        assert {text for text in texts_of(picture.figure) if "\n" not in text} <= texts
+        whole = ElementTree.fromstring(picture.svg)
+        assert not any(node.tag.endswith("}a") for node in whole.iter())
+        assert whole.get("width") == f"{picture.figure.bbox.width * 72 / 150:g}pt"
+
+
+def test_on_a_page_every_colour_is_one_of_the_pages() -> None:
+    declared = set(re.findall(r"(--figure-\w+):", figure_css()))
+    for picture in pictures(study_of("horizontal")):
+        assert not re.search(r"#[0-9a-fA-F]{6}\b", picture.inline)
+        assert set(re.findall(r"var\((--figure-\w+)\)", picture.inline)) <= declared
+
+
 # The same everywhere
 
 
@@ -325,7 +353,7 @@ SCRIPT = """
 import hashlib, sys
 from vireport import analyse, load, pictures
 for picture in pictures(analyse(load(sys.argv[1]))):
-    print(hashlib.sha256(picture.png).hexdigest())
+    print(hashlib.sha256(picture.png + picture.svg + picture.inline.encode()).hexdigest())
 assert "matplotlib.pyplot" not in sys.modules
 """
 
@@ -348,9 +376,12 @@ text.hinting: force_autohint
 def test_the_bytes_are_the_same_in_every_process_whatever_the_user_has_set(tmp_path: Path) -> None:
     before = dict(matplotlib.rcParams)
     path = ROOT / "examples" / "inclined.yaml"
-    here = [hashlib.sha256(picture.png).hexdigest() for picture in pictures(study_of("inclined"))]
-    again = [hashlib.sha256(picture.png).hexdigest() for picture in pictures(study_of("inclined"))]
-    assert here == again
+    first, again = (
+        [picture.png + picture.svg + picture.inline.encode() for picture in pictures(study_of("inclined"))]
+        for _ in range(2)
+    )
+    assert first == again
+    here = [hashlib.sha256(bytes_of).hexdigest() for bytes_of in first]
     assert dict(matplotlib.rcParams) == before
     (tmp_path / "matplotlibrc").write_text(RC)
     environment = os.environ | {"MATPLOTLIBRC": str(tmp_path), "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "7"}

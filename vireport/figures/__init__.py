@@ -4,7 +4,7 @@ from vireport.figures.captions import OUTSIDE, TITLES, alt_text, column_caption,
 from vireport.figures.curves import Simulated, simulated_points
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.pictures import measured_pictures, pictures
-from vireport.figures.style import Color, Look, Picture, literal, png_of, style
+from vireport.figures.style import Color, Look, Picture, figure_css, literal, png_of, style
 from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     "figure_2",
     "figure_4",
     "figure_7",
+    "figure_css",
     "finished",
     "held",
     "letter_of",

@@ -58,9 +58,10 @@ class Figure:
     Attributes
     ----------
     name, title, caption, alt : str
-    png : bytes
-    width, height : int
-        In pixels.
+    svg : bytes
+        As a file.
+    inline : str
+        As an element of HTML, which is ours and taken as such.
     """
 
     kind: ClassVar[str] = "figure"
@@ -68,9 +69,8 @@ class Figure:
     title: str
     caption: str
     alt: str
-    png: bytes
-    width: int
-    height: int
+    svg: bytes
+    inline: str
 
 
 @dataclass(frozen=True, slots=True)

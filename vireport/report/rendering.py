@@ -107,7 +107,7 @@ def render_pdf(model: ReportModel, templates: Path | None = None, standards: Ite
         for section in model.sections:
             for block in section.blocks:
                 if isinstance(block, Figure):
-                    (Path(root) / f"{block.name}.png").write_bytes(block.png)
+                    (Path(root) / f"{block.name}.svg").write_bytes(block.svg)
         compiler = typst.Compiler(root=root, ignore_system_fonts=True)
         try:
             pdf = compiler.compile(
@@ -221,6 +221,9 @@ class _Templates(FileSystemLoader):
 def _html_environment(templates: Path | None) -> Environment:
     environment = _environment(templates, autoescape=True)
     environment.filters |= {"rich": _rich_html, "base64": _base64, "markup": Markup}
+    from vireport.figures import figure_css
+
+    environment.globals["figure_css"] = Markup(figure_css())
     environment.globals["math_font"] = _base64((TEMPLATES / "math.woff2").read_bytes())
     return environment
 

@@ -54,6 +54,7 @@ class Task(StrEnum):
     HTML = "html", "output: report.html"
     PDF = "pdf", "output: report.pdf"
     PNG = "png", "output: the figures as PNG files"
+    SVG = "svg", "output: the figures as SVG files"
     JSON = "json", "output: results.json"
     CSV = "csv", "output: branches.csv"
     JUNIT = "junit", "output: junit.xml, the requirements as test cases"
@@ -70,7 +71,7 @@ FIGURES = (
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
 """What is written by default."""
 
-ALL_FORMATS = (*FORMATS, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
+ALL_FORMATS = (*FORMATS, Task.SVG, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
 """What `--format` can ask for; the last three are for systems that run jobs."""
 
 
@@ -146,7 +147,7 @@ ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy bloc
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
 REQUIREMENTS = Condition(lambda x, _: x.requirements, "the scenario has no requirements block")
 PICTURES = Condition(
-    lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG}, "no figure, HTML or PDF is asked for"
+    lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG, Task.SVG}, "no figure, HTML or PDF is asked for"
 )
 
 PAGES = Condition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
@@ -173,6 +174,7 @@ STEPS = (
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
     Row(Task.PDF, (_format(Task.PDF),), "asked for"),
     Row(Task.PNG, (_format(Task.PNG), SWEEP), "asked for"),
+    Row(Task.SVG, (SWEEP,), "asked for", (_format(Task.SVG),)),
     Row(Task.JSON, (_format(Task.JSON),), "asked for"),
     Row(Task.CSV, (_format(Task.CSV), SWEEP), "asked for"),
     Row(Task.JUNIT, (), "asked for", (_format(Task.JUNIT),)),
