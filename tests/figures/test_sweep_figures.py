@@ -36,14 +36,16 @@ def test_the_plan_decides_which_are_drawn() -> None:
         "figure-2",
         "figure-4",
         "figure-7",
+        "figure-device",
         "figure-margins",
     ]
     path = ROOT / "examples" / "inclined.yaml"
     without_mass = load(path, ("device.ball_mass_kg=", "device.membrane="))
-    assert [picture.name for picture in pictures(analyse(without_mass))] == ["figure-2", "figure-4", "figure-margins"]
+    drawn = [picture.name for picture in pictures(analyse(without_mass))]
+    assert drawn == ["figure-2", "figure-4", "figure-device", "figure-margins"]
     assert pictures(analyse(load(path), ["json", "csv"])) == ()
-    (alone,) = pictures(analyse(load(ROOT / "examples" / "design-point.yaml")))
-    assert alone.name == "figure-margins"
+    alone = pictures(analyse(load(ROOT / "examples" / "design-point.yaml")))
+    assert [picture.name for picture in alone] == ["figure-device", "figure-margins"]
 
 
 def test_without_a_sweep_there_is_nothing_to_draw() -> None:
@@ -267,7 +269,7 @@ def test_simulated_motions_are_drawn_over() -> None:
         assert [len(line.get_xdata()) for line in circles] == [3, 3]
     (panel,) = figure_7(study, simulated).axes
     assert [line.get_marker() for line in panel.lines if line.get_zorder() == 3.5] == ["o", "o", "o"]
-    assert [picture.name for picture in pictures(study, simulated)] == [*FIGURES, "figure-margins"]
+    assert [picture.name for picture in pictures(study, simulated)] == [*FIGURES, "figure-device", "figure-margins"]
 
 
 # The axis along the sweep
@@ -363,7 +365,7 @@ def test_pictures_are_whole(name: str) -> None:
 
 
 def test_captions_say_what_is_drawn_in_two_sentences() -> None:
-    two, four, seven, margins = pictures(study_of("inclined"))
+    two, four, seven, _, margins = pictures(study_of("inclined"))
     assert "period doubling B1 at f = 1.90555 Hz" in margins.caption
     assert "inclination 0.3" in margins.alt
     for picture in (two, four, seven):

@@ -46,6 +46,7 @@ class Task(StrEnum):
     FIGURE_6 = "figure-6", "figure 6: displacement of the capsule's ends and of the ball"
     ACCURACY = "accuracy", "error against run time of several methods"
     COMPLIANT = "compliant", "the motion with compliant membranes, and solvers on stiff ones"
+    FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
     FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
@@ -64,7 +65,7 @@ class Task(StrEnum):
 
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
-    Task.FIGURE_MARGINS,
+    *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS),
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM),
 )
 
@@ -164,6 +165,7 @@ STEPS = (
     Row(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
     Row(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     Row(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
+    Row(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     Row(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     Row(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
@@ -173,8 +175,8 @@ STEPS = (
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
     Row(Task.PDF, (_format(Task.PDF),), "asked for"),
-    Row(Task.PNG, (_format(Task.PNG), SWEEP), "asked for"),
-    Row(Task.SVG, (SWEEP,), "asked for", (_format(Task.SVG),)),
+    Row(Task.PNG, (_format(Task.PNG),), "asked for"),
+    Row(Task.SVG, (), "asked for", (_format(Task.SVG),)),
     Row(Task.JSON, (_format(Task.JSON),), "asked for"),
     Row(Task.CSV, (_format(Task.CSV), SWEEP), "asked for"),
     Row(Task.JUNIT, (), "asked for", (_format(Task.JUNIT),)),
