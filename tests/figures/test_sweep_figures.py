@@ -392,7 +392,7 @@ def test_as_vectors_texts_are_texts_and_identifiers_are_unique_on_a_page() -> No
         assert root.get("aria-label") == picture.alt
         ours = {node.get("id") for node in root.iter()}
         references = re.findall(r'(?:href="|url\()#([^")]*)', picture.inline)
-        assert {name for name in references if not name.startswith("critical-")} <= ours
+        assert {name for name in references if not name.startswith("point-")} <= ours
         texts = {text for node in root.iter() if node.tag.endswith("}text") for text in node.itertext()}
         assert {text for text in texts_of(picture.figure) if "\n" not in text} <= texts
         whole = ElementTree.fromstring(picture.svg)

@@ -46,6 +46,8 @@ def build_comparison_report(comparison: Comparison, pictures: Sequence[Picture],
             *section("left-out", "Left out, and why", _left_out(comparison)),
             *section("provenance", "Provenance", _provenance(comparison, origin)),
         ),
+        pictures=tuple(pictures),
+        live="",
         scenario_text=_scenario_text(comparison),
         provenance=origin,
     )

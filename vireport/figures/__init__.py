@@ -3,8 +3,9 @@
 from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, conditions, held, swept_range
 from vireport.figures.curves import Simulated, simulated_points
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
+from vireport.figures.live import in_page, live_data
 from vireport.figures.pictures import measured_pictures, pictures
-from vireport.figures.style import Color, Look, Picture, figure_css, literal, png_of, style
+from vireport.figures.style import Color, Look, Picture, literal, png_of, style
 from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 __all__ = [
@@ -24,11 +25,12 @@ __all__ = [
     "figure_2",
     "figure_4",
     "figure_7",
-    "figure_css",
     "finished",
     "held",
+    "in_page",
     "letter_of",
     "literal",
+    "live_data",
     "measured_pictures",
     "pictures",
     "png_of",

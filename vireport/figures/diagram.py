@@ -109,7 +109,7 @@ def _critical_points(axes: Axes, drawing: Drawing) -> list[Label]:
         at = float(drawing.axis.of(branch.motions)[row])
         axes.axvline(at, **GUIDE)
         label = event.point.label
-        labels.append(Label(label, np.full(len(y), at), y, TEXT - 1.5, Color.GREY, link=f"#critical-{label}"))
+        labels.append(Label(label, np.full(len(y), at), y, TEXT - 1.5, Color.GREY, link=f"#point-{label}"))
     return labels
 
 

@@ -163,7 +163,7 @@ def sweep_figure(
     if figure == Task.FIGURE_4:
         drawings = [replace(x, parts=[part for part in x.parts if not part.branch.mirror_of]) for x in drawings]
     with style():
-        rows, legends = {Task.FIGURE_2: _rows_2, Task.FIGURE_4: _rows_4, Task.FIGURE_7: _rows_7}[figure](drawings)
+        rows, legends = _rows(figure, drawings)
         page, panels = blank(len(rows), len(drawings), sharex="col", sharey="row")
         labels = [
             (axes, _draw(axes, row, drawing, linked=lines is None))
@@ -343,7 +343,7 @@ def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing, linked: bool)
         x, y = np.repeat(places, values.shape[1]), values.ravel()
         by_kind.setdefault(event.point.kind, []).append((x, y))
         largest_first = np.argsort(-np.abs(y), kind="stable")
-        link = f"#critical-{event.point.label}" if linked else None
+        link = f"#point-{event.point.label}" if linked else None
         labels.append(Label(event.point.label, x[largest_first], y[largest_first], link=link))
     for kind, points in by_kind.items():
         _plot(axes, points, POINT | MARKERS[kind], row.limits)
@@ -352,6 +352,15 @@ def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing, linked: bool)
 
 Rows = tuple[list[_Row], list[list[Entry]]]
 """The rows of a figure from the top one down, and its legends, each of which begins a line."""
+
+
+def _rows(figure: Task, drawings: Sequence[Drawing]) -> Rows:
+    return {Task.FIGURE_2: _rows_2, Task.FIGURE_4: _rows_4, Task.FIGURE_7: _rows_7}[figure](drawings)
+
+
+def panel_curves(figure: Task, drawing: Drawing, branch: Branch) -> list[Sequence[Floats]]:
+    """What each panel of figure 2, 4 or 7 shows of a branch: an array for each of its curves."""
+    return [row.values(drawing, branch) for row in _rows(figure, [drawing])[0]]
 
 
 def _rows_2(drawings: Sequence[Drawing]) -> Rows:

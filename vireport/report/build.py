@@ -62,6 +62,8 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
         In the order in which they are shown; none is left out.
     provenance : Provenance
     """
+    from vireport.figures import live_data
+
     compared = compare_with_paper(study.solution)
     origin = with_pages(provenance, drawn=bool(pictures))
     return ReportModel(
@@ -85,6 +87,8 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
             *section("left-out", "Left out, and why", context_pages.left_out(study, compared)),
             *section("provenance", "Provenance", context_pages.provenance(study, origin)),
         ),
+        pictures=tuple(pictures),
+        live=live_data(study, pictures) if pictures else "",
         scenario_text=study.loaded.document.text,
         provenance=origin,
     )

@@ -128,7 +128,7 @@ def figures(pictures: Sequence[Picture]) -> Iterator[Block]:
     """The pictures, whole."""
     for x in pictures:
         title = f"{x.title.rstrip('.')}."
-        yield Figure(x.name, title, x.caption, x.alt, x.svg, x.inline)
+        yield Figure(x.name, title, x.caption, x.alt, x.svg)
 
 
 def paper(compared: PaperComparison | None) -> Iterator[Block]:

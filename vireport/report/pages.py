@@ -9,12 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from vireport.alerts import Severity
 from vireport.gate import Verdict
 from vireport.study import Provenance
 from vireport.text import Table
+
+if TYPE_CHECKING:
+    from vireport.figures import Picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +63,6 @@ class Figure:
     name, title, caption, alt : str
     svg : bytes
         As a file.
-    inline : str
-        As an element of HTML, which is ours and taken as such.
     """
 
     kind: ClassVar[str] = "figure"
@@ -70,7 +71,6 @@ class Figure:
     caption: str
     alt: str
     svg: bytes
-    inline: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +141,10 @@ class ReportModel:
         In the order of the page; the verdict stands before them.
     scenario_text : str
         The file, for the PDF to carry.
+    pictures : tuple of Picture
+        All that the sections show.
+    live : str
+        What makes figures of the HTML page live, or "".
     provenance : Provenance
     """
 
@@ -148,6 +152,8 @@ class ReportModel:
     verdict: Verdict
     sections: tuple[Section, ...]
     scenario_text: str
+    pictures: tuple[Picture, ...]
+    live: str
     provenance: Provenance
 
 

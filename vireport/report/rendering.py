@@ -80,7 +80,10 @@ def render_html(model: ReportModel, templates: Path | None = None) -> bytes:
     RenderError
         Where a template fails, with the line.
     """
-    return _fill(_html_environment(_folder(templates)), HTML, model).encode("utf-8")
+    from vireport.figures import in_page
+
+    page = _fill(_html_environment(_folder(templates)), HTML, model)
+    return in_page(page, model.pictures, model.live, TEMPLATES).encode("utf-8")
 
 
 def render_pdf(model: ReportModel, templates: Path | None = None, standards: Iterable[str] = ()) -> bytes:
@@ -221,9 +224,6 @@ class _Templates(FileSystemLoader):
 def _html_environment(templates: Path | None) -> Environment:
     environment = _environment(templates, autoescape=True)
     environment.filters |= {"rich": _rich_html, "base64": _base64, "markup": Markup}
-    from vireport.figures import figure_css
-
-    environment.globals["figure_css"] = Markup(figure_css())
     environment.globals["math_font"] = _base64((TEMPLATES / "math.woff2").read_bytes())
     return environment
 
