@@ -27,7 +27,7 @@ def vireport(*arguments: str, stdin: bytes = b"", cwd: Path | None = None) -> su
     return subprocess.run([sys.executable, "-m", "vireport", *arguments], input=stdin, capture_output=True, cwd=cwd)
 
 
-FIGURES = {f"figure-{name}.png" for name in ("2", "4", "7", "margins")}
+FIGURES = {f"figure-{name}.png" for name in ("2", "4", "7", "device", "margins")}
 ALL = {"report.html", "report.pdf", "results.json", "branches.csv"} | FIGURES
 
 

@@ -57,7 +57,7 @@ Formats = Annotated[
     typer.Option(
         "--format",
         metavar="FORMAT",
-        help="Write only these: html, pdf, png, json, csv; junit, markdown, github for CI; commas, or repeated.",
+        help="Write only these: html, pdf, png, json, csv; svg; junit, markdown, github for CI; commas, or repeated.",
     ),
 ]
 Templates = Annotated[

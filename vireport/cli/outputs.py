@@ -35,6 +35,7 @@ NAMES = {
     Task.HTML: ("report.html",),
     Task.PDF: ("report.pdf",),
     Task.PNG: tuple(f"{figure}.png" for figure in FIGURES),
+    Task.SVG: tuple(f"{figure}.svg" for figure in FIGURES),
     Task.JSON: ("results.json",),
     Task.CSV: ("branches.csv",),
     Task.JUNIT: ("junit.xml",),
@@ -109,6 +110,8 @@ def run_files(study: Study, command: str, templates: Path | None, say: Progress)
             files["report.pdf"] = render_pdf(report, templates)
     if plan.runs(Task.PNG):
         files |= {f"{picture.name}.png": picture.png for picture in pictures}
+    if plan.runs(Task.SVG):
+        files |= {f"{picture.name}.svg": picture.svg for picture in pictures}
     if plan.runs(Task.JSON):
         files["results.json"] = results_json(study, provenance)
     if plan.runs(Task.CSV):

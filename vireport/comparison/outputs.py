@@ -20,10 +20,13 @@ if TYPE_CHECKING:
 FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""
 
+_FIGURES = [f"{name}{f'-{page}' if page > 1 else ''}" for name in FIGURES for page in range(1, MOST + 1)]
+
 NAMES = {
     Task.HTML: ("report.html",),
     Task.PDF: ("report.pdf",),
-    Task.PNG: tuple(f"{name}{f'-{page}' if page > 1 else ''}.png" for name in FIGURES for page in range(1, MOST + 1)),
+    Task.PNG: tuple(f"{name}.png" for name in _FIGURES),
+    Task.SVG: tuple(f"{name}.svg" for name in _FIGURES),
     Task.JSON: ("compare.json",),
     Task.CSV: ("compare.csv",),
 }
@@ -71,7 +74,7 @@ def render_comparison(
     """The files of a comparison by their names, in memory; only what they need is imported."""
     provenance, files = comparison_provenance(comparison, command), {}
     drawn: tuple[Picture, ...] = ()
-    if formats & {"html", "pdf", "png"}:
+    if formats & {"html", "pdf", "png", "svg"}:
         say("drawing")
         from vireport.comparison.figures import compare_pictures
 
@@ -89,6 +92,8 @@ def render_comparison(
             files["report.pdf"] = render_pdf(report, templates)
     if "png" in formats:
         files |= {f"{picture.name}.png": picture.png for picture in drawn}
+    if "svg" in formats:
+        files |= {f"{picture.name}.svg": picture.svg for picture in drawn}
     if "json" in formats:
         files["compare.json"] = compare_json(comparison, provenance)
     if "csv" in formats:

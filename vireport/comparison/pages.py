@@ -39,6 +39,7 @@ class ComparisonReport:
     pictures: Mapping[str, Picture]
     provenance: Provenance
     template: str = "comparison.typ.j2"
+    live: str = ""
 
     @property
     def title(self) -> str:

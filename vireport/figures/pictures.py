@@ -20,7 +20,8 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
     simulated : Simulated, optional
         Motions from a simulation, drawn over the analytic ones.
     """
-    drawn = [*_along_sweep(study, simulated), *_simulated(study), *_margins(study), *measured_pictures(study)]
+    drawn = [*_along_sweep(study, simulated), *_simulated(study), *_device(study), *_margins(study)]
+    drawn += measured_pictures(study)
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
@@ -57,6 +58,13 @@ def _simulated(study: Study) -> Iterator[Picture]:
         about = study, points, check.values
         words = bifurcation.diagram_caption(*about), bifurcation.diagram_alt(*about)
         yield Picture(name, bifurcation.TITLE, *words, bifurcation.figure_diagram(*about, check.d))
+
+
+def _device(study: Study) -> Iterator[Picture]:
+    if study.plan.runs(Task.FIGURE_DEVICE):
+        from vireport.figures import device
+
+        yield device.picture(study)
 
 
 def _margins(study: Study) -> Iterator[Picture]:

@@ -244,6 +244,13 @@ class Report:
         return mass_effects(self.solution)
 
     @cached_property
+    def live(self) -> str:
+        """What the script of the HTML page knows of the motions in the figures, as JSON, or ""."""
+        from vireport.figures import live_data
+
+        return live_data(self.study, tuple(self.pictures.values())) if self.pictures else ""
+
+    @cached_property
     def paper(self) -> PaperComparison | None:
         """The paper's numbers beside ours, where the scenario is one of its own."""
         return compare_with_paper(self.solution)

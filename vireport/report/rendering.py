@@ -79,7 +79,9 @@ class Document(Protocol):
     template : str
         The template that the report begins with.
     pictures : mapping of str to Picture
-        By their names; a template has each as a file ``name.png``.
+        By their names; a template has each as a file ``name.svg``.
+    live : str
+        What makes figures of the HTML page live, or "".
     provenance : Provenance
     """
 
@@ -88,6 +90,9 @@ class Document(Protocol):
 
     @property
     def pictures(self) -> Mapping[str, Picture]: ...  # noqa: D102
+
+    @property
+    def live(self) -> str: ...  # noqa: D102
 
     @property
     def provenance(self) -> Provenance: ...  # noqa: D102
@@ -113,8 +118,11 @@ def render_html(report: Document, templates: Path | None = None) -> bytes:
     RenderError
         Where a template fails, with the line.
     """
+    from vireport.figures import in_page
+
     page = _compiled(report, _fill(report, templates), "html").decode("utf-8")
-    return _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page).encode("utf-8")
+    page = _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page)
+    return in_page(page, report.pictures.values(), report.live, TEMPLATES).encode("utf-8")
 
 
 def render_pdf(report: Document, templates: Path | None = None, standards: Iterable[str] = ()) -> bytes:
@@ -144,7 +152,7 @@ def _compiled(report: Document, source: str, output: Literal["html", "pdf"], sta
     inputs = {"output": output, "lacking": "".join(f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual))}
     with _offline(), TemporaryDirectory(prefix="vireport-") as root:
         for picture in report.pictures.values():
-            (Path(root) / f"{picture.name}.png").write_bytes(picture.png)
+            (Path(root) / f"{picture.name}.svg").write_bytes(picture.svg)
         compiler = typst.Compiler(root=root, ignore_system_fonts=True, sys_inputs=inputs)
         try:
             file = compiler.compile(

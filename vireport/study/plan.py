@@ -47,6 +47,7 @@ class Task(StrEnum):
     FIGURE_6 = "figure-6", "figure 6: displacement of the capsule's ends and of the ball"
     ACCURACY = "accuracy", "error against run time of several methods"
     COMPLIANT = "compliant", "the motion with compliant membranes, and solvers on stiff ones"
+    FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
     FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
@@ -55,6 +56,7 @@ class Task(StrEnum):
     HTML = "html", "output: report.html"
     PDF = "pdf", "output: report.pdf"
     PNG = "png", "output: the figures as PNG files"
+    SVG = "svg", "output: the figures as SVG files"
     JSON = "json", "output: results.json"
     CSV = "csv", "output: branches.csv"
     JUNIT = "junit", "output: junit.xml, the requirements as test cases"
@@ -64,14 +66,14 @@ class Task(StrEnum):
 
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
-    Task.FIGURE_MARGINS,
+    *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS),
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM),
 )
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
 """What is written by default."""
 
-ALL_FORMATS = (*FORMATS, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
+ALL_FORMATS = (*FORMATS, Task.SVG, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
 """What `--format` can ask for; the last three are for systems that run jobs."""
 
 
@@ -147,7 +149,7 @@ ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy bloc
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
 REQUIREMENTS = Condition(lambda x, _: x.requirements, "the scenario has no requirements block")
 PICTURES = Condition(
-    lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG}, "no figure, HTML or PDF is asked for"
+    lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG, Task.SVG}, "no figure, HTML or PDF is asked for"
 )
 
 PAGES = Condition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
@@ -165,6 +167,7 @@ STEPS = (
     Row(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
     Row(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     Row(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
+    Row(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     Row(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     Row(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
@@ -174,7 +177,8 @@ STEPS = (
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
     Row(Task.PDF, (_format(Task.PDF),), "asked for"),
-    Row(Task.PNG, (_format(Task.PNG), SWEEP), "asked for"),
+    Row(Task.PNG, (_format(Task.PNG),), "asked for"),
+    Row(Task.SVG, (), "asked for", (_format(Task.SVG),)),
     Row(Task.JSON, (_format(Task.JSON),), "asked for"),
     Row(Task.CSV, (_format(Task.CSV), SWEEP), "asked for"),
     Row(Task.JUNIT, (), "asked for", (_format(Task.JUNIT),)),
