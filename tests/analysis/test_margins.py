@@ -298,3 +298,13 @@ def test_an_end_that_is_not_polished_is_known_to_its_bound(monkeypatch: pytest.M
         assert (one.parameter, one.kind) == (other.parameter, other.kind)
         bound = one.point.point.error_bound
         assert abs(one.sweep_value - other.sweep_value) <= bound < 1e-4 * abs(other.sweep_value)
+
+
+def test_ends_by_grazing_are_polished() -> None:
+    touching = set()
+    for device in (sweep.device for sweep in random_sweeps(6, seed=77)):
+        for end in design_point(device, None).margins:
+            if end.kind is CriticalKind.GRAZING and not end.point.change.at_rest:
+                touching.add(end.parameter)
+                assert end.point.point.error_bound < 1e-12 * abs(end.sweep_value), (device, end)
+    assert touching > {DesignInput.LENGTH, DesignInput.RESTITUTION}
