@@ -128,6 +128,20 @@ def test_bounds_hold_where_the_stated_value_is_not_that_of_the_motion(parameter:
             assert error_of(stored, exact[name], name) <= values[row], (branch.number, row, name)
 
 
+def test_a_number_that_passes_zero_has_a_bound() -> None:
+    """The discriminant, where the type changes between node and focus."""
+    device = replace(DEVICE, inclination_deg=0.0)
+    solution = solution_of(device, MEMBRANE, Sweep(device, Parameter.LENGTH, 0.3, 0.75), design=False)
+    zeros = []
+    for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
+        for row in range(len(branch.motions)):
+            point = branch.critical_point(row)
+            if point is not None and point.kind is CriticalKind.NODE_FOCUS:
+                zeros.append(bounds["discriminant"][row])
+                assert abs(branch.motions.discriminant[row]) <= zeros[-1] < 1e-10
+    assert len(zeros) >= 3
+
+
 @pytest.mark.parametrize("length", [0.35, 0.75])
 def test_an_inclination_of_zero_has_bounds(length: float) -> None:
     device = replace(DEVICE, length_m=length)
