@@ -74,10 +74,11 @@ class Input:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """The motion at a critical point, or its mirror image: share, phases [rad], velocities before the impacts [y_c]."""
+    """The motion at a critical point, or its mirror image: phases in rad, velocities before the impacts in y_c."""
 
     critical: CriticalPoint
     mirrored: bool
+    gbar: float
     q: float
     phi_bottom: float
     phi_top: float
@@ -320,5 +321,7 @@ def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, fl
 
 
 def _state(critical: CriticalPoint, mirrored: bool, point: PolishedMotion, phi_top: float) -> State:
-    bottom, top = (0.0 if abs(v) < NOTHING else v for v in (point.velocity_bottom, point.velocity_top))
-    return State(critical, mirrored, 0.5 + point.u, point.phi, phi_top, bottom, top)
+    gbar, bottom, top = (
+        0.0 if abs(x) < NOTHING else x for x in (point.gbar, point.velocity_bottom, point.velocity_top)
+    )
+    return State(critical, mirrored, gbar, 0.5 + point.u, point.phi, phi_top, bottom, top)
