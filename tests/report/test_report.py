@@ -9,7 +9,7 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from html.parser import HTMLParser
 from io import BytesIO
 from pathlib import Path
@@ -19,6 +19,7 @@ import pytest
 from pypdf import PdfReader
 
 from vireport.errors import UsageError
+from vireport.figures import Picture, blank
 from vireport.gate.verdict import Question
 from vireport.report.build import build_report
 from vireport.report.equations import ENERGY, GROUPS
@@ -34,22 +35,10 @@ NAMES = ("horizontal", "inclined", "inclined-forcing", "design-point")
 HOSTILE = """A&B <script>alert(1)</script> #$_*@\\ " ' ` #panic("x") {{ 1 }} *d* x_c ]])"""
 
 
-SVG = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M 0 0 L 1 1"/></svg>'
-
-
-@dataclass(frozen=True)
-class Picture:
-    """What the figures hand over."""
-
-    name: str
-    title: str
-    caption: str
-    alt: str
-    svg: bytes = SVG
-    inline: str = '<svg viewBox="0 0 1 1" role="group"></svg>'
-
-
-PICTURES = tuple(Picture(f"figure-{k}", f"Title {k}", f"Caption {k}.", f"Words for {k}") for k in (2, 4, 7))
+PICTURES = tuple(
+    Picture(f"figure-{k}", f"Title {k}", f"Caption {k}.", f"Words for {k}", blank(panels)[0])
+    for k, panels in ((2, 3), (4, 2), (7, 1))
+)
 
 
 def model_of(study: Study, pictures: tuple[Picture, ...] = PICTURES) -> ReportModel:
@@ -370,11 +359,16 @@ def hostile_study(example) -> Study:
     return analyse(loads(f"# {HOSTILE}\n{text}", "a<b>&\"'#[x].yaml"))
 
 
+def scripts(page: Page) -> list[str | None]:
+    """The types of a page's scripts: the data of the live figures, and what reads it."""
+    return [attributes.get("type") for tag, attributes in page.tags if tag == "script"]
+
+
 def test_free_text_is_text(example) -> None:
     model = model_of(hostile_study(example))
     page = Page(render_html(model))
     assert page.text.count(tidy(HOSTILE)) == 3  # the title, the heading, the comment in the listing
-    assert "script" not in {tag for tag, _ in page.tags}
+    assert scripts(page) == ["application/json", None]
     assert all(not name.startswith("on") for _, attributes in page.tags for name in attributes)
     pdf = PdfReader(BytesIO(render_pdf(model)))
     text = squeeze("".join(sheet.extract_text() for sheet in pdf.pages))
@@ -432,7 +426,8 @@ def test_the_page_needs_nothing_else(page) -> None:
     found = page("inclined")
     assert all(url.startswith(("#", "data:")) for name in ("href", "src") for url in found.attributes(name))
     tags = {tag for tag, _ in found.tags}
-    assert not tags & {"script", "iframe", "object", "embed", "form"}
+    assert not tags & {"iframe", "object", "embed", "form"}
+    assert scripts(found) == ["application/json", None]
     policy = next(a["content"] for t, a in found.tags if t == "meta" and a.get("http-equiv"))
     assert policy is not None
     assert policy.startswith("default-src 'none';")
@@ -488,7 +483,7 @@ def test_a_users_templates_win_file_by_file(model, tmp_path: Path) -> None:
     (tmp_path / "_style.css").write_text("body { color: rebeccapurple }")
     html = render_html(model("design-point"), tmp_path)
     assert b"rebeccapurple" in html
-    assert b"--paper" not in html
+    assert b"--good:" not in html
     assert b"<h2" in html
     (tmp_path / "report.typ.j2").write_text(
         "#set document(title: {{ report.title | string }})\n= Ours\n{{ report.title }}"
