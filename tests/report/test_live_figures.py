@@ -33,8 +33,9 @@ class Browser:
         self.read, answers = os.pipe()
 
         def pipes() -> None:
-            os.dup2(commands, 3)
-            os.dup2(answers, 4)
+            for ours, its in ((commands, 3), (answers, 4)):
+                os.dup2(ours, its)
+                os.set_inheritable(its, True)  # which `dup2` leaves as it is where both are the same
 
         arguments = [str(CHROMIUM), *OPTIONS, f"--user-data-dir={profile}"]
         self.process = subprocess.Popen(
