@@ -8,7 +8,7 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from tempfile import gettempdir
@@ -18,6 +18,7 @@ from pages import Page, squeeze, tidy
 from pypdf import PdfReader
 
 from vireport.errors import UsageError
+from vireport.figures import Picture, blank
 from vireport.gate.verdict import Question
 from vireport.report import Report, render_html, render_pdf
 from vireport.report.rendering import TEMPLATES, RenderError
@@ -35,26 +36,10 @@ HOSTILE = (
 )
 
 
-SVG = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M 0 0 L 1 1"/></svg>'
-
-
-@dataclass(frozen=True)
-class Picture:
-    """What the figures hand over."""
-
-    name: str
-    title: str
-    caption: str
-    alt: str
-    svg: bytes = SVG
-    inline: str = '<svg viewBox="0 0 1 1" role="group"></svg>'
-
-    @property
-    def number(self) -> str:
-        return self.name.partition("-")[2]
-
-
-PICTURES = tuple(Picture(f"figure-{k}", f"Title {k}", f"Caption {k}.", f"Words for {k}") for k in (2, 4, 7))
+PICTURES = tuple(
+    Picture(f"figure-{k}", f"Title {k}", f"Caption {k}.", f"Words for {k}", blank(panels)[0])
+    for k, panels in ((2, 3), (4, 2), (7, 1))
+)
 
 
 def model_of(study: Study, pictures: tuple[Picture, ...] = PICTURES) -> Report:
@@ -284,11 +269,16 @@ def hostile_study(example) -> Study:
     return analyse(loads(f"# {HOSTILE}\n{text}\n# \u202e{'w' * 5000}\n", "a<b>&\"'#[x].yaml"))
 
 
+def scripts(page: Page) -> list[str | None]:
+    """The types of a page's scripts: the data of the live figures, and what reads it."""
+    return [attributes.get("type") for tag, attributes in page.tags if tag == "script"]
+
+
 def test_free_text_is_text(example) -> None:
     model = model_of(hostile_study(example))
     page = Page(render_html(model))
     assert page.text.count(tidy(HOSTILE)) == 3  # the title, the heading, the comment in the listing
-    assert "script" not in {tag for tag, _ in page.tags}
+    assert scripts(page) == ["application/json", None]
     assert all(not name.startswith("on") for _, attributes in page.tags for name in attributes)
     pdf = PdfReader(BytesIO(render_pdf(model)))
     text = squeeze("".join(sheet.extract_text() for sheet in pdf.pages))
@@ -346,7 +336,8 @@ def test_the_page_needs_nothing_else(page) -> None:
     found = page("inclined")
     assert all(url.startswith(("#", "data:")) for name in ("href", "src") for url in found.attributes(name))
     tags = {tag for tag, _ in found.tags}
-    assert not tags & {"script", "iframe", "object", "embed", "form"}
+    assert not tags & {"iframe", "object", "embed", "form"}
+    assert scripts(found) == ["application/json", None]
     policy = next(a["content"] for t, a in found.tags if t == "meta" and a.get("http-equiv"))
     assert policy is not None
     assert policy.startswith("default-src 'none';")

@@ -26,8 +26,8 @@ TITLE = "The device and its motion"
 HEIGHT = 2.9
 """Of the panels with their ticks and labels [in]."""
 
-WIDTHS = 2.9, 2.9
-"""Of the sketch and of the path of the ball [in]."""
+WIDTH = 2.9
+"""Of the path of the ball, for the choice of ticks [in]."""
 
 SAMPLES = 80
 """Of a flight."""
@@ -50,7 +50,7 @@ def figure_device(study: Study) -> Figure:
     """The sketch of the device, and beside it the path of the ball if there is a motion at the design point."""
     motion = shown_motion(study)
     with style():
-        figure, panels = blank(1, 1 if motion is None else 2, width_ratios=None if motion is None else WIDTHS)
+        figure, panels = blank(1, 1 if motion is None else 2)
         _sketch(panels[0, 0], study)
         legend: list[Entry] = []
         if motion is not None:
@@ -180,7 +180,7 @@ def _path(axes: Axes, study: Study, motions: Motions, row: int) -> None:
     axes.plot([time[0], time[-1]], [0.0, 0.0], **BOTTOM_IMPACT)
     axes.plot([time[SAMPLES]], [length], **TOP_IMPACT)
     axes.set_xlim(-0.03 * time[-1], 1.03 * time[-1])
-    axes.set_xticks(*round_ticks(0.0, float(time[-1]), WIDTHS[1]))
+    axes.set_xticks(*round_ticks(0.0, float(time[-1]), WIDTH))
     axes.set_xlabel(TIME)
     axes.set_ylabel("ball from the bottom membrane [m]")
     fit_vertically([axes])
