@@ -155,6 +155,17 @@ RELATIONS = (
         f"{MEMBRANE}.active_radius_m",
         "(above ball_radius_m, 0.005 by default)",
     ),
+    row(
+        9,
+        "    thickness_m: 1e-3",
+        f"{MEMBRANE}.thickness_m",
+        "relative_permittivity and breakdown_field_v_m not given (all of thickness_m,",
+    ),
+    bad(
+        "power without a dielectric",
+        GOOD + "requirements: {power_at_least_mw: 1}\n",
+        (20, "requirements.power_at_least_mw", "power and field need device.membrane.thickness_m"),
+    ),
     bad(
         "membrane, no ball mass",
         without(5),

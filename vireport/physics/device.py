@@ -134,6 +134,11 @@ class Device:
         acceleration = force / float(self.capsule_mass_kg)
         return Shaker(acceleration, acceleration / omega, 2 * acceleration / omega**2, force)
 
+    @property
+    def period_s(self) -> float:
+        """Period of the motion, n periods of the forcing [s]."""
+        return float(self.period_ratio / self.frequency_hz)
+
     def finest(self, of: float) -> float:
         """Least d, or least range, that rounding resolves, from `FINEST_D` or `FINEST_GBAR`."""
         return of * self.period_ratio / (1 - float(self.restitution))

@@ -19,6 +19,12 @@ MASS_FACTORS = (0.5, 1.0, 2.0)
 PUBLISHED_MASS_RATIO = 0.2
 """m/M in published code for this device."""
 
+CYCLE = (
+    "Energy gained at an impact, *C*_0 *U*_imp (*U*_imp − *U*_in)/2, in a cycle of constant charge with the flat "
+    "membrane's capacitance *C*_0, without losses of the circuit; efficiency over the kinetic energy lost at the "
+    "impacts; field *U*_imp over the thickness."
+)
+
 MANY_VOLTS = 1e4
 """From here on a column is in kilovolts."""
 
@@ -64,12 +70,28 @@ def energy(study: Study) -> Iterator[Block]:
         return
     yield _voltage_table(motions, study.solution.parameter, membrane)
     yield _mass_table(motions[0], study.solution.device.capsule_mass_kg, membrane)
+    yield from _conversion(study)
     power = 1 / (membrane.exponent + 1)
     yield Paragraph(
         f"By (5.5), *δ* grows with the power 1/(*h* + 1) = {significant(power, 4)} of *m*: a ball of twice "
         f"the mass goes {significant(2**power, 3)} times as deep. The motion does not depend on *m*, as "
         "long as *m* is small against *M*."
     )
+
+
+def _conversion(study: Study) -> Iterator[Block]:
+    """Energy, power, efficiency and field of the stable motions at the design point."""
+    design, membrane = study.solution.design, study.solution.membrane
+    if design is None or design.conversion is None or membrane is None or membrane.dielectric is None:
+        return
+    x, stable = design.conversion, design.motions.stable
+    over_breakdown = x.field_v_m / membrane.dielectric.breakdown_field_v_m
+    energies = 1e3 * x.energy_bottom_j, 1e3 * x.energy_top_j
+    columns = np.stack([*energies, x.power_mw, 100 * x.efficiency, 100 * over_breakdown])[:, stable]
+    rows = tuple(tuple(significant(value, 5) for value in row) for row in columns.T.tolist())
+    if rows:
+        head = numbers("bottom [mJ]", "top [mJ]", "mean power [mW]", "efficiency [%]", "field over breakdown [%]")
+        yield Table("Electrical energy of the stable motions at the design point", head, rows, CYCLE)
 
 
 def places(study: Study) -> list[Place]:

@@ -52,6 +52,11 @@ def _positive(default: Any, title: str, unit: str, meaning: str, *, example: flo
     return _key(default, title, unit, meaning, example=example, ge=SMALLEST, le=LARGEST)
 
 
+def _dielectric(title: str, unit: str, meaning: str, example: float) -> Any:
+    needs = "For energy, power and field; with the other two of thickness, permittivity and breakdown field."
+    return _positive(None, title, unit, f"{meaning} {needs}", example=example)
+
+
 def _swept(parameter: Parameter, title: str, unit: str, meaning: str, example: float) -> Any:
     low, high = parameter.limits
     unless = "Required unless it is swept; with a sweep over it, it is the design point."
@@ -68,6 +73,13 @@ class Membrane(Block):
     active_radius_m: float = _positive(6.3e-3, "Active radius", "m", "Radius Rc of the membrane's active area.")
     ball_radius_m: float = _positive(5.0e-3, "Ball radius", "m", "Radius rb of the ball; smaller than active_radius_m.")
     bias_voltage_v: float = _positive(2000.0, "Bias voltage", "V", "Voltage Uin applied to the undeformed membrane.")
+    thickness_m: float | None = _dielectric("Thickness", "m", "Thickness of the undeformed membrane.", 1e-3)
+    relative_permittivity: float | None = _dielectric(
+        "Relative permittivity", "1", "Permittivity of the membrane over that of vacuum.", 4.7
+    )
+    breakdown_field_v_m: float | None = _dielectric(
+        "Breakdown field", "V/m", "Electric field that the membrane withstands.", 1e8
+    )
 
 
 class Device(Block):
@@ -217,6 +229,20 @@ class Requirements(Block):
     )
     deflection_at_most_m: float | None = _positive(
         None, "Deflection at most", "m", "Largest deflection of a membrane at the design point.", example=0.02
+    )
+    power_at_least_mw: float | None = _positive(
+        None,
+        "Power at least",
+        "mW",
+        "Least mean electrical power of the stable motions at the design point.",
+        example=1,
+    )
+    field_at_most_percent: float | None = _positive(
+        None,
+        "Field at most",
+        "%",
+        "Highest electric field in a membrane at the design point, over its breakdown field.",
+        example=50.0,
     )
     acceleration_at_most_g: float | None = _positive(
         None,

@@ -25,7 +25,8 @@ STIFFEST = 1e12
 MOST_CELLS = 10**11
 
 MARGINS = ("margin_period_doubling_percent", "margin_grazing_percent", "margin_any_percent")
-AT_DESIGN = (*MARGINS, "u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m")
+ELECTRICAL = "power_at_least_mw", "field_at_most_percent"
+AT_DESIGN = (*MARGINS, "u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m", *ELECTRICAL)
 """Requirements that are judged at the design point."""
 
 VOLTAGE = (
@@ -37,9 +38,13 @@ VOLTAGE = (
 NEEDS = {
     "sweep": (("stable_from", "stable_to", "u_ave_difference_at_most_v"), "a range of the swept parameter needs"),
     "device.ball_mass_kg": (VOLTAGE, "voltage and deflection need"),
+    "device.membrane.thickness_m": (ELECTRICAL, "power and field need"),
     "simulation": (("crosscheck_passed",), "a cross-check needs"),
 }
 """What must be in the scenario for requirements to be judged, with their keys."""
+
+DIELECTRIC = "thickness_m", "relative_permittivity", "breakdown_field_v_m"
+"""Keys of a membrane that are given together."""
 
 STABLE, ANGLES = ("stable_from", "stable_to"), ("inclination_from_deg", "inclination_to_deg")
 RANGES = (STABLE, ANGLES)
@@ -84,7 +89,7 @@ def check(document: Document, wrong: AbstractSet[str], model: type[Scenario]) ->
     """
     tree = _Tree(document, wrong)
     own = (_required_in_map, _axes, _cells) if issubclass(model, MapFile) else (_required, _sweep, _simulation)
-    rules = (*own, _masses, _radii, _accuracy, _requirements, _title)
+    rules = (*own, _masses, _radii, _dielectric, _accuracy, _requirements, _title)
     return [finding for rule in rules for finding in rule(tree)]
 
 
@@ -184,6 +189,14 @@ def _radii(tree: _Tree) -> Iterator[Finding]:
         yield _rule(active, f"got {large:.12g}, which is too small (above ball_radius_m, {small:.12g} by default)")
     else:
         yield _rule(ball, f"got {small:.12g}, which is too large (below active_radius_m, {large:.12g})")
+
+
+def _dielectric(tree: _Tree) -> Iterator[Finding]:
+    given = [key for key in DIELECTRIC if tree.at(f"device.membrane.{key}") is not None]
+    missing = [key for key in DIELECTRIC if tree.absent(f"device.membrane.{key}")]
+    if given and missing:
+        lacking = f"{' and '.join(missing)} not given (all of {', '.join(DIELECTRIC)}, or none)"
+        yield _rule(f"device.membrane.{given[0]}", lacking)
 
 
 def _sweep(tree: _Tree) -> Iterator[Finding]:

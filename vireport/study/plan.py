@@ -38,6 +38,7 @@ class Task(StrEnum):
     CRITICAL = "critical", "critical points and Table 1"
     DESIGN = "design", "the motions at the design point and their margins"
     ENERGY = "energy", "voltages"
+    CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
     FIGURE_2 = "figure-2", "figure 2: impact velocity, phase and flight time"
     FIGURE_4 = "figure-4", "figure 4: Delta and the eigenvalues"
     FIGURE_7 = "figure-7", "figure 7: voltages"
@@ -138,6 +139,10 @@ HORIZONTAL = Condition(
 ODD = Condition(lambda x, _: x.period_ratio % 2, "for an even period ratio no motion is symmetric")
 DESIGN = Condition(lambda x, _: x.value_of(x.parameter) is not None, "{parameter} is not given")
 BALL = Condition(lambda x, _: x.device.ball_mass_kg, "device.ball_mass_kg is not given")
+DIELECTRIC = Condition(
+    lambda x, _: x.device.membrane and x.device.membrane.thickness_m,
+    "thickness_m, relative_permittivity and breakdown_field_v_m of device.membrane are not given",
+)
 SIMULATION = Condition(lambda x, _: x.simulation, "the scenario has no simulation block")
 PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
@@ -157,6 +162,7 @@ STEPS = (
     Row(Task.CRITICAL, (SWEEP,), "a sweep is given"),
     Row(Task.DESIGN, (DESIGN,), "the design point is given"),
     Row(Task.ENERGY, (BALL,), "the ball mass is given"),
+    Row(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
     Row(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     Row(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
     Row(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
