@@ -18,11 +18,16 @@ LONGEST_TITLE = 200
 LARGEST_PERIOD_RATIO = 20
 WIDEST_MARGIN = 75.0  # per cent: as far as is looked from a design point without a sweep, and no further
 FEWEST_AXES, MOST_AXES = 2, 6
+MOST_VARIED = 4
 MOST_VALUES = 4_000  # of an axis; a file has at most 5,000 values
 LARGEST_CHUNK = 1_000_000
 
 UNIT_OF_SWEPT = "the unit of the swept parameter"
 """Stands for the unit of a value of whichever parameter is swept."""
+
+
+UNIT_OF_VARIED = "the unit of the input"
+"""Stands for the unit of a value of an input that may vary."""
 
 
 class Block(BaseModel):
@@ -284,6 +289,88 @@ class Accuracy(Block):
     )
 
 
+class AxisPath(StrEnum):
+    """What a map or a design can vary; the value is its path in a scenario, `limits` its smallest and largest value."""
+
+    limits: tuple[float, float]
+
+    def __new__(cls, path: str, limits: tuple[float, float] = (SMALLEST, LARGEST)) -> AxisPath:
+        """Make the member whose value is `path`."""
+        member = str.__new__(cls, path)
+        member._value_, member.limits = path, limits
+        return member
+
+    INCLINATION = Parameter.INCLINATION.path, Parameter.INCLINATION.limits
+    LENGTH = Parameter.LENGTH.path
+    AMPLITUDE = Parameter.AMPLITUDE.path
+    FREQUENCY = Parameter.FREQUENCY.path
+    RESTITUTION = "device.restitution", (0.0, LARGEST_RESTITUTION)
+    BALL_MASS = "device.ball_mass_kg"
+
+
+class Objective(StrEnum):
+    """What a design can be the best in; the value is a name of results.json's design point, or says what it is.
+
+    Attributes
+    ----------
+    words, unit : str
+        For the reader.
+    """
+
+    words: str
+    unit: str
+
+    def __new__(cls, name: str, words: str = "", unit: str = "") -> Objective:
+        """Make the member whose value is `name`."""
+        member = str.__new__(cls, name)
+        member._value_, member.words, member.unit = name, words, unit
+        return member
+
+    U_AVE = "u_ave_v", "U_ave", "V"
+    VOLTAGE_RATE = "voltage_rate_v_s", "voltage gained per second", "V/s"
+    MARGIN = "margin_percent", "smallest margin", "%"
+    POWER = "power_mw", "mean electrical power", "mW"
+    EFFICIENCY = "efficiency", "efficiency", ""
+    U_BOTTOM = "u_bottom_v", "voltage at the bottom", "V"
+    U_TOP = "u_top_v", "voltage at the top", "V"
+    VELOCITY_BOTTOM = "velocity_bottom", "dimensionless velocity at the bottom", ""
+    WALL_GAP = "wall_gap", "dimensionless gap to a membrane", ""
+
+
+class Varied(Block):
+    """An input of the design that may vary, and between what."""
+
+    path: AxisPath = _key(REQUIRED, "Path", "", "The input.", example="device.length_m", strict=False)
+    from_: float = _key(REQUIRED, "From", UNIT_OF_VARIED, "One end of its range.", example=0.6, alias="from")
+    to: float = _key(REQUIRED, "To", UNIT_OF_VARIED, "The other end of its range.", example=0.9)
+
+
+class Design(Block):
+    """What `vireport optimise` looks for: the best design that meets the requirements; a plain run leaves it alone."""
+
+    vary: tuple[Varied, ...] = _key(
+        REQUIRED,
+        "Vary",
+        "",
+        "The inputs that may vary.",
+        example=[{"path": "device.length_m", "from": 0.6, "to": 0.9}],
+        strict=False,
+        min_length=1,
+        max_length=MOST_VARIED,
+    )
+    maximise: Objective = _key(
+        REQUIRED,
+        "Maximise",
+        "",
+        "What shall be as large as possible: the least of the stable motions at the design point.",
+        example="u_ave_v",
+        strict=False,
+    )
+    cells: int = _key(
+        40_000, "Cells", "1", "Designs of the grid that is searched before the best are refined.", ge=16, le=10_000_000
+    )
+
+
 class Scenario(Block):
     """A vibro-impact energy harvester, its excitation, and what is varied."""
 
@@ -323,6 +410,9 @@ class Scenario(Block):
     requirements: Requirements | None = _key(
         None, "Requirements", "", "What the design must meet. Left out, nothing is judged."
     )
+    design: Design | None = _key(
+        None, "Design", "", "What the best design is looked for in. It makes no difference to a run."
+    )
 
     @property
     def parameter(self) -> Parameter:
@@ -338,25 +428,6 @@ class Scenario(Block):
             Parameter.INCLINATION: self.inclination_deg,
         }
         return values[parameter]
-
-
-class AxisPath(StrEnum):
-    """What a map can vary; the value is its path in a scenario, and `limits` are its smallest and largest value."""
-
-    limits: tuple[float, float]
-
-    def __new__(cls, path: str, limits: tuple[float, float] = (SMALLEST, LARGEST)) -> AxisPath:
-        """Make the member whose value is `path`."""
-        member = str.__new__(cls, path)
-        member._value_, member.limits = path, limits
-        return member
-
-    INCLINATION = Parameter.INCLINATION.path, Parameter.INCLINATION.limits
-    LENGTH = Parameter.LENGTH.path
-    AMPLITUDE = Parameter.AMPLITUDE.path
-    FREQUENCY = Parameter.FREQUENCY.path
-    RESTITUTION = "device.restitution", (0.0, LARGEST_RESTITUTION)
-    BALL_MASS = "device.ball_mass_kg"
 
 
 class Sampling(StrEnum):
@@ -455,12 +526,15 @@ class Input(NamedTuple):
 
 
 def inputs(block: Block, path: str = "") -> Iterator[Input]:
-    """Every value of a block and of those within it, in the order of the format; what is absent is left out."""
+    """Every value of a block and of those within it, in the order of the format; what is absent is left out.
+
+    A list of blocks is left out too: it says what a device might be, not what it is.
+    """
     for name, key in type(block).model_fields.items():
         value, here = getattr(block, name), f"{path}{key.alias or name}"
         if isinstance(value, Block):
             yield from inputs(value, f"{here}.")
-        elif value is not None:
+        elif value is not None and not (isinstance(value, tuple) and any(isinstance(row, Block) for row in value)):
             extra = key.json_schema_extra
             unit = extra.get("unit", "") if isinstance(extra, dict) else ""
             yield Input(here, key.title or "", str(unit), value)

@@ -12,7 +12,7 @@ from collections.abc import Set as AbstractSet
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
-from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Sampling, Scenario
+from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Objective, Sampling, Scenario
 from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import Parameter
 
@@ -88,7 +88,7 @@ def check(document: Document, wrong: AbstractSet[str], model: type[Scenario]) ->
         `Scenario` or `MapFile`.
     """
     tree = _Tree(document, wrong)
-    own = (_required_in_map, _axes, _cells) if issubclass(model, MapFile) else (_required, _sweep, _simulation)
+    own = (_required_in_map, _axes, _cells) if issubclass(model, MapFile) else (_required, _sweep, _simulation, _design)
     rules = (*own, _masses, _radii, _dielectric, _accuracy, _requirements, _title)
     return [finding for rule in rules for finding in rule(tree)]
 
@@ -257,6 +257,43 @@ def _at_design(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
             )
 
 
+def _design(tree: _Tree) -> Iterator[Finding]:
+    """The best design is looked for among values that each input can have, by what the scenario evaluates."""
+    rows = varied_of(tree.data)
+    paths = [axis_path(row) for row in rows]
+    for k, (row, path) in enumerate(zip(rows, paths, strict=True)):
+        here = f"design.vary.{k}"
+        if path is None or not isinstance(row, dict):
+            continue
+        if path in paths[:k]:
+            yield _rule(f"{here}.path", f"{path} is varied already (each input once)")
+        if tree.absent(path):
+            yield _rule(f"{here}.path", f"{path} is not given (give the value that the design has now)")
+        yield from _axis_limits(row, here, path)
+        if is_number(row.get("from")) and row["from"] == row.get("to"):
+            yield _rule(f"{here}.to", f"got {row['to']:.12g}, the same as from (a different value)")
+        capsule = tree.number("device.capsule_mass_kg")
+        for end in ("from", "to") if path is AxisPath.BALL_MASS and capsule is not None else ():
+            if is_number(row.get(end)) and row[end] >= capsule:
+                yield _rule(f"{here}.{end}", f"got {row[end]:.12g}, which is too large (below capsule_mass_kg)")
+    if rows and tree.swept is not None and tree.absent(tree.swept.path):
+        yield _rule("design", f"the design point is not given (give {tree.swept.path}, or delete this block)")
+    objective, needed = tree.at("design.maximise"), None
+    if objective in (Objective.POWER, Objective.EFFICIENCY):
+        needed = "device.membrane.thickness_m"
+    elif objective in (Objective.U_AVE, Objective.VOLTAGE_RATE, Objective.U_BOTTOM, Objective.U_TOP):
+        needed = "device.ball_mass_kg"
+    if needed is not None and tree.absent(needed):
+        yield _rule("design.maximise", f"{objective} needs {needed}, which is not given (give it, or something else)")
+
+
+def varied_of(data: Any) -> list[Any]:
+    """What may vary in a design, as it was read."""
+    block = data.get("design")
+    rows = block.get("vary") if isinstance(block, dict) else None
+    return rows if isinstance(rows, list) else []
+
+
 def _ranges(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
     """Ranges that are required have two ends, and lie within the sweep."""
     for first, last in RANGES:
@@ -338,7 +375,7 @@ def _axis_limits(axis: dict[str, Any], here: str, path: AxisPath) -> Iterator[Fi
     ends = [(f"{here}.{end}", axis.get(end)) for end in ("from", "to")]
     for place, value in [*ends, *_elements(f"{here}.values", axis.get("values"))]:
         if path is AxisPath.RESTITUTION and is_number(value) and high < value <= 1:
-            limits = f"a number from {low:g} to {high:.12g} in a map"
+            limits = f"a number from {low:g} to {high:.12g} where it is varied"
             yield _rule(place, f"got {value:.12g}, which is too large ({limits})")
         elif is_number(value) and not low <= value <= high:
             yield Finding(place, Kind.VALUE, value)

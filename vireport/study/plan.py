@@ -52,6 +52,7 @@ class Task(StrEnum):
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
     REQUIREMENTS = "requirements", "the acceptance table"
+    OPTIMISE = "optimise", "the best design"
     HTML = "html", "output: report.html"
     PDF = "pdf", "output: report.pdf"
     PNG = "png", "output: the figures as PNG files"
@@ -150,6 +151,8 @@ DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulat
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
 REQUIREMENTS = Condition(lambda x, _: x.requirements, "the scenario has no requirements block")
+BEST = Condition(lambda x, _: x.design, "the scenario has no design block")
+NOT_IN_A_RUN = Condition(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
 PICTURES = Condition(
     lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG}, "no figure, HTML or PDF is asked for"
 )
@@ -176,6 +179,7 @@ STEPS = (
     Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
+    Row(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
     Row(Task.PDF, (_format(Task.PDF),), "asked for"),
     Row(Task.PNG, (_format(Task.PNG), SWEEP), "asked for"),
