@@ -188,8 +188,8 @@ def conversion(
     speeds: tuple[Any, Any],
     membrane: Membrane,
     dielectric: Dielectric,
-    restitution: float,
-    period_s: float,
+    restitution: Any,
+    period_s: Any,
     ops: Any = ARRAYS,
 ) -> Conversion:
     """Evaluate the energy conversion of motions with one impact on each membrane.
@@ -203,9 +203,9 @@ def conversion(
     membrane : Membrane
     dielectric : Dielectric
         Of the membrane.
-    restitution : float
+    restitution : array_like
         r < 1.
-    period_s : float
+    period_s : array_like
         Of the motion [s].
     ops
         Functions of the kind of number, see `numbers`.

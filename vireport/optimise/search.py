@@ -1,0 +1,273 @@
+"""The best design: a grid over all designs, the best of its cells refined, and what the grid proves of the others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.optimise.cells import Cells, evaluate, keeps_motion
+from vireport.optimise.problem import Problem, smallest_margin
+from vireport.optimise.refine import refine
+from vireport.progress import Progress
+from vireport.scenario import WIDEST_MARGIN, Objective
+from vireport.study import Study
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+CHUNK = 1024
+"""Cells that are tried at once for a margin."""
+
+STARTS, APART = 3, 4.0
+"""Cells that are refined, and how many spacings they are apart: one for each summit there may be."""
+
+TRIED = 40
+"""Cells whose results are computed before the requirements count as not met: the grid has judged the others."""
+
+HALVINGS = 12
+"""Steps in which the largest margin of the cells is bracketed, to 0.02 %."""
+
+LEVELS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.10, 0.14, 0.20, 0.28, 0.40, 0.55)
+"""Margins of the front."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """A design, with its results as a run has them, and its objective."""
+
+    t: Floats
+    study: Study
+    value: float
+
+    @property
+    def margin(self) -> float:
+        """The smallest margin as a share; infinite where stable motion ends in no input."""
+        design = self.study.solution.design
+        return smallest_margin(design) if design is not None else 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """What the grid says of all designs.
+
+    Attributes
+    ----------
+    counts : tuple of int
+        Cells along each input.
+    stable, within : int
+        Cells with a stable motion, and those of them that meet the limits that every cell is judged by.
+    best_cell : float or None
+        Objective of the best cell that meets all requirements, None where there is none.
+    step : float
+        Largest difference of the objective between neighbouring cells within `APART` of the best design.
+    elsewhere : int
+        Cells that keep the margin required and may hold a better design, by their differences from the neighbouring
+        cells to first order, other than those connected with the best design.
+    """
+
+    counts: tuple[int, ...]
+    stable: int
+    within: int
+    best_cell: float | None
+    step: float
+    elsewhere: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Result:
+    """What a search comes to.
+
+    Attributes
+    ----------
+    problem : Problem
+    best : Point or None
+        None where no design was found that meets the requirements.
+    nearest : Point or None
+        Then the one that comes nearest to it; None where no design has a stable motion.
+    front : tuple of Point
+        The best designs for rising margins.
+    evidence : Evidence
+    """
+
+    problem: Problem
+    best: Point | None
+    nearest: Point | None
+    front: tuple[Point, ...]
+    evidence: Evidence
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """The cells of a search: designs t (cells, inputs) on a regular grid, ends included."""
+
+    problem: Problem
+    counts: tuple[int, ...]
+    t: Floats
+    cells: Cells
+
+    @property
+    def spacing(self) -> Floats:
+        """Between neighbouring cells, as shares of the ranges."""
+        return 1 / (np.array(self.counts) - 1)
+
+    def within(self) -> Ints:
+        """Cells that meet the limits, the best first; in their order where the objective is a margin."""
+        rows = np.flatnonzero(self.cells.stable & (np.nan_to_num(self.cells.slack, nan=-1.0) >= 0).all(axis=1))
+        value = self.cells.value[rows]
+        return rows if np.isnan(value).all() else rows[np.argsort(-value, kind="stable")]
+
+    def changes(self) -> Floats:
+        """For each cell the sum over the inputs of half the largest difference of the objective to a neighbour."""
+        value, total = self.cells.value.reshape(self.counts), np.zeros(self.counts)
+        for axis in range(value.ndim):
+            step = np.nan_to_num(np.abs(np.diff(value, axis=axis)))
+            pad = [(0, 0)] * value.ndim
+            sides = []
+            for side in ((1, 0), (0, 1)):
+                pad[axis] = side
+                sides.append(np.pad(step, pad))
+            total += np.maximum(*sides) / 2
+        return total.ravel()
+
+
+def grid_of(problem: Problem) -> Grid:
+    """Evaluate the cells of a search."""
+    axes = len(problem.paths)
+    count = max(round(problem.design.cells ** (1 / axes)), 3)
+    counts = (count,) * axes
+    t = np.stack(np.meshgrid(*[np.linspace(0, 1, count)] * axes, indexing="ij"), axis=-1).reshape(-1, axes)
+    parts = [evaluate(problem, part) for part in np.array_split(t, max(len(t) // 100_000, 1))]
+    whole = Cells(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("stable", "value", "slack")))
+    return Grid(problem, counts, t, whole)
+
+
+def optimise(problem: Problem, progress: Progress | None = None) -> Result:
+    """Find the best design, the evidence that it is, and the front of margin against the objective.
+
+    Parameters
+    ----------
+    problem : Problem
+    progress : callable, optional
+        Called with each long step as it begins.
+    """
+    say = progress or (lambda what: None)
+    say("evaluating the grid")
+    grid = grid_of(problem)
+    order = grid.within()
+    say("looking for the best design")
+    cells = _starts(grid, order)
+    found = [_refined(problem, grid.t[start], grid.spacing) for start in cells]
+    best = max((point for point in found if point is not None), key=lambda point: point.value, default=None)
+    nearest = None if best is not None else _nearest(grid, order)
+    if nearest is not None and all(criterion.passed for criterion in nearest.study.criteria):
+        best, nearest = nearest, None
+    say("trading the objective for margin")
+    front = _front(grid, order) if problem.objective is not Objective.MARGIN and best is not None else ()
+    return Result(problem, best, nearest, front, _evidence(grid, order, cells, best))
+
+
+def _passing(grid: Grid, rows: Ints, share: float) -> Iterator[int]:
+    """Those of some cells that keep stable motion with every input off by a share, in their order."""
+    for first in range(0, len(rows), CHUNK):
+        part = rows[first : first + CHUNK]
+        yield from part if share <= 0 else part[keeps_motion(grid.problem, grid.t[part], share)]
+
+
+def _starts(grid: Grid, order: Ints) -> list[int]:
+    """The best cells that keep the margin required and are some cells apart."""
+    if grid.problem.objective is Objective.MARGIN:
+        order = _widest(grid, order)
+    starts: list[int] = []
+    for tried, row in enumerate(_passing(grid, order, grid.problem.share)):
+        away = [np.max(np.abs(grid.t[row] - grid.t[other]) / grid.spacing) for other in starts]
+        if all(distance >= APART for distance in away):
+            starts.append(row)
+        if len(starts) == STARTS or tried > CHUNK:
+            break
+    return starts
+
+
+def _widest(grid: Grid, rows: Ints) -> Ints:
+    """The cells with the largest margins, to within `HALVINGS` halvings of the widest margin there can be."""
+    low, high = 0.0, WIDEST_MARGIN / 100
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        passing = np.array(list(_passing(grid, rows, middle)), dtype=np.intp)
+        if passing.size:
+            rows, low = passing, middle
+        else:
+            high = middle
+    return rows
+
+
+def _refined(problem: Problem, start: Floats, spacing: Floats) -> Point | None:
+    """The design refined from a cell, or else the cell's own, if it meets all requirements."""
+    for t in (refine(problem, start, spacing), start):
+        point = None if t is None else _judged(problem, t)
+        if point is not None and all(criterion.passed for criterion in point.study.criteria):
+            return point
+    return None
+
+
+def _judged(problem: Problem, t: Floats) -> Point | None:
+    """The results of a design; None where it has no stable motion."""
+    study = problem.study(t)
+    design = study.solution.design
+    if design is None or not design.motions.stable.any():
+        return None
+    return Point(t, study, problem.value_of(study))
+
+
+def _nearest(grid: Grid, order: Ints) -> Point | None:
+    """The design whose worst requirement is nearest to being met."""
+    stable = np.flatnonzero(grid.cells.stable)
+    if not stable.size:
+        return None
+    if order.size and grid.problem.share:
+        start = int(_widest(grid, order)[0])
+    else:
+        start = int(stable[np.argmax(grid.cells.slack[stable].min(axis=1))])
+    refined = refine(grid.problem, grid.t[start], grid.spacing, worst_case=True)
+    return _judged(grid.problem, grid.t[start] if refined is None else refined)
+
+
+def _front(grid: Grid, order: Ints) -> tuple[Point, ...]:
+    """The best designs for rising margins: what a larger one costs.
+
+    A cell that fails a margin fails all larger ones, so that each level goes on where the one before has ended.
+    """
+    points: list[Point] = []
+    for level in LEVELS:
+        row = next(_passing(grid, order, level), None)
+        if row is None:
+            break
+        order = order[int(np.flatnonzero(order == row)[0]) :]
+        if points and points[-1].margin >= level:
+            continue
+        problem = grid.problem.with_margin(level)
+        t = refine(problem, grid.t[row], grid.spacing)
+        point = None if t is None else _judged(problem, t)
+        if point is not None and point.margin >= level:
+            points.append(point)
+    return tuple(points)
+
+
+def _evidence(grid: Grid, order: Ints, starts: list[int], best: Point | None) -> Evidence:
+    """What the grid says about where a better design might be."""
+    stable = int(grid.cells.stable.sum())
+    if best is None or grid.problem.objective is Objective.MARGIN:
+        return Evidence(grid.counts, stable, len(order), None, 0.0, 0)
+    from scipy.ndimage import label  # type: ignore[import-untyped]
+
+    value, change = grid.cells.value, grid.changes()
+    promising = order[value[order] + change[order] > best.value]
+    kept = np.zeros(len(value), dtype=bool)
+    kept[list(_passing(grid, promising, grid.problem.share))] = True
+    near = np.max(np.abs(grid.t - best.t) / grid.spacing, axis=1) <= APART
+    parts = label(kept.reshape(grid.counts), np.ones((3,) * len(grid.counts)))[0].ravel()
+    elsewhere = int((kept & ~np.isin(parts, parts[near & kept])).sum())
+    cell = float(value[starts[0]]) if starts else None
+    return Evidence(grid.counts, stable, len(order), cell, 2 * float(change[near].max(initial=0.0)), elsewhere)
