@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,8 @@ Ints = NDArray[np.intp]
 CHUNK = 1024
 """Cells that are tried at once for a margin."""
 
-STARTS, APART = 3, 4.0
-"""Cells that are refined, and how many spacings they are apart: one for each summit there may be."""
-
-TRIED = 40
-"""Cells whose results are computed before the requirements count as not met: the grid has judged the others."""
+STARTS, APART, MOST_REFINED = 2, 4.0, 8
+"""Cells that are refined from at first, how many spacings they are apart, and the most cells."""
 
 HALVINGS = 12
 """Steps in which the largest margin of the cells is bracketed, to 0.02 %."""
@@ -41,6 +38,11 @@ class Point:
     t: Floats
     study: Study
     value: float
+
+    @property
+    def met(self) -> bool:
+        """Whether all requirements are met."""
+        return all(criterion.passed for criterion in self.study.criteria)
 
     @property
     def margin(self) -> float:
@@ -63,17 +65,20 @@ class Evidence:
         Objective of the best cell that meets all requirements, None where there is none.
     step : float
         Largest difference of the objective between neighbouring cells within `APART` of the best design.
+    widest : float or None
+        A margin, as a share, that no cell within the limits has; None where it was not looked for.
     elsewhere : int
-        Cells that keep the margin required and may hold a better design, by their differences from the neighbouring
-        cells to first order, other than those connected with the best design.
+        Parts of the grid that may hold a better design, by the differences between neighbouring cells to first order,
+        and were not refined from.
     """
 
     counts: tuple[int, ...]
     stable: int
     within: int
-    best_cell: float | None
-    step: float
-    elsewhere: int
+    best_cell: float | None = None
+    step: float = 0.0
+    widest: float | None = None
+    elsewhere: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,6 +124,10 @@ class Grid:
         value = self.cells.value[rows]
         return rows if np.isnan(value).all() else rows[np.argsort(-value, kind="stable")]
 
+    def near(self, point: Point) -> NDArray[np.bool_]:
+        """Cells within `APART` of a design."""
+        return np.asarray(np.max(np.abs(self.t - point.t) / self.spacing, axis=1) <= APART)
+
     def changes(self) -> Floats:
         """For each cell the sum over the inputs of half the largest difference of the objective to a neighbour."""
         value, total = self.cells.value.reshape(self.counts), np.zeros(self.counts)
@@ -158,15 +167,36 @@ def optimise(problem: Problem, progress: Progress | None = None) -> Result:
     grid = grid_of(problem)
     order = grid.within()
     say("looking for the best design")
-    cells = _starts(grid, order)
-    found = [_refined(problem, grid.t[start], grid.spacing) for start in cells]
-    best = max((point for point in found if point is not None), key=lambda point: point.value, default=None)
-    nearest = None if best is not None else _nearest(grid, order)
-    if nearest is not None and all(criterion.passed for criterion in nearest.study.criteria):
-        best, nearest = nearest, None
+    by_margin = problem.objective is Objective.MARGIN
+    ranked, widest = _widest(grid, order) if by_margin else (order, None)
+    best, tried, left = _climbed(grid, ranked)
+    evidence = Evidence(grid.counts, int(grid.cells.stable.sum()), len(order), widest=widest)
+    if best is None:
+        ranked, widest = _widest(grid, order) if problem.share else (order, None)
+        best = _nearest(grid, ranked)
+        if best is None or not best.met:
+            return Result(problem, None, best, (), replace(evidence, widest=widest))
+    if by_margin or not tried:
+        return Result(problem, best, None, (), evidence)
+    step = 2 * float(grid.changes()[grid.near(best)].max(initial=0.0))
+    evidence = replace(evidence, best_cell=float(grid.cells.value[tried[0]]), step=step, elsewhere=len(left))
     say("trading the objective for margin")
-    front = _front(grid, order) if problem.objective is not Objective.MARGIN and best is not None else ()
-    return Result(problem, best, nearest, front, _evidence(grid, order, cells, best))
+    return Result(problem, best, None, _front(grid, order), evidence)
+
+
+def _climbed(grid: Grid, ranked: Ints) -> tuple[Point | None, list[int], list[int]]:
+    """The best of the designs refined from cells, these cells, and cells that might hold a better one."""
+    starts, tried = _starts(grid, ranked), list[int]()
+    best: Point | None = None
+    left: list[int] = []
+    while starts:
+        point = _refined(grid.problem, grid.t[starts[0]], grid.spacing)
+        best = point if best is None or (point is not None and point.value > best.value) else best
+        tried, starts = [*tried, starts[0]], starts[1:]
+        if not starts and best is not None and grid.problem.objective is not Objective.MARGIN:
+            left = _regions(grid, ranked, best, tried)
+            starts = left[: MOST_REFINED - len(tried)][:1]
+    return best, tried, left
 
 
 def _passing(grid: Grid, rows: Ints, share: float) -> Iterator[int]:
@@ -176,12 +206,10 @@ def _passing(grid: Grid, rows: Ints, share: float) -> Iterator[int]:
         yield from part if share <= 0 else part[keeps_motion(grid.problem, grid.t[part], share)]
 
 
-def _starts(grid: Grid, order: Ints) -> list[int]:
-    """The best cells that keep the margin required and are some cells apart."""
-    if grid.problem.objective is Objective.MARGIN:
-        order = _widest(grid, order)
+def _starts(grid: Grid, ranked: Ints) -> list[int]:
+    """The first cells that keep the margin required and are some cells apart."""
     starts: list[int] = []
-    for tried, row in enumerate(_passing(grid, order, grid.problem.share)):
+    for tried, row in enumerate(_passing(grid, ranked, grid.problem.share)):
         away = [np.max(np.abs(grid.t[row] - grid.t[other]) / grid.spacing) for other in starts]
         if all(distance >= APART for distance in away):
             starts.append(row)
@@ -190,8 +218,10 @@ def _starts(grid: Grid, order: Ints) -> list[int]:
     return starts
 
 
-def _widest(grid: Grid, rows: Ints) -> Ints:
-    """The cells with the largest margins, to within `HALVINGS` halvings of the widest margin there can be."""
+def _widest(grid: Grid, rows: Ints) -> tuple[Ints, float | None]:
+    """The cells with the largest margins, to within `HALVINGS` halvings, and a margin that none has."""
+    if not rows.size:
+        return rows, None
     low, high = 0.0, WIDEST_MARGIN / 100
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -200,14 +230,14 @@ def _widest(grid: Grid, rows: Ints) -> Ints:
             rows, low = passing, middle
         else:
             high = middle
-    return rows
+    return rows, high
 
 
 def _refined(problem: Problem, start: Floats, spacing: Floats) -> Point | None:
     """The design refined from a cell, or else the cell's own, if it meets all requirements."""
     for t in (refine(problem, start, spacing), start):
         point = None if t is None else _judged(problem, t)
-        if point is not None and all(criterion.passed for criterion in point.study.criteria):
+        if point is not None and point.met:
             return point
     return None
 
@@ -221,15 +251,12 @@ def _judged(problem: Problem, t: Floats) -> Point | None:
     return Point(t, study, problem.value_of(study))
 
 
-def _nearest(grid: Grid, order: Ints) -> Point | None:
-    """The design whose worst requirement is nearest to being met."""
+def _nearest(grid: Grid, ranked: Ints) -> Point | None:
+    """The design whose worst requirement is nearest to being met, from the first cell or that nearest to the limits."""
     stable = np.flatnonzero(grid.cells.stable)
     if not stable.size:
         return None
-    if order.size and grid.problem.share:
-        start = int(_widest(grid, order)[0])
-    else:
-        start = int(stable[np.argmax(grid.cells.slack[stable].min(axis=1))])
+    start = int(ranked[0] if ranked.size else stable[np.argmax(grid.cells.slack[stable].min(axis=1))])
     refined = refine(grid.problem, grid.t[start], grid.spacing, worst_case=True)
     return _judged(grid.problem, grid.t[start] if refined is None else refined)
 
@@ -255,19 +282,19 @@ def _front(grid: Grid, order: Ints) -> tuple[Point, ...]:
     return tuple(points)
 
 
-def _evidence(grid: Grid, order: Ints, starts: list[int], best: Point | None) -> Evidence:
-    """What the grid says about where a better design might be."""
-    stable = int(grid.cells.stable.sum())
-    if best is None or grid.problem.objective is Objective.MARGIN:
-        return Evidence(grid.counts, stable, len(order), None, 0.0, 0)
+def _regions(grid: Grid, order: Ints, best: Point, tried: list[int]) -> list[int]:
+    """The best cell of each part of the grid that may hold a better design, where none was refined from yet.
+
+    A cell may hold one if it keeps the margin required and the objective, by its differences from the neighbouring
+    cells to first order, may exceed that of the best design within it. Connected cells are one part.
+    """
     from scipy.ndimage import label  # type: ignore[import-untyped]
 
-    value, change = grid.cells.value, grid.changes()
-    promising = order[value[order] + change[order] > best.value]
-    kept = np.zeros(len(value), dtype=bool)
-    kept[list(_passing(grid, promising, grid.problem.share))] = True
-    near = np.max(np.abs(grid.t - best.t) / grid.spacing, axis=1) <= APART
-    parts = label(kept.reshape(grid.counts), np.ones((3,) * len(grid.counts)))[0].ravel()
-    elsewhere = int((kept & ~np.isin(parts, parts[near & kept])).sum())
-    cell = float(value[starts[0]]) if starts else None
-    return Evidence(grid.counts, stable, len(order), cell, 2 * float(change[near].max(initial=0.0)), elsewhere)
+    value = grid.cells.value
+    promising = order[value[order] + grid.changes()[order] > best.value]
+    kept = list(_passing(grid, promising, grid.problem.share))
+    there = np.zeros(len(value), dtype=bool)
+    there[kept] = True
+    parts = label(there.reshape(grid.counts), np.ones((3,) * len(grid.counts)))[0].ravel()
+    done = {0, *parts[tried], *parts[grid.near(best)]}
+    return [row for k, row in enumerate(kept) if parts[row] not in {*done, *parts[kept[:k]]}]

@@ -1,0 +1,177 @@
+"""What a search for the best design comes to, as text, JSON, a figure, and a scenario that runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from vireport.optimise.search import Point, Result
+from vireport.study import Provenance, json_bytes
+from vireport.text import Table, capital, numbers, plain_text, significant, texts
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NAMES = "best.yaml", "optimise.json", "front.png"
+"""Files that a search may write."""
+
+
+def files(result: Result, provenance: Provenance) -> dict[str, bytes]:
+    """The files of a search by their names; the best design is there where there is one."""
+    written = {"optimise.json": optimise_json(result, provenance)}
+    if result.best is not None:
+        written["best.yaml"] = result.problem.scenario_text(result.best.t).encode()
+    if len(result.front) > 1:
+        from vireport.figures import png_of
+
+        written["front.png"] = png_of(figure_front(result))
+    return written
+
+
+def optimise_json(result: Result, provenance: Provenance) -> bytes:
+    """The result as JSON, one top-level key a line."""
+    problem, evidence = result.problem, result.evidence
+    return json_bytes(
+        {
+            "schema_version": 1,
+            "objective": problem.objective,
+            "unit": problem.objective.unit,
+            "best": _data(result, result.best),
+            "nearest": _data(result, result.nearest),
+            "front": [_data(result, point) for point in result.front],
+            "evidence": {
+                "cells": list(evidence.counts),
+                "stable": evidence.stable,
+                "within_limits": evidence.within,
+                "best_cell": evidence.best_cell,
+                "largest_step": evidence.step,
+                "no_cell_has_margin_percent": None if evidence.widest is None else 100 * evidence.widest,
+                "cells_elsewhere": evidence.elsewhere,
+            },
+            "provenance": provenance.to_dict(),
+        }
+    )
+
+
+def _data(result: Result, point: Point | None) -> dict[str, Any] | None:
+    if point is None:
+        return None
+    return {
+        "inputs": dict(zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)),
+        "value": point.value if isfinite(point.value) else None,
+        "margin_percent": 100 * point.margin if isfinite(point.margin) else None,
+        "requirements": [criterion.to_dict() for criterion in point.study.criteria],
+    }
+
+
+def shortcoming(result: Result) -> str:
+    """What is in the way of the requirements, and by how much; "" where they are met."""
+    if result.best is not None:
+        return ""
+    if result.nearest is None:
+        return "no design in the ranges has a stable 1:1 motion"
+    failed = [
+        f"{one.title} ({one.limit.text}): {one.outcome.text}"
+        + (f" (margin {one.margin_text})" if one.margin_text else "")
+        for one in result.nearest.study.criteria
+        if not one.passed
+    ]
+    return f"no design found in the ranges meets the requirements; the nearest fails {'; '.join(failed)}"
+
+
+def text(result: Result) -> str:
+    """The result for a terminal."""
+    return plain_text(_parts(result)) + "\n"
+
+
+def _parts(result: Result) -> Iterator[str | Table]:
+    objective = result.problem.objective
+    point = result.best if result.best is not None else result.nearest
+    if result.best is None:
+        yield f"{capital(shortcoming(result))}."
+    else:
+        margin = f"; smallest margin {significant(100 * point.margin, 4)} %" if point and isfinite(point.margin) else ""
+        yield (
+            f"Best design: {objective.words} {significant(result.best.value, 8)} {objective.unit}".rstrip()
+            + f"{margin}."
+        )
+    if point is not None:
+        varied = zip(result.problem.design.vary, result.problem.values(point.t).tolist(), strict=True)
+        rows = tuple(
+            (
+                one.path.value,
+                significant(value, 10),
+                significant(min(one.from_, one.to)),
+                significant(max(one.from_, one.to)),
+            )
+            for one, value in varied
+        )
+        caption = "The best design" if result.best is not None else "The nearest design"
+        yield Table(caption, (*texts("Input"), *numbers("Value", "From", "To")), rows)
+    yield _evidence_text(result)
+    if len(result.front) > 1:
+        yield _front_table(result)
+
+
+def _evidence_text(result: Result) -> str:
+    """What was evaluated, what follows from it, and what does not."""
+    evidence, objective = result.evidence, result.problem.objective
+    cells = " x ".join(map(str, evidence.counts))
+    said = (
+        f"Evaluated: {cells} designs on a grid, by the closed form; {evidence.stable} have a stable motion, "
+        f"{evidence.within} of them meet the limits on voltage, energy and shaker."
+    )
+    if evidence.widest is not None:
+        said += f" None of these has a margin of {significant(100 * evidence.widest, 4)} %."
+    if result.best is not None and evidence.best_cell is not None:
+        best, step = significant(evidence.best_cell, 8), significant(evidence.step, 3)
+        said += (
+            f" No cell that meets all requirements has more than {best} {objective.unit}; around the best design "
+            f"neighbouring cells differ by at most {step} {objective.unit}. "
+        )
+        if evidence.elsewhere:
+            said += f"{evidence.elsewhere} other parts of the grid might hold a better design"
+        else:
+            said += "No other part of the grid holds a better design"
+        said += (
+            ", by the differences between neighbouring cells, to first order; what is narrower than a cell is missed."
+        )
+    return said
+
+
+def _front_table(result: Result) -> Table:
+    """The best designs for rising margins, and what each per cent of margin costs."""
+    objective = result.problem.objective
+    rows = []
+    for k, point in enumerate(result.front):
+        cost, before = "", result.front[max(k - 1, 0)]
+        if k:
+            cost = significant((before.value - point.value) / (100 * (point.margin - before.margin)), 4)
+        inputs = (significant(value, 7) for value in result.problem.values(point.t).tolist())
+        rows.append((significant(100 * point.margin, 4), significant(point.value, 7), cost, *inputs))
+    head = ("margin [%]", f"{objective.words} [{objective.unit}]", f"cost of 1 % [{objective.unit}]")
+    caption = f"What margin costs: the largest {objective.words} for each smallest margin"
+    return Table(caption, numbers(*head, *result.problem.paths), tuple(rows))
+
+
+def figure_front(result: Result) -> Figure:
+    """The largest objective against the smallest margin in any input, with the margin that is required."""
+    from vireport.figures import Color, blank, finished, style
+
+    objective, share = result.problem.objective, result.problem.share
+    with style():
+        figure, panels = blank(1)
+        axes = panels[0, 0]
+        margins, values = zip(*((100 * point.margin, point.value) for point in result.front), strict=True)
+        axes.plot(margins, values, color=Color.BLUE, marker="o")
+        if share:
+            axes.axvline(100 * share, color=Color.VERMILION, linestyle="--")
+        axes.set_xlabel("smallest margin to the end of stable motion, in any input [%]")
+        axes.set_ylabel(f"{objective.words} [{objective.unit}]")
+        required = [("dashed: the margin that is required", Color.VERMILION)] if share else []
+        return finished(figure, HEIGHT, required, [])
+
+
+HEIGHT = 3.0
+"""Of the figure under its heading [in]."""
