@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
@@ -62,6 +63,7 @@ def _data(result: Result, point: Point | None) -> dict[str, Any] | None:
         "value": point.value if isfinite(point.value) else None,
         "margin_percent": 100 * point.margin if isfinite(point.margin) else None,
         "requirements": [criterion.to_dict() for criterion in point.study.criteria],
+        "alerts": [alert.to_dict() for alert in point.study.alerts],
     }
 
 
@@ -109,6 +111,8 @@ def _parts(result: Result) -> Iterator[str | Table]:
         )
         caption = "The best design" if result.best is not None else "The nearest design"
         yield Table(caption, (*texts("Input"), *numbers("Value", "From", "To")), rows)
+        if point.study.alerts:
+            yield f"Alerts: {'; '.join(f'{alert.code} {alert.title}' for alert in point.study.alerts)}."
     yield _evidence_text(result)
     if len(result.front) > 1:
         yield _front_table(result)
@@ -143,16 +147,22 @@ def _evidence_text(result: Result) -> str:
 def _front_table(result: Result) -> Table:
     """The best designs for rising margins, and what each per cent of margin costs."""
     objective = result.problem.objective
-    rows = []
-    for k, point in enumerate(result.front):
-        cost, before = "", result.front[max(k - 1, 0)]
-        if k:
-            cost = significant((before.value - point.value) / (100 * (point.margin - before.margin)), 4)
-        inputs = (significant(value, 7) for value in result.problem.values(point.t).tolist())
-        rows.append((significant(100 * point.margin, 4), significant(point.value, 7), cost, *inputs))
+    rows = [
+        tuple(significant(value, 7) for value in (100 * point.margin, point.value, *result.problem.values(point.t)))
+        for point in result.front
+    ]
+    rows = [(*row[:2], cost, *row[2:]) for row, cost in zip(rows, ("", *map(significant, _costs(result))), strict=True)]
     head = ("margin [%]", f"{objective.words} [{objective.unit}]", f"cost of 1 % [{objective.unit}]")
     caption = f"What margin costs: the largest {objective.words} for each smallest margin"
     return Table(caption, numbers(*head, *result.problem.paths), tuple(rows))
+
+
+def _costs(result: Result) -> list[float]:
+    """What a per cent of margin costs between the designs of the front."""
+    return [
+        (before.value - after.value) / (100 * (after.margin - before.margin))
+        for before, after in pairwise(result.front)
+    ]
 
 
 def figure_front(result: Result) -> Figure:
@@ -169,8 +179,10 @@ def figure_front(result: Result) -> Figure:
             axes.axvline(100 * share, color=Color.VERMILION, linestyle="--")
         axes.set_xlabel("smallest margin to the end of stable motion, in any input [%]")
         axes.set_ylabel(f"{objective.words} [{objective.unit}]")
-        required = [("dashed: the margin that is required", Color.VERMILION)] if share else []
-        return finished(figure, HEIGHT, required, [])
+        low, high = (significant(cost(_costs(result)), 3) for cost in (min, max))
+        lines: list[tuple[str, str]] = [(f"1 % of margin costs {low} to {high} {objective.unit}", Color.BLUE)]
+        lines += [("dashed: the margin that is required", Color.VERMILION)] if share else []
+        return finished(figure, HEIGHT, lines, [])
 
 
 HEIGHT = 3.0
