@@ -17,6 +17,9 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Ints = NDArray[np.intp]
 
+OF_MOTION = 2
+"""Slacks in front of those of the limits: of stability, and of the gap to a membrane."""
+
 RINGS = 1.0, 0.5
 """Shares of a margin at which a motion is looked for: a device with the margin has one at each."""
 
@@ -38,7 +41,7 @@ class Cells:
         Whether there is a stable motion.
     value : ndarray
         The objective, the least of the stable motions; NaN where there is none, or where it is a margin.
-    slack : ndarray, shape (cells, 2 + limits)
+    slack : ndarray, shape (cells, OF_MOTION + limits)
         How far on the right side of its limit each quantity is, over the limit, in the worst stable motion; negative
         on the wrong side. The first two are for stability and the gap to a membrane.
     """
@@ -126,14 +129,14 @@ def _of_motions(
 
     period = of_cell(device.period_ratio / device.frequency_hz)
     if membrane is None:
-        return quantities(orbit.velocity_bottom, orbit.velocity_top, gap, None, None, period)
+        return quantities(orbit.velocity_bottom, gap, None, None, period)
     membrane = replace(membrane, ball_mass_kg=of_cell(membrane.ball_mass_kg))  # type: ignore[arg-type]
     unit = of_cell(device.velocity_unit(Parameter.LENGTH, device.length_m))
     speeds = unit * orbit.velocity_bottom, unit * orbit.velocity_top
     volts, dielectric = voltages(*speeds, membrane), membrane.dielectric
     if dielectric is None:
-        return quantities(orbit.velocity_bottom, orbit.velocity_top, gap, volts, None, period)
+        return quantities(orbit.velocity_bottom, gap, volts, None, period)
     gains = volts.bottom_v, volts.top_v
     converted = conversion(gains, speeds, membrane, dielectric, of_cell(r), period)
-    columns = quantities(orbit.velocity_bottom, orbit.velocity_top, gap, volts, converted, period)
+    columns = quantities(orbit.velocity_bottom, gap, volts, converted, period)
     return columns | {FIELD: 100 * converted.field_v_m / dielectric.breakdown_field_v_m}

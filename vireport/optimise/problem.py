@@ -6,7 +6,7 @@ A design is a point t of the unit cube, 0 and 1 in each coordinate being the end
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import yaml
@@ -34,13 +34,17 @@ LIMITS = {
 """Requirements that every cell of a grid is judged by: their quantity, and whether it is to be at least the limit."""
 
 MARGINS = {
-    "margin_any_percent": tuple(CriticalKind),
     "margin_period_doubling_percent": (CriticalKind.PERIOD_DOUBLING,),
     "margin_grazing_percent": (CriticalKind.GRAZING,),
+    "margin_any_percent": tuple(CriticalKind),
 }
-"""Requirements on margins, and the kinds of critical point that they are to."""
+"""Requirements on margins, and the kinds of critical point that they are to; that to any kind is the last."""
 
-NEEDED = {"sweep": ("stable_from", "u_ave_difference_at_most_v"), "simulation": ("crosscheck_passed",)}
+NEEDED = {
+    "sweep": ("stable_from", "u_ave_difference_at_most_v"),
+    "simulation": ("crosscheck_passed",),
+    "accuracy": (),
+}
 """Blocks without which some requirements cannot be judged; where none of them is asked for, designs go without."""
 
 
@@ -51,7 +55,9 @@ class Problem:
     Attributes
     ----------
     loaded : Loaded
-        The scenario, with a design block.
+        The scenario.
+    design : Design
+        What it says of the search.
     margins : tuple of (tuple of CriticalKind, float)
         The margins required, as shares, to critical points of some kinds.
     limits : tuple of (str, bool, float)
@@ -59,15 +65,9 @@ class Problem:
     """
 
     loaded: Loaded
+    design: Design
     margins: tuple[tuple[tuple[CriticalKind, ...], float], ...]
     limits: tuple[tuple[str, bool, float], ...]
-
-    @property
-    def design(self) -> Design:
-        """What the scenario says of the search."""
-        design = self.loaded.scenario.design
-        assert design is not None
-        return design
 
     @property
     def objective(self) -> Objective:
@@ -120,9 +120,8 @@ class Problem:
             (data[block] if block else data)[key] = float(value)
         required = data["requirements"] or {}
         for block, keys in NEEDED.items() if lean else ():
-            if all(required[key] is None for key in keys if required):
+            if all(required.get(key) is None for key in keys):
                 data[block] = None
-        data["accuracy"] = None if lean else data["accuracy"]
         return str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
 
     def study(self, t: Floats) -> Study:
@@ -134,15 +133,11 @@ class Problem:
 
     def value_of(self, study: Study) -> float:
         """The objective in the results of a design: the least of its stable motions."""
-        solution, design = study.solution, study.solution.design
-        assert design is not None
+        design, period = cast(DesignPoint, study.solution.design), study.solution.device.period_s
         if self.objective is Objective.MARGIN:
             return 100 * smallest_margin(design)
-        m, membrane = design.motions, solution.membrane
-        period = solution.device.period_s
-        columns = quantities(m.velocity_bottom, m.velocity_top, m.wall_gap, design.voltages, design.conversion, period)
-        if membrane is None and self.objective not in columns:
-            raise UsageError(f"{self.objective} needs device.ball_mass_kg")
+        m = design.motions
+        columns = quantities(m.velocity_bottom, m.wall_gap, design.voltages, design.conversion, period)
         return float(columns[self.objective][m.stable].min())
 
 
@@ -161,11 +156,11 @@ def problem_of(loaded: Loaded) -> Problem:
     given = {} if scenario.requirements is None else to_dict(scenario.requirements)
     margins = tuple((kinds, given[key] / 100) for key, kinds in MARGINS.items() if given.get(key) is not None)
     limits = tuple((*of, given[key]) for key, of in LIMITS.items() if given.get(key) is not None)
-    return Problem(loaded, margins, limits)
+    return Problem(loaded, scenario.design, margins, limits)
 
 
 def quantities(
-    bottom: Floats, top: Floats, gap: Floats, volts: Voltages | None, converted: Conversion | None, period_s: Any
+    bottom: Floats, gap: Floats, volts: Voltages | None, converted: Conversion | None, period_s: Any
 ) -> dict[str, Floats]:
     """What objectives and limits are of, for motions as arrays."""
     columns: dict[str, Floats] = {Objective.VELOCITY_BOTTOM: bottom, Objective.WALL_GAP: gap}

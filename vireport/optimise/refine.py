@@ -5,7 +5,6 @@ Margins and their derivatives are exact, of the closed form; the other derivativ
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,14 +13,14 @@ from numpy.typing import NDArray
 
 from vireport.analysis import design_point
 from vireport.errors import NumericalError
-from vireport.optimise.cells import evaluate
+from vireport.optimise.cells import OF_MOTION, evaluate
 from vireport.optimise.problem import Problem, design_input
 from vireport.scenario import DesignInput, Objective
 
 Floats = NDArray[np.float64]
 
-STEP = 1e-6
-"""Of the differences, as a share of an input's range: their error is some 1e-9 of the derivative."""
+STEP = 1e-5
+"""Of the differences, as a share of an input's range: rounding and bend leave them wrong by some 1e-8."""
 
 INSIDE = 1e-9
 """How far inside its limits a design is kept, over each limit: more than error bounds and the solver leave open."""
@@ -39,10 +38,7 @@ OUTSIDE = -1.0
 
 @dataclass(frozen=True, slots=True)
 class Linear:
-    """Objective and constraints of a design with their gradients; constraints are met from 0 on.
-
-    The first of the constraints are those on margins, `lifted` says which of them the auxiliary variable is taken from.
-    """
+    """Objective and constraints of a design with their gradients; constraints are met from 0 on, margins first."""
 
     value: float
     slope: Floats
@@ -57,16 +53,17 @@ class Search:
     Attributes
     ----------
     problem : Problem
-    lift : callable
-        For the number of constraints on margins and of all: which of them shall be as large as possible, the least of
-        them being the objective; none where the objective is the problem's.
+    lifted : ndarray
+        1 for the constraints of which the least is to be maximised, else 0; the objective is, where none is lifted.
     best : ndarray or None
     score : float
         What is to be maximised, at the best.
+    known : dict
+        What is known of designs, by their bytes.
     """
 
     problem: Problem
-    lift: Callable[[int, int], Floats]
+    lifted: Floats
     best: Floats | None = None
     score: float = -np.inf
     known: dict[bytes, Linear] = field(default_factory=dict)
@@ -75,23 +72,12 @@ class Search:
         """Objective and constraints at a design, computed once."""
         key = t.tobytes()
         if key not in self.known:
-            self.known[key] = _linear(self.problem, t)
-            self._record(t, self.known[key])
+            self.known[key] = one = _linear(self.problem, t)
+            lifted = self.lifted > 0
+            score = float(one.slack[lifted].min()) if lifted.any() else one.value
+            if np.isfinite(score) and score > self.score and bool((one.slack[~lifted] >= 0).all()):
+                self.best, self.score = t.copy(), score
         return self.known[key]
-
-    def lifted(self, linear: Linear) -> Floats:
-        """Which constraints are lifted, 0 or 1 for each."""
-        return self.lift(len(SLOTS) * len(self.problem.margins), len(linear.slack))
-
-    def score_of(self, linear: Linear) -> float:
-        """What is to be maximised: the objective, or the least of the constraints that are lifted."""
-        lifted = self.lifted(linear) > 0
-        return float(linear.slack[lifted].min()) if lifted.any() else linear.value
-
-    def _record(self, t: Floats, linear: Linear) -> None:
-        score, held = self.score_of(linear), linear.slack[self.lifted(linear) == 0]
-        if np.isfinite(score) and score > self.score and bool((held >= 0).all()):
-            self.best, self.score = t.copy(), score
 
 
 SLOTS = tuple((varied, sign) for varied in DesignInput for sign in (-1, 1))
@@ -118,14 +104,11 @@ def refine(problem: Problem, start: Floats, spacing: Floats, worst_case: bool = 
     by_margin = problem.objective is Objective.MARGIN
     if by_margin and not problem.share:
         problem = problem.with_margin(0.0)
-
-    def lift(margins: int, constraints: int) -> Floats:
-        if worst_case:
-            return np.ones(constraints)
-        # The margins to critical points of any kind are the last set.
-        return np.array([float(by_margin and margins - len(SLOTS) <= k < margins) for k in range(constraints)])
-
-    search = Search(problem, lift)
+    margins = len(SLOTS) * len(problem.margins)
+    lifted = np.full(margins + OF_MOTION + len(problem.limits), float(worst_case))
+    if by_margin:
+        lifted[margins - len(SLOTS) : margins] = 1.0  # to critical points of any kind
+    search = Search(problem, lifted)
     search.linear(start)
     centre = start
     for _ in range(ROUNDS):
@@ -143,8 +126,7 @@ def _round(search: Search, start: Floats, bounds: tuple[Floats, Floats]) -> None
     from scipy.optimize import minimize  # type: ignore[import-untyped]
 
     first = search.linear(start)
-    lifted = search.lifted(first)
-    auxiliary = bool(lifted.any())
+    lifted, auxiliary = search.lifted, bool(search.lifted.any())
     scale = abs(first.value) if np.isfinite(first.value) and first.value and not auxiliary else 1.0
     width = bounds[1] - bounds[0]
 
