@@ -8,6 +8,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from vireport.optimise.search import Point, Result
+from vireport.scenario import Objective
 from vireport.study import Provenance, json_bytes
 from vireport.text import Table, capital, numbers, plain_text, significant, texts
 
@@ -88,28 +89,20 @@ def text(result: Result) -> str:
 
 
 def _parts(result: Result) -> Iterator[str | Table]:
-    objective = result.problem.objective
-    point = result.best if result.best is not None else result.nearest
-    if result.best is None:
+    problem, best = result.problem, result.best
+    point = best if best is not None else result.nearest
+    if best is None:
         yield f"{capital(shortcoming(result))}."
     else:
-        margin = f"; smallest margin {significant(100 * point.margin, 4)} %" if point and isfinite(point.margin) else ""
-        yield (
-            f"Best design: {objective.words} {significant(result.best.value, 8)} {objective.unit}".rstrip()
-            + f"{margin}."
-        )
+        margin = f"; smallest margin {significant(100 * best.margin, 4)} %" if isfinite(best.margin) else ""
+        found = f"{problem.objective.words} {_in_unit(result, best.value, 8)}"
+        yield f"Best design: {found}{'' if problem.objective is Objective.MARGIN else margin}."
     if point is not None:
-        varied = zip(result.problem.design.vary, result.problem.values(point.t).tolist(), strict=True)
         rows = tuple(
-            (
-                one.path.value,
-                significant(value, 10),
-                significant(min(one.from_, one.to)),
-                significant(max(one.from_, one.to)),
-            )
-            for one, value in varied
+            (one.path.value, significant(value, 10), *map(significant, sorted((one.from_, one.to))))
+            for one, value in zip(problem.design.vary, problem.values(point.t).tolist(), strict=True)
         )
-        caption = "The best design" if result.best is not None else "The nearest design"
+        caption = "The best design" if best is not None else "The nearest design"
         yield Table(caption, (*texts("Input"), *numbers("Value", "From", "To")), rows)
         if point.study.alerts:
             yield f"Alerts: {'; '.join(f'{alert.code} {alert.title}' for alert in point.study.alerts)}."
@@ -118,30 +111,29 @@ def _parts(result: Result) -> Iterator[str | Table]:
         yield _front_table(result)
 
 
+def _in_unit(result: Result, value: float, digits: int) -> str:
+    """A value of the objective with its unit."""
+    return f"{significant(value, digits)} {result.problem.objective.unit}".rstrip()
+
+
 def _evidence_text(result: Result) -> str:
     """What was evaluated, what follows from it, and what does not."""
-    evidence, objective = result.evidence, result.problem.objective
-    cells = " x ".join(map(str, evidence.counts))
+    evidence = result.evidence
     said = (
-        f"Evaluated: {cells} designs on a grid, by the closed form; {evidence.stable} have a stable motion, "
-        f"{evidence.within} of them meet the limits on voltage, energy and shaker."
+        f"Evaluated: {' x '.join(map(str, evidence.counts))} designs on a grid, by the closed form; {evidence.stable} "
+        f"have a stable motion, {evidence.within} of them meet the limits on voltage, energy and shaker."
     )
     if evidence.widest is not None:
         said += f" None of these has a margin of {significant(100 * evidence.widest, 4)} %."
-    if result.best is not None and evidence.best_cell is not None:
-        best, step = significant(evidence.best_cell, 8), significant(evidence.step, 3)
-        said += (
-            f" No cell that meets all requirements has more than {best} {objective.unit}; around the best design "
-            f"neighbouring cells differ by at most {step} {objective.unit}. "
-        )
-        if evidence.elsewhere:
-            said += f"{evidence.elsewhere} other parts of the grid might hold a better design"
-        else:
-            said += "No other part of the grid holds a better design"
-        said += (
-            ", by the differences between neighbouring cells, to first order; what is narrower than a cell is missed."
-        )
-    return said
+    if evidence.best_cell is None:
+        return said
+    others = "No other part" if not evidence.elsewhere else f"{evidence.elsewhere} other parts"
+    return (
+        f"{said} No cell that meets all requirements has more than {_in_unit(result, evidence.best_cell, 8)}; around "
+        f"the best design neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} of the "
+        "grid may hold a better design, by the differences between neighbouring cells, to first order; what is "
+        "narrower than a cell may be missed."
+    )
 
 
 def _front_table(result: Result) -> Table:
@@ -152,7 +144,8 @@ def _front_table(result: Result) -> Table:
         for point in result.front
     ]
     rows = [(*row[:2], cost, *row[2:]) for row, cost in zip(rows, ("", *map(significant, _costs(result))), strict=True)]
-    head = ("margin [%]", f"{objective.words} [{objective.unit}]", f"cost of 1 % [{objective.unit}]")
+    unit = f" [{objective.unit}]" if objective.unit else ""
+    head = ("margin [%]", f"{objective.words}{unit}", f"cost of 1 %{unit}")
     caption = f"What margin costs: the largest {objective.words} for each smallest margin"
     return Table(caption, numbers(*head, *result.problem.paths), tuple(rows))
 

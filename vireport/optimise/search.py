@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.analysis import DesignPoint
 from vireport.optimise.cells import Cells, evaluate, keeps_motion
 from vireport.optimise.problem import Problem, smallest_margin
 from vireport.optimise.refine import refine
@@ -47,8 +49,7 @@ class Point:
     @property
     def margin(self) -> float:
         """The smallest margin as a share; infinite where stable motion ends in no input."""
-        design = self.study.solution.design
-        return smallest_margin(design) if design is not None else 0.0
+        return smallest_margin(cast(DesignPoint, self.study.solution.design))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,7 +231,7 @@ def _widest(grid: Grid, rows: Ints) -> tuple[Ints, float | None]:
             rows, low = passing, middle
         else:
             high = middle
-    return rows, high
+    return rows, high if 100 * high < WIDEST_MARGIN else None
 
 
 def _refined(problem: Problem, start: Floats, spacing: Floats) -> Point | None:
