@@ -181,7 +181,7 @@ def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, 
         point = replace(point, voltages=volts)
         if membrane.dielectric is not None:
             gains, speeds = (volts.bottom_v, volts.top_v), impact_velocities(device, point.parameter, point.motions)
-            with np.errstate(divide="ignore", invalid="ignore"):  # of a solution whose impacts have no velocity
+            with np.errstate(all="ignore"):  # beyond the range of doubles there is no number
                 converted = conversion(
                     gains, speeds, membrane, membrane.dielectric, device.restitution, device.period_s
                 )

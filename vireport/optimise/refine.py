@@ -29,6 +29,9 @@ ROUNDS, ITERATIONS, SETTLED = 8, 15, 1e-9
 """Most rounds, each in a window around the best design so far, most steps of a round, and the relative gain up to which
 a round ends the search."""
 
+AT_END = 1e-12
+"""Share of a range within which a value is its end."""
+
 WINDOW = 2.0
 """Half the width of a window, in spacings of the grid."""
 
@@ -132,7 +135,8 @@ def _round(search: Search, start: Floats, bounds: tuple[Floats, Floats]) -> None
 
     # In the unit cube of the window, with the auxiliary variable where there is one.
     def at(x: Floats) -> Linear:
-        return search.linear(np.clip(bounds[0] + width * x[: len(start)], 0, 1))
+        t = bounds[0] + width * x[: len(start)]
+        return search.linear(np.where(t < AT_END, 0.0, np.where(t > 1 - AT_END, 1.0, t)))
 
     def value(x: Floats) -> tuple[float, Floats]:
         if auxiliary:
