@@ -148,8 +148,8 @@ def test_energy_density_at_breakdown_is_that_published_for_acrylic() -> None:
     assert 0.3 < at_breakdown < 1
 
 
-def test_a_gentle_generator_at_two_kilovolts_converts_milljoules_per_gram() -> None:
-    """doi:10.1177/1045389X19888796: 3.1 mJ/g a cycle at about 2 kV; here a film of 0.5 mm stretched within its rim."""
+def test_a_gentle_generator_at_two_kilovolts_converts_millijoules_per_gram() -> None:
+    """doi:10.1177/1045389X19888796: 3.1 mJ/g a cycle at about 2 kV; here a film of 0.25 mm stretched within its rim."""
     dielectric = replace(VHB, thickness_m=0.25e-3)
     membrane = replace(PAPER, ball_mass_kg=1e-4)
     x = converted(4.0, membrane, dielectric)

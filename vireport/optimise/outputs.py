@@ -63,7 +63,7 @@ def _data(result: Result, point: Point | None) -> dict[str, Any] | None:
         "inputs": dict(zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)),
         "value": point.value if isfinite(point.value) else None,
         "margin_percent": 100 * point.margin if isfinite(point.margin) else None,
-        "requirements": [criterion.to_dict() for criterion in point.study.criteria],
+        "requirements": [criterion.to_dict() | {"line": None} for criterion in point.study.criteria],
         "alerts": [alert.to_dict() for alert in point.study.alerts],
     }
 
