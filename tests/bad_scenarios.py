@@ -155,6 +155,35 @@ RELATIONS = (
         f"{MEMBRANE}.active_radius_m",
         "(above ball_radius_m, 0.005 by default)",
     ),
+    row(
+        9,
+        "    thickness_m: 1e-3",
+        f"{MEMBRANE}.thickness_m",
+        "relative_permittivity and breakdown_field_v_m not given (all of thickness_m,",
+    ),
+    bad(
+        "power without a dielectric",
+        GOOD + "requirements: {power_at_least_mw: 1}\n",
+        (20, "requirements.power_at_least_mw", "power and field need device.membrane.thickness_m"),
+    ),
+    *(
+        bad(f"design {name}", f"{GOOD}design: {{maximise: {what}, vary: [{rows}]}}\n", (20, f"design.{path}", message))
+        for name, what, rows, path, message in (
+            ("of nothing", "u_ave_v", "", "vary", "a list of 1 to 4 blocks of keys"),
+            ("out of range", "u_ave_v", f"{{path: {ANGLE}, from: 10, to: 91}}", "vary.0.to", "from 0 to 90, in deg"),
+            ("of one value", "u_ave_v", f"{{path: {LENGTH}, from: 1, to: 1}}", "vary.0.to", "the same as from"),
+            (
+                "twice",
+                "u_ave_v",
+                f"{{path: {LENGTH}, from: 1, to: 2}}, {{path: {LENGTH}, from: 1, to: 2}}",
+                "vary.1.path",
+                "is varied already",
+            ),
+            ("heavy ball", "u_ave_v", f"{{path: {BALL}, from: 1e-3, to: 0.2}}", "vary.0.to", "below capsule_mass_kg"),
+            ("of power", "power_mw", f"{{path: {LENGTH}, from: 1, to: 2}}", "maximise", "needs device.membrane.thick"),
+            ("of colour", "colour", f"{{path: {LENGTH}, from: 1, to: 2}}", "maximise", "one of u_ave_v, voltage_rate"),
+        )
+    ),
     bad(
         "membrane, no ball mass",
         without(5),

@@ -74,6 +74,23 @@ def test_voltages_on_both_sides_of_their_limit(name: str, key: str, study_of) ->
         assert change == 0 or one.outcome.text.split()[0] != one.limit.text.split()[2]
 
 
+DIELECTRIC = {"thickness_m": 0.5e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 1e8}
+ELECTRICAL = {f"device.membrane.{key}": value for key, value in DIELECTRIC.items()}
+
+
+@pytest.mark.parametrize("key", ["power_at_least_mw", "field_at_most_percent"])
+def test_power_and_field_on_both_sides_of_their_limit(key: str) -> None:
+    x = analyse(load(ROOT / "examples/design-point.yaml", ELECTRICAL)).solution.design
+    assert x.motions.stable.tolist() == [True, False]
+    value, least = (x.power_mw if key[0] == "p" else 1e-6 * x.field_v_m for x in [x.conversion]), key[0] == "p"
+    value = float(next(value)[0])
+    for change in (-1e-9, 0.0, 1e-9):
+        one = only("design-point", {key: value * (1 + change)}, **ELECTRICAL)
+        assert one.outcome.value == pytest.approx(value, rel=1e-15)
+        assert one.passed is (change < 0 if least else change > 0)
+        assert 0 < one.outcome.error_bound < 1e-11 * value
+
+
 @pytest.mark.parametrize("key", ["margin_period_doubling_percent", "margin_any_percent"])
 @pytest.mark.parametrize("name", ["inclined", "design-point"])
 def test_margin_to_the_period_doubling_that_is_nearest(name: str, key: str, study_of) -> None:

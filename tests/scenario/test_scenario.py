@@ -218,6 +218,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
         "simulation": None,
         "accuracy": None,
         "requirements": None,
+        "design": None,
     }
     assert list(plain) == list(Scenario.model_fields)
     assert list(to_dict(loads(GOOD).scenario)["sweep"]) == ["parameter", "from", "to"]

@@ -343,6 +343,34 @@ def extremes(
 
 
 @app.command()
+def optimise(
+    scenario: ScenarioFile, output: Folder = None, json: Json = False, set_: Overrides = None, quiet: Quiet = False
+) -> None:
+    """Find the best design that meets the requirements, among what the scenario's design block lets vary.
+
+    Exit code 1 if no design meets them.
+    """
+    _refuse_files_beside_json(json, "result", output, None)
+    loaded = _loaded(scenario, set_)
+    from vireport.files import require_writable
+    from vireport.optimise import optimise as search
+    from vireport.optimise import outputs, problem_of
+    from vireport.study import provenance_of
+
+    problem = problem_of(loaded)
+    provenance = provenance_of(loaded, _command("optimise", [scenario], ("--json", json), ("--set", set_)))
+    folder = output or _default_folder(scenario, "-best")
+    if not json:
+        require_writable(folder, outputs.NAMES)
+    with progress(quiet) as say:
+        result = search(problem, say)
+        files = {} if json else outputs.files(result, provenance)
+    printed: str | bytes = outputs.optimise_json(result, provenance) if json else "" if quiet else outputs.text(result)
+    failure = outputs.shortcoming(result)
+    deliver(Outcome(printed, files, failure=failure, exit_code=bool(failure), stale=outputs.NAMES), folder, quiet)
+
+
+@app.command()
 def sweep(
     map_file: Annotated[str, typer.Argument(metavar="MAP", help="A YAML file with a map block.")],
     output: Folder = None,
@@ -390,10 +418,10 @@ def _refuse_files_beside_json(json: bool, what: str, output: Path | None, format
         raise UsageError(f"--json prints the {what} and writes no file: leave out --output and --format")
 
 
-def _default_folder(scenario: str) -> Path:
+def _default_folder(scenario: str, suffix: str = "") -> Path:
     """Folder named after the scenario, in the current one; "report" where its name makes none."""
     name = "stdin" if scenario == "-" else Path(scenario).stem
-    folder = Path(name if name.strip(".") else "report")
+    folder = Path((name if name.strip(".") else "report") + suffix)
     return folder.with_name(f"{folder.name}-report") if folder.is_file() else folder
 
 

@@ -62,6 +62,8 @@ CONCERNS = {
     "u_ave_difference_at_most_v": Question.VOLTAGE,
     "u_bottom_top_difference_at_most_v": Question.VOLTAGE,
     "deflection_at_most_m": Question.VOLTAGE,
+    "power_at_least_mw": Question.VOLTAGE,
+    "field_at_most_percent": Question.VOLTAGE,
     "acceleration_at_most_g": Question.SHAKER,
     "stroke_at_most_m": Question.SHAKER,
     "crosscheck_passed": Question.SIMULATED,

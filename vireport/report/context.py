@@ -44,6 +44,8 @@ SYMBOLS = {
     "device.membrane.active_radius_m": "*R*_c",
     "device.membrane.ball_radius_m": "*r*_b",
     "device.membrane.bias_voltage_v": "*U*_in",
+    "device.membrane.thickness_m": "*κ*",
+    "device.membrane.relative_permittivity": "*ε*_r",
     "excitation.amplitude_n": "*F*",
     "excitation.frequency_hz": "*f* = *ω*/2π",
     "inclination_deg": "*β*",

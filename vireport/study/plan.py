@@ -38,6 +38,7 @@ class Task(StrEnum):
     CRITICAL = "critical", "critical points and Table 1"
     DESIGN = "design", "the motions at the design point and their margins"
     ENERGY = "energy", "voltages"
+    CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_2 = "figure-2", "figure 2: impact velocity, phase and flight time"
     FIGURE_4 = "figure-4", "figure 4: Delta and the eigenvalues"
@@ -53,6 +54,7 @@ class Task(StrEnum):
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
     REQUIREMENTS = "requirements", "the acceptance table"
+    OPTIMISE = "optimise", "the best design"
     HTML = "html", "output: report.html"
     PDF = "pdf", "output: report.pdf"
     PNG = "png", "output: the figures as PNG files"
@@ -141,6 +143,10 @@ HORIZONTAL = Condition(
 ODD = Condition(lambda x, _: x.period_ratio % 2, "for an even period ratio no motion is symmetric")
 DESIGN = Condition(lambda x, _: x.value_of(x.parameter) is not None, "{parameter} is not given")
 BALL = Condition(lambda x, _: x.device.ball_mass_kg, "device.ball_mass_kg is not given")
+DIELECTRIC = Condition(
+    lambda x, _: x.device.membrane and x.device.membrane.thickness_m,
+    "thickness_m, relative_permittivity and breakdown_field_v_m of device.membrane are not given",
+)
 SIMULATION = Condition(lambda x, _: x.simulation, "the scenario has no simulation block")
 PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
@@ -148,6 +154,8 @@ DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulat
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
 REQUIREMENTS = Condition(lambda x, _: x.requirements, "the scenario has no requirements block")
+BEST = Condition(lambda x, _: x.design, "the scenario has no design block")
+NOT_IN_A_RUN = Condition(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
 PICTURES = Condition(
     lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG, Task.SVG}, "no figure, HTML or PDF is asked for"
 )
@@ -160,6 +168,7 @@ STEPS = (
     Row(Task.CRITICAL, (SWEEP,), "a sweep is given"),
     Row(Task.DESIGN, (DESIGN,), "the design point is given"),
     Row(Task.ENERGY, (BALL,), "the ball mass is given"),
+    Row(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
     Row(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     Row(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     Row(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
@@ -175,6 +184,7 @@ STEPS = (
     Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
+    Row(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
     Row(Task.PDF, (_format(Task.PDF),), "asked for"),
     Row(Task.PNG, (_format(Task.PNG),), "asked for"),

@@ -30,7 +30,7 @@ from vireport.analysis import (
     undecided,
 )
 from vireport.gate import SWEEP_END
-from vireport.physics import Shaker, Voltages
+from vireport.physics import Conversion, Fitting, Shaker, Voltages
 from vireport.scenario import to_dict
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study
@@ -69,6 +69,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
             for part, beyond in zip(solution.stable_ranges, solution.beyond, strict=True)
         ],
         "shaker": _shaker(solution.shaker),
+        "fits_membrane": _fitting(solution.fitting),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
         "accuracy": None if study.work is None else _accuracy(study.work),
@@ -164,6 +165,22 @@ def _voltages(voltages: Voltages | None) -> dict[str, list[float]]:
     }
 
 
+def _conversion(conversion: Conversion | None) -> dict[str, list[float | None]]:
+    """What motions convert; null beyond the range of doubles."""
+    columns = {} if conversion is None else asdict(conversion)
+    return {name: [x if isfinite(x) else None for x in column.tolist()] for name, column in columns.items()}
+
+
+def _fitting(fitting: Fitting | None) -> dict[str, float | None] | None:
+    if fitting is None:
+        return None
+    return {
+        "ball_mass_at_most_kg": fitting.ball_mass_kg,
+        "stiffness_at_least": fitting.stiffness,
+        "active_radius_at_least_m": fitting.active_radius_m,
+    }
+
+
 COLUMNS = {
     "phi_bottom": "phi_bottom_rad",
     "phi_top": "phi_top_rad",
@@ -239,6 +256,7 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         "family": list(design.families),
         **_motions(design.motions),
         **_voltages(design.voltages),
+        **_conversion(design.conversion),
         **_undecided(design.motions, bounds),
         "error_bounds": _bounds(bounds),
         "margins": [_margin(margin) for margin in design.margins],

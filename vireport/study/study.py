@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from vireport.analysis import Solution, Sweep, solution_of
 from vireport.gate import Alert, Criterion, Verdict, alerts, assess, verdict_of
-from vireport.physics import Device, Membrane
+from vireport.physics import Device, Dielectric, Membrane
 from vireport.progress import Progress
 from vireport.scenario import Loaded, Scenario, blocks, load
 from vireport.study.plan import FORMATS, Plan, Task, plan
@@ -141,7 +141,15 @@ def membrane_of(scenario: Scenario) -> Membrane | None:
         ball_radius_m=given.ball_radius_m,
         bias_voltage_v=given.bias_voltage_v,
         ball_mass_kg=mass,
+        dielectric=_dielectric_of(given),
     )
+
+
+def _dielectric_of(given: blocks.Membrane) -> Dielectric | None:
+    thickness, permittivity, breakdown = given.thickness_m, given.relative_permittivity, given.breakdown_field_v_m
+    if thickness is None or permittivity is None or breakdown is None:
+        return None
+    return Dielectric(thickness, permittivity, breakdown)
 
 
 def sweep_of(scenario: Scenario) -> Sweep | None:
