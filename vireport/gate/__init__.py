@@ -2,7 +2,7 @@
 
 from vireport.gate.alerts import Alert, alerts, longest_contact
 from vireport.gate.requirements import Criterion, Remark, assess, unmet
-from vireport.gate.verdict import SWEEP_END, Fact, Question, Status, Verdict, range_text, verdict_of
+from vireport.gate.verdict import SWEEP_END, Fact, Question, Status, Verdict, mirror_images, range_text, verdict_of
 
 __all__ = [
     "SWEEP_END",
@@ -16,6 +16,7 @@ __all__ = [
     "alerts",
     "assess",
     "longest_contact",
+    "mirror_images",
     "range_text",
     "unmet",
     "verdict_of",

@@ -245,15 +245,15 @@ def _motion(solution: Solution) -> Fact:
     types = {Stability(design.motions.words[row]) for row in np.nonzero(stable)[0]}
     kinds = ", ".join(word for word in Stability if word in types)
     others = f"; {count} stable motions coexist" if count > 1 else ""
-    if count == 2 and solution.horizontal and _mirrored(design):
+    if mirror_images(solution, design):
         others = "; two mirror images"
     return Fact(Question.MOTION, "Yes", f"{capital(kinds)} at {at}{others}", Status.GOOD, kinds)
 
 
-def _mirrored(design: DesignPoint) -> bool:
-    """Whether the stable motions are asymmetric ones, which come in pairs where the capsule is horizontal."""
-    pairs = zip(design.families, design.motions.stable, strict=True)
-    return all(family is Family.ASYMMETRIC for family, stable in pairs if stable)
+def mirror_images(solution: Solution, design: DesignPoint) -> bool:
+    """Whether the stable motions are two mirror images: asymmetric ones, where the capsule is horizontal."""
+    stable = [family for family, stable in zip(design.families, design.motions.stable, strict=True) if stable]
+    return solution.horizontal and stable == [Family.ASYMMETRIC] * 2
 
 
 def _design_words(solution: Solution) -> str:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vireport.analysis import CriticalPoint, DesignPoint, Held, Margin, PolishedMotion, Solution
-from vireport.gate import Criterion, Fact, Question, Verdict, longest_contact
+from vireport.gate import Criterion, Fact, Question, Verdict, longest_contact, mirror_images
 from vireport.physics import DIGITS, Device
 from vireport.report.certificates import summary
 from vireport.report.voltages import MassEffect, Place, mass_effects, places
@@ -164,6 +164,11 @@ class Report:
         """The parameters at the design point, in their units."""
         for x in Parameter:
             yield x, float(getattr(self.solution.device, x))
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the stable motions at the design point are two mirror images."""
+        return self.design is not None and mirror_images(self.solution, self.design)
 
     @property
     def nearest(self) -> Margin | None:
