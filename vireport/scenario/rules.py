@@ -12,9 +12,9 @@ from collections.abc import Set as AbstractSet
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
-from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Sampling, Scenario
+from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Sampling, Scenario, percent_key
 from vireport.scenario.document import Document, is_within
-from vireport.scenario.parameters import Parameter
+from vireport.scenario.parameters import DesignInput, Parameter
 
 NARROWEST_SWEEP = 1e-9
 """Relative width of a sweep up to which its ends are taken for one value: rounding leaves nothing in between."""
@@ -25,7 +25,10 @@ STIFFEST = 1e12
 MOST_CELLS = 10**11
 
 MARGINS = ("margin_period_doubling_percent", "margin_grazing_percent", "margin_any_percent")
-AT_DESIGN = (*MARGINS, "u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m")
+AT_DESIGN = (
+    *MARGINS,
+    *("u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m", "yield_at_least_percent"),
+)
 """Requirements that are judged at the design point."""
 
 VOLTAGE = (
@@ -37,6 +40,7 @@ VOLTAGE = (
 NEEDS = {
     "sweep": (("stable_from", "stable_to", "u_ave_difference_at_most_v"), "a range of the swept parameter needs"),
     "device.ball_mass_kg": (VOLTAGE, "voltage and deflection need"),
+    "tolerances": (("yield_at_least_percent",), "a yield needs"),
     "simulation": (("crosscheck_passed",), "a cross-check needs"),
 }
 """What must be in the scenario for requirements to be judged, with their keys."""
@@ -83,7 +87,11 @@ def check(document: Document, wrong: AbstractSet[str], model: type[Scenario]) ->
         `Scenario` or `MapFile`.
     """
     tree = _Tree(document, wrong)
-    own = (_required_in_map, _axes, _cells) if issubclass(model, MapFile) else (_required, _sweep, _simulation)
+    own = (
+        (_required_in_map, _axes, _cells)
+        if issubclass(model, MapFile)
+        else (_required, _sweep, _simulation, _tolerances)
+    )
     rules = (*own, _masses, _radii, _accuracy, _requirements, _title)
     return [finding for rule in rules for finding in rule(tree)]
 
@@ -212,6 +220,38 @@ def _out_of_range(tree: _Tree, values: list[tuple[str, Any]]) -> Iterator[Findin
     for path, value in values:
         if path not in tree.wrong and type(value) in (int, float) and not low <= value <= high:
             yield Finding(path, Kind.VALUE, value)
+
+
+TOLERANCES = tuple((varied, percent_key(varied)) for varied in DesignInput)
+"""The keys of each input's tolerance: in its unit, and in per cent."""
+
+
+def _tolerances(tree: _Tree) -> Iterator[Finding]:
+    """Each input has one tolerance, within which the values are allowed."""
+    block = tree.at("tolerances")
+    given = {key for pair in TOLERANCES for key in pair if isinstance(block, dict) and block.get(key) is not None}
+    if "tolerances" in tree.bare or (isinstance(block, dict) and not given):
+        yield _rule("tolerances", "no tolerance is given in it (give one, such as length_percent, or delete it)")
+    for varied, percent in TOLERANCES:
+        here, value = f"tolerances.{varied}", tree.number(varied.path)
+        if {varied, percent} <= given:
+            yield _rule(f"tolerances.{percent}", f"{varied} is given too (one of the two)")
+        elif percent in given and value == 0:
+            yield _rule(f"tolerances.{percent}", f"of {varied}: 0 it is nothing (give {varied} in its place)")
+        off, share = tree.number(here), tree.number(f"tolerances.{percent}")
+        if value and share is not None:
+            here, off = f"tolerances.{percent}", value * share / 100
+        if off is not None and value is not None and varied is not DesignInput.INCLINATION:
+            room = min(value - varied.limits[0], varied.limits[1] - value)
+            if off > room:
+                yield _rule(here, f"takes {varied} {off:.12g} off {value:.12g} (at most {max(room, 0.0):.12g})")
+    yield from _power_of_two("tolerances.samples", tree.at("tolerances.samples"))
+
+
+def _power_of_two(path: str, samples: object) -> Iterator[Finding]:
+    if type(samples) is int and samples > 0 and samples & (samples - 1):
+        near = 2 ** round(math.log2(samples))
+        yield _rule(path, f"got {samples}, which is no power of 2; Sobol's points need one (such as {near})")
 
 
 def _requirements(tree: _Tree) -> Iterator[Finding]:
@@ -352,9 +392,8 @@ def _cells(tree: _Tree) -> Iterator[Finding]:
         if len(several) > 1:
             counts = ", ".join(map(str, sorted(several)))
             yield _rule("map.axes", f"the axes of a list have {counts} values (as many each)")
-    if sampling == Sampling.SOBOL and type(samples) is int and samples > 0 and samples & (samples - 1):
-        near = 2 ** round(math.log2(samples))
-        yield _rule("map.samples", f"got {samples}, which is no power of 2; Sobol's points need one (such as {near})")
+    if sampling == Sampling.SOBOL:
+        yield from _power_of_two("map.samples", samples)
     if sampling == Sampling.GRID:
         cells = math.prod(count for count in lengths if isinstance(count, int) and count > 0)
         if cells > MOST_CELLS:

@@ -38,6 +38,7 @@ class Task(StrEnum):
     CRITICAL = "critical", "critical points and Table 1"
     DESIGN = "design", "the motions at the design point and their margins"
     ENERGY = "energy", "voltages"
+    TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     FIGURE_2 = "figure-2", "figure 2: impact velocity, phase and flight time"
     FIGURE_4 = "figure-4", "figure 4: Delta and the eigenvalues"
     FIGURE_7 = "figure-7", "figure 7: voltages"
@@ -144,6 +145,7 @@ DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement
 DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
+TOLERANCES = Condition(lambda x, _: x.tolerances, "the scenario has no tolerances block")
 REQUIREMENTS = Condition(lambda x, _: x.requirements, "the scenario has no requirements block")
 PICTURES = Condition(
     lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG}, "no figure, HTML or PDF is asked for"
@@ -157,6 +159,7 @@ STEPS = (
     Row(Task.CRITICAL, (SWEEP,), "a sweep is given"),
     Row(Task.DESIGN, (DESIGN,), "the design point is given"),
     Row(Task.ENERGY, (BALL,), "the ball mass is given"),
+    Row(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     Row(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     Row(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
     Row(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
