@@ -418,6 +418,10 @@ def _compliant(compliance: Compliance) -> dict[str, Any]:
     return compliance_data(compliance)
 
 
+PROVED_MOTION = "u", "phi_bottom_rad", "velocity_bottom"
+"""Of the motions of a proof over tolerances; u is q - 1/2."""
+
+
 def _tolerances(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
     sampled, proof, worst = found.sampled, found.proof, found.worst
     return {
@@ -430,7 +434,7 @@ def _tolerances(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
         "open_share": None if proof is None or worst is not None else proof.open_share,
         "proof": None
         if proof is None
-        else {"halved": proof.halved.tolist(), "u": proof.u.tolist(), "phi_bottom_rad": proof.phi.tolist()},
+        else {"halved": proof.halved.tolist(), **dict(zip(PROVED_MOTION, proof.motions.tolist(), strict=True))},
         "worst": None
         if worst is None
         else {"values": dict(worst.values), "share": worst.share, "scenario": worst_scenario(scenario, worst)},

@@ -237,13 +237,14 @@ def recheck(data: Mapping[str, Any]) -> float:
     """
     import numpy as np
 
+    from vireport.study.results import PROVED_MOTION
     from vireport.tolerances import prove_again, region_of
 
     scenario, proof = loads(json.dumps(data["scenario"])).scenario, (data.get("tolerances") or {}).get("proof")
     if scenario.tolerances is None or proof is None:
         raise UsageError("these results have no proof over tolerances (allowed: those of a scenario with tolerances)")
     device = device_of(scenario)
-    boxes = np.array(proof["halved"], dtype=np.intp), np.array(proof["u"]), np.array(proof["phi_bottom_rad"])
+    boxes = np.array(proof["halved"], dtype=np.intp), np.array([proof[name] for name in PROVED_MOTION])
     try:
         return prove_again(region_of(device, half_widths(device, scenario.tolerances)), *boxes)
     except ValueError as error:

@@ -18,8 +18,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-SYMBOLS = 7
-"""Those of the four factors of a device, two of where its motion is, and that of time."""
+SYMBOLS = 8
+"""Those of the four factors of a device, three of its motion, and that of time."""
 
 ROUNDING = 2.0**-48
 """Share of the size of its terms by which an operation's radius grows: 32 times the unit roundoff. No operation here

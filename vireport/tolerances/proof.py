@@ -20,12 +20,12 @@ from enum import IntEnum
 
 import numpy as np
 
-from vireport.analysis import Flight, Orbits, orbits, return_trace
+from vireport.analysis import Flight, Orbits, return_trace
 from vireport.tolerances.affine import ROUNDING, SYMBOLS, Affine, AffineOps, Floats, Ints, Mask, between
 from vireport.tolerances.devices import FACTORS, Region, stable_motions
 
-U, PHI, TIME = range(FACTORS, SYMBOLS)
-"""Symbols beyond those of the factors: how far the motion is from its prediction, and time."""
+TIME = SYMBOLS - 1
+"""The symbol of time; those before it and after the factors' are of how far the motion is from its prediction."""
 
 MOST_BOXES = 40_000
 """Boxes looked at before the rest is left open: some ten seconds."""
@@ -34,7 +34,7 @@ BLOCK = 4096
 """Parts evaluated at once: their numbers stay in the processor's cache."""
 
 PROBE = 2.0**-20
-"""Width of the tube in which derivatives are taken; they are those at its centre, whatever it is."""
+"""Width of the tube in which derivatives are taken."""
 
 TUBES = 5
 """Tubes tried, each wider than what Krawczyk's operator made of the one before."""
@@ -52,7 +52,7 @@ TIME_PARTS, HALVINGS = 8, 7
 """Parts of a flight for each forcing period, and how often one is halved before it is left open."""
 
 
-def prove(region: Region, low: Floats, high: Floats, u: Floats, phi: Floats) -> tuple[Mask, Floats]:
+def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mask, Floats]:
     """Prove of boxes that each of their devices has a stable motion near a guess.
 
     Parameters
@@ -60,8 +60,8 @@ def prove(region: Region, low: Floats, high: Floats, u: Floats, phi: Floats) -> 
     region : Region
     low, high : ndarray, shape (4, k)
         Ends of the boxes, as shares of the region.
-    u, phi : ndarray, shape (k,)
-        q - 1/2 and the phase of a motion at the middle of each.
+    guess : ndarray, shape (3, k)
+        q - 1/2, phase and velocity at the bottom of a motion at the middle of each.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def prove(region: Region, low: Floats, high: Floats, u: Floats, phi: Floats) -> 
     n = region.design.period_ratio
     with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
         d, gbar, r = region.groups(low, high)
-        mapped, orbit, moved = _tube(d, gbar, r, n, u, phi)
+        mapped, orbit, moved = _tube(d, gbar, r, n, guess)
         trace, border = return_trace(orbit, r), 1 + r**4
         proved = mapped & (r.upper < 1) & ((border - trace).lower > 0) & ((border + trace).lower > 0)
         proved &= (orbit.velocity_bottom.lower > 0) & (orbit.velocity_top.upper < 0)
@@ -84,19 +84,23 @@ def prove(region: Region, low: Floats, high: Floats, u: Floats, phi: Floats) -> 
     return proved, moved
 
 
-def _tube(d: Affine, gbar: Affine, r: Affine, n: int, u: Floats, phi: Floats) -> tuple[Mask, Orbits, Floats]:
-    """A tube that holds a motion of every device, by Krawczyk's operator, where it succeeds; and the motion in it."""
-    motion, along, width = np.stack([u, phi]), np.zeros((2, FACTORS, len(u))), np.full((2, len(u)), PROBE)
-    _, residual = _residual(motion, along, width, d, gbar, r, n)
-    (a, b), (c, e) = ([g.linear[U] / PROBE, g.linear[PHI] / PROBE] for g in residual)
-    inverse = np.stack([np.stack([e, -b]), np.stack([-c, a])]) / (a * e - b * c)
+def _tube(d: Affine, gbar: Affine, r: Affine, n: int, guess: Floats) -> tuple[Mask, Orbits, Floats]:
+    """A tube that holds a motion of every device, by Krawczyk's operator, where it succeeds; and the motion in it.
+
+    Its axis is linear in the shares, by the implicit function theorem.
+    """
+    width, along = np.full_like(guess, PROBE), np.zeros((len(guess), FACTORS, guess.shape[1]))
+    _, residual = _residual(guess, along, width, d, gbar, r, n)
+    jacobian = np.stack([g.linear[FACTORS:TIME] / PROBE for g in residual])
+    regular = np.isfinite(np.linalg.cond(jacobian.T))
+    inverse = np.linalg.inv(np.where(regular[:, None, None], jacobian.T, np.eye(3))).T
     along = -_applied(inverse, [g.linear[:FACTORS] for g in residual])
-    motion = motion - _applied(inverse, [g.centre for g in residual])
-    width = np.zeros_like(width)
+    guess = guess - _applied(inverse, [g.centre for g in residual])
+    width = np.zeros_like(guess)
     for _ in range(TUBES):
-        orbit, residual = _residual(motion, along, width, d, gbar, r, n)
+        orbit, residual = _residual(guess, along, width, d, gbar, r, n)
         linear = _applied(inverse, [g.linear for g in residual])
-        linear[:, U:TIME] -= np.eye(2)[:, :, None] * width[:, None]  # the identity less the Jacobian, preconditioned
+        linear[:, FACTORS:TIME] -= np.eye(3)[:, :, None] * width[:, None]  # the identity less Y times the Jacobian
         rest = _applied(np.abs(inverse), [g.radius + ROUNDING * (np.abs(g.centre) + g.reach) for g in residual])
         image = np.abs(_applied(inverse, [g.centre for g in residual])) + np.abs(linear).sum(axis=1) + rest
         mapped = np.asarray((image * (1 + ROUNDING) < width).all(axis=0))
@@ -107,20 +111,39 @@ def _tube(d: Affine, gbar: Affine, r: Affine, n: int, u: Floats, phi: Floats) ->
 
 
 def _applied(matrix: Floats, vectors: list[Floats]) -> Floats:
-    """Matrices of shape (2, 2, k) times vectors of shape (2, ..., k)."""
+    """Matrices of shape (3, 3, k) times vectors of shape (3, ..., k)."""
     return np.asarray(np.einsum("ijk,j...k->i...k", matrix, np.stack(vectors)))
 
 
 def _residual(
-    motion: Floats, along: Floats, width: Floats, d: Affine, gbar: Affine, r: Affine, n: int
-) -> tuple[Orbits, tuple[Affine, Affine]]:
-    """The motions in a tube, and how far they are from those of the devices: in gbar and in d."""
-    symbols = np.zeros((2, SYMBOLS, motion.shape[1]))
+    guess: Floats, along: Floats, width: Floats, d: Affine, gbar: Affine, r: Affine, n: int
+) -> tuple[Orbits, tuple[Affine, Affine, Affine]]:
+    """The motions in a tube of (q - 1/2, phase, velocity), and by how much they miss Eqs. (3.9), (3.10) and (3.11).
+
+    The equations as they are, not solved for the velocity, gbar and d as in `vireport.analysis.orbits`: the division
+    by K(q) would widen the enclosures where r is not small. gbar/2 stands in (3.10), where g/2 is printed.
+    """
+    symbols = np.zeros((len(guess), SYMBOLS, guess.shape[1]))
     symbols[:, :FACTORS] = along
-    symbols[0, U], symbols[1, PHI] = width
-    u, phi = (Affine(at, linear, np.zeros_like(at)) for at, linear in zip(motion, symbols, strict=True))
-    orbit = orbits(u, phi, r, n, AffineOps())
-    return orbit, (orbit.gbar - gbar, orbit.d - d)
+    symbols[range(3), range(FACTORS, TIME)] = width
+    u, phi, velocity = (Affine(*parts, np.zeros_like(parts[0])) for parts in zip(guess, symbols, strict=True))
+    ops, period = AffineOps(), 2 * n
+    top = phi + ops.pi * period * u  # less n half turns, which are a sign
+    sin_phi, cos_phi, sin_top, cos_top = ops.sin(phi), ops.cos(phi), (-1) ** n * ops.sin(top), (-1) ** n * ops.cos(top)
+    up, down = n + period * u, n - period * u
+    orbit = Orbits(
+        *(u, phi, sin_phi, cos_phi, sin_top, cos_top, up, down, velocity),
+        velocity_top=period * gbar / (1 + r) - velocity,
+        gbar=gbar,
+        d=d,
+    )
+    return orbit, (
+        (r - 1) * velocity - (sin_top - sin_phi) / ops.pi + gbar * (period / (1 + r) - up),
+        (r * up - down) * velocity + period * sin_phi / ops.pi - 2 * n * period * u * gbar,
+        (cos_top - cos_phi) / (ops.pi * ops.pi)
+        + up * down * (2 * (1 + r) * velocity - period * gbar) / (2 * period)
+        - d,
+    )
 
 
 def _stays_between(way: Flight, n: int, count: int) -> Mask:
@@ -168,8 +191,8 @@ class Proof:
     halved : ndarray of int
         For each box, beginning with the region's faces and generation by generation, the factor along which it was
         halved, or a `Leaf`.
-    u, phi : ndarray
-        q - 1/2 and phase of a motion in the middle of each that is proved, in the same order.
+    motions : ndarray, shape (3, boxes)
+        q - 1/2, phase and velocity at the bottom of a motion in the middle of each that is proved, in the same order.
     open_share : float
         Share of the region's volume in (d, gbar, r) that is not proved.
     failing : ndarray or None, shape (4,)
@@ -177,45 +200,43 @@ class Proof:
     """
 
     halved: Ints
-    u: Floats
-    phi: Floats
+    motions: Floats
     open_share: float
     failing: Floats | None
 
     @property
     def boxes(self) -> int:
         """How many are proved."""
-        return len(self.u)
+        return self.motions.shape[1]
 
 
 def prove_region(region: Region) -> Proof:
     """Halve a region until each part is proved to have stable motions, or a device is found that has none."""
     low, high, share = region.faces
     generations: list[Ints] = []
-    motions, left, failing = [np.empty((2, 0))], 0.0, None
+    motions, left, failing = [np.empty((3, 0))], 0.0, None
     while low.size and failing is None:
         middle = (low + high) / 2
         cell, orbit = stable_motions(region.devices(middle), BORDER)
         lacking = np.setdiff1d(np.arange(low.shape[1]), cell)
         failing = middle[:, lacking[0]] if lacking.size else None
-        halved, found = _halved(region, low, high, cell, np.stack([orbit.u, orbit.phi]))
+        halved, found = _halved(region, low, high, cell, np.stack([orbit.u, orbit.phi, orbit.velocity_bottom]))
         generations.append(halved)
         if sum(map(len, generations)) + 2 * np.count_nonzero(halved >= 0) > MOST_BOXES:
             halved[halved != Leaf.PROVED] = Leaf.OPEN
         motions.append(found)
         left += float(share[halved == Leaf.OPEN].sum())
         low, high, share = halves(low, high, share, halved)
-    u, phi = np.concatenate(motions, axis=1)
-    return Proof(np.concatenate(generations), u, phi, left + float(share.sum()), failing)
+    return Proof(np.concatenate(generations), np.concatenate(motions, axis=1), left + float(share.sum()), failing)
 
 
-def prove_again(region: Region, halved: Ints, u: Floats, phi: Floats) -> float:
+def prove_again(region: Region, halved: Ints, motions: Floats) -> float:
     """Go through the boxes of a proof once more; the share of the region's volume that is proved, 1 if every box is.
 
     Parameters
     ----------
     region : Region
-    halved, u, phi
+    halved, motions
         Those of a `Proof`. That the boxes cover the region follows from how it is halved; nothing else is believed.
 
     Raises
@@ -229,10 +250,10 @@ def prove_again(region: Region, halved: Ints, u: Floats, phi: Floats) -> float:
     while low.size:
         halved, generation = halved[low.shape[1] :], halved[: low.shape[1]]
         rows = np.flatnonzero(generation == Leaf.PROVED)
-        motions = slice(done, done := done + len(rows))
-        if len(generation) < low.shape[1] or len(u[motions]) < len(rows) or generation.max() >= FACTORS:
+        guess = motions[:, done : (done := done + len(rows))]
+        if len(generation) < low.shape[1] or guess.shape[1] < len(rows) or generation.max() >= FACTORS:
             raise ValueError("the boxes of the proof are not complete")
-        holds, _ = prove(region, low[:, rows], high[:, rows], u[motions], phi[motions])
+        holds, _ = prove(region, low[:, rows], high[:, rows], guess)
         lacking = generation == Leaf.OPEN
         lacking[rows] = ~holds
         missing, open_share = missing or bool(lacking.any()), open_share + float(share[lacking].sum())
@@ -242,10 +263,10 @@ def prove_again(region: Region, halved: Ints, u: Floats, phi: Floats) -> float:
 
 def _halved(region: Region, low: Floats, high: Floats, cell: Ints, motions: Floats) -> tuple[Ints, Floats]:
     """What becomes of each box: a factor to halve it along or `Leaf.PROVED`, and the motions of those proved."""
-    halved, found = np.zeros(low.shape[1], dtype=np.intp), np.empty((2, low.shape[1]))
+    halved, found = np.zeros(low.shape[1], dtype=np.intp), np.empty((3, low.shape[1]))
     for first in range(0, len(cell), BLOCK):
         which, motion = cell[first : first + BLOCK], motions[:, first : first + BLOCK]
-        holds, moved = prove(region, low[:, which], high[:, which], *motion)
+        holds, moved = prove(region, low[:, which], high[:, which], motion)
         unproved = halved[which] != Leaf.PROVED  # by another of its motions
         halved[which[unproved]] = np.nan_to_num(moved).argmax(axis=0)[unproved]
         halved[which[holds]] = Leaf.PROVED
