@@ -244,8 +244,8 @@ def recheck(data: Mapping[str, Any]) -> float:
     if scenario.tolerances is None or proof is None:
         raise UsageError("these results have no proof over tolerances (allowed: those of a scenario with tolerances)")
     device = device_of(scenario)
-    boxes = np.array(proof["halved"], dtype=np.intp), np.array([proof[name] for name in PROVED_MOTION])
     try:
+        boxes = np.array(proof["halved"], dtype=np.intp), np.array([proof[name] for name in PROVED_MOTION])
         return prove_again(region_of(device, half_widths(device, scenario.tolerances)), *boxes)
     except ValueError as error:
         raise UsageError(f"tolerances.proof: {error}") from error

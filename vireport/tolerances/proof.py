@@ -30,6 +30,9 @@ TIME = SYMBOLS - 1
 MOST_BOXES = 40_000
 """Boxes looked at before the rest is left open: some ten seconds."""
 
+DEEPEST = 48
+"""Generations after which the rest is left open: next to a device on the border no box ever is small enough."""
+
 BLOCK = 4096
 """Parts evaluated at once: their numbers stay in the processor's cache."""
 
@@ -207,7 +210,7 @@ class Proof:
     @property
     def boxes(self) -> int:
         """How many are proved."""
-        return self.motions.shape[1]
+        return len(self.motions.T)
 
 
 def prove_region(region: Region) -> Proof:
@@ -222,7 +225,8 @@ def prove_region(region: Region) -> Proof:
         failing = middle[:, lacking[0]] if lacking.size else None
         halved, found = _halved(region, low, high, cell, np.stack([orbit.u, orbit.phi, orbit.velocity_bottom]))
         generations.append(halved)
-        if sum(map(len, generations)) + 2 * np.count_nonzero(halved >= 0) > MOST_BOXES:
+        ahead = 2 * np.count_nonzero(halved >= 0)
+        if sum(map(len, generations)) + ahead > MOST_BOXES or len(generations) == DEEPEST:
             halved[halved != Leaf.PROVED] = Leaf.OPEN
         motions.append(found)
         left += float(share[halved == Leaf.OPEN].sum())
