@@ -217,6 +217,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
         "sweep": None,
         "simulation": None,
         "accuracy": None,
+        "tolerances": None,
         "requirements": None,
     }
     assert list(plain) == list(Scenario.model_fields)

@@ -49,9 +49,8 @@ def escapes(seed: int, count: int = 20) -> int:
     rng, ops, found = np.random.default_rng(seed), AffineOps(), 0
     a, b = random_numbers(rng, count), random_numbers(rng, count)
     symbols = rng.choice([-1.0, 1.0, 0.3, -0.7], (SYMBOLS, count))
-    x, exact = a, at(a, symbols)
-    other = at(b, symbols)
     with mp.workdps(40), np.errstate(all="ignore"):
+        x, exact, other = a, at(a, symbols), at(b, symbols)
         for _ in range(6):
             if rng.random() < 0.5:
                 operation = BINARY[rng.integers(len(BINARY))]

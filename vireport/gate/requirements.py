@@ -224,7 +224,7 @@ class Requirement:
 
 
 def assess(
-    loaded: Loaded, solution: Solution, crosscheck: CrossCheck | None, tolerances: Tolerances | None
+    loaded: Loaded, solution: Solution, crosscheck: CrossCheck | None, tolerances: Tolerances | None = None
 ) -> tuple[Criterion, ...]:
     """Hold results against what their scenario requires; () where that is nothing."""
     required = loaded.scenario.requirements

@@ -16,6 +16,7 @@ from vireport.report.energy import energy
 from vireport.report.equations import equations
 from vireport.report.pages import Block, ReportModel, Subheading, content, section
 from vireport.report.simulation import simulation
+from vireport.report.tolerances import tolerances
 from vireport.study import Provenance, Study, with_pages
 from vireport.trust import compare_with_paper, comparison_with_rigid, measurements, ranking, solvers_on_stiff_membranes
 
@@ -74,6 +75,7 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
             *section("table-1", "Stability along the sweep", results_pages.table_1(study)),
             *section("critical-points", "Critical points", results_pages.critical_points(study)),
             *section("design-point", "Design point", results_pages.design_point(study)),
+            *section("tolerances", "Tolerances", tolerances(study)),
             *section("figures", "Figures", context_pages.figures(pictures)),
             *section("energy", "Voltage", energy(study)),
             *section("simulation", "Simulation", simulation(study)),

@@ -269,7 +269,7 @@ class Distribution(StrEnum):
 
 
 class Tolerances(Block):
-    """By how much each input may be off: in its unit or in per cent."""
+    """By how much each input may be off, in its unit or in per cent; the larger where both are given."""
 
     length_m: float | None = _off(DesignInput.LENGTH)
     length_percent: float | None = _off_percent(DesignInput.LENGTH)
@@ -285,7 +285,7 @@ class Tolerances(Block):
     restitution_percent: float | None = _off_percent(DesignInput.RESTITUTION)
     distribution: Distribution = _key(
         Distribution.UNIFORM,
-        "Distribution",
+        "Distribution of inputs",
         "",
         "How the inputs of the devices that are made lie within their tolerances, for the yield: uniform, or normal "
         "with the tolerance as three standard deviations and nothing beyond.",
@@ -297,8 +297,7 @@ class Tolerances(Block):
 
     def half_width(self, varied: DesignInput, value: float) -> float:
         """By how much an input with this value may be off, in its unit; 0 where it has no tolerance."""
-        percent = getattr(self, percent_key(varied))
-        return getattr(self, varied) or (value * percent / 100 if percent else 0.0)
+        return max(getattr(self, varied) or 0.0, value * (getattr(self, percent_key(varied)) or 0.0) / 100)
 
 
 def percent_key(varied: DesignInput) -> str:

@@ -222,29 +222,24 @@ def _out_of_range(tree: _Tree, values: list[tuple[str, Any]]) -> Iterator[Findin
             yield Finding(path, Kind.VALUE, value)
 
 
-TOLERANCES = tuple((varied, percent_key(varied)) for varied in DesignInput)
-"""The keys of each input's tolerance: in its unit, and in per cent."""
-
-
 def _tolerances(tree: _Tree) -> Iterator[Finding]:
-    """Each input has one tolerance, within which the values are allowed."""
-    block = tree.at("tolerances")
-    given = {key for pair in TOLERANCES for key in pair if isinstance(block, dict) and block.get(key) is not None}
-    if "tolerances" in tree.bare or (isinstance(block, dict) and not given):
-        yield _rule("tolerances", "no tolerance is given in it (give one, such as length_percent, or delete it)")
-    for varied, percent in TOLERANCES:
-        here, value = f"tolerances.{varied}", tree.number(varied.path)
-        if {varied, percent} <= given:
-            yield _rule(f"tolerances.{percent}", f"{varied} is given too (one of the two)")
-        elif percent in given and value == 0:
-            yield _rule(f"tolerances.{percent}", f"of {varied}: 0 it is nothing (give {varied} in its place)")
-        off, share = tree.number(here), tree.number(f"tolerances.{percent}")
-        if value and share is not None:
-            here, off = f"tolerances.{percent}", value * share / 100
-        if off is not None and value is not None and varied is not DesignInput.INCLINATION:
+    """There is one, of a value that is not 0 if in per cent, and every value within it is allowed."""
+    block, given = tree.at("tolerances"), 0
+    for varied in DesignInput if isinstance(block, dict) else ():
+        value = tree.number(varied.path)
+        for key in (varied.value, percent_key(varied)):
+            here, off = f"tolerances.{key}", tree.number(f"tolerances.{key}")
+            given += block.get(key) is not None
+            if off is None or value is None:
+                continue
+            if key != varied and value == 0:
+                yield _rule(here, f"per cent of {varied}: 0 are nothing (give {varied} here)")
+            width = off if key == varied else value * off / 100
             room = min(value - varied.limits[0], varied.limits[1] - value)
-            if off > room:
-                yield _rule(here, f"takes {varied} {off:.12g} off {value:.12g} (at most {max(room, 0.0):.12g})")
+            if width > room and varied is not DesignInput.INCLINATION:
+                yield _rule(here, f"takes {varied} {width:.12g} off {value:.12g} (at most {max(room, 0.0):.12g})")
+    if "tolerances" in tree.bare or (isinstance(block, dict) and not given):
+        yield _rule("tolerances", "there is none in it (give one, such as length_percent, or delete it)")
     yield from _power_of_two("tolerances.samples", tree.at("tolerances.samples"))
 
 

@@ -74,7 +74,7 @@ class Study:
     @cached_property
     def verdict(self) -> Verdict:
         """What the study comes to."""
-        return verdict_of(self.solution, self.crosscheck, self.compliance, self.criteria)
+        return verdict_of(self.solution, self.crosscheck, self.compliance, self.tolerances, self.criteria)
 
     def to_dict(self) -> dict[str, Any]:
         """The results as plain data: results.json without its provenance."""
