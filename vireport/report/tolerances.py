@@ -9,7 +9,7 @@ from vireport.study import Study
 from vireport.text import Table, capital, numbers, percent, significant, texts
 
 ANSWERS = {
-    "proved": "Every device within the tolerances has a stable 1:1 motion. This is proved: {boxes} cover all of them; in "
+    "proved": "Every device within the tolerances has a stable 1:1 motion. This is proved: {boxes} cover them all; in "
     "each, motions, multipliers, impact velocities and the distance to the membranes at every time of the flights are "
     "enclosed in affine arithmetic.",
     "refuted": "Not every device within the tolerances has a stable 1:1 motion. Towards the worst one found, stable "
