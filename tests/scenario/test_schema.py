@@ -29,6 +29,8 @@ BEYOND = {
     *("nothing behind requirements", "required stable_from: 0.6, stable_to: 0.76 stable_to"),
     "required inclination_from_deg: 20, inclination_to_deg: 20.0 inclination_to_deg",
     "required margin_any_percent: 6 margin_any_percent",
+    *("off length_m: 0.7, amplitude_percent: 3", "off restitution: 0.5", "off inclination_percent: 1"),
+    *("off capsule_mass_percent: 1, samples: 100", "nothing behind tolerances"),
     *("key simulation: {portraits: [.nan]}", "key simulation: {portraits: [-0.6]}", "simulation without a sweep"),
 }
 

