@@ -122,11 +122,16 @@ class Affine:
             1 / size,
         )
 
-    def sine(self, turn: float = 0.0) -> Affine:
-        """Sine, or with a `turn` of 1 cosine: to second order in the distance from the centre, the third as a bound."""
-        value, slope = np.sin(self.centre), np.cos(self.centre)
-        if turn:
-            value, slope = slope, -value
+    def sine(self) -> Affine:
+        """Sine."""
+        return self._wave(np.sin(self.centre), np.cos(self.centre))
+
+    def cosine(self) -> Affine:
+        """Cosine."""
+        return self._wave(np.cos(self.centre), -np.sin(self.centre))
+
+    def _wave(self, value: Floats, slope: Floats) -> Affine:
+        """Sine or cosine, to second order in the distance from the centre, with the bound 1/6 of the third."""
         reach = self.reach
         square = reach * reach / 4
         rest = np.abs(value) * square + reach * square * (2 / 3)
@@ -165,4 +170,4 @@ class AffineOps:
     @staticmethod
     def cos(x: Affine) -> Affine:
         """Cosine."""
-        return x.sine(1)
+        return x.cosine()

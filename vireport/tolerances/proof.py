@@ -95,8 +95,8 @@ def _tube(d: Affine, gbar: Affine, r: Affine, n: int, guess: Floats) -> tuple[Ma
     width, along = np.full_like(guess, PROBE), np.zeros((len(guess), FACTORS, guess.shape[1]))
     _, residual = _residual(guess, along, width, d, gbar, r, n)
     jacobian = np.stack([g.linear[FACTORS:TIME] / PROBE for g in residual])
-    regular = np.isfinite(np.linalg.cond(jacobian.T))
-    inverse = np.linalg.inv(np.where(regular[:, None, None], jacobian.T, np.eye(3))).T
+    singular = np.linalg.det(jacobian.T) == 0
+    inverse = np.linalg.inv(np.where(singular[:, None, None], np.eye(3), jacobian.T)).T
     along = -_applied(inverse, [g.linear[:FACTORS] for g in residual])
     guess = guess - _applied(inverse, [g.centre for g in residual])
     width = np.zeros_like(guess)
