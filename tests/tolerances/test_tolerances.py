@@ -214,8 +214,9 @@ def test_what_is_proved_is_proved_again_from_the_results(example) -> None:
     assert (found["answer"], found["open_share"], found["worst"]) == ("proved", 0, None)
     assert found["boxes"] > 1
     assert recheck(data) == 1
-    found["proof"]["halved"][0] = int(Leaf.PROVED)
-    assert recheck(data) < 1
+    for forged in (int(Leaf.PROVED), int(Leaf.OPEN), -3):
+        found["proof"]["halved"][0] = forged
+        assert recheck(data) < 1
     for key in ("u", "phi_bottom_rad", "velocity_bottom"):
         found["proof"][key].clear()
     with pytest.raises(UsageError, match="not complete"):

@@ -218,7 +218,7 @@ def prove_region(region: Region) -> Proof:
     low, high, share = region.faces
     generations: list[Ints] = []
     motions, left, failing = [np.empty((3, 0))], 0.0, None
-    while low.size and failing is None:
+    while low.size:
         middle = (low + high) / 2
         cell, orbit = stable_motions(region.devices(middle), BORDER)
         lacking = np.setdiff1d(np.arange(low.shape[1]), cell)
@@ -226,7 +226,8 @@ def prove_region(region: Region) -> Proof:
         halved, found = _halved(region, low, high, cell, np.stack([orbit.u, orbit.phi, orbit.velocity_bottom]))
         generations.append(halved)
         ahead = 2 * np.count_nonzero(halved >= 0)
-        if sum(map(len, generations)) + ahead > MOST_BOXES or len(generations) == DEEPEST:
+        ends = failing is not None or len(generations) == DEEPEST
+        if ends or sum(map(len, generations)) + ahead > MOST_BOXES:
             halved[halved != Leaf.PROVED] = Leaf.OPEN
         motions.append(found)
         left += float(share[halved == Leaf.OPEN].sum())
@@ -249,8 +250,7 @@ def prove_again(region: Region, halved: Ints, motions: Floats) -> float:
         If there are not as many boxes or motions as it takes.
     """
     low, high, share = region.faces
-    done, missing = 0, False
-    open_share = 0.0
+    done, missing, open_share = 0, False, 0.0
     while low.size:
         halved, generation = halved[low.shape[1] :], halved[: low.shape[1]]
         rows = np.flatnonzero(generation == Leaf.PROVED)
@@ -258,7 +258,7 @@ def prove_again(region: Region, halved: Ints, motions: Floats) -> float:
         if len(generation) < low.shape[1] or guess.shape[1] < len(rows) or generation.max() >= FACTORS:
             raise ValueError("the boxes of the proof are not complete")
         holds, _ = prove(region, low[:, rows], high[:, rows], guess)
-        lacking = generation == Leaf.OPEN
+        lacking = generation < 0
         lacking[rows] = ~holds
         missing, open_share = missing or bool(lacking.any()), open_share + float(share[lacking].sum())
         low, high, share = halves(low, high, share, generation)
