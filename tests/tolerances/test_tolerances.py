@@ -214,13 +214,13 @@ def test_what_is_proved_is_proved_again_from_the_results(example) -> None:
     assert (found["answer"], found["open_share"], found["worst"]) == ("proved", 0, None)
     assert found["boxes"] > 1
     assert recheck(data) == 1
-    for forged in (int(Leaf.PROVED), int(Leaf.OPEN), -3):
-        found["proof"]["halved"][0] = forged
-        assert recheck(data) < 1
-    for key in ("u", "phi_bottom_rad", "velocity_bottom"):
-        found["proof"][key].clear()
+    proof = found["proof"]
+    found["proof"] = proof | {key: [] for key in ("u", "phi_bottom_rad", "velocity_bottom")}
     with pytest.raises(UsageError, match="not complete"):
         recheck(data)
+    for forged in (int(Leaf.PROVED), int(Leaf.OPEN), -3):
+        found["proof"] = proof | {"halved": [forged, *proof["halved"][1:]]}
+        assert recheck(data) < 1
     with pytest.raises(UsageError, match="no proof"):
         recheck({**data, "tolerances": None})
 
