@@ -401,6 +401,32 @@ REQUIREMENTS = (
     ),
 )
 
+
+def off(keys: str, key: str, fragment: str, text: str = GOOD) -> Bad:
+    """Build the case of a tolerance below a scenario."""
+    line, path = text.count("\n") + 1, f"tolerances.{key}" if key else "tolerances"
+    return bad(f"off {keys}", f"{text}tolerances: {{{keys}}}\n", (line, path, fragment))
+
+
+TOLERANCES = (
+    off("samples: 64", "", "there is none in it (give one, such as length_percent, or delete it)"),
+    off("length_m: null", "", "there is none in it"),
+    bad("nothing behind tolerances", GOOD + "tolerances:\n", (20, "tolerances", "there is none in it")),
+    off("length_percent: 51", "length_percent", "got 51, which is too large (a number above 0, at most 50, in %)"),
+    off("length_m: 0.7, amplitude_percent: 3", "length_m", "takes length_m 0.7 off 0.7 (at most 0.7)"),
+    off("length_mm: 1", "length_mm", "did you mean 'length_m'? It is in m: 1 mm is 0.001 m"),
+    off("restitution: 0.5", "restitution", "takes restitution 0.5 off 0.5 (at most 0.499999)"),
+    off("capsule_mass_percent: 1, samples: 100", "samples", "no power of 2; Sobol's points need one (such as 128)"),
+    off("restitution: 0.1, distribution: flat", "distribution", "got 'flat' (one of uniform, normal)"),
+    off(
+        "inclination_percent: 1",
+        "inclination_percent",
+        "per cent of inclination_deg: 0 are nothing (give inclination_deg here)",
+        without(13) + "inclination_deg: 0\n",
+    ),
+    required("yield_at_least_percent: 99", "yield_at_least_percent", "a yield needs tolerances, which is not given"),
+)
+
 STRUCTURE = (
     bad("duplicate key", GOOD + "title: Again\n", (20, "title", "given twice, first on line 2")),
     bad(
@@ -541,5 +567,5 @@ inclination_deg: 30
 
 BAD_SCENARIOS = (
     *(*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *LEFT_OUT, *UNKNOWN),
-    *(*REQUIREMENTS, *STRUCTURE, *SYNTAX, *SEVERAL),
+    *(*REQUIREMENTS, *TOLERANCES, *STRUCTURE, *SYNTAX, *SEVERAL),
 )

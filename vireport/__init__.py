@@ -32,6 +32,7 @@ __all__ = [
     "load",
     "loads",
     "pictures",
+    "recheck",
     "results",
 ]
 
@@ -45,7 +46,7 @@ def __getattr__(name: str) -> Any:
         from vireport import version as room
     elif name in ("load", "loads"):
         from vireport import scenario as room
-    elif name in ("Study", "analyse", "results"):
+    elif name in ("Study", "analyse", "recheck", "results"):
         from vireport import study as room
     elif name in ("figure_2", "figure_4", "figure_7", "pictures"):
         from vireport import figures as room

@@ -166,9 +166,10 @@ def test_plan_says_what_runs_and_what_is_left_out(example) -> None:
     full = vireport("plan", str(example("horizontal"))).stdout.decode()
     skipped = {line.split()[1]: line for line in full.splitlines() if line.startswith("skip")}
     assert "thickness_m" in skipped.pop("conversion")
-    assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", "accuracy", "compliant"}
+    blocks = {"accuracy": "accuracy", "compliant": "accuracy", "tolerances": "tolerances"}
+    assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", *blocks}
     for name, line in skipped.items():
-        assert f"no {'accuracy' if name in ('accuracy', 'compliant') else 'simulation'} block" in line
+        assert f"no {blocks.get(name, 'simulation')} block" in line
     sparse = vireport("plan", str(example("horizontal")), "--format", "json").stdout.decode()
     assert next(line for line in sparse.splitlines() if "figure-2" in line).startswith("skip")
 

@@ -217,6 +217,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
         "sweep": None,
         "simulation": None,
         "accuracy": None,
+        "tolerances": None,
         "requirements": None,
         "design": None,
     }
@@ -232,4 +233,4 @@ def test_loading_imports_no_other_room_and_nothing_heavy():
     )
     command = [sys.executable, "-c", code, str(EXAMPLES / "horizontal.yaml")]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert printed == "['errors', 'scenario', 'text', 'version'] False\n"
+    assert printed == "['errors', 'scenario', 'text'] False\n"

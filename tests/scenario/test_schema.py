@@ -30,6 +30,8 @@ BEYOND = {
     "required inclination_from_deg: 20, inclination_to_deg: 20.0 inclination_to_deg",
     "required margin_any_percent: 6 margin_any_percent",
     *(f"design {name}" for name in ("out of range", "of one value", "twice", "heavy ball", "of power")),
+    *("off length_m: 0.7, amplitude_percent: 3", "off restitution: 0.5", "off inclination_percent: 1"),
+    *("off capsule_mass_percent: 1, samples: 100", "nothing behind tolerances"),
     *("key simulation: {portraits: [.nan]}", "key simulation: {portraits: [-0.6]}", "simulation without a sweep"),
 }
 
@@ -110,7 +112,7 @@ def test_template_has_every_key_and_the_defaults():
     assert loaded.given == {path for path in KEYS if "*" not in path}
     plain = to_dict(loaded.scenario)
     without = {path: key["default"] for path, key in KEYS.items() if key.get("default") is not None}
-    assert len(without) == 18
+    assert len(without) == 20
     for path, default in without.items():
         value = plain
         for step in path.split("."):

@@ -23,6 +23,7 @@ from vireport.study import (
     results_json,
     with_certificates,
     with_pages,
+    worst_scenario,
 )
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ NAMES = {
     Task.PDF: ("report.pdf",),
     Task.PNG: tuple(f"{figure}.png" for figure in FIGURES),
     Task.SVG: tuple(f"{figure}.svg" for figure in FIGURES),
-    Task.JSON: ("results.json",),
+    Task.JSON: ("results.json", "worst.yaml"),
     Task.CSV: ("branches.csv",),
     Task.JUNIT: ("junit.xml",),
     Task.MARKDOWN: ("summary.md",),
@@ -114,6 +115,8 @@ def run_files(study: Study, command: str, templates: Path | None, say: Progress)
         files |= {f"{picture.name}.svg": picture.svg for picture in pictures}
     if plan.runs(Task.JSON):
         files["results.json"] = results_json(study, provenance)
+        if study.tolerances is not None and study.tolerances.worst is not None:
+            files["worst.yaml"] = worst_scenario(study.scenario, study.tolerances.worst).encode()
     if plan.runs(Task.CSV):
         files["branches.csv"] = branches_csv(study)
     if plan.runs(Task.JUNIT, Task.MARKDOWN):

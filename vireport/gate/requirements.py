@@ -33,6 +33,7 @@ from vireport.physics import UNIT, Conversion, Dielectric, Membrane, Voltages, v
 from vireport.scenario import Loaded, Parameter, Requirements
 
 if TYPE_CHECKING:
+    from vireport.tolerances import Tolerances
     from vireport.trust import CrossCheck
 
 Floats = NDArray[np.float64]
@@ -168,6 +169,7 @@ class Results:
     solution: Solution
     required: Requirements
     crosscheck: CrossCheck | None
+    tolerances: Tolerances | None
 
     @property
     def design(self) -> DesignPoint:
@@ -221,12 +223,14 @@ class Requirement:
         )
 
 
-def assess(loaded: Loaded, solution: Solution, crosscheck: CrossCheck | None) -> tuple[Criterion, ...]:
+def assess(
+    loaded: Loaded, solution: Solution, crosscheck: CrossCheck | None, tolerances: Tolerances | None = None
+) -> tuple[Criterion, ...]:
     """Hold results against what their scenario requires; () where that is nothing."""
     required = loaded.scenario.requirements
     if required is None:
         return ()
-    results = Results(solution, required, crosscheck)
+    results = Results(solution, required, crosscheck, tolerances)
     criteria = []
     for requirement in REQUIREMENTS:
         limit = requirement.limit(results)
@@ -443,6 +447,19 @@ def with_peaks(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     )
 
 
+def _yield(results: Results, limit: Limit) -> Outcome:
+    """The share of the devices within the tolerances that work; known exactly only where it is proved to be all."""
+    found = results.tolerances
+    if found is None:
+        raise NumericalError("there are no tolerances")
+    if found.proved:
+        return held(100.0, limit, ("every device within the tolerances is proved to have stable motion",))
+    sampled = found.sampled
+    share = 100 * sampled.stable / sampled.samples
+    counted = (f"{sampled.stable} of {sampled.samples} random devices have stable motion",)
+    return held(share, limit, counted, share - 100 * sampled.low)
+
+
 def _agreement(results: Results, limit: Limit) -> Outcome:
     check = results.crosscheck
     if check is None:
@@ -493,6 +510,7 @@ REQUIREMENTS = (
     Requirement(("deflection_at_most_m",), "Deflection", AT_MOST, "m", DEFLECTION),
     Requirement(("power_at_least_mw",), "Mean electrical power", AT_LEAST, "mW", POWER),
     Requirement(("field_at_most_percent",), "Electric field over breakdown field", AT_MOST, "%", _field),
+    Requirement(("yield_at_least_percent",), "Yield within the tolerances", AT_LEAST, "%", _yield),
     Requirement(("acceleration_at_most_g",), "Acceleration of the shaker", AT_MOST, "g", _acceleration),
     Requirement(("stroke_at_most_m",), "Stroke of the shaker", AT_MOST, "m", _stroke),
     Requirement(("crosscheck_passed",), "Simulation agrees", AGREEMENT, "", _agreement),

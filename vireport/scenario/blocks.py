@@ -12,11 +12,12 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vireport.scenario.parameters import LARGEST, LARGEST_RESTITUTION, SMALLEST, Parameter
+from vireport.scenario.parameters import LARGEST, LARGEST_RESTITUTION, SMALLEST, DesignInput, Parameter
 
 LONGEST_TITLE = 200
 LARGEST_PERIOD_RATIO = 20
 WIDEST_MARGIN = 75.0  # per cent: as far as is looked from a design point without a sweep, and no further
+WIDEST_TOLERANCE = 50.0  # per cent
 FEWEST_AXES, MOST_AXES = 2, 6
 MOST_VARIED = 4
 MOST_VALUES = 4_000  # of an axis; a file has at most 5,000 values
@@ -265,9 +266,74 @@ class Requirements(Block):
         "over the sweep.",
         example=0.4,
     )
+    yield_at_least_percent: float | None = _key(
+        None,
+        "Yield at least",
+        "%",
+        "Least share of the devices within the tolerances that have a stable 1:1 motion. The 95 % interval of the "
+        "yield must be above it; 100 needs the proof that all have one.",
+        example=99.0,
+        gt=0.0,
+        le=100.0,
+    )
     crosscheck_passed: bool | None = _key(
         None, "Cross-check", "", "Whether the simulation must agree with the solution.", example=True
     )
+
+
+def _off(varied: DesignInput, most: float = LARGEST) -> Any:
+    unit = {"\u00b0": "deg", "": "1"}.get(varied.unit, varied.unit)
+    title = f"{varied.quantity.capitalize()} \u00b1"
+    return _key(None, title, unit, f"Most by which {varied} may be off.", example=0.001, gt=0.0, le=most)
+
+
+def _off_percent(varied: DesignInput) -> Any:
+    title = f"{varied.quantity.capitalize()} \u00b1 per cent"
+    return _key(None, title, "%", f"The same as a share of {varied}.", example=1.0, gt=0.0, le=WIDEST_TOLERANCE)
+
+
+class Distribution(StrEnum):
+    """How the inputs of the devices that are made lie within their tolerances."""
+
+    UNIFORM = "uniform"
+    NORMAL = "normal"
+
+
+class Tolerances(Block):
+    """By how much each input may be off, in its unit or in per cent; the larger where both are given."""
+
+    length_m: float | None = _off(DesignInput.LENGTH)
+    length_percent: float | None = _off_percent(DesignInput.LENGTH)
+    amplitude_n: float | None = _off(DesignInput.AMPLITUDE)
+    amplitude_percent: float | None = _off_percent(DesignInput.AMPLITUDE)
+    capsule_mass_kg: float | None = _off(DesignInput.CAPSULE_MASS)
+    capsule_mass_percent: float | None = _off_percent(DesignInput.CAPSULE_MASS)
+    frequency_hz: float | None = _off(DesignInput.FREQUENCY)
+    frequency_percent: float | None = _off_percent(DesignInput.FREQUENCY)
+    inclination_deg: float | None = _off(DesignInput.INCLINATION, 45.0)
+    inclination_percent: float | None = _off_percent(DesignInput.INCLINATION)
+    restitution: float | None = _off(DesignInput.RESTITUTION, 1.0)
+    restitution_percent: float | None = _off_percent(DesignInput.RESTITUTION)
+    distribution: Distribution = _key(
+        Distribution.UNIFORM,
+        "Distribution of inputs",
+        "",
+        "How the inputs of the devices that are made lie within their tolerances, for the yield: uniform, or normal "
+        "with the tolerance as three standard deviations and nothing beyond.",
+        strict=False,
+    )
+    samples: int = _key(
+        4096, "Samples", "1", "Random devices from which the yield is estimated; a power of 2.", ge=64, le=2**20
+    )
+
+    def half_width(self, varied: DesignInput, value: float) -> float:
+        """By how much an input with this value may be off, in its unit; 0 where it has no tolerance."""
+        return max(getattr(self, varied) or 0.0, value * (getattr(self, percent_key(varied)) or 0.0) / 100)
+
+
+def percent_key(varied: DesignInput) -> str:
+    """The key of an input's tolerance in per cent: that of the input with another unit."""
+    return f"{varied.rpartition('_')[0] or varied}_percent"
 
 
 class Accuracy(Block):
@@ -407,6 +473,12 @@ class Scenario(Block):
     accuracy: Accuracy | None = _key(
         None, "Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."
     )
+    tolerances: Tolerances | None = _key(
+        None,
+        "Tolerances",
+        "",
+        "By how much the inputs may be off at the design point. Left out, neither a proof nor a yield is computed.",
+    )
     requirements: Requirements | None = _key(
         None, "Requirements", "", "What the design must meet. Left out, nothing is judged."
     )
@@ -504,6 +576,7 @@ class MapFile(Scenario):
         "",
         "a map has no simulation block (delete it; map.simulate asks for the simulation of each cell)",
     )
+    tolerances: None = _key(None, "Tolerances", "", "a map has no tolerances (delete them)")
     map: Map = _key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
 
 

@@ -12,9 +12,9 @@ from collections.abc import Set as AbstractSet
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
-from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Objective, Sampling, Scenario
+from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Objective, Sampling, Scenario, percent_key
 from vireport.scenario.document import Document, is_within
-from vireport.scenario.parameters import Parameter
+from vireport.scenario.parameters import DesignInput, Parameter
 
 NARROWEST_SWEEP = 1e-9
 """Relative width of a sweep up to which its ends are taken for one value: rounding leaves nothing in between."""
@@ -26,7 +26,11 @@ MOST_CELLS = 10**11
 
 MARGINS = ("margin_period_doubling_percent", "margin_grazing_percent", "margin_any_percent")
 ELECTRICAL = "power_at_least_mw", "field_at_most_percent"
-AT_DESIGN = (*MARGINS, "u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m", *ELECTRICAL)
+AT_DESIGN = (
+    *MARGINS,
+    *("u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m", "yield_at_least_percent"),
+    *ELECTRICAL,
+)
 """Requirements that are judged at the design point."""
 
 VOLTAGE = (
@@ -39,6 +43,7 @@ NEEDS = {
     "sweep": (("stable_from", "stable_to", "u_ave_difference_at_most_v"), "a range of the swept parameter needs"),
     "device.ball_mass_kg": (VOLTAGE, "voltage and deflection need"),
     "device.membrane.thickness_m": (ELECTRICAL, "power and field need"),
+    "tolerances": (("yield_at_least_percent",), "a yield needs"),
     "simulation": (("crosscheck_passed",), "a cross-check needs"),
 }
 """What must be in the scenario for requirements to be judged, with their keys."""
@@ -88,7 +93,11 @@ def check(document: Document, wrong: AbstractSet[str], model: type[Scenario]) ->
         `Scenario` or `MapFile`.
     """
     tree = _Tree(document, wrong)
-    own = (_required_in_map, _axes, _cells) if issubclass(model, MapFile) else (_required, _sweep, _simulation, _design)
+    own = (
+        (_required_in_map, _axes, _cells)
+        if issubclass(model, MapFile)
+        else (_required, _sweep, _simulation, _tolerances, _design)
+    )
     rules = (*own, _masses, _radii, _dielectric, _accuracy, _requirements, _title)
     return [finding for rule in rules for finding in rule(tree)]
 
@@ -225,6 +234,34 @@ def _out_of_range(tree: _Tree, values: list[tuple[str, Any]]) -> Iterator[Findin
     for path, value in values:
         if path not in tree.wrong and type(value) in (int, float) and not low <= value <= high:
             yield Finding(path, Kind.VALUE, value)
+
+
+def _tolerances(tree: _Tree) -> Iterator[Finding]:
+    """There is one, of a value that is not 0 if in per cent, and every value within it is allowed."""
+    block = tree.at("tolerances")
+    for varied in DesignInput if isinstance(block, dict) else ():
+        value = tree.number(varied.path)
+        for key in (varied.value, percent_key(varied)):
+            here, off = f"tolerances.{key}", tree.number(f"tolerances.{key}")
+            if off is None or value is None:
+                continue
+            if key != varied and value == 0:
+                yield _rule(here, f"per cent of {varied}: 0 are nothing (give {varied} here)")
+            width = off if key == varied else value * off / 100
+            room = min(value - varied.limits[0], varied.limits[1] - value)
+            if width > room and varied is not DesignInput.INCLINATION:
+                yield _rule(here, f"takes {varied} {width:.12g} off {value:.12g} (at most {max(room, 0.0):.12g})")
+    others = {"distribution", "samples"}
+    given = isinstance(block, dict) and any(block[key] is not None for key in block.keys() - others)
+    if "tolerances" in tree.bare or (isinstance(block, dict) and not given):
+        yield _rule("tolerances", "there is none in it (give one, such as length_percent, or delete it)")
+    yield from _power_of_two("tolerances.samples", tree.at("tolerances.samples"))
+
+
+def _power_of_two(path: str, samples: object) -> Iterator[Finding]:
+    if type(samples) is int and samples > 0 and samples & (samples - 1):
+        near = 2 ** round(math.log2(samples))
+        yield _rule(path, f"got {samples}, which is no power of 2; Sobol's points need one (such as {near})")
 
 
 def _requirements(tree: _Tree) -> Iterator[Finding]:
@@ -402,9 +439,8 @@ def _cells(tree: _Tree) -> Iterator[Finding]:
         if len(several) > 1:
             counts = ", ".join(map(str, sorted(several)))
             yield _rule("map.axes", f"the axes of a list have {counts} values (as many each)")
-    if sampling == Sampling.SOBOL and type(samples) is int and samples > 0 and samples & (samples - 1):
-        near = 2 ** round(math.log2(samples))
-        yield _rule("map.samples", f"got {samples}, which is no power of 2; Sobol's points need one (such as {near})")
+    if sampling == Sampling.SOBOL:
+        yield from _power_of_two("map.samples", samples)
     if sampling == Sampling.GRID:
         cells = math.prod(count for count in lengths if isinstance(count, int) and count > 0)
         if cells > MOST_CELLS:

@@ -10,8 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vireport.scenario.blocks import Scenario
-from vireport.scenario.parameters import Parameter
+from vireport.scenario.blocks import Scenario, percent_key
+from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.scenario.rules import DIELECTRIC, NEEDS, RANGES, judged_at_design
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -31,6 +31,22 @@ _MEMBRANE_NEEDS_BALL = {
 }
 
 
+_SOME_TOLERANCE = {
+    "properties": {
+        "tolerances": {
+            "anyOf": [
+                {"type": "null"},
+                *(
+                    {"required": [key], "properties": {key: {"type": "number"}}}
+                    for varied in DesignInput
+                    for key in (varied.value, percent_key(varied))
+                ),
+            ]
+        }
+    }
+}
+
+
 def schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of scenario.yaml: title, meaning, unit, range and example of every key.
 
@@ -43,6 +59,7 @@ def schema() -> dict[str, Any]:
         *map(_limits_of_sweep, Parameter),
         _MEMBRANE_NEEDS_BALL,
         _all_or_none("device.membrane", DIELECTRIC),
+        _SOME_TOLERANCE,
         *_requirements(),
     ]
     return {"$schema": DIALECT, **_declared(Scenario), "allOf": rules}

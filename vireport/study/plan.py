@@ -39,6 +39,7 @@ class Task(StrEnum):
     DESIGN = "design", "the motions at the design point and their margins"
     ENERGY = "energy", "voltages"
     CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
+    TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_2 = "figure-2", "figure 2: impact velocity, phase and flight time"
     FIGURE_4 = "figure-4", "figure 4: Delta and the eigenvalues"
@@ -153,6 +154,7 @@ DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement
 DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
+TOLERANCES = Condition(lambda x, _: x.tolerances, "the scenario has no tolerances block")
 REQUIREMENTS = Condition(lambda x, _: x.requirements, "the scenario has no requirements block")
 BEST = Condition(lambda x, _: x.design, "the scenario has no design block")
 NOT_IN_A_RUN = Condition(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
@@ -169,6 +171,7 @@ STEPS = (
     Row(Task.DESIGN, (DESIGN,), "the design point is given"),
     Row(Task.ENERGY, (BALL,), "the ball mass is given"),
     Row(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
+    Row(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     Row(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     Row(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     Row(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
