@@ -20,9 +20,10 @@ from matplotlib.colors import to_rgb
 from matplotlib.path import Path as MplPath
 from PIL import Image
 
-from vireport.figures import Simulated, figure_2, figure_7, figure_css, pictures
+from vireport.figures import Simulated, figure_2, figure_7, pictures
 from vireport.figures.curves import TURN, phase_curve, phase_cut, stretches
 from vireport.figures.labels import LEADER
+from vireport.figures.style import figure_css
 from vireport.figures.sweeps import BRANCH_COLORS, LEAVES, NO_MOTION
 from vireport.physics import Voltages
 from vireport.scenario import load
