@@ -47,7 +47,9 @@ def test_every_output_of_an_example(name: str, example, tmp_path: Path) -> None:
 def test_a_design_point_draws_no_bifurcation_figure(example, tmp_path: Path) -> None:
     run = vireport(str(example("design-point")), "-o", str(tmp_path / "out"))
     assert run.returncode == 0
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"report.html", "report.pdf", "results.json"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "report.html", "report.pdf", "results.json", "figure-device.png", "figure-margins.png"
+    }  # fmt: skip
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ CELL = 2.5
 CLEARANCE, INSET = 2.0, 5.0
 """Free room around a label, and between a label and the frame, which has ticks."""
 
-REACH = (5.0, 9.0, 14.0, 21.0, 32.0)
+REACH = (5.0, 9.0, 14.0, 21.0, 32.0, 46.0, 64.0)
 """Distances from the point to the edge of the label that are tried."""
 
 LEADER_FROM = 13.0
@@ -35,9 +35,9 @@ LEADER: Look = {"color": Color.BLACK, "linewidth": 0.5, "zorder": 5}
 DIRECTIONS = np.stack([np.cos(np.arange(12) * np.pi / 6), np.sin(np.arange(12) * np.pi / 6)], axis=1)
 
 # How bad it is to cover a cell of a line, a marker and another label.
-ON_LINE, ON_MARKER, ON_LABEL = 1.0, 8.0, 40.0
+ON_LINE, ON_MARKER, ON_LABEL = 3.0, 8.0, 40.0
 # How bad it is to stand nearer to the point of another label, to be far [1/pt], and to prefer a later point.
-NEARER_TO_OTHER, FAR, LATER = 6.0, 0.06, 0.3
+NEARER_TO_OTHER, FAR, LATER = 6.0, 0.04, 0.3
 OFF_PANEL = 1e6
 
 
