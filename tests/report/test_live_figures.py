@@ -164,6 +164,8 @@ def test_the_pointer_picks_the_nearest_motion_and_a_critical_point_leads_to_its_
 
 
 def test_the_ball_is_on_the_membranes_at_the_impacts(browser: Browser) -> None:
+    browser.run("""(() => { const slider = document.querySelectorAll('.live-control input')[0];
+        slider.value = 40; slider.dispatchEvent(new Event('input')); })()""")
     assert browser.run("document.querySelector('.live .bottom').classList.contains('struck')")
     ball, wall = (
         browser.run(f"Number(document.querySelector('.live {name}').getAttribute('{at}'))")
