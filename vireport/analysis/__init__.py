@@ -7,6 +7,7 @@ from vireport.analysis.critical import (
     Condition,
     PolishedMotion,
     equations,
+    newton,
     orbit_at,
     polish,
     pressing_condition,
@@ -29,6 +30,7 @@ from vireport.analysis.margins import Margin
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
 from vireport.analysis.orbits import Flight, Orbits, coefficients, orbits
 from vireport.analysis.pointwise import find_motions
+from vireport.analysis.roots import bracketed_root
 from vireport.analysis.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 from vireport.analysis.solution import SMALLEST_LOSS, Solution, solution_of
 from vireport.analysis.stability import (
@@ -73,6 +75,7 @@ __all__ = [
     "Sweep",
     "TableRow",
     "around_length",
+    "bracketed_root",
     "classify",
     "coefficients",
     "contact_share",
@@ -87,6 +90,7 @@ __all__ = [
     "mass_elasticity",
     "motions_at",
     "motions_of",
+    "newton",
     "orbit_at",
     "orbits",
     "polish",

@@ -1,0 +1,380 @@
+"""Every family of motions that is reached along a sweep, joined where families meet.
+
+Families are the edges of a graph, and what begins or ends them its vertices. Each start is followed to both ends of its
+family; at each event the families that meet there are starts again, until none is new.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import asin, pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.analysis import STABILITIES, UNSTABLE, Stability, Sweep, classify, solve
+from vireport.physics import ARRAYS
+from vireport.sequences.continuation import Curve, Event, Point, Strand, follow
+from vireport.sequences.equations import Model
+from vireport.sequences.motions import SAME, Motion, Sequence
+from vireport.sequences.polish import PolishedPoint, polished
+from vireport.sequences.switching import Beginning, Limits, at_rest, neighbours, touching
+
+Floats = NDArray[np.float64]
+
+SAMPLES_OF_ONE = 9
+"""Values of the coordinate at which motions with one impact are looked for; each is in closed form."""
+
+LETTERS = {
+    Event.PERIOD_DOUBLING: "B", Event.FOLD: "C", Event.PITCHFORK: "C", Event.GRAZING: "G", Event.NODE_FOCUS: "A",
+}  # fmt: skip
+"""Of the labels, as for critical points of the 1:1 motions."""
+
+MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Event.ZERO_VELOCITY
+"""Events that are vertices."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Vertex:
+    """Where families begin, end or meet.
+
+    Attributes
+    ----------
+    label : str
+        Letter of its kind and number, numbered along the sweep.
+    event : Event
+        `GRAZING` where an impact of one of the families has velocity zero.
+    point : PolishedPoint
+        The motion there, with the touches of a membrane as impacts of velocity zero.
+    families : tuple of int
+        Numbers of the families, in ascending order.
+    """
+
+    label: str
+    event: Event
+    point: PolishedPoint
+    families: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mark:
+    """What happens at a row of a family; the vertex where it is one, and the motion there where it is singled out."""
+
+    row: int
+    event: Event
+    vertex: Vertex | None
+    point: PolishedPoint | None
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Connected motions of one sequence of impacts, ordered along their curve.
+
+    Attributes
+    ----------
+    number : int
+        From 1.
+    curve : Curve
+    x : ndarray (n, 2N + 1)
+        Velocities, times and coordinate of each motion.
+    trace : ndarray (n,)
+        Of the product of the flights' Jacobians; nan where a velocity is zero.
+    sweep_value : ndarray (n,)
+        The swept parameter, in its unit.
+    marks : tuple of Mark
+        In order; the first and the last are its ends, on a closed curve there is one.
+    """
+
+    number: int
+    curve: Curve
+    x: Floats
+    trace: Floats
+    sweep_value: Floats
+    marks: tuple[Mark, ...]
+
+    @property
+    def sequence(self) -> Sequence:
+        """The impacts of one period."""
+        return self.curve.sequence
+
+    @property
+    def velocity(self) -> Floats:
+        """Before each impact of each motion, (n, N) [y_c]."""
+        return self.x[:, : len(self.sequence)]
+
+    @property
+    def phase(self) -> Floats:
+        """At each impact of each motion, (n, N) [rad], in [0, 2 pi)."""
+        return np.mod(pi * self.x[:, len(self.sequence) : -1], 2 * pi)
+
+    @cached_property
+    def segments(self) -> tuple[tuple[int, int, Stability], ...]:
+        """First and last row of each stretch between events, with the type of its motions."""
+        rows = sorted({0, len(self.x) - 1, *(mark.row for mark in self.marks)})
+        kinds = classify(self.trace, self.curve.model.r ** (len(self.sequence) / 2))
+        parts = []
+        for first, last in zip(rows, rows[1:], strict=False):
+            # Halfway between two events that are neighbours in the list lies a motion of its own.
+            inner = (first + last) // 2
+            kind = kinds[inner] if first < inner < last else self._between(first, last)
+            parts.append((first, last, STABILITIES[int(kind)]))
+        return tuple(parts)
+
+    def _between(self, first: int, last: int) -> int:
+        """Type of a motion between two rows that are next to each other."""
+        middle = self.curve.at((self.x[first] + self.x[last]) / 2, float(self.x[first, -1] + self.x[last, -1]) / 2)
+        trace = np.nanmean(self.trace[[first, last]]) if middle is None else self.curve.point(middle, middle).trace
+        return int(classify(trace, self.curve.model.r ** (len(self.sequence) / 2)))
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether each motion lies on a stable stretch."""
+        stable = np.zeros(len(self.x), dtype=bool)
+        for first, last, kind in self.segments:
+            stable[first : last + 1] |= kind.attracts
+        return stable
+
+    @property
+    def stable_runs(self) -> list[tuple[int, int]]:
+        """First and last rows of the stretches over which it is stable without a break."""
+        runs: list[tuple[int, int]] = []
+        for first, last, kind in self.segments:
+            if kind.attracts and runs and runs[-1][1] == first:
+                runs[-1] = runs[-1][0], last
+            elif kind.attracts:
+                runs.append((first, last))
+        return runs
+
+    def at(self, coordinate: float) -> list[Motion]:
+        """Its motions at a value of the coordinate that orders the sweep."""
+        c = self.x[:, -1]
+        found = []
+        for i in np.flatnonzero((c[:-1] - coordinate) * (c[1:] - coordinate) <= 0):
+            step = c[i + 1] - c[i]
+            share = (coordinate - c[i]) / step if step else 0.5
+            x = self.curve.at(self.x[i] + share * (self.x[i + 1] - self.x[i]), coordinate)
+            if x is not None:
+                found.append(self.curve.motion(x))
+        return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Atlas:
+    """The families of motions along a sweep, and where they meet.
+
+    Attributes
+    ----------
+    sweep : Sweep
+    limits : Limits
+    families : tuple of Family
+        By number of impacts, word, periods and range.
+    vertices : tuple of Vertex
+        Along the sweep.
+    """
+
+    sweep: Sweep
+    limits: Limits
+    families: tuple[Family, ...]
+    vertices: tuple[Vertex, ...]
+
+    def at(self, value: float) -> list[tuple[Family, Motion]]:
+        """Every motion at a value of the swept parameter, with its family."""
+        coordinate = float(self.sweep.coordinate_of(value))
+        return [(family, motion) for family in self.families for motion in family.at(coordinate)]
+
+
+def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atlas:
+    """Find and follow the families of motions along a sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    limits : Limits
+        Motions beyond them are left out.
+    simulated : iterable of Motion
+        Found otherwise, as further starts.
+    """
+    low, high = (float(end) for end in sweep.coordinate_range)
+    search = _Search(sweep, Model(sweep.level, float(sweep.device.restitution)), low, high, limits)
+    for motion in (*_starts(search), *simulated):
+        search.explore(motion)
+    return search.atlas()
+
+
+def _starts(search: _Search) -> Iterator[Motion]:
+    """The motions that are known in closed form: 1:1, one on each admissible stretch, and with one impact."""
+    for k in range(1, search.limits.periods + 1):
+        sweep = replace(search.sweep, device=replace(search.sweep.device, period_ratio=k))
+        for branch in solve(sweep).branches if search.limits.impacts > 1 else ():
+            for part in branch.segments() if branch.mirror_of is None else ():
+                m, i = branch.motions, (part.first + part.last) // 2
+                if part.admissible and m.admissible[i]:
+                    time = m.phi_bottom[i] / pi + np.array([0.0, 2 * k * m.q[i]])
+                    velocity = np.array([m.velocity_bottom[i], m.velocity_top[i]])
+                    yield Motion(Sequence((1, -1), k), velocity, time, float(sweep.coordinate(m)[i]))
+        for c in np.linspace(search.low, search.high, SAMPLES_OF_ONE):
+            yield from _with_one_impact(search.model, k, float(c))
+
+
+def _with_one_impact(model: Model, k: int, coordinate: float) -> Iterator[Motion]:
+    """Motions with one impact on the bottom in k forcing periods: (2.11) and (2.12) over the one flight."""
+    _, gbar = model.groups(coordinate)
+    sine = pi * k * gbar * (1 - model.r) / (1 + model.r)
+    if gbar > 0 and sine < 1:
+        for phase in (asin(sine), pi - asin(sine)):
+            velocity = np.array([2 * k * gbar / (1 + model.r)])
+            yield Motion(Sequence((1,), k), velocity, np.array([phase / pi]), coordinate)
+
+
+@dataclass(slots=True)
+class _Meeting:
+    """A vertex while the search goes on; `motion` has its touches as impacts."""
+
+    event: Event
+    curve: Curve
+    motion: Motion
+    families: set[int] = field(default_factory=set)
+
+
+@dataclass(slots=True)
+class _Search:
+    sweep: Sweep
+    model: Model
+    low: float
+    high: float
+    limits: Limits
+    families: list[Family] = field(default_factory=list)
+    events: dict[int, list[tuple[int, Event]]] = field(default_factory=dict)
+    meetings: list[_Meeting] = field(default_factory=list)
+    at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
+    queue: deque[Beginning] = field(default_factory=deque)
+
+    def explore(self, motion: Motion) -> None:
+        """Follow the family of a motion, and all that it is joined to."""
+        motion = self.model.representative(motion)
+        curve = self._curve(motion.sequence)
+        x = curve.at(curve.vector(motion), motion.coordinate)
+        if x is not None:
+            start = curve.point(x, curve.tangent(x))
+            self.queue.append((None, curve, start, start))
+        while self.queue:
+            begins, curve, vertex, first = self.queue.popleft()
+            if self._wanted(curve, first.x):
+                strand = follow(curve, first)
+                if begins is None:
+                    self._add(curve, _completed(curve, first, strand))
+                else:
+                    events = [(0, begins), *((i + 1, event) for i, event in strand.events)]
+                    self._add(curve, Strand([vertex, *strand.points], events))
+
+    def _curve(self, sequence: Sequence) -> Curve:
+        return Curve(sequence, self.model, self.low, self.high)
+
+    def _wanted(self, curve: Curve, x: Floats) -> bool:
+        """Whether a solution is a motion within the limits that lies on no family yet."""
+        if not self.limits.admit(curve.sequence) or not curve.admits(x):
+            return False
+        motion = curve.motion(x)
+        if motion.primitive() is not motion:
+            return False
+        known = (one for family in self._alike(motion) for one in family.at(float(x[-1])))
+        return not any(self._same(motion, one) for one in known)
+
+    def _same(self, one: Motion, other: Motion) -> bool:
+        return one.distance(other, mirror=self.model.level.horizontal) < SAME
+
+    def _alike(self, motion: Motion) -> Iterator[Family]:
+        """Families whose word the motion has, or its mirror image where there is one."""
+        words = {motion.sequence.canonical()}
+        if self.model.level.horizontal:
+            words.add(motion.sequence.mirrored().canonical())
+        return (family for family in self.families if family.sequence.canonical() in words)
+
+    def _add(self, curve: Curve, strand: Strand) -> None:
+        """Take up a family, and what it meets."""
+        x = np.array([point.x for point in strand.points])
+        trace = np.array([point.trace for point in strand.points])
+        number = len(self.families) + 1
+        values = np.asarray(self.sweep.value(*(np.broadcast_to(g, len(x)) for g in self.model.groups(x[:, -1]))))
+        self.families.append(Family(number, curve, x, trace, values, ()))
+        self.events[number] = strand.events
+        for row, event in strand.events:
+            meeting = self._meeting(curve.motion(x[row]), event) if event in MEETINGS else None
+            if meeting is not None:
+                meeting.families.add(number)
+                self.at_event[number, row] = meeting
+
+    def _meeting(self, motion: Motion, event: Event) -> _Meeting | None:
+        """The vertex at an event, where it is new with starts of what else comes to it; None where no motion is left."""
+        curve = self._curve(motion.sequence)
+        if event in (Event.GRAZING, Event.ZERO_VELOCITY):
+            motion, event = touching(curve, motion), Event.GRAZING
+        motion = self.model.representative(motion.primitive())
+        if len(at_rest(motion)) == len(motion.sequence):
+            return None
+        for meeting in self.meetings:
+            if meeting.event is event and self._same(meeting.motion, motion):
+                return meeting
+        curve = self._curve(motion.sequence)
+        self.meetings.append(_Meeting(event, curve, motion))
+        self.queue.extend(neighbours(curve, motion, event, self.limits))
+        return self.meetings[-1]
+
+    def atlas(self) -> Atlas:
+        """What was found, with its events solved for in decimals."""
+        order = sorted(self.families, key=lambda f: (len(f.sequence), f.sequence.word, f.sequence.periods, f.number))
+        numbers = {family.number: k for k, family in enumerate(order, 1)}
+        solved = sorted(
+            ((meeting, polished(self.sweep, meeting.curve, meeting.motion, meeting.event)) for meeting in self.meetings),
+            key=lambda pair: (pair[1].sweep_value, len(pair[0].motion.sequence)),
+        )
+        # Critical points of the 1:1 motions keep the labels that they have elsewhere.
+        known = solve(self.sweep).critical_points
+        one = Sequence((1, -1), self.sweep.device.period_ratio)
+        one_to_one = {family.number for family in order if family.sequence == one}
+        counts = Counter(point.kind.letter for point in known)
+        vertices: dict[int, Vertex] = {}
+        for meeting, point in solved:
+            letter = LETTERS[meeting.event]
+            close = (k.label for k in known if k.kind.letter == letter and _same_value(k.point, point))
+            label = next(close, "") if meeting.families & one_to_one else ""
+            if not label:
+                counts[letter] += 1
+                label = f"{letter}{counts[letter]}"
+            families = tuple(sorted(numbers[number] for number in meeting.families))
+            vertices[id(meeting)] = Vertex(label, meeting.event, point, families)
+        families = (self._marked(family, numbers[family.number], vertices) for family in order)
+        return Atlas(self.sweep, self.limits, tuple(families), tuple(vertices.values()))
+
+    def _marked(self, family: Family, number: int, vertices: dict[int, Vertex]) -> Family:
+        """A family with its events, the coordinate of each as it was solved for."""
+        marks = []
+        for row, event in self.events[family.number]:
+            meeting = self.at_event.get((family.number, row))
+            vertex = vertices[id(meeting)] if meeting is not None else None
+            point = vertex.point if vertex is not None else None
+            if event is Event.NODE_FOCUS:
+                point = polished(self.sweep, family.curve, family.curve.motion(family.x[row]), event)
+            if point is not None:
+                family.sweep_value[row] = point.sweep_value
+            marks.append(Mark(row, event, vertex, point))
+        return replace(family, number=number, marks=tuple(marks))
+
+
+def _same_value(one: Any, other: Any) -> bool:
+    """Whether two points that were solved for are at one value of the swept parameter."""
+    return abs(one.sweep_value - other.sweep_value) <= SAME * abs(one.sweep_value)
+
+
+def _completed(curve: Curve, start: Point, forward: Strand) -> Strand:
+    """A strand with the other way from its start in front of it."""
+    if forward.events[-1][1] is Event.CLOSED:
+        return forward
+    back = follow(curve, start._replace(tangent=-start.tangent)).reversed()
+    shift = len(back.points) - 1
+    events = [*back.events, *((i + shift, event) for i, event in forward.events)]
+    return Strand([*back.points, *forward.points[1:]], events)

@@ -1,0 +1,105 @@
+"""Motions singled out by an event, to the last digit of a double: solved in decimals, with error bounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.analysis import Sweep, newton
+from vireport.physics import DIGITS, FLOATS, DecimalOps
+from vireport.sequences.continuation import Curve, Event
+from vireport.sequences.equations import Model, residuals, trace
+from vireport.sequences.motions import Motion
+from vireport.sequences.switching import at_rest
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PolishedPoint:
+    """A motion singled out by an event.
+
+    Attributes
+    ----------
+    motion : Motion
+        Correctly rounded; at a grazing point with the touches as impacts of velocity zero.
+    d, gbar : float
+        Correctly rounded.
+    sweep_value, error_bound : float
+        In the unit of the swept parameter.
+    """
+
+    motion: Motion
+    d: float
+    gbar: float
+    sweep_value: float
+    error_bound: float
+
+
+def polished(sweep: Sweep, curve: Curve, motion: Motion, event: Event) -> PolishedPoint:
+    """Solve the conditions of a motion and of an event together, from the motion as it was found in doubles.
+
+    Raises
+    ------
+    NumericalError
+        If the corrections do not settle.
+    """
+    with localcontext() as context:
+        context.prec = DIGITS
+        ops = DecimalOps()
+        equations = _Equations(curve, motion, event)
+        models = [Model(sweep.level_in(kind), kind.exact(sweep.device.restitution)) for kind in (ops, FLOATS)]
+        guess = [Decimal(float(value)) for value in equations.reduced(curve.vector(motion))]
+        x = equations.whole(newton(
+            lambda y: equations.residuals(y, models[0], ops), lambda y: equations.residuals(y, models[1], FLOATS),
+            guess, set(),
+        ))  # fmt: skip
+        d, gbar = models[0].groups(x[-1])
+        exact = sweep.value(d, gbar, ops)
+        value = float(exact)
+        error = max(abs(float(exact - Decimal(value))), float(np.spacing(abs(value))))
+        rounded = np.array([float(number) for number in x])
+        rounded[list(at_rest(curve.motion(rounded)))] = 0.0
+        return PolishedPoint(curve.motion(rounded), float(d), float(gbar), value, error)
+
+
+@dataclass(frozen=True, slots=True)
+class _Equations:
+    """Conditions of a motion and of an event, in the unknowns that its symmetry leaves."""
+
+    curve: Curve
+    motion: Motion
+    event: Event
+
+    def reduced(self, x: Any) -> list[Any]:
+        """Of a symmetric motion the first half of the impacts, else all that is given, and the coordinate."""
+        count = len(self.curve.sequence)
+        if self.event is not Event.PITCHFORK:
+            return list(x)
+        return [*x[: count // 2], *x[count : count + count // 2], x[-1]]
+
+    def whole(self, y: list[Any]) -> list[Any]:
+        """The unknowns of the motion: the second half of the impacts is the mirror image of the first."""
+        if self.event is not Event.PITCHFORK:
+            return y
+        half, k = len(y) // 2, self.curve.sequence.periods
+        velocity, time = y[:half], y[half:-1]
+        return [*velocity, *(-v for v in velocity), *time, *(t + k for t in time), y[-1]]
+
+    def residuals(self, y: list[Any], model: Model, ops: Any) -> list[Any]:
+        """The motion's, of a symmetric one over the first half, and the event's."""
+        sequence, x = self.curve.sequence, self.whole(y)
+        return [*residuals(sequence, x, model, ops)[: len(y) - 1], self._condition(x, model, ops)]
+
+    def _condition(self, x: list[Any], model: Model, ops: Any) -> Any:
+        if self.event is Event.GRAZING:
+            return x[at_rest(self.motion)[0]]
+        decay = model.r ** len(self.curve.sequence)
+        value = trace(self.curve.sequence, x, model, ops)
+        if self.event is Event.NODE_FOCUS:
+            return value - (2 * decay if value > 0 else -2 * decay)
+        return value + (1 + decay * decay) * (1 if self.event is Event.PERIOD_DOUBLING else -1)
