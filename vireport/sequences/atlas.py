@@ -10,14 +10,13 @@ from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from math import asin, pi
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import STABILITIES, UNSTABLE, Stability, Sweep, classify, solve
-from vireport.physics import ARRAYS
+from vireport.analysis import STABILITIES, PolishedMotion, Stability, Sweep, classify, solve
 from vireport.sequences.continuation import Curve, Event, Point, Strand, follow
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import SAME, Motion, Sequence
@@ -78,6 +77,7 @@ class Family:
     ----------
     number : int
         From 1.
+    sweep : Sweep
     curve : Curve
     x : ndarray (n, 2N + 1)
         Velocities, times and coordinate of each motion.
@@ -90,6 +90,7 @@ class Family:
     """
 
     number: int
+    sweep: Sweep
     curve: Curve
     x: Floats
     trace: Floats
@@ -111,24 +112,26 @@ class Family:
         """At each impact of each motion, (n, N) [rad], in [0, 2 pi)."""
         return np.mod(pi * self.x[:, len(self.sequence) : -1], 2 * pi)
 
+    @property
+    def d(self) -> Floats:
+        """Distance between the membranes, of each motion."""
+        return np.broadcast_to(self.curve.model.groups(self.x[:, -1])[0], len(self.x))
+
     @cached_property
     def segments(self) -> tuple[tuple[int, int, Stability], ...]:
         """First and last row of each stretch between events, with the type of its motions."""
         rows = sorted({0, len(self.x) - 1, *(mark.row for mark in self.marks)})
-        kinds = classify(self.trace, self.curve.model.r ** (len(self.sequence) / 2))
-        parts = []
-        for first, last in zip(rows, rows[1:], strict=False):
-            # Halfway between two events that are neighbours in the list lies a motion of its own.
-            inner = (first + last) // 2
-            kind = kinds[inner] if first < inner < last else self._between(first, last)
-            parts.append((first, last, STABILITIES[int(kind)]))
-        return tuple(parts)
+        return tuple((first, last, self._type(first, last)) for first, last in pairwise(rows))
 
-    def _between(self, first: int, last: int) -> int:
-        """Type of a motion between two rows that are next to each other."""
-        middle = self.curve.at((self.x[first] + self.x[last]) / 2, float(self.x[first, -1] + self.x[last, -1]) / 2)
-        trace = np.nanmean(self.trace[[first, last]]) if middle is None else self.curve.point(middle, middle).trace
-        return int(classify(trace, self.curve.model.r ** (len(self.sequence) / 2)))
+    def _type(self, first: int, last: int) -> Stability:
+        """Type of the motions between two rows: that of one in the middle, solved for where no row is."""
+        inner = (first + last) // 2
+        trace = float(self.trace[inner])
+        if inner == first:
+            ends = self.x[[first, last]]
+            x = self.curve.at(ends.mean(axis=0), float(ends[:, -1].mean()))
+            trace = float(self.trace[[first, last]].mean()) if x is None else self.curve.trace(x)
+        return STABILITIES[int(classify(trace, self.curve.model.r ** (len(self.sequence) / 2)))]
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -300,7 +303,7 @@ class _Search:
         trace = np.array([point.trace for point in strand.points])
         number = len(self.families) + 1
         values = np.asarray(self.sweep.value(*(np.broadcast_to(g, len(x)) for g in self.model.groups(x[:, -1]))))
-        self.families.append(Family(number, curve, x, trace, values, ()))
+        self.families.append(Family(number, self.sweep, curve, x, trace, values, ()))
         self.events[number] = strand.events
         for row, event in strand.events:
             meeting = self._meeting(curve.motion(x[row]), event) if event in MEETINGS else None
@@ -309,7 +312,7 @@ class _Search:
                 self.at_event[number, row] = meeting
 
     def _meeting(self, motion: Motion, event: Event) -> _Meeting | None:
-        """The vertex at an event, where it is new with starts of what else comes to it; None where no motion is left."""
+        """The vertex at an event, a new one with starts of what else comes to it; None where no motion is left."""
         curve = self._curve(motion.sequence)
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion, event = touching(curve, motion), Event.GRAZING
@@ -329,7 +332,10 @@ class _Search:
         order = sorted(self.families, key=lambda f: (len(f.sequence), f.sequence.word, f.sequence.periods, f.number))
         numbers = {family.number: k for k, family in enumerate(order, 1)}
         solved = sorted(
-            ((meeting, polished(self.sweep, meeting.curve, meeting.motion, meeting.event)) for meeting in self.meetings),
+            (
+                (meeting, polished(self.sweep, meeting.curve, meeting.motion, meeting.event))
+                for meeting in self.meetings
+            ),
             key=lambda pair: (pair[1].sweep_value, len(pair[0].motion.sequence)),
         )
         # Critical points of the 1:1 motions keep the labels that they have elsewhere.
@@ -347,8 +353,8 @@ class _Search:
                 label = f"{letter}{counts[letter]}"
             families = tuple(sorted(numbers[number] for number in meeting.families))
             vertices[id(meeting)] = Vertex(label, meeting.event, point, families)
-        families = (self._marked(family, numbers[family.number], vertices) for family in order)
-        return Atlas(self.sweep, self.limits, tuple(families), tuple(vertices.values()))
+        marked = (self._marked(family, numbers[family.number], vertices) for family in order)
+        return Atlas(self.sweep, self.limits, tuple(marked), tuple(vertices.values()))
 
     def _marked(self, family: Family, number: int, vertices: dict[int, Vertex]) -> Family:
         """A family with its events, the coordinate of each as it was solved for."""
@@ -365,7 +371,7 @@ class _Search:
         return replace(family, number=number, marks=tuple(marks))
 
 
-def _same_value(one: Any, other: Any) -> bool:
+def _same_value(one: PolishedMotion, other: PolishedPoint) -> bool:
     """Whether two points that were solved for are at one value of the swept parameter."""
     return abs(one.sweep_value - other.sweep_value) <= SAME * abs(one.sweep_value)
 

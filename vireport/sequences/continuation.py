@@ -117,10 +117,11 @@ class Curve:
 
     def solved(self, guess: Floats, normal: Floats) -> Floats | None:
         """The motion nearest to a guess in the plane through it with a normal; None where there is none in reach."""
-        x = self._newton(guess, normal, np.linalg.solve)
-        return self._newton(guess, normal, _within_rank) if x is None else x
+        x = self._newton(guess, normal, crossing=False)
+        return self._newton(guess, normal, crossing=True) if x is None else x
 
-    def _newton(self, guess: Floats, normal: Floats, solve: Callable[[Floats, Floats], Floats]) -> Floats | None:
+    def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> Floats | None:
+        solve: Callable[[Floats, Floats], Floats] = _within_rank if crossing else np.linalg.solve
         x, scale = guess.copy(), self.high - self.low
         for _ in range(CORRECTIONS):
             values, matrix = self.linearised(x)
@@ -154,8 +155,11 @@ class Curve:
             tangent = np.full(len(x), np.inf)
         if not np.linalg.norm(tangent) < MOST_ASIDE:
             tangent = _within_rank(matrix, unit)
-        fastest = np.all(x[: len(self.sequence)] != 0)
-        return Point(x, tangent / np.linalg.norm(tangent), trace(self.sequence, x, self.model) if fastest else nan)
+        return Point(x, tangent / np.linalg.norm(tangent), self.trace(x))
+
+    def trace(self, x: Floats) -> float:
+        """The trace of a motion; nan where a velocity is zero."""
+        return float(trace(self.sequence, x.tolist(), self.model)) if np.all(x[: len(self.sequence)] != 0) else nan
 
     def tangent(self, x: Floats) -> Floats:
         """The direction of the curve, of either sign."""
@@ -239,12 +243,11 @@ def _short(curve: Curve, point: Point, new: Point, step: float) -> bool:
 
     Where a velocity goes through zero the trace has a pole; it must be near it, or the last step short, before that.
     """
-    before, after = atan(point.trace / curve.borders[0]), atan(new.trace / curve.borders[0])
     if (curve.motion(new.x).velocity * curve.sequence.walls <= 0).any():
-        steep = 0.0 if step < LAST_STEP else pi / 2 - abs(before)
+        gentle = step < LAST_STEP or near_pole(curve, point)
     else:
-        steep = abs(after - before) if point.trace == point.trace else 0.0
-    return steep < STEEPEST and float(new.tangent @ point.tangent) > STRAIGHTEST
+        gentle = abs(atan(new.trace / curve.borders[0]) - atan(point.trace / curve.borders[0])) < STEEPEST
+    return gentle and float(new.tangent @ point.tangent) > STRAIGHTEST
 
 
 def _closes(curve: Curve, strand: Strand, new: Point) -> bool:
@@ -275,12 +278,19 @@ def _located(curve: Curve, point: Point, step: float, value: Callable[[Point], f
 
 def _ended(curve: Curve, last: Point) -> tuple[Event, Point]:
     """Which of the margins it is that has become zero, and the motion with what it is known to be there."""
-    which = int(np.argmin(curve.margins(last.x)))
+    margins = curve.margins(last.x)
+    if (np.abs(margins[2 : 2 + len(curve.sequence)]) < AT_ZERO).any():
+        return Event.ZERO_VELOCITY, last._replace(trace=nan)
+    which = int(np.argmin(margins))
     if which >= 2:
-        slow = which < 2 + len(curve.sequence)
-        return (Event.ZERO_VELOCITY, last._replace(trace=nan)) if slow else (Event.GRAZING, last)
+        return Event.GRAZING, last
     x = curve.at(last.x, (curve.low, curve.high)[which])
     return Event.SWEEP_END, last if x is None else last._replace(x=x)
+
+
+def near_pole(curve: Curve, point: Point) -> bool:
+    """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
+    return pi / 2 - abs(atan(point.trace / curve.borders[0])) < STEEPEST
 
 
 def _happenings(curve: Curve, strand: Strand, point: Point, new: Point, size: float) -> Event | None:

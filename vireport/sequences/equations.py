@@ -7,7 +7,8 @@ are the velocities and times of the N impacts and the coordinate of the sweep, s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence as Row
+from collections.abc import Iterator
+from collections.abc import Sequence as Row
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 

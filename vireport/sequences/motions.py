@@ -9,12 +9,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import acos, pi, sin
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.physics import flight
+
+if TYPE_CHECKING:
+    from vireport.simulation import Cycle
 
 Floats = NDArray[np.float64]
 
@@ -158,9 +161,16 @@ class Motion:
         return float(max(np.abs(self.velocity - other.velocity).max(), np.abs(late - 2 * np.round(late[0] / 2)).max()))
 
     def distance(self, other: Motion, mirror: bool = False) -> float:
-        """The same, from whichever impact the other is counted; with `mirror`, to its mirror image if that is nearer."""
+        """The same, from whichever impact the other is counted; with `mirror`, its mirror image if that is nearer."""
         others = (other, other.mirrored()) if mirror else (other,)
         return min(self.apart(x.rotated(i)) for x in others for i in range(len(other.sequence)))
+
+
+def motion_of_cycle(cycle: Cycle, coordinate: float) -> Motion:
+    """A periodic motion that was simulated."""
+    sequence = Sequence(tuple(int(wall) for wall in cycle.wall), cycle.period)
+    time = cycle.phase[0] / pi + np.concatenate([[0.0], np.cumsum(cycle.flight[1:])])
+    return Motion(sequence, np.array(cycle.velocity), time, coordinate)
 
 
 class Turn(NamedTuple):
@@ -184,9 +194,7 @@ def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
         after, phase = flight.reflect(velocities[i], r), pi * start
         sine, cosine = np.sin(phase), np.cos(phase)
         for time, rising in _rests(start, end, after, float(sine), gbar, lift):
-            z = walls[i] * d / 2 + flight.displacement(
-                time - start, after, sine, cosine, np.cos(pi * time), gbar
-            )
+            z = walls[i] * d / 2 + flight.displacement(time - start, after, sine, cosine, np.cos(pi * time), gbar)
             wall = -1 if rising else 1
             yield Turn(i, time, wall, float(d / 2 - wall * z))
 

@@ -13,7 +13,7 @@ from itertools import chain, combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.sequences.continuation import AT_ZERO, Curve, Event, Point
+from vireport.sequences.continuation import AT_ZERO, Curve, Event, Point, near_pole
 from vireport.sequences.motions import Motion, Sequence
 
 Floats = NDArray[np.float64]
@@ -41,7 +41,9 @@ class Limits:
 
 def touching(curve: Curve, motion: Motion) -> Motion:
     """A motion at a grazing point, with every touch of a membrane as an impact of velocity zero."""
-    rests = motion.time[list(at_rest(motion))]
+    velocity = motion.velocity.copy()
+    velocity[list(at_rest(motion))] = 0.0
+    motion, rests = replace(motion, velocity=velocity), motion.time[list(at_rest(motion))]
     for turn in reversed(curve.model.turns(motion)):
         if abs(turn.gap) < AT_ZERO and not (np.abs(rests - turn.time) < BESIDE).any():
             motion = motion.with_impact(turn.after, turn.wall, turn.time)
@@ -107,8 +109,10 @@ def _off(curve: Curve, x: Floats, direction: Floats) -> Iterator[tuple[Point, Po
     for step in STEPS_OFF:
         y = curve.solved(x + step * curve.raw(direction), direction)
         if y is not None and curve.admits(y):
-            yield Point(x, direction, np.nan), curve.point(y, direction)
-            return
+            first = curve.point(y, direction)
+            if not (x[: len(curve.sequence)] == 0).any() or near_pole(curve, first) or step == STEPS_OFF[-1]:
+                yield Point(x, direction, np.nan), first
+                return
 
 
 def image(vector: Floats, mirror: bool) -> Floats:
