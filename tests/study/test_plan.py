@@ -15,7 +15,7 @@ inclination_deg: 45
 """
 SWEEP = "sweep: {parameter: length_m, from: 0.6, to: 0.8}\n"
 SIMULATION = "simulation: {portraits: [0.7], displacement: [0.7], diagram: true}\n"
-EVERYTHING = f"{DESIGN}{SWEEP}{SIMULATION}accuracy: {{}}\nrequirements: {{margin_any_percent: 5}}\n"
+EVERYTHING = f"{DESIGN}{SWEEP}{SIMULATION}motions: {{}}\naccuracy: {{}}\nrequirements: {{margin_any_percent: 5}}\n"
 
 
 def of(text: str, *formats: str, **overrides: object):

@@ -20,7 +20,13 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
     simulated : Simulated, optional
         Motions from a simulation, drawn over the analytic ones.
     """
-    drawn = [*_along_sweep(study, simulated), *_simulated(study), *_margins(study), *measured_pictures(study)]
+    drawn = [
+        *_along_sweep(study, simulated),
+        *_simulated(study),
+        *_atlas(study),
+        *_margins(study),
+        *measured_pictures(study),
+    ]
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
@@ -57,6 +63,14 @@ def _simulated(study: Study) -> Iterator[Picture]:
         about = study, points, check.values
         words = bifurcation.diagram_caption(*about), bifurcation.diagram_alt(*about)
         yield Picture(name, bifurcation.TITLE, *words, bifurcation.figure_diagram(*about, check.d))
+
+
+def _atlas(study: Study) -> Iterator[Picture]:
+    """The families of motions of all impact sequences."""
+    if study.plan.runs(Task.FIGURE_ATLAS) and study.atlas is not None:
+        from vireport.figures import atlas
+
+        yield atlas.picture(study, study.atlas)
 
 
 def _margins(study: Study) -> Iterator[Picture]:

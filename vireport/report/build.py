@@ -32,6 +32,14 @@ def _certificates(study: Study) -> Iterable[Block]:
     return certification(study.certificates, study.solution.sweep.parameter)
 
 
+def _motions(study: Study) -> Iterable[Block]:
+    if study.atlas is None:
+        return ()
+    from vireport.report.motions import motions
+
+    return motions(study)
+
+
 def _accuracy(study: Study) -> Iterator[Block]:
     """What each method reaches and how fast, and what failed."""
     if study.work is None:
@@ -77,6 +85,7 @@ def build_report(study: Study, pictures: Sequence[Picture], provenance: Provenan
             *section("figures", "Figures", context_pages.figures(pictures)),
             *section("energy", "Voltage", energy(study)),
             *section("simulation", "Simulation", simulation(study)),
+            *section("motions", "Motions of other impact sequences", _motions(study)),
             *section("certificates", "Proven enclosures", _certificates(study)),
             *section("accuracy", "Error against run time", _accuracy(study)),
             *section("compliant", "Compliant membranes", _compliant(study)),

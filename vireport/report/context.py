@@ -171,7 +171,9 @@ def left_out(study: Study, compared: PaperComparison | None) -> Iterator[Block]:
         "The analysis is of motions with one impact on each membrane in every period; beyond a period "
         "doubling, for instance, there are others"
     )
-    if study.crosscheck is None:
+    if study.atlas is not None:
+        rows.append(("Motions with more impacts or longer periods than the limits, sticking, chaos", why))
+    elif study.crosscheck is None:
         rows.append(("Motions of other types: longer periods, more impacts in a period, sticking, chaos", why))
     else:
         rows.append(("Stability ranges of motions of other types", f"{why}: the simulation shows some"))

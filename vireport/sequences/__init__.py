@@ -2,6 +2,7 @@
 
 from vireport.sequences.atlas import Atlas, Family, Mark, Vertex, atlas
 from vireport.sequences.continuation import Curve, Event
+from vireport.sequences.data import families_data
 from vireport.sequences.energy import Generation, generation
 from vireport.sequences.equations import Model, linearised, residuals, trace
 from vireport.sequences.motions import Motion, Sequence, motion_of_cycle, turns
@@ -22,6 +23,7 @@ __all__ = [
     "Sequence",
     "Vertex",
     "atlas",
+    "families_data",
     "generation",
     "linearised",
     "motion_of_cycle",

@@ -21,6 +21,7 @@ from vireport.sequences.continuation import Curve, Event, Point, Strand, follow
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import SAME, Motion, Sequence
 from vireport.sequences.polish import PolishedPoint, polished
+from vireport.sequences.surface import CELL, three_impacts
 from vireport.sequences.switching import Beginning, Limits, at_rest, neighbours, touching
 
 Floats = NDArray[np.float64]
@@ -152,6 +153,17 @@ class Family:
                 runs.append((first, last))
         return runs
 
+    @property
+    def stable_ranges(self) -> list[tuple[float, float]]:
+        """Least and largest value of the swept parameter on each of these."""
+        parts = (self.sweep_value[first : last + 1] for first, last in self.stable_runs)
+        return [(float(part.min()), float(part.max())) for part in parts]
+
+    @property
+    def determinant(self) -> float:
+        """Of the product of the flights' Jacobians, r^(2N)."""
+        return float(self.curve.model.r ** (2 * len(self.sequence)))
+
     def at(self, coordinate: float) -> list[Motion]:
         """Its motions at a value of the coordinate that orders the sweep."""
         c = self.x[:, -1]
@@ -221,6 +233,9 @@ def _starts(search: _Search) -> Iterator[Motion]:
                     yield Motion(Sequence((1, -1), k), velocity, time, float(sweep.coordinate(m)[i]))
         for c in np.linspace(search.low, search.high, SAMPLES_OF_ONE):
             yield from _with_one_impact(search.model, k, float(c))
+        for walls in ((1, 1, -1), (1, -1, -1)) if search.limits.impacts > 2 else ():
+            found = three_impacts(search.model, Sequence(walls, k), search.low, search.high)
+            yield from (motion for motion in found if not search.near(motion))
 
 
 def _with_one_impact(model: Model, k: int, coordinate: float) -> Iterator[Motion]:
@@ -260,7 +275,7 @@ class _Search:
         """Follow the family of a motion, and all that it is joined to."""
         motion = self.model.representative(motion)
         curve = self._curve(motion.sequence)
-        x = curve.at(curve.vector(motion), motion.coordinate)
+        x = curve.nearest(curve.vector(motion))
         if x is not None:
             start = curve.point(x, curve.tangent(x))
             self.queue.append((None, curve, start, start))
@@ -286,6 +301,12 @@ class _Search:
             return False
         known = (one for family in self._alike(motion) for one in family.at(float(x[-1])))
         return not any(self._same(motion, one) for one in known)
+
+    def near(self, motion: Motion) -> bool:
+        """Whether a motion is within a cell of the search for three impacts of a motion that is known."""
+        vector = self._curve(motion.sequence).vector(motion)
+        known = (family.x for family in self.families if family.sequence == motion.sequence)
+        return any(bool((np.abs(x - vector)[:, :-1].max(axis=1) < CELL).any()) for x in known)
 
     def _same(self, one: Motion, other: Motion) -> bool:
         return one.distance(other, mirror=self.model.level.horizontal) < SAME
@@ -365,6 +386,9 @@ class _Search:
             point = vertex.point if vertex is not None else None
             if event is Event.NODE_FOCUS:
                 point = polished(self.sweep, family.curve, family.curve.motion(family.x[row]), event)
+            if event is Event.SWEEP_END:
+                ends = self.sweep.start, self.sweep.end
+                family.sweep_value[row] = min(ends, key=lambda end: abs(end - float(family.sweep_value[row])))
             if point is not None:
                 family.sweep_value[row] = point.sweep_value
             marks.append(Mark(row, event, vertex, point))

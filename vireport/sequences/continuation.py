@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from math import atan, nan, pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,7 +121,7 @@ class Curve:
         return self._newton(guess, normal, crossing=True) if x is None else x
 
     def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> Floats | None:
-        solve: Callable[[Floats, Floats], Floats] = _within_rank if crossing else np.linalg.solve
+        solve: Any = _within_rank if crossing else np.linalg.solve
         x, scale = guess.copy(), self.high - self.low
         for _ in range(CORRECTIONS):
             values, matrix = self.linearised(x)
@@ -139,6 +139,10 @@ class Curve:
             if size < CONVERGED:
                 return x
         return x if size < ROUNDING else None
+
+    def nearest(self, guess: Floats) -> Floats | None:
+        """The motion nearest to a guess."""
+        return self._newton(guess, np.zeros(len(guess)), crossing=True)
 
     def at(self, guess: Floats, coordinate: float) -> Floats | None:
         """The motion at a value of the coordinate next to a guess."""

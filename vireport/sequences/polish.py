@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
+from math import inf
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import Sweep, newton
+from vireport.errors import NumericalError
 from vireport.physics import DIGITS, FLOATS, DecimalOps
 from vireport.sequences.continuation import Curve, Event
 from vireport.sequences.equations import Model, residuals, trace
@@ -30,7 +32,8 @@ class PolishedPoint:
     d, gbar : float
         Correctly rounded.
     sweep_value, error_bound : float
-        In the unit of the swept parameter.
+        In the unit of the swept parameter; inf where the conditions do not settle in decimals, as where several events
+        coincide.
     """
 
     motion: Motion
@@ -41,23 +44,21 @@ class PolishedPoint:
 
 
 def polished(sweep: Sweep, curve: Curve, motion: Motion, event: Event) -> PolishedPoint:
-    """Solve the conditions of a motion and of an event together, from the motion as it was found in doubles.
-
-    Raises
-    ------
-    NumericalError
-        If the corrections do not settle.
-    """
+    """Solve the conditions of a motion and of an event together, from the motion as it was found in doubles."""
     with localcontext() as context:
         context.prec = DIGITS
         ops = DecimalOps()
         equations = _Equations(curve, motion, event)
         models = [Model(sweep.level_in(kind), kind.exact(sweep.device.restitution)) for kind in (ops, FLOATS)]
         guess = [Decimal(float(value)) for value in equations.reduced(curve.vector(motion))]
-        x = equations.whole(newton(
-            lambda y: equations.residuals(y, models[0], ops), lambda y: equations.residuals(y, models[1], FLOATS),
-            guess, set(),
-        ))  # fmt: skip
+        try:
+            x = equations.whole(newton(
+                lambda y: equations.residuals(y, models[0], ops), lambda y: equations.residuals(y, models[1], FLOATS),
+                guess, set(),
+            ))  # fmt: skip
+        except NumericalError:
+            d, gbar = models[1].groups(motion.coordinate)
+            return PolishedPoint(motion, float(d), float(gbar), float(sweep.value(d, gbar)), inf)
         d, gbar = models[0].groups(x[-1])
         exact = sweep.value(d, gbar, ops)
         value = float(exact)

@@ -42,6 +42,7 @@ class Task(StrEnum):
     FIGURE_4 = "figure-4", "figure 4: Delta and the eigenvalues"
     FIGURE_7 = "figure-7", "figure 7: voltages"
     SIMULATION = "simulation", "simulation of the sampled motions"
+    MOTIONS = "motions", "families of motions of other impact sequences"
     FIGURE_3 = "figure-3", "figure 3: phase portraits and time series"
     FIGURE_6 = "figure-6", "figure 6: displacement of the capsule's ends and of the ball"
     ACCURACY = "accuracy", "error against run time of several methods"
@@ -50,6 +51,7 @@ class Task(StrEnum):
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
+    FIGURE_ATLAS = "figure-atlas", "families of motions of all impact sequences"
     REQUIREMENTS = "requirements", "the acceptance table"
     HTML = "html", "output: report.html"
     PDF = "pdf", "output: report.pdf"
@@ -64,7 +66,7 @@ class Task(StrEnum):
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     Task.FIGURE_MARGINS,
-    *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM),
+    *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_ATLAS),
 )
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
@@ -142,6 +144,7 @@ SIMULATION = Condition(lambda x, _: x.simulation, "the scenario has no simulatio
 PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
 DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
+MOTIONS = Condition(lambda x, _: x.motions, "the scenario has no motions block")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
 REQUIREMENTS = Condition(lambda x, _: x.requirements, "the scenario has no requirements block")
@@ -163,12 +166,14 @@ STEPS = (
     Row(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
     Row(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     Row(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
+    Row(Task.MOTIONS, (MOTIONS, SWEEP), "the scenario has a motions block"),
     Row(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     Row(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
     Row(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
     Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
+    Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "the scenario has a motions block", (MOTIONS,)),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
     Row(Task.PDF, (_format(Task.PDF),), "asked for"),
@@ -200,6 +205,9 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 what = _cost(scenario)
             elif runs and row.task is Task.ACCURACY:
                 what = _methods()
+            elif runs and row.task is Task.MOTIONS and (limits := scenario.motions):
+                most = f"at most {limits.impacts} impacts in {limits.periods} forcing periods"
+                what = f"{Task.MOTIONS.what}, {most}: some seconds"
             steps.append(Step(row.task, runs, what, why))
     return Plan(tuple(steps))
 

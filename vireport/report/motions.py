@@ -1,0 +1,58 @@
+"""The section on motions of other impact sequences: their families, and what they generate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from vireport.report.pages import Block, Paragraph
+from vireport.sequences import Family, Mark, generation
+from vireport.study import Study
+from vireport.text import Table, numbers, significant, texts
+
+
+def motions(study: Study) -> Iterator[Block]:
+    """The families, the stable ones first, with the voltage in the middle of the longest stable range."""
+    atlas = study.atlas
+    if atlas is None:
+        return
+    yield Paragraph(
+        f"Motions with up to {atlas.limits.impacts} impacts in up to {atlas.limits.periods} forcing periods: B and T "
+        "are impacts on the bottom and on the top. Those with one impact are in closed form and those with one on each "
+        "membrane are found completely; all others are followed from them through period doublings, pitchforks and "
+        "grazing points, and from the periodic motions that the simulation finds, where one is asked for. A family "
+        "that meets none of these is not in the list."
+    )
+    swept = atlas.sweep.parameter
+    order = sorted(atlas.families, key=lambda family: not family.stable_runs)
+    rows = tuple((*_row(study, family), *_voltage(study, family)) for family in order)
+    columns = (
+        *texts("Word", "n:m"),
+        *numbers("Periods", f"{swept.symbol} [{swept.unit}]", "Stable"),
+        *texts("Begins", "Ends"),
+        *(numbers("U_ave [V]", "[V/s]") if study.solution.membrane is not None else ()),
+    )
+    yield Table("Families of motions", columns, rows)
+
+
+def _row(study: Study, family: Family) -> tuple[str, ...]:
+    def span(low: float, high: float) -> str:
+        return f"{significant(low, 6)} to {significant(high, 6)}"
+
+    stable = ", ".join(span(*part) for part in family.stable_ranges) or "nowhere"
+    whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()))
+    sequence, ends = family.sequence, (_end(family.marks[0]), _end(family.marks[-1]))
+    return (sequence.word, sequence.ratio, str(sequence.periods), whole, stable, *ends)
+
+
+def _end(mark: Mark) -> str:
+    return mark.vertex.label if mark.vertex is not None else mark.event.replace("_", " ")
+
+
+def _voltage(study: Study, family: Family) -> tuple[str, ...]:
+    """U_ave and voltage per second in the middle of the longest stable run, else of the family."""
+    membrane = study.solution.membrane
+    if membrane is None:
+        return ()
+    first, last = max(family.stable_runs, key=lambda run: run[1] - run[0], default=(0, len(family.x) - 1))
+    whole, row = generation(family, membrane), (first + last) // 2
+    return significant(float(whole.average_v[row]), 4), significant(float(whole.per_second_v[row]), 4)
