@@ -207,7 +207,7 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 what = _methods()
             elif runs and row.task is Task.MOTIONS and (limits := scenario.motions):
                 most = f"at most {limits.impacts} impacts in {limits.periods} forcing periods"
-                what = f"{Task.MOTIONS.what}, {most}: some seconds"
+                what = f"{Task.MOTIONS.what}, {most}: seconds to minutes"
             steps.append(Step(row.task, runs, what, why))
     return Plan(tuple(steps))
 
