@@ -155,4 +155,5 @@ def test_motions_are_those_of_the_printed_maps_in_40_digits(name: str, example):
 
             exact = reference.newton(maps, [mpf(float(value)) for value in family.x[row, :-1]], [1] * (2 * count))
             error = max(float(abs(a - float(b))) for a, b in zip(exact, family.x[row, :-1], strict=True))
-        assert error < 1e-9 / max(abs(1 + r ** (2 * count) - family.trace[row]), 1e-3)
+        # The nearer to a fold or pitchfork, the farther a residual of rounding moves the motion.
+        assert error * min(1.0, abs(1 + float(r) ** (2 * count) - family.trace[row])) < 1e-13

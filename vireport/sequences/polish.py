@@ -10,15 +10,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import Sweep, newton
-from vireport.errors import NumericalError
+from vireport.analysis import Sweep
 from vireport.physics import DIGITS, FLOATS, DecimalOps
 from vireport.sequences.continuation import Curve, Event
-from vireport.sequences.equations import Model, residuals, trace
+from vireport.sequences.equations import Model, linearised, residuals, trace
 from vireport.sequences.motions import Motion
 from vireport.sequences.switching import at_rest
 
 Floats = NDArray[np.float64]
+
+SETTLED, FARTHEST = 1e-28, 1e-3
+"""Correction up to which a double is certain, and the one at which the point has been left for another."""
+
+MOST_STEPS = 12
+"""Corrections, of which three or four are usual."""
+
+STEP = 1e-6
+"""Of differences in doubles: about the cube root of their rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,18 +56,12 @@ def polished(sweep: Sweep, curve: Curve, motion: Motion, event: Event) -> Polish
     with localcontext() as context:
         context.prec = DIGITS
         ops = DecimalOps()
-        equations = _Equations(curve, motion, event)
-        models = [Model(sweep.level_in(kind), kind.exact(sweep.device.restitution)) for kind in (ops, FLOATS)]
-        guess = [Decimal(float(value)) for value in equations.reduced(curve.vector(motion))]
-        try:
-            x = equations.whole(newton(
-                lambda y: equations.residuals(y, models[0], ops), lambda y: equations.residuals(y, models[1], FLOATS),
-                guess, set(),
-            ))  # fmt: skip
-        except NumericalError:
-            d, gbar = models[1].groups(motion.coordinate)
+        model = Model(sweep.level_in(ops), ops.exact(sweep.device.restitution))
+        x = _Conditions(curve, motion, event).solved(model, ops)
+        if x is None:
+            d, gbar = curve.model.groups(motion.coordinate)
             return PolishedPoint(motion, float(d), float(gbar), float(sweep.value(d, gbar)), inf)
-        d, gbar = models[0].groups(x[-1])
+        d, gbar = model.groups(x[-1])
         exact = sweep.value(d, gbar, ops)
         value = float(exact)
         error = max(abs(float(exact - Decimal(value))), float(np.spacing(abs(value))))
@@ -69,12 +71,42 @@ def polished(sweep: Sweep, curve: Curve, motion: Motion, event: Event) -> Polish
 
 
 @dataclass(frozen=True, slots=True)
-class _Equations:
+class _Conditions:
     """Conditions of a motion and of an event, in the unknowns that its symmetry leaves."""
 
     curve: Curve
     motion: Motion
     event: Event
+
+    def solved(self, model: Model, ops: DecimalOps) -> list[Decimal] | None:
+        """The unknowns of the motion, by corrections with a Jacobian in doubles; None where they do not settle."""
+        guess = self.reduced(self.curve.vector(self.motion))
+        try:
+            inverse = np.linalg.inv(self._jacobian(np.array(guess)))
+        except np.linalg.LinAlgError:
+            return None
+        y = [ops.exact(float(value)) for value in guess]
+        for _ in range(MOST_STEPS):
+            step = inverse @ np.array([float(value) for value in self.residuals(y, model, ops)])
+            y = [value - ops.exact(float(off)) for value, off in zip(y, step, strict=True)]
+            size = float(np.abs(step).max())
+            if not size < FARTHEST:
+                return None
+            if size < SETTLED:
+                return self.whole(y)
+        return None
+
+    def _jacobian(self, y: Floats) -> Floats:
+        """Derivatives of the motion's conditions, and of the event's by central differences."""
+        model, units = self.curve.model, np.eye(len(y)) * STEP
+        origin = np.array(self.whole(list(0 * y)))
+        spread = np.stack([np.array(self.whole(list(unit))) - origin for unit in np.eye(len(y))], axis=1)
+        matrix = linearised(self.curve.sequence, np.array(self.whole(y.tolist())), model)[1]
+        ends = [
+            [self._condition(self.whole((y + way * unit).tolist()), model, FLOATS) for way in (1, -1)] for unit in units
+        ]
+        gradient = [(ahead - behind) / (2 * STEP) for ahead, behind in ends]
+        return np.vstack([(matrix @ spread)[: len(y) - 1], gradient])
 
     def reduced(self, x: Any) -> list[Any]:
         """Of a symmetric motion the first half of the impacts, else all that is given, and the coordinate."""
