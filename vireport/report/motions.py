@@ -40,7 +40,7 @@ def _row(study: Study, family: Family) -> tuple[str, ...]:
 
     stable = ", ".join(span(*part) for part in family.stable_ranges) or "nowhere"
     whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()))
-    sequence, ends = family.sequence, (_end(family.marks[0]), _end(family.marks[-1]))
+    sequence, ends = family.sequence, map(_end, family.ends)
     return (sequence.word, sequence.ratio, str(sequence.periods), whole, stable, *ends)
 
 

@@ -9,16 +9,15 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from itertools import pairwise
 from math import asin, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import STABILITIES, PolishedMotion, Stability, Sweep, classify, solve
+from vireport.analysis import Sweep, solve
 from vireport.sequences.continuation import Curve, Event, Point, Strand, follow
 from vireport.sequences.equations import Model
+from vireport.sequences.families import Atlas, Family, Mark, Vertex
 from vireport.sequences.motions import SAME, Motion, Sequence
 from vireport.sequences.polish import PolishedPoint, polished
 from vireport.sequences.surface import CELL, three_impacts
@@ -36,170 +35,6 @@ LETTERS = {
 
 MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Event.ZERO_VELOCITY
 """Events that are vertices."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Vertex:
-    """Where families begin, end or meet.
-
-    Attributes
-    ----------
-    label : str
-        Letter of its kind and number, numbered along the sweep.
-    event : Event
-        `GRAZING` where an impact of one of the families has velocity zero.
-    point : PolishedPoint
-        The motion there, with the touches of a membrane as impacts of velocity zero.
-    families : tuple of int
-        Numbers of the families, in ascending order.
-    """
-
-    label: str
-    event: Event
-    point: PolishedPoint
-    families: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Mark:
-    """What happens at a row of a family; the vertex where it is one, and the motion there where it is singled out."""
-
-    row: int
-    event: Event
-    vertex: Vertex | None
-    point: PolishedPoint | None
-
-
-@dataclass(frozen=True, eq=False)
-class Family:
-    """Connected motions of one sequence of impacts, ordered along their curve.
-
-    Attributes
-    ----------
-    number : int
-        From 1.
-    sweep : Sweep
-    curve : Curve
-    x : ndarray (n, 2N + 1)
-        Velocities, times and coordinate of each motion.
-    trace : ndarray (n,)
-        Of the product of the flights' Jacobians; nan where a velocity is zero.
-    sweep_value : ndarray (n,)
-        The swept parameter, in its unit.
-    marks : tuple of Mark
-        In order; the first and the last are its ends, on a closed curve there is one.
-    """
-
-    number: int
-    sweep: Sweep
-    curve: Curve
-    x: Floats
-    trace: Floats
-    sweep_value: Floats
-    marks: tuple[Mark, ...]
-
-    @property
-    def sequence(self) -> Sequence:
-        """The impacts of one period."""
-        return self.curve.sequence
-
-    @property
-    def velocity(self) -> Floats:
-        """Before each impact of each motion, (n, N) [y_c]."""
-        return self.x[:, : len(self.sequence)]
-
-    @property
-    def phase(self) -> Floats:
-        """At each impact of each motion, (n, N) [rad], in [0, 2 pi)."""
-        return np.mod(pi * self.x[:, len(self.sequence) : -1], 2 * pi)
-
-    @property
-    def d(self) -> Floats:
-        """Distance between the membranes, of each motion."""
-        return np.broadcast_to(self.curve.model.groups(self.x[:, -1])[0], len(self.x))
-
-    @cached_property
-    def segments(self) -> tuple[tuple[int, int, Stability], ...]:
-        """First and last row of each stretch between events, with the type of its motions."""
-        rows = sorted({0, len(self.x) - 1, *(mark.row for mark in self.marks)})
-        return tuple((first, last, self._type(first, last)) for first, last in pairwise(rows))
-
-    def _type(self, first: int, last: int) -> Stability:
-        """Type of the motions between two rows: that of one in the middle, solved for where no row is."""
-        inner = (first + last) // 2
-        trace = float(self.trace[inner])
-        if inner == first:
-            ends = self.x[[first, last]]
-            x = self.curve.at(ends.mean(axis=0), float(ends[:, -1].mean()))
-            trace = float(self.trace[[first, last]].mean()) if x is None else self.curve.trace(x)
-        return STABILITIES[int(classify(trace, self.curve.model.r ** (len(self.sequence) / 2)))]
-
-    @property
-    def stable(self) -> NDArray[np.bool_]:
-        """Whether each motion lies on a stable stretch."""
-        stable = np.zeros(len(self.x), dtype=bool)
-        for first, last, kind in self.segments:
-            stable[first : last + 1] |= kind.attracts
-        return stable
-
-    @property
-    def stable_runs(self) -> list[tuple[int, int]]:
-        """First and last rows of the stretches over which it is stable without a break."""
-        runs: list[tuple[int, int]] = []
-        for first, last, kind in self.segments:
-            if kind.attracts and runs and runs[-1][1] == first:
-                runs[-1] = runs[-1][0], last
-            elif kind.attracts:
-                runs.append((first, last))
-        return runs
-
-    @property
-    def stable_ranges(self) -> list[tuple[float, float]]:
-        """Least and largest value of the swept parameter on each of these."""
-        parts = (self.sweep_value[first : last + 1] for first, last in self.stable_runs)
-        return [(float(part.min()), float(part.max())) for part in parts]
-
-    @property
-    def determinant(self) -> float:
-        """Of the product of the flights' Jacobians, r^(2N)."""
-        return float(self.curve.model.r ** (2 * len(self.sequence)))
-
-    def at(self, coordinate: float) -> list[Motion]:
-        """Its motions at a value of the coordinate that orders the sweep."""
-        c = self.x[:, -1]
-        found = []
-        for i in np.flatnonzero((c[:-1] - coordinate) * (c[1:] - coordinate) <= 0):
-            step = c[i + 1] - c[i]
-            share = (coordinate - c[i]) / step if step else 0.5
-            x = self.curve.at(self.x[i] + share * (self.x[i + 1] - self.x[i]), coordinate)
-            if x is not None:
-                found.append(self.curve.motion(x))
-        return found
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Atlas:
-    """The families of motions along a sweep, and where they meet.
-
-    Attributes
-    ----------
-    sweep : Sweep
-    limits : Limits
-    families : tuple of Family
-        By number of impacts, word, periods and range.
-    vertices : tuple of Vertex
-        Along the sweep.
-    """
-
-    sweep: Sweep
-    limits: Limits
-    families: tuple[Family, ...]
-    vertices: tuple[Vertex, ...]
-
-    def at(self, value: float) -> list[tuple[Family, Motion]]:
-        """Every motion at a value of the swept parameter, with its family."""
-        coordinate = float(self.sweep.coordinate_of(value))
-        return [(family, motion) for family in self.families for motion in family.at(coordinate)]
 
 
 def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atlas:
@@ -233,7 +68,8 @@ def _starts(search: _Search) -> Iterator[Motion]:
                     yield Motion(Sequence((1, -1), k), velocity, time, float(sweep.coordinate(m)[i]))
         for c in np.linspace(search.low, search.high, SAMPLES_OF_ONE):
             yield from _with_one_impact(search.model, k, float(c))
-        for walls in ((1, 1, -1), (1, -1, -1)) if search.limits.impacts > 2 else ():
+        words = ((1, 1, -1), (1, -1, -1))[: 1 if search.model.level.horizontal else 2]  # mirror images of each other
+        for walls in words if search.limits.impacts > 2 else ():
             found = three_impacts(search.model, Sequence(walls, k), search.low, search.high)
             yield from (motion for motion in found if not search.near(motion))
 
@@ -275,7 +111,7 @@ class _Search:
         """Follow the family of a motion, and all that it is joined to."""
         motion = self.model.representative(motion)
         curve = self._curve(motion.sequence)
-        x = curve.nearest(curve.vector(motion))
+        x = curve.nearest(curve.vector(motion)) if self.limits.admit(motion.sequence) else None
         if x is not None:
             start = curve.point(x, curve.tangent(x))
             self.queue.append((None, curve, start, start))
@@ -352,30 +188,37 @@ class _Search:
         """What was found, with its events solved for in decimals."""
         order = sorted(self.families, key=lambda f: (len(f.sequence), f.sequence.word, f.sequence.periods, f.number))
         numbers = {family.number: k for k, family in enumerate(order, 1)}
-        solved = sorted(
-            (
-                (meeting, polished(self.sweep, meeting.curve, meeting.motion, meeting.event))
-                for meeting in self.meetings
-            ),
-            key=lambda pair: (pair[1].sweep_value, len(pair[0].motion.sequence)),
-        )
-        # Critical points of the 1:1 motions keep the labels that they have elsewhere.
-        known = solve(self.sweep).critical_points
-        one = Sequence((1, -1), self.sweep.device.period_ratio)
-        one_to_one = {family.number for family in order if family.sequence == one}
-        counts = Counter(point.kind.letter for point in known)
-        vertices: dict[int, Vertex] = {}
-        for meeting, point in solved:
-            letter = LETTERS[meeting.event]
-            close = (k.label for k in known if k.kind.letter == letter and _same_value(k.point, point))
-            label = next(close, "") if meeting.families & one_to_one else ""
-            if not label:
-                counts[letter] += 1
-                label = f"{letter}{counts[letter]}"
-            families = tuple(sorted(numbers[number] for number in meeting.families))
-            vertices[id(meeting)] = Vertex(label, meeting.event, point, families)
+        points = [
+            (meeting, polished(self.sweep, meeting.curve, meeting.motion, meeting.event)) for meeting in self.meetings
+        ]
+        points.sort(key=lambda pair: (pair[1].sweep_value, len(pair[0].motion.sequence)))
+        labels = self._labels(points)
+        vertices = {
+            id(meeting): Vertex(label, meeting.event, point, tuple(sorted(numbers[i] for i in meeting.families)))
+            for (meeting, point), label in zip(points, labels, strict=True)
+        }
         marked = (self._marked(family, numbers[family.number], vertices) for family in order)
         return Atlas(self.sweep, self.limits, tuple(marked), tuple(vertices.values()))
+
+    def _labels(self, points: list[tuple[_Meeting, PolishedPoint]]) -> Iterator[str]:
+        """Labels of vertices along the sweep: critical points of the 1:1 motions keep those that they have."""
+        known = list(solve(self.sweep).critical_points)
+        one_to_one = Sequence((1, -1), self.sweep.device.period_ratio)
+        counts = Counter(critical.kind.letter for critical in known)
+        for meeting, point in points:
+            letter, critical = LETTERS[meeting.event], None
+            if any(self.families[number - 1].sequence == one_to_one for number in meeting.families):
+                near = SAME * abs(point.sweep_value)
+                at = [
+                    x for x in known if x.kind.letter == letter and abs(x.point.sweep_value - point.sweep_value) < near
+                ]
+                critical = next(iter(at), None)
+            if critical is None:
+                counts[letter] += 1
+                yield f"{letter}{counts[letter]}"
+            else:
+                known.remove(critical)
+                yield critical.label
 
     def _marked(self, family: Family, number: int, vertices: dict[int, Vertex]) -> Family:
         """A family with its events, the coordinate of each as it was solved for."""
@@ -393,11 +236,6 @@ class _Search:
                 family.sweep_value[row] = point.sweep_value
             marks.append(Mark(row, event, vertex, point))
         return replace(family, number=number, marks=tuple(marks))
-
-
-def _same_value(one: PolishedMotion, other: PolishedPoint) -> bool:
-    """Whether two points that were solved for are at one value of the swept parameter."""
-    return abs(one.sweep_value - other.sweep_value) <= SAME * abs(one.sweep_value)
 
 
 def _completed(curve: Curve, start: Point, forward: Strand) -> Strand:

@@ -37,7 +37,7 @@ STEEPEST = 0.35
 STRAIGHTEST = 0.97
 """Least cosine of the angle between the directions at both ends of a step."""
 
-MOST_STEPS = 4000
+MOST_POINTS = 4000
 """Points of one family in one direction."""
 
 CONVERGED, ROUNDING = 1e-12, 1e-10
@@ -56,7 +56,10 @@ AT_ZERO = 1e-9
 
 
 class Event(StrEnum):
-    """What happens at a point of a family; the last four end it whatever else they do."""
+    """What happens at a point of a family.
+
+    From grazing on these end it; a period doubling or a pitchfork does where the family turns back as its own image.
+    """
 
     PERIOD_DOUBLING = "period_doubling"
     FOLD = "fold"
@@ -169,11 +172,18 @@ class Curve:
         """The direction of the curve, of either sign."""
         return np.asarray(np.linalg.svd(self.linearised(x)[1])[2][-1])
 
-    def ahead(self, point: Point, step: float) -> Point | None:
-        """The motion a step further along the curve."""
-        guess = point.x + step * self.raw(point.tangent)
-        x = self.solved(guess, point.tangent)
-        return None if x is None else self.point(x, point.tangent)
+    def ahead(self, point: Point, step: float) -> Point:
+        """The motion a step further along the curve.
+
+        Raises
+        ------
+        NumericalError
+            If none is found.
+        """
+        x = self.solved(point.x + step * self.raw(point.tangent), point.tangent)
+        if x is None:
+            raise NumericalError(f"a family of {self.sequence.word} was lost")
+        return self.point(x, point.tangent)
 
     def raw(self, direction: Floats) -> Floats:
         """A direction in the unknowns themselves."""
@@ -211,35 +221,44 @@ class Strand:
         return Strand(self.points[::-1], [(last - i, event) for i, event in self.events[::-1]])
 
 
-def follow(curve: Curve, start: Point, first_step: float = FIRST_STEP) -> Strand:
+def follow(curve: Curve, start: Point) -> Strand:
     """Follow a curve from a motion, in the direction of its tangent, until something ends the family."""
-    strand, step = Strand([start], []), first_step
-    for _ in range(MOST_STEPS):
-        point = strand.points[-1]
-        new = curve.ahead(point, step)
-        if new is None or not _short(curve, point, new, step):
+    strand, step = Strand([start], []), FIRST_STEP
+    while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
+        try:
+            if _advance(curve, strand, step):
+                return strand
+        except NumericalError:
             step /= 2
-            if step < SHORTEST_STEP:
-                break
-            continue
-        size, end = step, None
-        if not curve.admits(new.x):
-            size, new = _located(curve, point, step, lambda p: float(curve.margins(p.x).min()))
-            end, new = _ended(curve, new)
-        turned = _happenings(curve, strand, point, new, size)
-        if turned is not None:
-            end = turned
-        elif end is None and _closes(curve, strand, new):
-            strand.points.append(start)
-            end = Event.CLOSED
         else:
-            strand.points.append(new)
-        if end is not None:
-            strand.events.append((len(strand.points) - 1, end))
-            return strand
-        step = min(step * GROWTH, LONGEST_STEP)
+            step = min(step * GROWTH, LONGEST_STEP)
     strand.events.append((len(strand.points) - 1, Event.LOST))
     return strand
+
+
+def _advance(curve: Curve, strand: Strand, step: float) -> bool:
+    """Add the points of one step to a strand, and return whether it ends there.
+
+    Raises
+    ------
+    NumericalError
+        If the step was too long.
+    """
+    point, end = strand.points[-1], None
+    new = curve.ahead(point, step)
+    if not _short(curve, point, new, step):
+        raise NumericalError("the curve bends too much within a step")
+    if not curve.admits(new.x):
+        step, new = _located(curve, point, step, lambda p: float(curve.margins(p.x).min()))
+        end, new = _ended(curve, new)
+    happenings, over = _happenings(curve, point, new, step)
+    if end is None and _closes(curve, strand, new):
+        end, new = Event.CLOSED, strand.points[0]
+    for motion, event in happenings if over else [*happenings, (new, end)]:
+        strand.points.append(motion)
+        if event is not None:
+            strand.events.append((len(strand.points) - 1, event))
+    return over or end is not None
 
 
 def _short(curve: Curve, point: Point, new: Point, step: float) -> bool:
@@ -265,13 +284,10 @@ def _closes(curve: Curve, strand: Strand, new: Point) -> bool:
 
 
 def _located(curve: Curve, point: Point, step: float, value: Callable[[Point], float]) -> tuple[float, Point]:
-    """Where, within a step, a function of the motion is zero whose signs differ at its ends."""
+    """Where, within a step, a function of the motion is zero whose signs differ at its ends. Raises as `ahead`."""
 
     def at(size: float) -> Point:
-        new = curve.ahead(point, size) if size else point
-        if new is None:
-            raise NumericalError(f"a family of {curve.sequence.word} was lost within a step")
-        return new
+        return curve.ahead(point, size) if size else point
 
     def values(sizes: Floats) -> Floats:
         return np.array([value(at(float(size))) for size in sizes])
@@ -297,39 +313,42 @@ def near_pole(curve: Curve, point: Point) -> bool:
     return pi / 2 - abs(atan(point.trace / curve.borders[0])) < STEEPEST
 
 
-def _happenings(curve: Curve, strand: Strand, point: Point, new: Point, size: float) -> Event | None:
-    """Add what happens within a step to a strand, in order; at a symmetric motion that ends the family, how it does."""
+def _happenings(curve: Curve, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
+    """What happens within a step, in order, and whether the last of it ends the family. Raises as `_located`."""
     border, focus = curve.borders
-    found: list[tuple[float, Point, Event]] = []
+    found: list[tuple[float, Point, Event | None]] = []
 
-    def passes(value: Callable[[Point], float]) -> bool:
-        before, after = value(point), value(new)
-        return before * after < 0
+    def pass_through(value: Callable[[Point], float]) -> bool:
+        return value(point) * value(new) < 0
 
     for event, level in (
         (Event.PERIOD_DOUBLING, -border), (Event.NODE_FOCUS, focus), (Event.NODE_FOCUS, -focus),
     ):  # fmt: skip
-        if passes(lambda p, level=level: p.trace - level):  # type: ignore[misc]
-            found.append((*_located(curve, point, size, lambda p, level=level: p.trace - level), event))  # type: ignore[misc]
-    meets, turns = passes(lambda p: p.trace - border), passes(lambda p: float(p.tangent[-1]))
-    ending: Event | None = None
-    if turns:
-        where = _located(curve, point, size, lambda p: float(p.tangent[-1]))
-        if meets:
-            found.append((*where, Event.FOLD))
-        elif (end := _symmetric_end(curve, where[1].x)) is not None:
-            ending = end
-            found = [one for one in found if one[0] < where[0]]
-            found.append((*where, end))
+        if pass_through(_above(level)):
+            found.append((*_located(curve, point, size, _above(level)), event))
+    over, meets = False, pass_through(_above(border))
+    if pass_through(_along):
+        where = _located(curve, point, size, _along)
+        image = None if meets else _turned_back(curve, where[1].x)
+        over = image is not None
+        found = [one for one in found if not over or one[0] < where[0]]
+        if meets or over:
+            found.append((*where, image or Event.FOLD))
     elif meets:
-        where = _located(curve, point, size, lambda p: p.trace - border)
+        where = _located(curve, point, size, _above(border))
         if is_symmetric(curve, where[1].x):
             found.append((*where, Event.PITCHFORK))
-    for _, motion, event in sorted(found, key=lambda one: one[0]):
-        strand.points.append(motion)
-        if event is not ending:
-            strand.events.append((len(strand.points) - 1, event))
-    return ending
+    return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over
+
+
+def _above(level: float) -> Callable[[Point], float]:
+    """How far the trace of a motion is above a level."""
+    return lambda point: point.trace - level
+
+
+def _along(point: Point) -> float:
+    """How fast the swept parameter changes along the curve."""
+    return float(point.tangent[-1])
 
 
 def is_symmetric(curve: Curve, x: Floats) -> bool:
@@ -338,8 +357,8 @@ def is_symmetric(curve: Curve, x: Floats) -> bool:
     return curve.model.level.horizontal and motion.distance(motion.mirrored()) < IMAGE
 
 
-def _symmetric_end(curve: Curve, x: Floats) -> Event | None:
-    """What a family ends in that turns back there as its own image: two periods of another, or a symmetric motion."""
+def _turned_back(curve: Curve, x: Floats) -> Event | None:
+    """What a family turns back from as its own image: two periods of another motion, or a symmetric one."""
     motion = curve.motion(x)
     if 2 * len(motion.primitive().sequence) == len(motion.sequence):
         return Event.PERIOD_DOUBLING

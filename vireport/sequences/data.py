@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from vireport.physics import Membrane
-from vireport.sequences.atlas import Atlas, Family, Mark, Vertex
 from vireport.sequences.energy import generation
+from vireport.sequences.families import Atlas, Family, Mark, Vertex
 from vireport.sequences.polish import PolishedPoint
 
 
@@ -27,8 +27,8 @@ def _family(family: Family, membrane: Membrane | None) -> dict[str, Any]:
         "periods": family.sequence.periods,
         "from": float(value.min()),
         "to": float(value.max()),
-        "begins_with": _end(family.marks[0]),
-        "ends_with": _end(family.marks[-1]),
+        "begins_with": _end(family.ends[0]),
+        "ends_with": _end(family.ends[1]),
         "stable_range": [dict(zip(("from", "to"), pair, strict=True)) for pair in family.stable_ranges],
         "critical_points": [_point(mark, mark.point) for mark in family.marks if mark.point is not None],
         "generation": [] if membrane is None else _generation(family, membrane),

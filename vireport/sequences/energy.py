@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vireport.physics import Membrane, generated_voltage
 from vireport.scenario import Parameter
-from vireport.sequences.atlas import Family
+from vireport.sequences.families import Family
 
 Floats = NDArray[np.float64]
 
