@@ -336,7 +336,7 @@ def _happenings(curve: Curve, point: Point, new: Point, size: float) -> tuple[li
             found.append((*where, image or Event.FOLD))
     elif meets:
         where = _located(curve, point, size, _above(border))
-        if is_symmetric(curve, where[1].x):
+        if _is_symmetric(curve, where[1].x):
             found.append((*where, Event.PITCHFORK))
     return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over
 
@@ -351,7 +351,7 @@ def _along(point: Point) -> float:
     return float(point.tangent[-1])
 
 
-def is_symmetric(curve: Curve, x: Floats) -> bool:
+def _is_symmetric(curve: Curve, x: Floats) -> bool:
     """Whether a motion of a horizontal capsule is its own mirror image."""
     motion = curve.motion(x)
     return curve.model.level.horizontal and motion.distance(motion.mirrored()) < IMAGE
@@ -362,4 +362,4 @@ def _turned_back(curve: Curve, x: Floats) -> Event | None:
     motion = curve.motion(x)
     if 2 * len(motion.primitive().sequence) == len(motion.sequence):
         return Event.PERIOD_DOUBLING
-    return Event.PITCHFORK if is_symmetric(curve, x) else None
+    return Event.PITCHFORK if _is_symmetric(curve, x) else None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import chain, combinations
+from itertools import chain, combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,15 +91,19 @@ def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> It
 
 
 def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Beginning]:
-    """The families at a grazing point: in each period, each touch may be an impact or none."""
-    for count in range(1, limits.periods // motion.sequence.periods + 1):
-        several = motion.times(count)
-        rests = at_rest(several)
-        for removed in chain.from_iterable(combinations(rests, size) for size in range(len(rests) + 1)):
-            if len(several.sequence) - len(removed) <= limits.impacts:
-                own = curve.model.representative(several.without_impacts(removed))
+    """The families at a grazing point: in each period of some, each touch may be an impact or none."""
+    rests, size = at_rest(motion), len(motion.sequence)
+    removals = list(chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)))
+    most = min(limits.periods // motion.sequence.periods, limits.impacts // (size - len(rests)))
+    for count in range(1, most + 1):
+        for choice in product(range(len(removals)), repeat=count):
+            rotations = [choice[i:] + choice[:i] for i in range(1, count)]
+            removed = [i + period * size for period, which in enumerate(choice) for i in removals[which]]
+            if all(choice < other for other in rotations) and count * size - len(removed) <= limits.impacts:
+                own = curve.model.representative(motion.times(count).without_impacts(removed))
                 side = replace(curve, sequence=own.sequence)
-                x, begins = side.vector(own), Event.GRAZING if len(removed) == len(rests) else Event.ZERO_VELOCITY
+                begins = Event.GRAZING if len(removed) == count * len(rests) else Event.ZERO_VELOCITY
+                x = side.vector(own)
                 tangent = side.tangent(x)
                 yield from ((begins, side, *pair) for way in (tangent, -tangent) for pair in _off(side, x, way))
 
@@ -115,7 +119,7 @@ def _off(curve: Curve, x: Floats, direction: Floats) -> Iterator[tuple[Point, Po
                 return
 
 
-def image(vector: Floats, mirror: bool) -> Floats:
+def _image(vector: Floats, mirror: bool) -> Floats:
     """A change of the unknowns as seen half a period later, with `mirror` in the mirror."""
     count = len(vector) // 2
     velocity, time = np.roll(vector[:count], count // 2), np.roll(vector[count:-1], count // 2)
@@ -125,6 +129,6 @@ def image(vector: Floats, mirror: bool) -> Floats:
 def _across(curve: Curve, x: Floats, mirror: bool, kept: bool = False) -> Floats:
     """Direction in which the symmetry of a motion is lost, or kept, where families cross."""
     kernel, sign = np.linalg.svd(curve.linearised(x)[1])[2][-2:], 1 if kept else -1
-    parts = (vector + sign * image(vector, mirror) for vector in kernel)
+    parts = (vector + sign * _image(vector, mirror) for vector in kernel)
     direction = max(parts, key=lambda part: float(np.linalg.norm(part)))
     return np.asarray(direction / np.linalg.norm(direction))
