@@ -165,7 +165,7 @@ def test_plan_says_what_runs_and_what_is_left_out(example) -> None:
     assert lines["design"].startswith("run")
     full = vireport("plan", str(example("horizontal"))).stdout.decode()
     skipped = {line.split()[1]: line for line in full.splitlines() if line.startswith("skip")}
-    assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", "accuracy", "compliant"}
+    assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", "motions", "accuracy", "compliant"}
     for name, line in skipped.items():
         assert f"no {'accuracy' if name in ('accuracy', 'compliant') else 'simulation'} block" in line
     sparse = vireport("plan", str(example("horizontal")), "--format", "json").stdout.decode()
