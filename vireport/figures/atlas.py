@@ -31,7 +31,7 @@ OTHER = "other words"
 STABLE: Look = {"linewidth": 1.8, "zorder": 2.6}
 UNSTABLE: Look = {"linewidth": 0.8, "linestyle": DASHED, "zorder": 2.4}
 VERTEX: Look = {"linestyle": "none", "marker": "o", "markersize": 2.6, "color": Color.BLACK, "zorder": 3.0}
-SIMULATED: Look = {"linestyle": "none", "marker": ".", "markersize": 3.0, "color": Color.LIGHT, "zorder": 2.0}
+SIMULATED: Look = {"linestyle": "none", "marker": "o", "markersize": 5.0, "color": Color.LIGHT, "zorder": 2.0}
 
 
 def picture(study: Study, atlas: Atlas) -> Picture:
@@ -97,11 +97,11 @@ def _legends(colors: dict[str, str], atlas: Atlas, simulated: list[Curve]) -> li
         words.append((OTHER, {"color": Color.GREY, "linewidth": 1.8}))
     grey = {"color": Color.GREY}
     notes: list[Entry] = [("stable", STABLE | grey), ("unstable", UNSTABLE | grey), ("families meet", VERTEX)]
-    return [words, notes + ([("simulation", SIMULATED | {"markersize": 6.0})] if simulated else [])]
+    return [words, notes + ([("simulation", SIMULATED)] if simulated else [])]
 
 
 def _caption(study: Study, atlas: Atlas) -> str:
-    simulated = " Dots: periodic motions that the simulation found." if study.crosscheck is not None else ""
+    simulated = " Light discs: periodic motions that the simulation found." if study.crosscheck is not None else ""
     return (
         "Velocity |Ż| of every impact of the admissible motions, by the word of their impacts on the bottom (B) and on "
         f"the top (T). {_counts(atlas)} Letters: B, period doubling; C, fold or pitchfork; G, grazing, where an "

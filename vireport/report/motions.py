@@ -17,8 +17,8 @@ def motions(study: Study) -> Iterator[Block]:
         return
     yield Paragraph(
         f"Motions with up to {atlas.limits.impacts} impacts in up to {atlas.limits.periods} forcing periods: B and T "
-        "are impacts on the bottom and on the top. Motions with one impact or with one on each membrane are found "
-        "completely, those with three by a search over a grid of flight times; the others are followed from these "
+        "are impacts on the bottom and on the top. Motions with one impact on each membrane are found "
+        "completely, those with one or three impacts by a search over a grid; the others are followed from these "
         "through period doublings, pitchforks and grazing points, and from what the simulation finds, where one is "
         "asked for. A family with more impacts that meets none of these is not in the list."
     )
