@@ -176,10 +176,10 @@ def best_of(method: Callable[[], Measured], times: int = 5) -> Measured:
 
 
 def first_call(cache: str) -> tuple[float, float]:
-    """Seconds a new process needs to import the compiled part, and for its first impact."""
+    """Seconds a new process needs to import the compiler, and for its first impact."""
     code = (
         "import time, numpy, vireport.simulation.events as e; a = time.perf_counter()\n"
-        "import vireport.simulation.kernel; b = time.perf_counter()\n"
+        "import numba; b = time.perf_counter()\n"
         "e.follow(e.check_model(.4, .2, .5), numpy.array([[1., 0., 1., 0.]]), 1)\n"
         "print(b - a, time.perf_counter() - b)"
     )

@@ -12,14 +12,7 @@ from vireport.simulation.attractors import SETTLED, Outcome, attractors, diagram
 from vireport.simulation.cycles import exponent, jacobians, multipliers, product, refine, word_of
 from vireport.simulation.events import (
     BOTTOM,
-    PHASE,
-    REST,
-    RIDING,
-    RUNNING,
-    SETTLING,
     TOP,
-    VELOCITY,
-    WALL,
     Impact,
     InFlight,
     as_start,
@@ -28,6 +21,7 @@ from vireport.simulation.events import (
     follow,
     follow_one,
 )
+from vireport.simulation.kernel import PHASE, REST, RIDING, RUNNING, SETTLING, VELOCITY, WALL
 from vireport.simulation.trajectories import simulate
 
 INCLINED = 0.1245 * 9.8 * sin(radians(45)) / 3

@@ -17,14 +17,7 @@ from mpmath import mp, mpf
 
 from vireport.simulation.events import (
     BOTTOM,
-    FLIGHT,
-    FREE,
-    PHASE,
-    RIDING,
-    SETTLING,
     TOP,
-    VELOCITY,
-    WALL,
     Impact,
     InFlight,
     as_start,
@@ -33,6 +26,7 @@ from vireport.simulation.events import (
     follow,
     follow_one,
 )
+from vireport.simulation.kernel import FLIGHT, FREE, PHASE, RIDING, SETTLING, VELOCITY, WALL
 
 FLIGHTS = 10_000
 # Where the terms of Z add up to no more than this many times t |Z'|, the crossing counts as transversal.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import logging
 import subprocess
 import sys
@@ -11,27 +10,15 @@ from math import pi
 import numpy as np
 import pytest
 
-import vireport.simulation
-from vireport.simulation import BOTTOM, Impact, Outcome, events, find_attractor, follow, kernel
+from vireport.simulation import BOTTOM, Impact, Outcome, events, find_attractor, follow
 
 CHAOS = (0.2545, 0.3, 0.5)
 
 
-@pytest.fixture(scope="module")
-def interpreted():
-    """The kernel as it is where numba is missing."""
-    spec = importlib.util.find_spec("vireport.simulation.kernel")
-    module = importlib.util.module_from_spec(spec)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(sys.modules, "numba", None)
-        spec.loader.exec_module(module)
-    assert not module.COMPILED
-    return module
-
-
 @pytest.fixture
-def without_numba(interpreted, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vireport.simulation, "kernel", interpreted)
+def without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search as it is where numba is missing."""
+    monkeypatch.setattr(events, "compiled_search", lambda: None)
 
 
 def random_models(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -46,13 +33,10 @@ def random_models(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.
     return model, np.column_stack([wall, position, velocity, rng.uniform(0, 2 * pi, count)])
 
 
-def test_interpreted_impacts_are_the_compiled_ones(interpreted, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interpreted_impacts_are_the_compiled_ones() -> None:
     """To rounding: sine and cosine may come from another library, and a flight between touches may grow it."""
-    assert kernel.COMPILED
     model, starts = random_models(np.random.default_rng(1), 400)
-    compiled, summary = follow(model, starts, 3)
-    monkeypatch.setattr(vireport.simulation, "kernel", interpreted)
-    rows, ends = follow(model, starts, 3)
+    (compiled, summary), (rows, ends) = (follow(model, starts, 3, compiled=c) for c in (True, False))
     same = (rows == compiled) | (np.isnan(rows) & np.isnan(compiled))
     close = np.isclose(rows, compiled, rtol=1e-9, atol=1e-9, equal_nan=True)
     assert same.mean() > 0.5
@@ -79,12 +63,9 @@ def test_a_long_interpreted_job_says_so_once(monkeypatch: pytest.MonkeyPatch, ca
     assert [record.message.count("pip install 'vireport[simulation]'") for record in caplog.records] == [1]
 
 
-def test_the_compiler_is_not_paid_for_unless_something_is_simulated() -> None:
-    code = "import sys, vireport.simulation\nsys.exit(bool({'numba', 'vireport.simulation.kernel'} & set(sys.modules)))"
+@pytest.mark.parametrize(
+    "impacts", ["", "follow_one(np.array([0.5, 0.3, 0.5]), [1.0, 0.0, 0.7, 0.2], 10, compiled=False)"]
+)
+def test_the_compiler_is_not_paid_for_unless_it_is_asked_for(impacts: str) -> None:
+    code = f"import sys, numpy as np; from vireport.simulation import *\n{impacts}\nsys.exit('numba' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_the_kernel_names_its_columns_as_its_callers_do() -> None:
-    """They are repeated in it, as its compiled code is kept until its own file changes."""
-    for name in ("WALL", "PHASE", "FLIGHT", "VELOCITY", "SETTLING", "RIDING", "RUNNING", "REST", "FREE", "TURN"):
-        assert getattr(kernel, name) == getattr(events, name)

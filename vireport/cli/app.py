@@ -168,7 +168,7 @@ def run(
 
 @app.command()
 def validate(scenario: ScenarioFile, set_: Overrides = None, quiet: Quiet = False) -> None:
-    """Check a scenario or a map file and say what is wrong with it; compute nothing."""
+    """Check a scenario or a map file. Says all that is wrong with it; computes nothing."""
     from vireport.scenario import LoadedMap, load_any
 
     loaded = load_any(scenario, set_ or ())
@@ -188,7 +188,7 @@ def schema() -> None:
 def init(
     path: Annotated[str, typer.Argument(metavar="FILE", help="Where to write it; - prints it.")] = "scenario.yaml",
 ) -> None:
-    """Write a commented scenario to start from; an existing file is left alone."""
+    """Write a commented scenario to start from. An existing file is left alone."""
     from vireport.files import writable, write_new
     from vireport.scenario import init_text
 
@@ -205,7 +205,7 @@ def init(
 
 @app.command()
 def plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
-    """Print what a run would do, what it would leave out, and why; compute nothing."""
+    """Print what a run would do and leave out. Gives the reasons; computes nothing."""
     from vireport.study import plan as plan_of
 
     steps = plan_of(_loaded(scenario, set_).scenario, _formats(format_)).steps
@@ -223,7 +223,7 @@ def accuracy(
     set_: Overrides = None,
     quiet: Quiet = False,
 ) -> None:
-    """Measure error against run time of every method, and the compliant membrane beside the rigid one."""
+    """Measure error against run time of every method. Holds the compliant membrane beside the rigid one."""
     loaded = _loaded(scenario, set_)
     from vireport.cli import accuracy_outputs
     from vireport.files import require_writable
@@ -251,7 +251,7 @@ def compare(
     templates: Templates = None,
     quiet: Quiet = False,
 ) -> None:
-    """Compare scenarios, or variants of one: figures on shared axes, and what differs, most changed first."""
+    """Compare scenarios, or variants of one. Figures have shared axes; what differs most comes first."""
     _refuse_files_beside_json(json, "comparison", output, format_)
     from vireport.cli.outputs import compare_outcome
     from vireport.comparison import compare as compare_scenarios
@@ -285,7 +285,7 @@ def diff(
     set_: Overrides = None,
     quiet: QuietCheck = False,
 ) -> None:
-    """Say what has changed since earlier results, beyond the tolerance; exit code 1 if anything has."""
+    """Say what has changed since earlier results. The exit code is 1 if anything has, beyond the tolerance."""
     from vireport.comparison import baseline as earlier
     from vireport.study import Task, analyse
 
@@ -350,7 +350,7 @@ def sweep(
     figures: Annotated[bool, typer.Option(help="Whether to draw heat maps.")] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Compute a map over two or more parameters; begun anew, it resumes where it was interrupted."""
+    """Compute a map over two or more parameters. Begun anew, it resumes where it was interrupted."""
     # One process works on each core: threads of the linear algebra would be in their way. Before numpy is imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from vireport.sweep import run_map, terminal_progress

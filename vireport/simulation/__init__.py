@@ -4,17 +4,7 @@ from vireport.simulation.attractors import Attractor, Diagram, Outcome, attracto
 from vireport.simulation.cycles import Cycle, growth_bound
 from vireport.simulation.events import (
     BOTTOM,
-    FLIGHT,
-    FREE,
-    PHASE,
-    REST,
-    RIDING,
-    RUNNING,
-    SETTLING,
     TOP,
-    TURN,
-    VELOCITY,
-    WALL,
     Impact,
     InFlight,
     Start,
@@ -24,6 +14,7 @@ from vireport.simulation.events import (
     follow_one,
     start_of,
 )
+from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
 from vireport.simulation.starts import random_starts, start_speed
 from vireport.simulation.trajectories import Portrait, Trajectory, path, portrait, simulate
 

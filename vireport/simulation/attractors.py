@@ -18,21 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vireport.simulation import cycles
 from vireport.simulation.cycles import Cycle
-from vireport.simulation.events import (
-    FLIGHT,
-    PHASE,
-    REST,
-    RUNNING,
-    VELOCITY,
-    WALL,
-    Start,
-    as_start,
-    check_model,
-    check_start,
-    follow,
-    follow_one,
-    start_rows,
-)
+from vireport.simulation.events import Start, as_start, check_model, check_start, follow, follow_one, start_rows
+from vireport.simulation.kernel import FLIGHT, PHASE, REST, RUNNING, VELOCITY, WALL
 
 Array = NDArray[np.float64]
 

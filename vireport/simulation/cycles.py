@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.physics import flight
-from vireport.simulation.events import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL, as_start, follow_one
+from vireport.simulation.events import as_start, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
 
 Array = NDArray[np.float64]
 

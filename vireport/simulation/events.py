@@ -1,7 +1,7 @@
 """Impacts of many starts at once: the event search of `kernel` behind arrays, on as many cores as asked for.
 
 Turns starts (on a membrane or between them) into rows of impacts. It knows no periodic motion, and imports
-the kernel, and with it the compiler, only when the first impact is asked for.
+the compiler only when the first impact is asked for.
 """
 
 from __future__ import annotations
@@ -12,20 +12,18 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
-from math import isfinite, pi
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vireport.errors import installing
+from vireport.simulation import kernel
+from vireport.simulation.compiled import compiled_search
+from vireport.simulation.kernel import PHASE, TURN, VELOCITY, WALL
 
 BOTTOM, TOP = 1, -1
-TURN = 2 * pi
-# Columns of a row: one row per impact, the first of a trajectory being its start.
-WALL, PHASE, FLIGHT, VELOCITY, SETTLING, RIDING = range(6)
 COLUMNS = 6
-# How the search ended: impacts used up, at rest on the bottom, or no membrane ever reached again.
-RUNNING, REST, FREE = range(3)
 # Parts per core: enough to even out slow and fast parameters.
 PARTS = 8
 # Without the compiler an impact takes about this long [s]; a job that may take longer than the other says so [s].
@@ -128,7 +126,9 @@ def start_rows(starts: Sequence[Start] | Array, d: Array) -> Array:
     return np.array(rows).reshape(len(d), count, 4)
 
 
-def follow(model: Array, starts: Array, impacts: int, keep: int | None = None, workers: int = 1) -> tuple[Array, Array]:
+def follow(
+    model: Array, starts: Array, impacts: int, keep: int | None = None, workers: int = 1, compiled: bool = True
+) -> tuple[Array, Array]:
     """Follow each start for a number of impacts, or to its end.
 
     Parameters
@@ -143,6 +143,8 @@ def follow(model: Array, starts: Array, impacts: int, keep: int | None = None, w
         Rows kept of each trajectory, the last ones; all by default.
     workers : int
         Threads. The result does not depend on it.
+    compiled : bool
+        Whether to compile the search, where numba is there. A few thousand impacts are sooner had without.
 
     Returns
     -------
@@ -151,17 +153,16 @@ def follow(model: Array, starts: Array, impacts: int, keep: int | None = None, w
     summary : array (n, 3)
         Number of impacts, of sine-cosine pairs evaluated, and RUNNING, REST or FREE.
     """
-    from vireport.simulation import kernel
-
+    search = compiled_search() if compiled else None
     keep = impacts + 1 if keep is None else min(keep, impacts + 1)
     rows = np.full((len(model), keep, COLUMNS), np.nan)
     summary = np.zeros((len(model), 3))
-    if not kernel.COMPILED and len(model) * impacts * INTERPRETED_IMPACT > LONG:
+    if compiled and search is None and len(model) * impacts * INTERPRETED_IMPACT > LONG:
         _say_that_it_is_slow()
 
     def run(part: slice) -> None:
         with np.errstate(all="ignore"):  # the compiled search raises no flags, the interpreted one must not
-            kernel.follow_starts(model[part], starts[part], impacts, rows[part], summary[part])
+            (search or kernel.follow_starts)(model[part], starts[part], impacts, rows[part], summary[part])
 
     count = len(model)
     if workers > 1 and count > 1:
@@ -183,9 +184,11 @@ def _say_that_it_is_slow() -> None:
     )
 
 
-def follow_one(model: Array, start: Sequence[float], impacts: int, keep: int | None = None) -> tuple[Array, Array]:
+def follow_one(
+    model: Array, start: Sequence[float], impacts: int, keep: int | None = None, compiled: bool = True
+) -> tuple[Array, Array]:
     """Like `follow` for a single start, without rows that did not happen."""
-    rows, summary = follow(model[None], np.array([start], dtype=float), impacts, keep)
+    rows, summary = follow(model[None], np.array([start], dtype=float), impacts, keep, compiled=compiled)
     happened = int(summary[0, 0]) + 1
     return rows[0, max(0, rows.shape[1] - happened) :], summary[0]
 

@@ -1,30 +1,26 @@
-"""Compiled event search: from one impact to the next, without missing one and without stalling.
+"""Event search: from one impact to the next, without missing one and without stalling.
 
 Turns starts and the three dimensionless parameters into rows of impacts; knows nothing of orbits. Between two
 zeros of Z'' (phases with cosine -gbar) Z' is monotone, so on such a piece the motion, seen with the right
 sign, is a concave function y with at most one peak: either y passes its upper wall before the peak, or it can
 only leave through the lower one. So every crossing is bracketed before it is computed.
 
-Without numba the same functions are interpreted: some hundred times slower, and the same to rounding. All of it stays
-in one file because numba's cache looks at no other for changes.
+The functions are plain ones, some hundred times slower than what `compiled` makes of them, and the same to rounding.
+They stay in one file, and import nothing that is ours, because numba's cache looks at no other for changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import acos, cos, floor, inf, pi, sin, sqrt
+from math import acos, cos, inf, pi, sin
 from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-try:
-    from numba import njit
-except ImportError:
-    njit = None  # type: ignore[assignment]
-
-# Status of a trajectory; columns of `rows` (a row is an impact, the first one the start) and of `summary`.
+# How the search ended: impacts used up, at rest on the bottom, or no membrane ever reached again.
 RUNNING, REST, FREE = 0, 1, 2
+# Columns of `rows` (a row is an impact, the first one the start) and of `summary`.
 WALL, PHASE, FLIGHT, VELOCITY, SETTLING, RIDING = 0, 1, 2, 3, 4, 5
 IMPACTS, EVALUATIONS, STATUS = 0, 1, 2
 
@@ -41,37 +37,18 @@ Hit = tuple[float, float, float, float, float]
 Pair = tuple[float, float]
 Array = NDArray[np.float64]
 F = TypeVar("F", bound=Callable[..., Any])
-OPTIONS: Any = {"error_model": "numpy", "fastmath": False, "nogil": True, "no_cfunc_wrapper": True}
-INNER: Any = {"forceinline": True, "no_cpython_wrapper": True}
 
 
-COMPILED = njit is not None
-if not COMPILED:
-
-    def _ieee(function: F) -> F:
-        """Return numbers whose division by zero is inf or nan, as in compiled code, and no exception."""
-        return cast(F, lambda x: np.float64(function(x)))
-
-    acos, cos, sin = _ieee(acos), _ieee(cos), _ieee(sin)
-    floor, sqrt = cast(Any, (np.floor, np.sqrt))
+def _ieee(function: F) -> F:
+    """Return numbers whose division by zero is inf or nan, as in compiled code, and no exception."""
+    return cast(F, lambda x: np.float64(function(x)))
 
 
-def _compiled(function: F) -> F:
-    """Compile as a part of `follow_starts`, not to be called from Python."""
-    return cast(F, njit(**OPTIONS, **INNER)(function)) if COMPILED else function
+acos, cos, sin = _ieee(acos), _ieee(cos), _ieee(sin)
+floor: Callable[[float], float] = np.floor
+sqrt: Callable[[float], float] = np.sqrt
 
 
-def _entry(function: F) -> F:
-    """Compile at the first call, and keep the result on disk if there is a place to write to."""
-    if not COMPILED:
-        return function
-    try:
-        return cast(F, njit(cache=True, **OPTIONS)(function))
-    except RuntimeError:
-        return cast(F, njit(**OPTIONS)(function))
-
-
-@_compiled
 def _state(t: float, flight: Flight, wall: float) -> Flight:
     """Return y - wall, y', y'' and y''' at t.
 
@@ -98,7 +75,6 @@ def _state(t: float, flight: Flight, wall: float) -> Flight:
     return y, y1, g + c * cosine - s * sine, -pi * (c * sine + s * cosine)
 
 
-@_compiled
 def _crossing(flight: Flight, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
     """Time of the one crossing of y = wall between the ends, velocity there, evaluations; t is a guess.
 
@@ -124,7 +100,6 @@ def _crossing(flight: Flight, wall: float, rising: float, ends: Pair, t: float, 
     return t, y1, float(MAX_STEPS)
 
 
-@_compiled
 def _parabola(flat: Node, other: Node, wall: float) -> float:
     """First guess of a crossing: parabola with value and slope of the flatter end and value of the other."""
     t0, y0, slope = flat
@@ -135,7 +110,6 @@ def _parabola(flat: Node, other: Node, wall: float) -> float:
     return t0 + (max(plus, minus) if span > 0.0 else min(plus, minus))
 
 
-@_compiled
 def _peak(flight: Flight, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
     """Whether concave y, rising at the start and falling at the end, reaches the wall in between.
 
@@ -165,7 +139,6 @@ def _peak(flight: Flight, wall: float, start: Node, end: Node) -> tuple[bool, fl
     return False, m, m, step + 1.0
 
 
-@_compiled
 def _piece(sign: float, flight: Flight, walls: Pair, start: Node, end: Node, base: float) -> Flight:
     """First impact on a piece where `sign` Z is concave: wall (0: none), time, velocity, evaluations."""
     v, g, c, s = sign * flight[0], sign * flight[1], sign * flight[2], sign * flight[3]
@@ -194,7 +167,6 @@ def _piece(sign: float, flight: Flight, walls: Pair, start: Node, end: Node, bas
     return rising * sign, t, sign * speed, seen + steps
 
 
-@_compiled
 def _node(t: float, flight: Flight, end: Pair) -> Node:
     """Displacement (2.12) and velocity (2.11) after t, where cosine and sine of the phase are known."""
     v, g, c, s = flight
@@ -205,7 +177,6 @@ def _node(t: float, flight: Flight, end: Pair) -> Node:
     return t, z, speed
 
 
-@_compiled
 def _breakpoint(phase: float, gbar: float, turn: float) -> Node:
     """Sign that makes Z concave from this phase on, time to the next zero of Z'', time from there to another.
 
@@ -220,7 +191,6 @@ def _breakpoint(phase: float, gbar: float, turn: float) -> Node:
     return -1.0, (TURN + turn - phase) * PER_PI, 2.0 * (1.0 - turn * PER_PI)
 
 
-@_compiled
 def _idle_periods(t: float, flight: Flight, walls: Pair) -> float:
     """Whole forcing periods after t in which no wall can be reached, since Z is its mean motion +- 1/pi^2."""
     v, g, c, s = flight
@@ -232,7 +202,6 @@ def _idle_periods(t: float, flight: Flight, walls: Pair) -> float:
     return floor(room / (drift + sqrt(drift * drift + 2.0 * g * room)))
 
 
-@_compiled
 def _next_impact(flight: Flight, phase: float, turn: Pair, walls: Pair) -> Hit:
     """First impact of a flight: whole periods, time beyond them, wall (0: never), velocity, evaluations.
 
@@ -267,7 +236,6 @@ def _next_impact(flight: Flight, phase: float, turn: Pair, walls: Pair) -> Hit:
     return periods, 0.0, 0.0, 0.0, seen
 
 
-@_compiled
 def _settle(wall: float, flight: Flight, phase: float, r: float, turn: float) -> tuple[bool, float, float]:
     """Whether the ball settles on the wall now, time its infinitely many last hops take, time it then rides.
 
@@ -287,7 +255,6 @@ def _settle(wall: float, flight: Flight, phase: float, r: float, turn: float) ->
     return settled and press > 0.0 and time < left, time, left - time
 
 
-@_compiled
 def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Array) -> None:
     """Follow one start; see `follow_starts`."""
     d, g, r = model
@@ -327,7 +294,6 @@ def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Arra
     summary[IMPACTS], summary[EVALUATIONS], summary[STATUS] = count, evaluations, status
 
 
-@_entry
 def follow_starts(parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array) -> None:
     """Follow each start for a number of impacts or to its end.
 

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vireport.simulation.events import TURN
+from vireport.simulation.kernel import TURN
 
 Array = NDArray[np.float64]
 

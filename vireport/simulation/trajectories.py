@@ -17,22 +17,8 @@ from vireport.physics import flight
 from vireport.simulation import cycles
 from vireport.simulation.attractors import Attractor, Outcome, attractors, unresolved
 from vireport.simulation.cycles import Cycle
-from vireport.simulation.events import (
-    BOTTOM,
-    FLIGHT,
-    FREE,
-    PHASE,
-    REST,
-    RIDING,
-    SETTLING,
-    VELOCITY,
-    WALL,
-    Impact,
-    Start,
-    check_model,
-    check_start,
-    follow_one,
-)
+from vireport.simulation.events import BOTTOM, Impact, Start, check_model, check_start, follow_one
+from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, SETTLING, VELOCITY, WALL
 
 Array = NDArray[np.float64]
 

@@ -38,6 +38,7 @@ class Task(StrEnum):
     CRITICAL = "critical", "critical points and Table 1"
     DESIGN = "design", "the motions at the design point and their margins"
     ENERGY = "energy", "voltages"
+    REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_2 = "figure-2", "figure 2: impact velocity, phase and flight time"
     FIGURE_4 = "figure-4", "figure 4: Delta and the eigenvalues"
     FIGURE_7 = "figure-7", "figure 7: voltages"
@@ -160,6 +161,7 @@ STEPS = (
     Row(Task.CRITICAL, (SWEEP,), "a sweep is given"),
     Row(Task.DESIGN, (DESIGN,), "the design point is given"),
     Row(Task.ENERGY, (BALL,), "the ball mass is given"),
+    Row(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     Row(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     Row(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
     Row(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),

@@ -21,7 +21,7 @@ from vireport.text import bounded, html_table, significant, visible
 if TYPE_CHECKING:
     from vireport.proofs import Certificate
     from vireport.sequences import Atlas
-    from vireport.trust import Compliance, CrossCheck, WorkPrecision
+    from vireport.trust import Compliance, CrossCheck, Reproduction, WorkPrecision
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -73,6 +73,13 @@ class Study:
     def verdict(self) -> Verdict:
         """What the study comes to."""
         return verdict_of(self.solution, self.crosscheck, self.compliance, self.criteria)
+
+    @cached_property
+    def reproduction(self) -> Reproduction | None:
+        """The stable motion found again by the simulation, in milliseconds; None where there is none."""
+        from vireport.trust import reproduce
+
+        return reproduce(self.solution)
 
     def to_dict(self) -> dict[str, Any]:
         """The results as plain data: results.json without its provenance."""

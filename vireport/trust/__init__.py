@@ -12,6 +12,7 @@ from vireport.trust.compliance_section import (
 from vireport.trust.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
 from vireport.trust.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
 from vireport.trust.paper import PAPER, ComparedRow, PaperComparison, compare_with_paper
+from vireport.trust.reproduction import Reproduction, reproduce
 from vireport.trust.stiff_solvers import ADAPTIVE, FIXED, WRONG, Outcome, SolverRun
 from vireport.trust.workprecision import ACCURACIES, MethodRun, WorkPrecision, accuracy_data, measure
 
@@ -37,6 +38,7 @@ __all__ = [
     "MotionCount",
     "Outcome",
     "PaperComparison",
+    "Reproduction",
     "SolverRun",
     "WorkPrecision",
     "accuracy_data",
@@ -53,6 +55,7 @@ __all__ = [
     "power",
     "quantity_label",
     "ranking",
+    "reproduce",
     "seconds",
     "solvers_on_stiff_membranes",
     "task_name",
