@@ -34,6 +34,10 @@ GROWTH = 1.7
 STEEPEST = 0.35
 """Most that a step may change arctan(tr/(1 + det)) [rad]; from one border of stability to the other it is pi/2."""
 
+PER_MARGIN, CLOSE = 0.5, 1e-4
+"""Step over the least velocity or gap, and the step that need not be shorter for that: to go to zero and come back
+within a step, one would have to change by four times the arclength, and velocities cannot by more than once."""
+
 STRAIGHTEST = 0.97
 """Least cosine of the angle between the directions at both ends of a step."""
 
@@ -73,11 +77,12 @@ class Event(StrEnum):
 
 
 class Point(NamedTuple):
-    """A motion on a curve: velocities, times and coordinate, the direction of the curve, and the trace."""
+    """A motion on a curve: velocities, times and coordinate, direction of the curve, trace, and least of `margins`."""
 
     x: Floats
     tangent: Floats
     trace: float
+    margin: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,7 +167,7 @@ class Curve:
             tangent = np.full(len(x), np.inf)
         if not np.linalg.norm(tangent) < MOST_ASIDE:
             tangent = _within_rank(matrix, unit)
-        return Point(x, tangent / np.linalg.norm(tangent), self.trace(x))
+        return Point(x, tangent / np.linalg.norm(tangent), self.trace(x), float(self.margins(x).min()))
 
     def trace(self, x: Floats) -> float:
         """The trace of a motion; nan where a velocity is zero."""
@@ -225,6 +230,7 @@ def follow(curve: Curve, start: Point) -> Strand:
     """Follow a curve from a motion, in the direction of its tangent, until something ends the family."""
     strand, step = Strand([start], []), FIRST_STEP
     while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
+        step = min(step, max(PER_MARGIN * strand.points[-1].margin, CLOSE))
         try:
             if _advance(curve, strand, step):
                 return strand
@@ -248,8 +254,8 @@ def _advance(curve: Curve, strand: Strand, step: float) -> bool:
     new = curve.ahead(point, step)
     if not _short(curve, point, new, step):
         raise NumericalError("the curve bends too much within a step")
-    if not curve.admits(new.x):
-        step, new = _located(curve, point, step, lambda p: float(curve.margins(p.x).min()))
+    if new.margin <= 0:
+        step, new = _located(curve, point, step, lambda p: p.margin)
         end, new = _ended(curve, new)
     happenings, over = _happenings(curve, point, new, step)
     if end is None and _closes(curve, strand, new):

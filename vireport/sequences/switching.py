@@ -115,7 +115,7 @@ def _off(curve: Curve, x: Floats, direction: Floats) -> Iterator[tuple[Point, Po
         if y is not None and curve.admits(y):
             first = curve.point(y, direction)
             if not (x[: len(curve.sequence)] == 0).any() or near_pole(curve, first) or step == STEPS_OFF[-1]:
-                yield Point(x, direction, curve.trace(x)), first
+                yield Point(x, direction, curve.trace(x), 0.0), first
                 return
 
 
