@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
-from vireport import load
+from vireport import load, reference
 from vireport.analysis import Held, Level, solve
+from vireport.reference import mp, mpf
 from vireport.scenario import Parameter
 from vireport.sequences import (
+    Event,
     Limits,
     Model,
     Motion,
@@ -125,35 +128,85 @@ def test_the_search_for_three_impacts_comes_close_to_a_simulated_motion():
     assert nearest.coordinate == pytest.approx(d, rel=0.1)
 
 
+def printed_maps(sequence: Sequence, x: list[Any], d: Any, gbar: Any, r: Any) -> list[Any]:
+    """Position and velocity at the end of each flight less those of the next impact, by the printed flight."""
+    values, count = [], len(sequence)
+    for i, wall in enumerate(sequence.walls):
+        j = (i + 1) % count
+        duration = x[count + j] - x[count + i] + (0 if j else 2 * sequence.periods)
+        z, speed = reference.flight(duration, wall * d / 2, -r * x[i], mp.pi * x[count + i], gbar)
+        values += [z - sequence.walls[j] * d / 2, speed - x[j]]
+    return values
+
+
+def printed_trace(sequence: Sequence, x: list[Any], d: Any, gbar: Any, r: Any) -> Any:
+    """Trace of the return map in (velocity, phase), each flight's derivatives by differences of the printed flight."""
+    count, step, product = len(sequence), mpf(10) ** -60, mp.eye(2)
+    for i, wall in enumerate(sequence.walls):
+        j = (i + 1) % count
+        duration = x[count + j] - x[count + i] + (0 if j else 2 * sequence.periods)
+        at = [duration, -r * x[i], mp.pi * x[count + i]]
+
+        def fly(t, after, phase, wall=wall):
+            return mp.matrix(reference.flight(t, wall * d / 2, after, phase, gbar))
+
+        by_time, by_speed, by_phase = (
+            (fly(*[v + step * (k == n) for k, v in enumerate(at)]) - fly(*at)) / step for n in range(3)
+        )
+        columns = []
+        for direction, turned in ((-r * by_speed, 0), (by_phase, 1)):
+            later = -direction[0] / by_time[0]
+            columns.append([direction[1] + by_time[1] * later, turned + mp.pi * later])
+        product = mp.matrix(columns).T * product
+    return product[0, 0] + product[1, 1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["inclined", "horizontal", "inclined-forcing"])
+def test_points_are_those_of_the_printed_maps_to_the_last_digit(name: str, example):
+    sweep, kinds = sweep_of(load(example(name)).scenario), set()
+    for vertex in atlas(sweep, Limits(6, 4)).vertices:
+        motion, event, r = vertex.point.motion, vertex.event, mpf(sweep.device.restitution)
+        if event is Event.PITCHFORK:
+            continue  # singular without its symmetry; that of the 1:1 motions is compared with theirs
+        sequence, count = motion.sequence, len(motion.sequence)
+        rest = int(np.argmin(np.abs(motion.velocity)))
+
+        def conditions(x, sequence=sequence, event=event, rest=rest, r=r):
+            d, gbar = reference.groups(sweep.device, sweep.parameter, x[-1])
+            if event is Event.GRAZING:
+                return [*printed_maps(sequence, x, d, gbar, r), x[rest]]
+            border = (1 + r ** (2 * len(sequence))) * (-1 if event is Event.PERIOD_DOUBLING else 1)
+            return [*printed_maps(sequence, x, d, gbar, r), printed_trace(sequence, x, d, gbar, r) - border]
+
+        with reference.precise(), mp.workdps(150):  # differences of differences
+            guess = [mpf(float(v)) for v in (*motion.velocity, *motion.time, vertex.point.sweep_value)]
+            exact = reference.newton(conditions, guess, [1] * (2 * count + 1))
+            assert abs(exact[-1] - guess[-1]) <= vertex.point.error_bound
+            assert max(abs(a - b) for a, b in zip(exact, guess, strict=True)) < 1e-15 * max(1, 2 * sequence.periods)
+        kinds.add(event)
+    assert Event.GRAZING in kinds or Event.FOLD in kinds
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["inclined", "horizontal", "inclined-forcing"])
 def test_motions_are_those_of_the_printed_maps_in_40_digits(name: str, example):
-    from vireport import reference
-    from vireport.reference import mp, mpf
-
     sweep = sweep_of(load(example(name)).scenario)
     if sweep.parameter is Parameter.LENGTH:
         sweep = replace(sweep, start=0.7 * sweep.start)
     families = [family for family in atlas(sweep, Limits(6, 4)).families if len(family.sequence) > 2]
-    rng = np.random.default_rng(3)
+    rng, r = np.random.default_rng(3), mpf(sweep.device.restitution)
     for _ in range(25):
         family = families[rng.integers(len(families))]
         row = int(rng.integers(1, len(family.x) - 1))
-        sequence, count = family.sequence, len(family.sequence)
+        sequence, given = family.sequence, [mpf(float(value)) for value in family.x[row, :-1]]
         with reference.precise():
             d, gbar = reference.groups(sweep.device, sweep.parameter, mpf(float(family.sweep_value[row])))
-            r = mpf(sweep.device.restitution)
-
-            def maps(x, d=d, gbar=gbar, r=r, sequence=sequence, count=count):
-                values = []
-                for i, wall in enumerate(sequence.walls):
-                    j = (i + 1) % count
-                    duration = x[count + j] - x[count + i] + (0 if j else 2 * sequence.periods)
-                    z, speed = reference.flight(duration, wall * d / 2, -r * x[i], mp.pi * x[count + i], gbar)
-                    values += [z - sequence.walls[j] * d / 2, speed - x[j]]
-                return values
-
-            exact = reference.newton(maps, [mpf(float(value)) for value in family.x[row, :-1]], [1] * (2 * count))
-            error = max(float(abs(a - float(b))) for a, b in zip(exact, family.x[row, :-1], strict=True))
+            exact = reference.newton(
+                lambda x, sequence=sequence, d=d, gbar=gbar: printed_maps(sequence, x, d, gbar, r),
+                given,
+                [1] * len(given),
+            )
+            error = max(float(abs(a - b)) for a, b in zip(exact, given, strict=True))
         # The nearer to a fold or pitchfork, the farther a residual of rounding moves the motion.
-        assert error * min(1.0, abs(1 + float(r) ** (2 * count) - family.trace[row])) < 1e-13
+        assert error * min(1.0, abs(1 + family.determinant - family.trace[row])) < 1e-13
