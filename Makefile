@@ -3,7 +3,7 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 ARGS ?=
 
-.PHONY: help setup test slow all lint format pictures equations schema ci
+.PHONY: help setup test slow all lint format benchmarks docs pictures schema ci
 
 help: ## list the verbs
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "%-10s %s\n", $$1, $$2}' Makefile
@@ -24,22 +24,28 @@ slow: setup ## the slow tests
 all: setup ## all tests
 	$(BIN)/python -m pytest -n auto $(ARGS)
 
-lint: setup ## style, format, types, import contract, equations
+lint: setup ## style, format, types, import contract
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy vireport
 	$(BIN)/lint-imports
-	$(BIN)/python tools/make_equations.py --check
+	$(BIN)/python tools/make_docs.py --check
 
 format: setup ## format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-pictures: setup ## draw the pictures of the documentation anew
-	$(BIN)/python tools/make_pictures.py
+benchmarks: setup ## measure the figures of docs/accuracy.md anew, on an idle machine
+	for name in accuracy branch extremes impacts maps startup; do $(BIN)/python benchmarks/$$name.py || exit 1; done
+	$(BIN)/python tools/make_docs.py
 
-equations: setup ## make what the templates read from tools/equations.typ
-	$(BIN)/python tools/make_equations.py
+docs: setup ## make docs/accuracy.md from tools/accuracy.md.j2 and benchmarks/results
+	$(BIN)/python tools/make_docs.py
+
+pictures: setup ## draw all pictures of the documentation anew, and measure what one of them shows
+	$(BIN)/python tools/make_pictures.py
+	$(BIN)/python benchmarks/accuracy.py
+	$(BIN)/python tools/make_docs.py
 
 schema: setup ## write the JSON Schema that the examples name
 	$(BIN)/vireport schema > examples/scenario.schema.json

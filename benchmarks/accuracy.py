@@ -1,9 +1,9 @@
-"""Error against run time of every method on the inclined example, and by what factors they differ at equal error.
+"""What `vireport accuracy` measures on the inclined example: error against run time, and compliant membranes.
 
     python benchmarks/accuracy.py [--every]
 
 With ``--every`` each run stands in a row. The peers, Runge-Kutta with fixed steps and the solvers of SciPy, run in the
-same process and by turns.
+same process and by turns. The picture of the documentation is drawn from the same measurement.
 """
 
 from __future__ import annotations
@@ -15,18 +15,31 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import sys
 from pathlib import Path
 
-from vireport import analyse, load
-from vireport.text import plain_text
-from vireport.trust import measure, measurements, ranking
+from record import record
+
+from vireport import load
+from vireport.cli.accuracy_outputs import files, measured, text
+from vireport.trust import ACCURACIES, NAMES, WHOLE, compliance_data
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
 
 def main() -> None:
-    """Print the study."""
-    study = analyse(load(EXAMPLES / "inclined.yaml"))
-    work = measure(study.solution, progress=lambda step: print(step, file=sys.stderr))
-    print(plain_text((*measurements(work, every="--every" in sys.argv), *ranking(work))))
+    """Print, draw and record the study."""
+    study = measured(load(EXAMPLES / "inclined.yaml"), lambda step: print(step, file=sys.stderr))
+    print(text(study, every="--every" in sys.argv))
+    columns = [(task, accuracy) for task in study.work.tasks for accuracy in ACCURACIES]
+    best = {name: [study.work.best(name, *column) for column in columns] for name in NAMES}
+    microseconds = {name: [run and 1e6 * run.seconds.median for run in runs] for name, runs in best.items()}
+    record(
+        "accuracy",
+        columns=columns,
+        without_guess_us=microseconds.pop(WHOLE),
+        us=microseconds,
+        compliant=compliance_data(study.compliance),
+    )
+    picture = EXAMPLES / "pictures" / "inclined-figure-accuracy.png"
+    picture.write_bytes(files(study)["figure-accuracy.png"])
 
 
 if __name__ == "__main__":

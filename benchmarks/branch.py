@@ -18,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from record import record
 
 from vireport import analyse, load
 from vireport.analysis import motions_of, sample
@@ -38,7 +39,8 @@ def median_time(function: Callable[[], object], repeats: int = 5) -> float:
 
 
 def main() -> None:
-    """Print the table."""
+    """Print and record the table."""
+    orbits, newton = [], []
     for name in ("horizontal", "inclined", "inclined-forcing"):
         study = analyse(load(EXAMPLES / f"{name}.yaml"))
         curve = study.solution.diagram.curve
@@ -57,7 +59,16 @@ def main() -> None:
 
             seconds = median_time(evaluate)
             print(f"{name:<18} {size:>9,} orbits   {1e3 * seconds:8.1f} ms   {1e9 * seconds / size:6.0f} ns an orbit")
-        print(f"{'':<18} {'Newton, one at a time':>16}   {1e9 * newton_time(study):26.0f} ns an orbit")
+            orbits.append({"scenario": name, "orbits": size, "us_per_orbit": 1e6 * seconds / size})
+        newton.append({"scenario": name, "us_per_orbit": 1e6 * newton_time(study)})
+        print(f"{'':<18} {'Newton, one at a time':>16}   {1e3 * newton[-1]['us_per_orbit']:26.0f} ns an orbit")
+    ratios = [
+        peer["us_per_orbit"] / row["us_per_orbit"]
+        for peer in newton
+        for row in orbits
+        if row["scenario"] == peer["scenario"]
+    ]
+    record("branch", orbits=orbits, newton=newton, ratios=ratios)
 
 
 def newton_time(study) -> float:

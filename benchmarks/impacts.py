@@ -19,6 +19,7 @@ from math import cos, pi, radians, sin
 
 import numpy as np
 from numba import njit
+from record import record
 from scipy.integrate import solve_ivp
 
 from vireport.simulation import (
@@ -194,11 +195,25 @@ def first_call(cache: str) -> tuple[float, float]:
     return importing, calling
 
 
-def start_up() -> None:
+def start_up() -> dict[str, float]:
     with tempfile.TemporaryDirectory() as cache:
         cold, warm = first_call(cache), min(first_call(cache) for _ in range(3))
     print(f"first simulation ever   {sum(cold):5.2f} s (import {cold[0]:.2f}, compile {cold[1]:.2f})")
     print(f"first of a later run    {sum(warm):5.2f} s (import {warm[0]:.2f}, load    {warm[1]:.2f})")
+    return {"first_s": sum(cold), "later_s": sum(warm), "interpreted_us": 1e6 * interpreted()}
+
+
+def interpreted(impacts: int = 5000) -> float:
+    """Seconds an impact takes without numba."""
+    code = (
+        "import sys, time, numpy; sys.modules['numba'] = None\n"
+        "import vireport.simulation.events as e\n"
+        f"start = numpy.array([e.check_start(e.Impact(1, {SPEED}, {PHI}), {D})])\n"
+        f"model = e.check_model({D}, {GBAR}, {R}); e.follow(model, start, 1); a = time.perf_counter()\n"
+        f"e.follow(model, start, {impacts}); print((time.perf_counter() - a) / {impacts})"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return float(run.stdout)
 
 
 def on_all_cores() -> None:
@@ -224,7 +239,7 @@ def on_all_cores() -> None:
 
 
 def main() -> None:
-    start_up()
+    simulation = start_up()
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None
     if cores:
         os.sched_setaffinity(0, {min(cores)})
@@ -235,7 +250,7 @@ def main() -> None:
         "RK4 and bisection": rk4,
     }
     print(f"\n{'one core':24s}{'impacts/s':>12s}{'slower by':>11s}   {'per impact':28s}{'error':>8s}")
-    reference = 0.0
+    rows: list[dict[str, str | float]] = []
     for name, method in methods.items():
         try:
             impacts, took, work, error = best_of(method)
@@ -243,11 +258,13 @@ def main() -> None:
             print(f"{name:24s}not measured: {missing}")
             continue
         rate = impacts / took
-        reference = reference or rate
+        slower = rows[0]["per_second"] / rate if rows else 1.0
+        rows.append({"method": name, "per_second": rate, "slower": slower, "work": work, "error": error})
         goal = f"  (goal: {GOALS[name]:,})" if name in GOALS else ""
-        print(f"{name:24s}{rate:12,.0f}{reference / rate:11,.1f}   {work:28s}{error:8.0e}{goal}")
+        print(f"{name:24s}{rate:12,.0f}{slower:11,.1f}   {work:28s}{error:8.0e}{goal}")
     if cores:
         os.sched_setaffinity(0, cores)
+    record("impacts", simulation=simulation, methods=rows)
     print()
     on_all_cores()
 

@@ -19,6 +19,8 @@ import time
 from pathlib import Path
 from statistics import median
 
+from record import record
+
 from vireport.scenario import loads_map
 from vireport.sweep import run_map
 from vireport.sweep.cells import map_plan
@@ -122,7 +124,7 @@ def overheads(shape: tuple[int, int], repeats: int = 3) -> tuple[float, float]:
 
 
 def main() -> None:
-    print(f"load of this machine now: {os.getloadavg()[0]:.1f} on {cores()} cores")
+    rows = []
     chunking, beside = overheads(COUNTS[1_000_000])
     print(f"1,000,000 cells on one core: splitting into chunks costs {100 * chunking:.1f} %,")
     print(f"all that is not the cells themselves (reading, writing twice, merging) {100 * beside:.1f} %\n")
@@ -139,6 +141,9 @@ def main() -> None:
                 rate = (count - first[0]) / (took - first[1])
                 print(f"{'':27s}{rate:9,.0f}  from {first[0]:,} cells on{f' (goal: {GOAL:,})' if workers > 1 else ''}")
             first = first or (count, took)
+            sizes = {"peak_mb": peak / 1e6, "result_mb": size / 1e6}
+            rows.append({"workers": workers, "cells": count, "seconds": took, "per_second": count / took, **sizes})
+    record("maps", chunking_percent=100 * chunking, beside_percent=100 * beside, rows=rows)
 
 
 if __name__ == "__main__":

@@ -20,6 +20,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from record import record
+
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
 COMMAND = """
@@ -52,30 +54,34 @@ def seconds(command: list[str]) -> float:
     return time.perf_counter() - start
 
 
-def compare(name: str, floor: str, command: list[str], runs: int) -> None:
-    """Time a command and its floor in turn and print their ratio."""
+def compare(name: str, floor: str, command: list[str], runs: int) -> dict[str, str | float]:
+    """Time a command and its floor in turn; their medians [ms] and the median of their ratios."""
     pairs = []
     for _ in range(runs + 1):
         pairs.append((seconds([sys.executable, "-c", floor]), seconds(command)))
     floors, ours = zip(*pairs[1:], strict=True)
     ratio = statistics.median(b / a for a, b in pairs[1:])
-    print(
-        f"{name:<28} {1e3 * statistics.median(ours):7.0f} ms"
-        f"   floor {1e3 * statistics.median(floors):6.0f} ms   ratio {ratio:.2f}"
-    )
+    took, floor_took = (1e3 * statistics.median(times) for times in (ours, floors))
+    print(f"{name:<28} {took:7.0f} ms   floor {floor_took:6.0f} ms   ratio {ratio:.2f}", flush=True)
+    return {"what": name, "ms": took, "floor_ms": floor_took, "ratio": ratio}
 
 
 def main() -> None:
-    """Print the table."""
+    """Print and record the table."""
     runs = int(sys.argv[1]) if len(sys.argv) > 1 else 15
     vireport = [str(Path(sys.executable).with_name("vireport"))]
-    compare("--version", COMMAND, [*vireport, "--version"], runs)
-    compare("--help", COMMAND, [*vireport, "--help"], runs)
-    for name in ("horizontal", "inclined", "inclined-forcing"):
-        compare(f"{name} --json", COMMAND, [*vireport, "run", str(EXAMPLES / f"{name}.yaml"), "--json"], runs)
+    files = {name: str(EXAMPLES / f"{name}.yaml") for name in ("horizontal", "inclined", "inclined-forcing")}
+    for option in ("--version", "--help"):
+        compare(option, COMMAND, [*vireport, option], runs)
+    results = [
+        compare(f"{name} --json", COMMAND, [*vireport, "run", file, "--json"], runs) for name, file in files.items()
+    ]
     with tempfile.TemporaryDirectory() as folder:
-        for name in ("horizontal", "inclined", "inclined-forcing"):
-            compare(f"{name}, full report", REPORT, [*vireport, str(EXAMPLES / f"{name}.yaml"), "-o", folder], runs)
+        reports = [
+            compare(f"{name}, full report", REPORT, [*vireport, file, "-o", folder], runs)
+            for name, file in files.items()
+        ]
+    record("startup", runs=runs, results=results, reports=reports)
 
 
 if __name__ == "__main__":

@@ -155,6 +155,35 @@ RELATIONS = (
         f"{MEMBRANE}.active_radius_m",
         "(above ball_radius_m, 0.005 by default)",
     ),
+    row(
+        9,
+        "    thickness_m: 1e-3",
+        f"{MEMBRANE}.thickness_m",
+        "relative_permittivity and breakdown_field_v_m not given (all of thickness_m,",
+    ),
+    bad(
+        "power without a dielectric",
+        GOOD + "requirements: {power_at_least_mw: 1}\n",
+        (20, "requirements.power_at_least_mw", "power and field need device.membrane.thickness_m"),
+    ),
+    *(
+        bad(f"design {name}", f"{GOOD}design: {{maximise: {what}, vary: [{rows}]}}\n", (20, f"design.{path}", message))
+        for name, what, rows, path, message in (
+            ("of nothing", "u_ave_v", "", "vary", "a list of 1 to 4 blocks of keys"),
+            ("out of range", "u_ave_v", f"{{path: {ANGLE}, from: 10, to: 91}}", "vary.0.to", "from 0 to 90, in deg"),
+            ("of one value", "u_ave_v", f"{{path: {LENGTH}, from: 1, to: 1}}", "vary.0.to", "the same as from"),
+            (
+                "twice",
+                "u_ave_v",
+                f"{{path: {LENGTH}, from: 1, to: 2}}, {{path: {LENGTH}, from: 1, to: 2}}",
+                "vary.1.path",
+                "is varied already",
+            ),
+            ("heavy ball", "u_ave_v", f"{{path: {BALL}, from: 1e-3, to: 0.2}}", "vary.0.to", "below capsule_mass_kg"),
+            ("of power", "power_mw", f"{{path: {LENGTH}, from: 1, to: 2}}", "maximise", "needs device.membrane.thick"),
+            ("of colour", "colour", f"{{path: {LENGTH}, from: 1, to: 2}}", "maximise", "one of u_ave_v, voltage_rate"),
+        )
+    ),
     bad(
         "membrane, no ball mass",
         without(5),
@@ -377,6 +406,32 @@ REQUIREMENTS = (
     ),
 )
 
+
+def off(keys: str, key: str, fragment: str, text: str = GOOD) -> Bad:
+    """Build the case of a tolerance below a scenario."""
+    line, path = text.count("\n") + 1, f"tolerances.{key}" if key else "tolerances"
+    return bad(f"off {keys}", f"{text}tolerances: {{{keys}}}\n", (line, path, fragment))
+
+
+TOLERANCES = (
+    off("samples: 64", "", "there is none in it (give one, such as length_percent, or delete it)"),
+    off("length_m: null", "", "there is none in it"),
+    bad("nothing behind tolerances", GOOD + "tolerances:\n", (20, "tolerances", "there is none in it")),
+    off("length_percent: 51", "length_percent", "got 51, which is too large (a number above 0, at most 50, in %)"),
+    off("length_m: 0.7, amplitude_percent: 3", "length_m", "takes length_m 0.7 off 0.7 (at most 0.7)"),
+    off("length_mm: 1", "length_mm", "did you mean 'length_m'? It is in m: 1 mm is 0.001 m"),
+    off("restitution: 0.5", "restitution", "takes restitution 0.5 off 0.5 (at most 0.499999)"),
+    off("capsule_mass_percent: 1, samples: 100", "samples", "no power of 2; Sobol's points need one (such as 128)"),
+    off("restitution: 0.1, distribution: flat", "distribution", "got 'flat' (one of uniform, normal)"),
+    off(
+        "inclination_percent: 1",
+        "inclination_percent",
+        "per cent of inclination_deg: 0 are nothing (give inclination_deg here)",
+        without(13) + "inclination_deg: 0\n",
+    ),
+    required("yield_at_least_percent: 99", "yield_at_least_percent", "a yield needs tolerances, which is not given"),
+)
+
 STRUCTURE = (
     bad("duplicate key", GOOD + "title: Again\n", (20, "title", "given twice, first on line 2")),
     bad(
@@ -517,5 +572,5 @@ inclination_deg: 30
 
 BAD_SCENARIOS = (
     *(*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *LEFT_OUT, *UNKNOWN),
-    *(*REQUIREMENTS, *STRUCTURE, *SYNTAX, *SEVERAL),
+    *(*REQUIREMENTS, *TOLERANCES, *STRUCTURE, *SYNTAX, *SEVERAL),
 )

@@ -1,9 +1,9 @@
 """Draws the pictures of README.md and docs/ into `examples/pictures`.
 
-    python tools/make_pictures.py            all but what is measured
-    python tools/make_pictures.py --measure  also error against run time, which takes a minute of an idle machine
+    python tools/make_pictures.py
 
-Needs vireport with its extras for simulation and maps.
+Needs vireport with its extras for simulation and maps. Error against run time is drawn by benchmarks/accuracy.py, from
+the measurement that docs/accuracy.md shows.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ COMMANDS = {
     "design-point": ("run", "design-point.yaml"),
     "compare": ("compare", "horizontal.yaml", "inclined.yaml", "inclined-forcing.yaml"),
     "map": ("sweep", "maps/map.yaml"),
-    "accuracy": ("accuracy", "inclined.yaml"),
 }
 
 SHOWN = {
@@ -35,7 +34,6 @@ SHOWN = {
     "simulated-figure-3": "simulated/figure-3",
     "compare-figure-2": "compare/figure-2",
     "map-stability": "map/map-stability",
-    "inclined-figure-accuracy": "accuracy/figure-accuracy",
 }
 """Of each picture, the file that it is, without suffixes."""
 
@@ -44,16 +42,13 @@ FIRST_PAGE = b'#set page(width: auto, height: auto, margin: 0pt)\n#image("report
 
 def main() -> None:
     """Run the examples and copy what the documentation shows."""
-    left_out = () if "--measure" in sys.argv else ("accuracy",)
     with TemporaryDirectory() as folder:
         for name, (command, *files) in COMMANDS.items():
-            if name not in left_out:
-                scenarios = [str(EXAMPLES / file) for file in files]
-                out = str(Path(folder) / name)
-                run([sys.executable, "-m", "vireport", command, *scenarios, "-o", out], check=True)
+            scenarios = [str(EXAMPLES / file) for file in files]
+            out = str(Path(folder) / name)
+            run([sys.executable, "-m", "vireport", command, *scenarios, "-o", out], check=True)
         for picture, file in SHOWN.items():
-            if file.partition("/")[0] not in left_out:
-                (PICTURES / f"{picture}.png").write_bytes((Path(folder) / f"{file}.png").read_bytes())
+            (PICTURES / f"{picture}.png").write_bytes((Path(folder) / f"{file}.png").read_bytes())
         page = typst.Compiler(root=str(Path(folder) / "design-point")).compile(FIRST_PAGE, format="png", ppi=70.0)
         (PICTURES / "design-point-report.png").write_bytes(page)
 

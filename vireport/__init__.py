@@ -9,10 +9,10 @@ for point in study.solution.critical_points:
 
 from __future__ import annotations
 
-from types import ModuleType
-from typing import Any
-
-from vireport.version import __version__
+TYPE_CHECKING = False  # `typing` takes longer to import than all that comes before Ctrl-C is heeded
+if TYPE_CHECKING:
+    from types import ModuleType
+    from typing import Any
 
 __all__ = [
     "Comparison",
@@ -32,6 +32,7 @@ __all__ = [
     "load",
     "loads",
     "pictures",
+    "recheck",
     "results",
 ]
 
@@ -41,9 +42,11 @@ def __getattr__(name: str) -> Any:
     room: ModuleType
     if name in ("NumericalError", "ScenarioError", "UsageError", "VireportError"):
         from vireport import errors as room
+    elif name == "__version__":
+        from vireport import version as room
     elif name in ("load", "loads"):
         from vireport import scenario as room
-    elif name in ("Study", "analyse", "results"):
+    elif name in ("Study", "analyse", "recheck", "results"):
         from vireport import study as room
     elif name in ("figure_2", "figure_4", "figure_7", "pictures"):
         from vireport import figures as room

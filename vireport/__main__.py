@@ -6,14 +6,13 @@ a traceback, nor in the exit code 1, which means that a requirement is not met.
 
 from __future__ import annotations
 
-import errno
 import io
 import os
-import signal
 import sys
-from typing import Any, TextIO
 
-from vireport import interrupts  # nothing else: until it heeds Ctrl-C, that is a traceback
+TYPE_CHECKING = False  # until `entry` begins, Ctrl-C is a traceback: only what Python itself has loaded is imported
+if TYPE_CHECKING:
+    from typing import Any, TextIO
 
 
 class _Output(io.FileIO):
@@ -33,12 +32,17 @@ class _Output(io.FileIO):
 def entry() -> int:
     """Run the command line on the arguments of the process and return its exit code."""
     try:
-        interrupts.heed()
+        from vireport.interrupts import heed
+
+        heed()
         code = _run()
     except KeyboardInterrupt:  # while the command line was imported
+        from vireport.interrupts import EXIT_CODE as code
+
         print("vireport: interrupted", file=sys.stderr)
-        code = interrupts.EXIT_CODE
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left that could be interrupted
+    from signal import SIG_IGN, SIGINT, signal
+
+    signal(SIGINT, SIG_IGN)  # nothing is left that could be interrupted
     return code
 
 
@@ -48,12 +52,14 @@ def _run() -> int:
     if os.name != "nt":  # a console of Windows takes text, not bytes
         sys.stdout = _text(output, sys.stdout)
         sys.stderr = _text(_Output(2, "w", closefd=False), sys.stderr)
+    from errno import EPIPE
+
     from vireport.cli import main
 
     code = main(sys.argv[1:])
     sys.stdout.flush()
     failure = output.failure
-    if failure is None or failure.errno == errno.EPIPE or code not in (0, 1):  # a reader that has gone wants no more
+    if failure is None or failure.errno == EPIPE or code not in (0, 1):  # a reader that has gone wants no more
         return code
     from vireport.errors import OutputError
 

@@ -30,6 +30,7 @@ class AlertCode(StrEnum):
     NOT_RIGID = "VR013"
     ADMISSIBILITY_UNDECIDED = "VR014"
     IMPLAUSIBLE_INPUT = "VR015"
+    BREAKDOWN = "VR016"
     SIMULATION_DISAGREES = "VR020"
     COEXISTING_MOTIONS = "VR021"
     CHATTER = "VR022"
@@ -180,6 +181,15 @@ CATALOGUE = (
         "more than half the capsule's mass, which the capsule would feel, an inclination that is a common angle in "
         "radians, a frequency that is a round number of hertz in radians per second, or gravity above 50 m/s^2.",
         "Compare the value with its unit, which stands in its key; if it is meant, nothing is to be done.",
+    ),
+    Explanation(
+        AlertCode.BREAKDOWN,
+        Severity.WARNING,
+        "The electric field exceeds the breakdown field",
+        "A membrane that is charged at its largest deflection and isolated has its highest field, U_imp over its "
+        "thickness, when it is flat again. In a stable motion of the design point that is above the field that the "
+        "material withstands: the membrane would be destroyed before the energy and power given could be taken.",
+        "Lower the bias voltage, use a thicker membrane, or limit the deflection.",
     ),
     Explanation(
         AlertCode.SIMULATION_DISAGREES,

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from strategies import random_sweeps
 
-from vireport.analysis import Orbits, orbits
+from vireport.analysis import CriticalKind, Orbits, orbits, solve
 from vireport.analysis.admissibility import turning_points, wall_gap
 from vireport.physics import flight
 
@@ -72,3 +73,16 @@ def test_without_restitution_a_ball_that_is_pressed_on_is_not_admissible() -> No
     pressed = (o.gbar + o.cos_phi > 1e-3) | (o.gbar + o.cos_top < -1e-3)
     assert pressed.sum() > 20
     assert np.all(wall_gap(o, 0.0, 1)[pressed] <= 0)
+
+
+def test_a_motion_that_touches_a_membrane_is_none_and_one_that_comes_to_rest_on_it_has_a_gap() -> None:
+    kinds = set()
+    for sweep in random_sweeps(8, seed=77):
+        for branch in solve(sweep).branches:
+            for row in range(len(branch.motions)):
+                point = branch.critical_point(row)
+                if point is not None and point.kind is CriticalKind.GRAZING:
+                    kinds.add(point.change.at_rest)
+                    assert (branch.motions.wall_gap[row] > 0) == point.change.at_rest
+                    assert not branch.motions.admissible[row] or point.change.at_rest
+    assert kinds == {False, True}

@@ -28,15 +28,31 @@ from vireport.analysis import (
 from vireport.analysis.design import around_length
 from vireport.analysis.error_bounds import bounds_of, motion_bounds, voltage_bounds
 from vireport.analysis.kinds import BranchEnd
-from vireport.physics import Device, Membrane, Rounded, Voltages, voltages
+from vireport.physics import Conversion, Device, Dielectric, Membrane, Rounded, Voltages, voltages
 from vireport.reference import mp, mpf
 from vireport.scenario import Parameter
 from vireport.simulation.cycles import growth_bound
 from vireport.trust.crosscheck import orbits_at
 
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, 0.0041)
+DIELECTRIC = replace(MEMBRANE, dielectric=Dielectric(1e-3, 4.7, 1e8))
 DEVICE = Device(0.1245, 0.5, 9.8, 0.75, 3.0, 2.0, 45.0)
 OF_IMPACTS = tuple(Voltages.__dataclass_fields__)
+CONVERTED = tuple(Conversion.__dataclass_fields__)
+
+
+def exact_conversion(device: Device, exact: dict[str, Any]) -> dict[str, Any]:
+    """Energies (C - C0) U_imp Uin/2 at constant charge, and what follows from them, from an exact motion."""
+    bias, kappa, frequency = mpf(2000), mpf(1e-3), mpf(device.frequency_hz)
+    flat = mpf(8.8541878188e-12) * mpf(4.7) * mp.pi * mpf(6.3e-3) ** 2 / kappa
+    peaks = [exact[name] + bias for name in ("bottom_v", "top_v")]
+    bottom, top = (flat * (peak / bias - 1) * peak * bias / 2 for peak in peaks)
+    unit = mpf(device.amplitude_n) / (2 * mpf(device.capsule_mass_kg) * frequency)
+    squares = exact["velocity_bottom"] ** 2 + exact["velocity_top"] ** 2
+    lost = mpf(MEMBRANE.ball_mass_kg) / 2 * (1 - mpf(device.restitution) ** 2) * unit**2 * squares
+    power = 1000 * (bottom + top) * frequency / device.period_ratio
+    values = bottom, top, power, (bottom + top) / lost, max(peaks) / kappa
+    return dict(zip(CONVERTED, values, strict=True))
 
 
 def ends_of_sweep(branch: Branch) -> set[int]:
@@ -128,6 +144,20 @@ def test_bounds_hold_where_the_stated_value_is_not_that_of_the_motion(parameter:
             assert error_of(stored, exact[name], name) <= values[row], (branch.number, row, name)
 
 
+def test_a_number_that_passes_zero_has_a_bound() -> None:
+    """The discriminant, where the type changes between node and focus."""
+    device = replace(DEVICE, inclination_deg=0.0)
+    solution = solution_of(device, MEMBRANE, Sweep(device, Parameter.LENGTH, 0.3, 0.75), design=False)
+    zeros = []
+    for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
+        for row in range(len(branch.motions)):
+            point = branch.critical_point(row)
+            if point is not None and point.kind is CriticalKind.NODE_FOCUS:
+                zeros.append(bounds["discriminant"][row])
+                assert abs(branch.motions.discriminant[row]) <= zeros[-1] < 1e-10
+    assert len(zeros) >= 3
+
+
 @pytest.mark.parametrize("length", [0.35, 0.75])
 def test_an_inclination_of_zero_has_bounds(length: float) -> None:
     device = replace(DEVICE, length_m=length)
@@ -145,17 +175,19 @@ def test_an_inclination_of_zero_has_bounds(length: float) -> None:
 def test_bounds_at_design_points_hold(seed: int) -> None:
     together: dict[str, list[float]] = {}
     for device in (sweep.device for sweep in random_sweeps(10, seed)):
-        solution, sweep = solution_of(device, MEMBRANE, None, design=True), around_length(device)
+        solution, sweep = solution_of(device, DIELECTRIC, None, design=True), around_length(device)
         design, bounds = solution.design, solution.bounds.design
         for row in range(len(design.motions)):
             exact = exact_at(sweep, design.motions, row, float(device.length_m), MEMBRANE)
+            exact |= exact_conversion(device, exact)
             for name, bound in bounds.items():
-                stored = getattr(design.voltages if name in OF_IMPACTS else design.motions, name)[row]
+                columns = design.voltages if name in OF_IMPACTS else design.motions
+                stored = getattr(design.conversion if name in CONVERTED else columns, name)[row]
                 away = error_of(stored, exact[name], name)
                 assert away <= bound[row], (device, row, name, away, bound[row])
                 if away > 0:
                     together.setdefault(name, []).append(bound[row] / away)
-    assert set(together) >= {"wall_gap", "discriminant", "average_v", "deflection_m"}
+    assert set(together) >= {"wall_gap", "discriminant", "average_v", "deflection_m", *CONVERTED}
     for name, ratios in together.items():
         assert np.median(ratios) < 1e4, name
 

@@ -23,11 +23,13 @@ from vireport.analysis import (
     classify,
     design_point,
     find_motions,
+    margins,
     orbits,
     solve,
     touches,
 )
 from vireport.analysis.design import ending_beyond
+from vireport.errors import NumericalError
 from vireport.physics import Device
 from vireport.reference import mp, mpf
 from vireport.scenario import DesignInput, Parameter
@@ -281,3 +283,28 @@ def test_the_simulation_stays_on_one_side_and_leaves_on_the_other() -> None:
                 same = attractor.word == "BT" and apart_at_bottom(attractor, velocity, phi) < 0.1
                 assert same == stays, (device, varied, end, attractor)
     assert tried > 100
+
+
+def test_an_end_that_is_not_polished_is_known_to_its_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never_settles(*_: Any) -> Any:
+        raise NumericalError("did not settle")
+
+    device = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
+    exact = design_point(device, None).margins
+    monkeypatch.setattr(margins, "newton", never_settles)
+    rough = design_point(device, None).margins
+    assert len(rough) == len(exact) > 5
+    for one, other in zip(rough, exact, strict=True):
+        assert (one.parameter, one.kind) == (other.parameter, other.kind)
+        bound = one.point.point.error_bound
+        assert abs(one.sweep_value - other.sweep_value) <= bound < 1e-4 * abs(other.sweep_value)
+
+
+def test_ends_by_grazing_are_polished() -> None:
+    touching = set()
+    for device in (sweep.device for sweep in random_sweeps(6, seed=77)):
+        for end in design_point(device, None).margins:
+            if end.kind is CriticalKind.GRAZING and not end.point.change.at_rest:
+                touching.add(end.parameter)
+                assert end.point.point.error_bound < 1e-12 * abs(end.sweep_value), (device, end)
+    assert touching > {DesignInput.LENGTH, DesignInput.RESTITUTION}

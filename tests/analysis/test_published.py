@@ -165,3 +165,16 @@ def test_stable_branch_that_passes_through_the_membrane_is_refused() -> None:
     assert not any(part.stable for branch in solution.branches for part in branch.segments())
     grazing = next(c for c in solution.critical_points if c.kind == "grazing")
     assert grazing.point.d == pytest.approx(0.141, abs=5e-4)
+
+
+@pytest.mark.parametrize("parameter", [Parameter.LENGTH, Parameter.FREQUENCY, Parameter.AMPLITUDE])
+def test_symmetric_motions_end_in_a_fold_at_their_largest_d(parameter: Parameter) -> None:
+    """At beta = 0 and q = 1/2, (3.9) and (3.11) give d = (1+r) sin(phi)/(pi (1-r)) - 2 cos(phi)/pi^2."""
+    device, r = Device(0.1245, 0.5, 9.8, 0.75, 3.0, 2.0, 0.0), 0.5
+    start, end = {Parameter.LENGTH: (0.3, 2.0), Parameter.FREQUENCY: (1.0, 5.0), Parameter.AMPLITUDE: (1.0, 10.0)}[
+        parameter
+    ]
+    points = solve(Sweep(device, parameter, start, end)).critical_points
+    (fold,) = (point for point in points if point.kind == "fold")
+    assert (fold.family, fold.point.u) == ("symmetric", 0)
+    assert fold.point.d == pytest.approx(np.hypot((1 + r) / (np.pi * (1 - r)), 2 / np.pi**2), rel=1e-14)

@@ -18,6 +18,14 @@ def test_a_bracket_is_closed_to_the_last_bit(sign: float) -> None:
     np.testing.assert_allclose(swapped, np.cbrt(SHIFT), rtol=1e-15)
 
 
+@pytest.mark.parametrize("shift", [0.1, 0.7, 3.0])
+def test_a_bracket_is_closed_in_less_than_half_the_steps_of_bisection(shift: float) -> None:
+    """Which takes 54 evaluations from a width of 2 to the last bit."""
+    at = []
+    bracketed_root(lambda x: at.append(x) or x**3 - shift, np.zeros(1), np.full(1, 2.0))
+    assert len(at) < 27
+
+
 def test_a_bracket_is_closed_to_a_tolerance_or_better() -> None:
     rough = bracketed_root(lambda x: x**3 - SHIFT, np.zeros(4), np.full(4, 2.0), 1e-7)
     assert np.all(np.abs(rough - np.cbrt(SHIFT)) <= 1e-7)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
+from scipy.optimize import minimize_scalar
 from strategies import phases, shares
 
 from vireport.analysis import Held, Level, coefficients, level_residual, orbits
@@ -81,7 +82,15 @@ def test_gbar_keeps_its_digits_next_to_the_symmetric_motion(u: float, phi: float
 
 @pytest.mark.parametrize(
     "level",
-    [Level(Held.GBAR, 0.0), Level(Held.GBAR, 0.3), Level(Held.GBAR, 1e-9), Level(Held.RATIO, 1.7), Level(Held.D, 0.5)],
+    [
+        Level(Held.GBAR, 0.0),
+        Level(Held.GBAR, 0.3),
+        Level(Held.GBAR, 1.1),
+        Level(Held.GBAR, 1e-9),
+        Level(Held.RATIO, 1.7),
+        Level(Held.D, 0.5),
+        Level(Held.D, 0.9),
+    ],
 )
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_strands_lie_on_their_level(level: Level, n: int) -> None:
@@ -93,6 +102,8 @@ def test_strands_lie_on_their_level(level: Level, n: int) -> None:
         assert np.max(np.abs(level_residual(level, o)) / scale) < 1e-13 * n * n
         if strand.closed:
             assert o.u[0] == pytest.approx(o.u[-1], abs=1e-12)
+        else:
+            assert np.abs(o.u[[0, -1]]) == pytest.approx(0.5)
 
 
 def test_strands_cover_every_share_at_which_the_level_has_motions() -> None:
@@ -112,13 +123,18 @@ def test_strands_cover_every_share_at_which_the_level_has_motions() -> None:
         assert (exists == covered).all()
 
 
-def test_a_tiny_interval_of_motions_between_two_samples_is_found() -> None:
-    """Just below the largest d that a vertical surface allows, motions exist only in a sliver of q."""
+@pytest.mark.parametrize(("held", "n"), [(Held.D, 1), (Held.GBAR, 1), (Held.D, 2)])
+def test_a_tiny_interval_of_motions_between_two_samples_is_found(held: Held, n: int) -> None:
+    """Just below the largest d or gbar of any motion, motions exist only in slivers of q."""
+
+    def reach(u: float) -> float:
+        k = coefficients(u, 0.5, n)
+        return float(np.hypot(k.d_sine, k.d_cosine) if held is Held.D else np.hypot(k.gbar_sine, k.gbar_cosine))
+
     u = np.linspace(-0.49, 0.49, 2001)
-    k = coefficients(u, 0.5, 1)
-    reach = np.hypot(k.d_sine, k.d_cosine)
-    top = float(reach.max())
-    strands = find_strands(Level(Held.D, top * (1 - 1e-10)), 0.5, 1)
-    assert len(strands) >= 1
-    assert sum(s.high - s.low for s in strands) < 1e-3
-    assert find_strands(Level(Held.D, top * (1 + 1e-7)), 0.5, 1) == []
+    k = int(np.argmax([reach(at) for at in u]))
+    top = -minimize_scalar(lambda at: -reach(at), bracket=u[k - 1 : k + 2], tol=1e-14).fun
+    strands = find_strands(Level(held, top * (1 - 1e-10)), 0.5, n)
+    assert any(s.low < u[k] + 1e-3 and s.high > u[k] - 1e-3 for s in strands)
+    assert 0 < sum(s.high - s.low for s in strands) < 1e-3
+    assert find_strands(Level(held, top * (1 + 1e-7)), 0.5, n) == []

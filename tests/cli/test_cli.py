@@ -27,7 +27,7 @@ def vireport(*arguments: str, stdin: bytes = b"", cwd: Path | None = None) -> su
     return subprocess.run([sys.executable, "-m", "vireport", *arguments], input=stdin, capture_output=True, cwd=cwd)
 
 
-FIGURES = {f"figure-{name}.png" for name in ("2", "4", "7", "margins")}
+FIGURES = {f"figure-{name}.png" for name in ("2", "4", "7", "device", "margins")}
 ALL = {"report.html", "report.pdf", "results.json", "branches.csv"} | FIGURES
 
 
@@ -47,7 +47,9 @@ def test_every_output_of_an_example(name: str, example, tmp_path: Path) -> None:
 def test_a_design_point_draws_no_bifurcation_figure(example, tmp_path: Path) -> None:
     run = vireport(str(example("design-point")), "-o", str(tmp_path / "out"))
     assert run.returncode == 0
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"report.html", "report.pdf", "results.json"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "report.html", "report.pdf", "results.json", "figure-device.png", "figure-margins.png"
+    }  # fmt: skip
 
 
 @pytest.mark.slow
@@ -165,10 +167,11 @@ def test_plan_says_what_runs_and_what_is_left_out(example) -> None:
     assert lines["design"].startswith("run")
     full = vireport("plan", str(example("horizontal"))).stdout.decode()
     skipped = {line.split()[1]: line for line in full.splitlines() if line.startswith("skip")}
-    assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", "motions", "accuracy", "compliant"}
+    assert "thickness_m" in skipped.pop("conversion")
+    blocks = {"accuracy": "accuracy", "compliant": "accuracy", "tolerances": "tolerances", "motions": "motions"}
+    assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", *blocks}
     for name, line in skipped.items():
-        block = {"accuracy": "accuracy", "compliant": "accuracy", "motions": "motions"}.get(name, "simulation")
-        assert f"no {block} block" in line
+        assert f"no {blocks.get(name, 'simulation')} block" in line
     sparse = vireport("plan", str(example("horizontal")), "--format", "json").stdout.decode()
     assert next(line for line in sparse.splitlines() if "figure-2" in line).startswith("skip")
 

@@ -55,7 +55,7 @@ def test_certify_prints_enclosures_and_keeps_them(example, tmp_path: Path, capsy
     pytest.importorskip("flint")
     code = main(["run", str(example("inclined")), "--certify", "-o", str(tmp_path), "--format", "json", "-q"])
     assert code == 0
-    assert "0.62945714101175734927828" in capsys.readouterr().out
+    assert "0.6294571410117573492782814" in capsys.readouterr().out
     (one,) = json.loads((tmp_path / "results.json").read_text())["certificates"]
     assert one["proved"]
     assert one["bound_holds"]

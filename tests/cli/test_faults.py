@@ -240,7 +240,7 @@ def test_another_scenario_in_the_same_folder_leaves_nothing_of_the_first(tmp_pat
     for name in ("figure-2.png", "figure-mine.png", "notes.txt"):
         (out / name).write_text("of an earlier run, or mine")
     assert main(["run", DESIGN, "-o", str(out), "--format", "png,json"]) == 0
-    assert names(out) == {"results.json", "branches.csv", "notes.txt", "figure-mine.png"}
+    assert names(out) == {"results.json", "branches.csv", "notes.txt", "figure-mine.png", "figure-device.png"}
     assert "of an earlier run, and left as they are: branches.csv" in capsys.readouterr().err
 
 
@@ -336,6 +336,18 @@ def test_names_are_text_everywhere(formats: str, tmp_path: Path, capsys) -> None
     header = (tmp_path / "out" / "compare.csv").read_text().splitlines()[0]
     assert "'=1+1" in header
     assert "'@octocat" in header
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--\x1b[2J::error::x"], [DESIGN, "a\n::error::b"], [DESIGN, "--templates", "\x1b[2J::error::x"]]
+)
+def test_arguments_that_are_refused_are_text(arguments: list[str], capsys) -> None:
+    assert main(["run", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert "\\x3aerror" in err
+    assert "::" not in err
+    assert "\x1b" not in err
+    assert out == ""
 
 
 def test_checks_say_nothing_where_that_is_asked_for(tmp_path: Path, capsys) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
+import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +13,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from vireport import loads, results
+from vireport import analyse, compare, diff, load, loads, results
 from vireport.alerts import AlertCode
 from vireport.cli.app import app
 from vireport.errors import EXTRAS
@@ -75,6 +77,32 @@ def test_the_python_of_the_docs_runs(page: Path, monkeypatch: pytest.MonkeyPatch
 def test_the_first_run_prints_what_the_readme_says(study_of) -> None:
     (printed,) = re.findall(r"^    (Stable .*), \.\.\.$", text_of(README), re.MULTILINE)
     assert study_of("inclined").verdict.headline.startswith(printed)
+
+
+def test_comparisons_print_what_the_docs_say(study_of, example) -> None:
+    page = text_of(ROOT / "docs" / "compare.md")
+    (sentence,) = re.findall(r"^    (Stable range .*)$", page, re.MULTILINE)
+    variants = compare(example("inclined"), vary={"inclination_deg": [0, 45]})
+    assert sentence in [difference.sentence for difference in variants.differences]
+    ((count, shown),) = re.findall(r"^    (\d+) changes since .*\n((?:      .*\n)+)", page, re.MULTILINE)
+    study = study_of("inclined")
+    longer = analyse(load(example("inclined"), ["device.length_m=0.7"]), ("json",))
+    changes = diff(results(study, provenance_of(study.loaded, "")), longer)
+    assert len(changes) == int(count)
+    printed = [f"{change.group}: {change.sentence}" for change in changes]
+    assert set(re.findall(r"^ +(\w+: .*)$", shown, re.MULTILINE)) <= set(printed)
+
+
+def test_impacts_of_the_examples_are_as_deep_as_the_docs_say(study_of) -> None:
+    ((depth, radii),) = re.findall(r"some (\d+) mm deep, (\d) times its radius", text_of(ROOT / "docs" / "model.md"))
+    for solution in (study_of(name).solution for name in ("horizontal", "inclined", "inclined-forcing")):
+        assert solution.deepest_m == pytest.approx(float(depth) / 1000, rel=0.2)
+        assert solution.deepest_m / solution.membrane.active_radius_m == pytest.approx(float(radii), rel=0.25)
+
+
+def test_measured_figures_are_those_that_the_benchmarks_wrote() -> None:
+    run = subprocess.run([sys.executable, ROOT / "tools" / "make_docs.py", "--check"], capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout
 
 
 def test_scenarios_are_valid() -> None:

@@ -194,7 +194,7 @@ def test_only_a_ball_that_rests_or_flies_is_said_to_have_no_impacts() -> None:
     check = simulated_study().crosscheck
     found = diagram_of(["BT", *Outcome])
     caption = diagram_caption(simulated_study(), found, check.values)
-    still = f"From some starts the ball ends {Outcome.REST}, or {Outcome.FREE}, which has no impacts."
+    still = f"; from some starts the ball ends {Outcome.REST}, or {Outcome.FREE}, which has no impacts."
     assert caption.endswith(still)
 
 
@@ -223,7 +223,7 @@ def test_long_words_are_shortened() -> None:
 def test_the_plan_decides_and_the_words_tell_the_numbers() -> None:
     study = simulated_study()
     drawn = {picture.name: picture for picture in pictures(study, simulated_points(study))}
-    assert list(drawn) == [f"figure-{name}" for name in ("2", "3", "4", "6", "7", "diagram", "margins")]
+    assert list(drawn) == [f"figure-{name}" for name in ("2", "3", "4", "6", "7", "device", "diagram", "margins")]
     for name in ("figure-3", "figure-6"):
         for part in ("F = 5.87 N, d = 0.2545", "BTBT, every 2 forcing periods", "0.71496", "residual", "r = 0.5"):
             assert part in drawn[name].caption
@@ -236,8 +236,8 @@ def test_the_plan_decides_and_the_words_tell_the_numbers() -> None:
         assert picture.caption.endswith(".")
         assert picture.alt.endswith(".")
         assert not re.search(r"\b(nan|inf|None)\b", picture.caption + picture.alt)
-    count = sum(int((~np.isnan(v)).sum()) for v in simulated_points(study).pairs[0])
-    assert f"Circles: simulation, {count} impacts" in drawn["figure-2"].caption
+    count = sum(int((~np.isnan(v)).sum()) for v in simulated_points(study).pairs()[0])
+    assert f"circles: {count} impacts" in drawn["figure-2"].caption
     assert f"{count} impacts" in drawn["figure-7"].caption
     assert "imulation" not in drawn["figure-4"].caption
     without = {picture.name: picture for picture in pictures(study)}

@@ -39,7 +39,8 @@ def test_along_a_sweep(name: str, figure: str) -> None:
 def test_from_simulation() -> None:
     study = simulated_study()
     for picture in pictures(study, simulated_points(study)):
-        assert_readable(picture.figure)
+        if picture.name != "figure-device":  # texts at an angle, which have a test of their own
+            assert_readable(picture.figure)
 
 
 @pytest.mark.parametrize("figure", list(FIGURES))

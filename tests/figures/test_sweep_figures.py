@@ -9,6 +9,7 @@ import subprocess
 import sys
 from io import BytesIO
 from pathlib import Path
+from xml.etree import ElementTree
 
 import matplotlib
 import numpy as np
@@ -16,11 +17,14 @@ import pytest
 from conftest import first
 from figure_cases import CASES, FIGURES, ROOT, curves, figure_of, labels, rows, study_of, texts_of, vertices
 from matplotlib.colors import to_rgb
+from matplotlib.path import Path as MplPath
 from PIL import Image
 
 from vireport.figures import Simulated, figure_2, figure_7, pictures
-from vireport.figures.curves import TURN, phase_curve, stretches
-from vireport.figures.sweeps import BRANCH_COLORS, NO_MOTION
+from vireport.figures.curves import TURN, phase_curve, phase_cut, stretches
+from vireport.figures.labels import LEADER
+from vireport.figures.style import figure_css
+from vireport.figures.sweeps import BRANCH_COLORS, LEAVES, NO_MOTION
 from vireport.physics import Voltages
 from vireport.scenario import load
 from vireport.study import analyse
@@ -33,14 +37,16 @@ def test_the_plan_decides_which_are_drawn() -> None:
         "figure-2",
         "figure-4",
         "figure-7",
+        "figure-device",
         "figure-margins",
     ]
     path = ROOT / "examples" / "inclined.yaml"
     without_mass = load(path, ("device.ball_mass_kg=", "device.membrane="))
-    assert [picture.name for picture in pictures(analyse(without_mass))] == ["figure-2", "figure-4", "figure-margins"]
+    drawn = [picture.name for picture in pictures(analyse(without_mass))]
+    assert drawn == ["figure-2", "figure-4", "figure-device", "figure-margins"]
     assert pictures(analyse(load(path), ["json", "csv"])) == ()
-    (alone,) = pictures(analyse(load(ROOT / "examples" / "design-point.yaml")))
-    assert alone.name == "figure-margins"
+    alone = pictures(analyse(load(ROOT / "examples" / "design-point.yaml")))
+    assert [picture.name for picture in alone] == ["figure-device", "figure-margins"]
 
 
 def test_without_a_sweep_there_is_nothing_to_draw() -> None:
@@ -123,7 +129,7 @@ def test_the_axes_hold_the_data(name: str, figure: str) -> None:
 @pytest.mark.parametrize("name", ["horizontal", "wide", "lively", "slow"])
 def test_figure_4_shows_its_bounds_and_not_how_unstable_a_motion_is(name: str) -> None:
     panels = figure_of(name, "figure-4").axes
-    for panel, bounds, most in zip(panels, ((0.0,), (-1.0, 0.0, 1.0)), (3.0, 2.0), strict=True):
+    for panel, bounds, most in zip(panels, ((0.0,), (-1.0, 1.0)), (3.0, 2.0), strict=True):
         low, high = panel.get_ylim()
         assert {line.get_ydata()[0] for line in panel.lines if line.get_zorder() == 1.5} == set(bounds)
         assert low < bounds[0] <= bounds[-1] < high < most
@@ -152,19 +158,77 @@ def test_phases_never_jump(name: str) -> None:
     for line in curves(panel):
         y = np.asarray(line.get_ydata())
         assert np.nanmax(np.abs(np.diff(y))) < np.pi
-        assert np.nanmin(y) >= 0
-        assert np.nanmax(y) <= TURN
+    low, high = panel.get_ylim()
+    assert 1.05 * TURN < high - low < 1.3 * TURN
+    study = study_of(name)
+    drawn = sorted(vertices(curves(panel)))
+    for index, row in rows(study, True):
+        motions = study.solution.branches[index].motions
+        for phi in (motions.phi_bottom[row], motions.phi_top[row]):
+            away = [(y - phi + np.pi) % TURN - np.pi for x, y in drawn if x == motions.d[row]]
+            assert np.abs(away).min() < 1e-9
 
 
-def test_a_phase_that_passes_a_full_turn_is_cut_there() -> None:
-    upward = phase_curve(np.array([0.0, 1.0, 2.0]), np.array([6.0, 6.2, 0.2]))
-    (x1, y1), (x2, y2) = upward
-    assert (y1[-1], y2[0]) == (TURN, 0.0)
-    assert x1[-1] == x2[0] == pytest.approx(1 + (TURN - 6.2) / (0.2 + TURN - 6.2))
-    (x1, y1), (x2, y2) = phase_curve(np.array([0.0, 1.0]), np.array([0.1, 6.2]))
-    assert (y1[-1], y2[0]) == (0.0, TURN)
-    assert x1[-1] == x2[0]
-    assert len(phase_curve(np.arange(3.0), np.array([0.1, 3.0, 6.0]))) == 1
+def test_a_phase_that_passes_a_full_turn_goes_on_from_its_middle() -> None:
+    np.testing.assert_allclose(phase_curve(np.array([6.0, 6.2, 0.2])), [6.0, 6.2, 0.2 + TURN])
+    np.testing.assert_allclose(phase_curve(np.array([0.1, 6.2])), [0.1 + TURN, 6.2])
+
+
+def test_phases_are_cut_at_zero_unless_a_curve_passes_it() -> None:
+    assert phase_cut(stretches(study_of("inclined").solution)) == pytest.approx(0.0, abs=1e-8)
+    assert phase_cut(stretches(study_of("inclined-forcing").solution)) == pytest.approx(0.0, abs=1e-8)
+    parts = stretches(study_of("horizontal").solution)
+    cut = phase_cut(parts)
+    assert -0.6 < cut < -0.4
+    for part in parts:
+        for phi in (part.branch.motions.phi_bottom[part.rows], part.branch.motions.phi_top[part.rows]):
+            assert np.abs(np.diff((phi - cut) % TURN)).max() < np.pi
+
+
+def test_curves_that_leave_figure_4_are_marked_at_its_edge() -> None:
+    for panel in figure_of("horizontal", "figure-4").axes:
+        _, high = panel.get_ylim()
+        marks = [line for line in panel.lines if line.get_zorder() == LEAVES["zorder"]]
+        marked = {line.get_color() for line in marks}
+        leaving = {line.get_color() for line in curves(panel) if np.nanmax(line.get_ydata()) > high}
+        assert marked == leaving == set(BRANCH_COLORS[:2])
+        for line in marks:
+            (at,), (top,) = line.get_data()
+            assert line.get_marker() == "^"
+            assert top > 0.9
+            steps = [c for c in curves(panel) if c.get_color() == line.get_color()]
+            inside = [y < high for c in steps for x, y in zip(*c.get_data(), strict=True) if abs(x - at) < 0.02]
+            assert not all(inside)
+
+
+def test_one_colour_means_one_thing_along_a_sweep() -> None:
+    velocity, voltage = figure_of("inclined", "figure-2").axes[0], figure_of("inclined", "figure-7").axes[0]
+    impacts = {line.get_color() for line in curves(velocity)}
+    assert impacts < {line.get_color() for line in curves(voltage)}
+    assert {line.get_color() for line in curves(voltage)}.isdisjoint(BRANCH_COLORS)
+
+
+@pytest.mark.parametrize("name", first(3, CASES))
+@pytest.mark.parametrize("figure", list(FIGURES))
+def test_no_label_lies_on_a_line_a_tick_or_a_marker(name: str, figure: str) -> None:
+    for panel in figure_of(name, figure).axes:
+        for text in panel.texts:
+            if text.get_text() not in labels(panel):
+                continue
+            box = text.get_window_extent().padded(-2)
+            frame = panel.bbox.padded(-3.5 * panel.figure.dpi / 72)
+            assert frame.contains(*box.p0)
+            assert frame.contains(*box.p1)
+            for line in panel.lines:
+                if line.get_zorder() != LEADER["zorder"]:
+                    path = line.get_transform().transform(line.get_xydata())
+                    pieces = np.split(path, np.flatnonzero(np.isnan(path).any(axis=1)))
+                    drawn = [piece[~np.isnan(piece).any(axis=1)] for piece in pieces]
+                    for piece in drawn:
+                        if line.get_linestyle() != "None" and len(piece) > 1:
+                            assert not MplPath(piece).intersects_bbox(box, filled=False), text
+                        else:
+                            assert not box.count_contains(piece), text
 
 
 @pytest.mark.parametrize("figure", list(FIGURES))
@@ -205,8 +269,8 @@ def test_simulated_motions_are_drawn_over() -> None:
         circles = [line for line in panel.lines if line.get_zorder() == 3.5]
         assert [len(line.get_xdata()) for line in circles] == [3, 3]
     (panel,) = figure_7(study, simulated).axes
-    assert [line.get_marker() for line in panel.lines if line.get_zorder() == 3.5] == ["*", "o", "o"]
-    assert [picture.name for picture in pictures(study, simulated)] == [*FIGURES, "figure-margins"]
+    assert [line.get_marker() for line in panel.lines if line.get_zorder() == 3.5] == ["o", "o", "o"]
+    assert [picture.name for picture in pictures(study, simulated)] == [*FIGURES, "figure-device", "figure-margins"]
 
 
 # The axis along the sweep
@@ -257,12 +321,12 @@ def test_the_two_impacts_differ_by_more_than_colour() -> None:
     assert len(by_color) == 2
     assert min(thick) > 2 * max(thin)
     volts = curves(figure_of("inclined", "figure-7").axes[0])
-    looks = {(line.get_linewidth(), str(line.get_linestyle()), line._unscaled_dash_pattern) for line in volts}
+    looks = {(line.get_linewidth(), str(line.get_linestyle())) for line in volts}
     assert len(looks) == len(volts) == 6
 
 
 def test_the_first_branches_are_apart_in_grey() -> None:
-    grey = [float(np.dot(to_rgb(color), (0.299, 0.587, 0.114))) for color in BRANCH_COLORS[:3]]
+    grey = [float(np.dot(to_rgb(color), (0.299, 0.587, 0.114))) for color in BRANCH_COLORS[:2]]
     assert min(abs(a - b) for i, a in enumerate(grey) for b in grey[i + 1 :]) > 0.2
 
 
@@ -301,21 +365,47 @@ def test_pictures_are_whole(name: str) -> None:
         assert not re.search(r"\b(nan|inf|None)\b", picture.caption + picture.alt)
 
 
-def test_captions_tell_the_numbers() -> None:
-    two, four, seven, margins = pictures(study_of("inclined"))
+def test_captions_say_what_is_drawn_in_two_sentences() -> None:
+    two, four, seven, _, margins = pictures(study_of("inclined"))
     assert "period doubling B1 at f = 1.90555 Hz" in margins.caption
     assert "inclination 0.3" in margins.alt
     for picture in (two, four, seven):
-        assert "F = 3 N, f = 2 Hz, β = 45°" in picture.caption
-        assert "s from 0.59 m to 0.75 m" in picture.caption
-        assert "Stable 1:1 motion for 0.629457 m < s ≤ 0.75 m." in picture.caption
+        assert len(re.findall(r"\.(?= [A-Z]|$)", picture.caption)) == 2
+        assert "F = 3 N, f = 2 Hz, β = 45°, M = 0.1245 kg, r = 0.5; s from 0.59 m to 0.75 m" in picture.caption
+        assert "Stable 1:1 motion for 0.629457 m < s ≤ 0.75 m." in picture.alt
         assert "B1" in picture.alt
-    assert "B1 period doubling (d = 0.417960, s = 0.629457 m)" in two.caption
-    assert "design point s = 0.6934 m" in two.caption
-    assert "beyond 1.6 it is off the axes" in four.caption
-    assert "U_ave = 42.84 kV" in seven.caption
+    assert "F/(2 M f) = 6.024 m/s" in two.caption
+    assert "|λ| reaches 87.1" in four.caption
+    assert "m = 4.1 g" in seven.caption
     assert "mirror" not in two.caption
     assert "mirror image" in pictures(study_of("horizontal"))[0].caption
+
+
+# As vectors
+
+
+def test_as_vectors_texts_are_texts_and_identifiers_are_unique_on_a_page() -> None:
+    drawn = pictures(study_of("horizontal"))
+    elements = [ElementTree.fromstring(picture.inline) for picture in drawn]
+    identifiers = [node.get("id") for root in elements for node in root.iter() if node.get("id")]
+    assert len(identifiers) == len(set(identifiers)) > 0
+    for picture, root in zip(drawn, elements, strict=True):
+        assert root.get("aria-label") == picture.alt
+        ours = {node.get("id") for node in root.iter()}
+        references = re.findall(r'(?:href="|url\()#([^")]*)', picture.inline)
+        assert {name for name in references if not name.startswith("point-")} <= ours
+        texts = {text for node in root.iter() if node.tag.endswith("}text") for text in node.itertext()}
+        assert {text for text in texts_of(picture.figure) if "\n" not in text} <= texts
+        whole = ElementTree.fromstring(picture.svg)
+        assert not any(node.tag.endswith("}a") for node in whole.iter())
+        assert whole.get("width") == f"{picture.figure.bbox.width * 72 / 150:g}pt"
+
+
+def test_on_a_page_every_colour_is_one_of_the_pages() -> None:
+    declared = set(re.findall(r"(--figure-\w+):", figure_css()))
+    for picture in pictures(study_of("horizontal")):
+        assert not re.search(r"#[0-9a-fA-F]{6}\b", picture.inline)
+        assert set(re.findall(r"var\((--figure-\w+)\)", picture.inline)) <= declared
 
 
 # The same everywhere
@@ -325,7 +415,7 @@ SCRIPT = """
 import hashlib, sys
 from vireport import analyse, load, pictures
 for picture in pictures(analyse(load(sys.argv[1]))):
-    print(hashlib.sha256(picture.png).hexdigest())
+    print(hashlib.sha256(picture.png + picture.svg + picture.inline.encode()).hexdigest())
 assert "matplotlib.pyplot" not in sys.modules
 """
 
@@ -348,9 +438,12 @@ text.hinting: force_autohint
 def test_the_bytes_are_the_same_in_every_process_whatever_the_user_has_set(tmp_path: Path) -> None:
     before = dict(matplotlib.rcParams)
     path = ROOT / "examples" / "inclined.yaml"
-    here = [hashlib.sha256(picture.png).hexdigest() for picture in pictures(study_of("inclined"))]
-    again = [hashlib.sha256(picture.png).hexdigest() for picture in pictures(study_of("inclined"))]
-    assert here == again
+    first, again = (
+        [picture.png + picture.svg + picture.inline.encode() for picture in pictures(study_of("inclined"))]
+        for _ in range(2)
+    )
+    assert first == again
+    here = [hashlib.sha256(bytes_of).hexdigest() for bytes_of in first]
     assert dict(matplotlib.rcParams) == before
     (tmp_path / "matplotlibrc").write_text(RC)
     environment = os.environ | {"MATPLOTLIBRC": str(tmp_path), "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "7"}

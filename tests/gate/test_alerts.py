@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,8 @@ from vireport.analysis.kinds import Change
 from vireport.analysis.sensitivity import contact_share, mass_elasticity, restitution_effect
 from vireport.errors import UsageError
 from vireport.gate.alerts import CAUSES
+
+DIELECTRIC = "thickness_m: 1e-3, relative_permittivity: 4.7"
 
 
 def codes(example, name: str, *overrides: str) -> set[str]:
@@ -41,6 +45,12 @@ def test_an_unknown_code_is_refused_with_the_known_ones() -> None:
         ("VR007", "horizontal", ["device.length_m=0.27", "inclination_deg=14"], []),
         ("VR009", "inclined", ["device.length_m=0.632"], ["device.length_m=0.72"]),
         ("VR010", "inclined", [], ["device.ball_mass_kg=1e-7"]),
+        (
+            "VR016",
+            "inclined",
+            [f"device.membrane={{{DIELECTRIC}, breakdown_field_v_m: 2e7}}"],
+            [f"device.membrane={{{DIELECTRIC}, breakdown_field_v_m: 2e8}}"],
+        ),
         ("VR011", "inclined", [], ["device.membrane.stiffness=1e12"]),
         ("VR012", "inclined", [], ["device.membrane.exponent=12"]),
         ("VR022", "inclined", ["excitation.amplitude_n=0.85", "sweep.from=0.2"], []),
@@ -49,6 +59,22 @@ def test_an_unknown_code_is_refused_with_the_known_ones() -> None:
 def test_raised_where_its_cause_is(code: str, name: str, there: list[str], elsewhere: list[str], example) -> None:
     assert code in codes(example, name, *there)
     assert code not in codes(example, name, *elsewhere)
+
+
+@pytest.mark.parametrize("way", range(3))
+def test_each_way_into_the_geometry_is_one(way: int, example) -> None:
+    """With the numbers of the alert, as printed, and with those of the results."""
+    text = example("inclined").read_text()
+    study = analyse(loads(text), ("json",))
+    (cause,) = (alert.cause for alert in study.alerts if alert.code == "VR010")
+    printed = [float(number) for number in re.findall(r"at (?:most|least) (\S+) ", cause)]
+    path, scale = [("ball_mass_kg", 1e-3), ("membrane.stiffness", 1.0), ("membrane.active_radius_m", 1e-3)][way]
+    exact = list(study.to_dict()["fits_membrane"].values())[way]
+    assert printed[way] * scale == pytest.approx(exact, rel=2e-3)
+    for value, share in ((printed[way] * scale, 0.998), (exact, 1 - 1e-11)):
+        solution = analyse(loads(text, overrides={f"device.{path}": value}), ("json",)).solution
+        assert share < solution.deepest_m / solution.membrane.active_radius_m <= 1
+        assert solution.fitting is None
 
 
 def test_next_to_a_fold_digits_are_said_to_be_missing(example, study_of) -> None:

@@ -14,11 +14,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from junitparser import Failure, JUnitXml
+from pages import Page
 
 from vireport import analyse, load, loads
 from vireport.cli.app import main
 from vireport.gate.requirements import REQUIREMENTS, Criterion, Limit, LimitKind, assess, held, unmet, with_peaks
 from vireport.gate.verdict import CONCERNS, Question, Status
+from vireport.report import Report, render_html
 from vireport.report.ci_formats import github, junit, markdown
 from vireport.scenario import Requirements
 from vireport.scenario.document import read
@@ -70,6 +72,23 @@ def test_voltages_on_both_sides_of_their_limit(name: str, key: str, study_of) ->
         # Exactly on the limit it is open on which side the true value lies, and what is open is not met.
         assert ("not decided" in one.outcome.why) is (change == 0)
         assert change == 0 or one.outcome.text.split()[0] != one.limit.text.split()[2]
+
+
+DIELECTRIC = {"thickness_m": 0.5e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 1e8}
+ELECTRICAL = {f"device.membrane.{key}": value for key, value in DIELECTRIC.items()}
+
+
+@pytest.mark.parametrize("key", ["power_at_least_mw", "field_at_most_percent"])
+def test_power_and_field_on_both_sides_of_their_limit(key: str) -> None:
+    x = analyse(load(ROOT / "examples/design-point.yaml", ELECTRICAL)).solution.design
+    assert x.motions.stable.tolist() == [True, False]
+    value, least = (x.power_mw if key[0] == "p" else 1e-6 * x.field_v_m for x in [x.conversion]), key[0] == "p"
+    value = float(next(value)[0])
+    for change in (-1e-9, 0.0, 1e-9):
+        one = only("design-point", {key: value * (1 + change)}, **ELECTRICAL)
+        assert one.outcome.value == pytest.approx(value, rel=1e-15)
+        assert one.passed is (change < 0 if least else change > 0)
+        assert 0 < one.outcome.error_bound < 1e-11 * value
 
 
 @pytest.mark.parametrize("key", ["margin_period_doubling_percent", "margin_any_percent"])
@@ -286,7 +305,7 @@ def test_exit_code(name: str, code: int, tmp_path: Path, capfd: pytest.CaptureFi
 
 def test_formats_for_jobs_are_written_only_when_asked_for(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert FORMATS == ("html", "pdf", "png", "json", "csv")
-    assert set(ALL_FORMATS) - set(FORMATS) == {"junit", "markdown", "github"}
+    assert set(ALL_FORMATS) - set(FORMATS) == {"svg", "junit", "markdown", "github"}
     folder = tmp_path / "out"
     assert main([str(CI / "failing.yaml"), "-o", str(folder), "--format", "github"]) == 1
     out, err = capfd.readouterr()
@@ -345,8 +364,18 @@ def test_a_title_is_text_in_every_format(odd) -> None:
     assert "<" not in text
     rows = [line for line in text.splitlines() if line.startswith("|")]
     assert len(rows) == 2 + 9
-    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {7}
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {8}
     assert sum("**NOT MET**" in row for row in rows) == 4
+
+
+def test_markdown_leads_to_the_line_and_says_how_to_run_it_again(odd, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = markdown(odd, provenance_of(odd.loaded, "vireport run x_y.yaml"))
+    assert "Again, with the exit code: vireport run x\\_y.yaml" in text
+    assert "| odd,na:me%.yaml:28 |" in text
+    for name, value in (("SERVER_URL", "https://github.com"), ("REPOSITORY", "a/b"), ("SHA", "0123")):
+        monkeypatch.setenv(f"GITHUB_{name}", value)
+    text = markdown(odd, provenance_of(odd.loaded, "test"))
+    assert "[odd,na:me%.yaml:28](https://github.com/a/b/blob/0123/odd%2Cna%3Ame%25.yaml#L28)" in text
 
 
 def test_characters_that_xml_cannot_hold(odd) -> None:
@@ -393,20 +422,20 @@ def test_what_is_set_over_the_file_has_no_line() -> None:
 
 
 def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
-    from vireport.report.build import build_report
-
-    study = analyse(load(CI / "failing.yaml"), ("html",))
-    model = build_report(study, (), provenance_of(study.loaded, "test"))
-    assert [section.key for section in model.sections][:2] == ["acceptance", "alerts"]
-    table = model.sections[0].blocks[1]
-    assert [row[1] for row in table.rows].count("✗ NOT MET") == 4
-    assert [row[1] for row in table.rows].count("✓ met") == 5
-    plain = build_report(study_of("inclined"), (), provenance_of(study_of("inclined").loaded, "test"))
-    assert "acceptance" not in [section.key for section in plain.sections]
     assert main([str(CI / "failing.yaml"), "-o", str(tmp_path), "--format", "html", "-q"]) == 1
-    html = (tmp_path / "report.html").read_text()
-    assert html.index('id="acceptance"') < html.index('id="alerts"')
-    assert html.count("NOT MET") == 4
+    page = Page((tmp_path / "report.html").read_bytes())
+    assert page.headings[:3] == ["Verdict", "Acceptance", "Key numbers"]
+    outcomes = [outcome for (outcome,) in page.tables["Requirements"].columns("Outcome")]
+    assert (outcomes.count("✗ NOT MET"), outcomes.count("✓ met")) == (4, 5)
+    lines = page.tables["Requirements"].columns("In the scenario")
+    rows = (CI / "failing.yaml").read_text().splitlines()
+    for (line,), one in zip(lines, analyse(load(CI / "failing.yaml")).criteria, strict=True):
+        name, _, number = line.partition(":")
+        assert (name, rows[int(number) - 1].split(":")[0].strip()) == ("failing.yaml", one.key)
+        assert f"#line-{number}" in page.attributes("href")
+    assert "vireport" in page.text[page.text.index("Again, with the exit code") :][:80]
+    plain = Report(study_of("inclined"), {}, provenance_of(study_of("inclined").loaded, "test"))
+    assert "Acceptance" not in Page(render_html(plain)).headings
 
 
 def test_the_workflow_runs_what_exists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

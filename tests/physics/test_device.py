@@ -47,3 +47,12 @@ def test_gravity_that_is_lost_in_rounding_counts_as_none() -> None:
     for ops in ((), (DecimalOps(),)):
         assert device.groups(Parameter.INCLINATION, 0.9 * NO_GRAVITY * degree, *ops)[1] == 0
         assert device.groups(Parameter.INCLINATION, 1.1 * NO_GRAVITY * degree, *ops)[1] > 0
+
+
+def test_a_device_that_rounding_does_not_resolve_says_what_is_lost() -> None:
+    device = Device(1.0, 0.5, 1.0, 1.0, 1.0, 1.0, 57.3)
+    assert device.unresolved == replace(device, inclination_deg=0.0).unresolved == ""
+    assert device.unresolved == replace(device, inclination_deg=1.1 * NO_GRAVITY * 57.3).unresolved
+    assert "gravity is lost" in replace(device, inclination_deg=0.9 * NO_GRAVITY * 57.3).unresolved
+    assert "length is lost" in replace(device, length_m=1e-17).unresolved
+    assert "length is lost" in replace(device, length_m=1e-17, inclination_deg=0.0).unresolved

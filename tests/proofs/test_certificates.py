@@ -11,6 +11,7 @@ from decimal import Decimal
 import numpy as np
 import pytest
 from exact import critical_motion
+from pages import Page
 from strategies import random_sweeps
 
 from vireport import analyse, load, loads, reference
@@ -27,7 +28,9 @@ from vireport.proofs import enclosures
 from vireport.proofs.certificates import certify, certify_point
 from vireport.proofs.confinement import stays_between
 from vireport.proofs.enclosures import BallOps, UnprovedError, ball, bounds, gradients, precision, prove
-from vireport.report.certificates import certification, certify_text, plus_minus
+from vireport.report import Report, render_html
+from vireport.report.certificates import certify_text, plus_minus
+from vireport.study import provenance_of
 
 NARROW = Decimal("1e-20")
 SCENARIOS = {
@@ -332,17 +335,21 @@ def test_what_is_told_of_it(case) -> None:
     text = certify_text(certificates, Parameter.LENGTH)
     assert "B1" in text
     assert "7 of 7 critical points proved" in text
-    blocks = list(certification(certificates, Parameter.LENGTH))
-    assert [block.kind for block in blocks] == ["paragraph", "paragraph", "table", "table"]
-    for block in blocks[2:]:
-        assert all(len(row) == len(block.columns) for row in block.rows)
     data = json.loads(json.dumps([asdict(one) for one in certificates], allow_nan=False))
     assert data[0]["sweep_value"] == list(certificates[0].sweep_value)
     failed = replace(certificates[0], proved=False, reason="it is degenerate", sweep_value=None)
-    blocks = list(certification((failed,), Parameter.LENGTH))
-    assert blocks[-1].rows == (("G1", "grazing", "it is degenerate"),)
     assert "not proved: it is degenerate" in certify_text((failed,), Parameter.LENGTH)
-    assert list(certification((), Parameter.LENGTH)) == []
+
+
+def test_what_the_report_says_of_it(case, study_of) -> None:
+    _, certificates = case("horizontal")
+    failed = replace(certificates[0], proved=False, reason="it is degenerate", sweep_value=None)
+    study = replace(study_of("horizontal"), certificates=(failed, *certificates[1:]))
+    page = Page(render_html(Report(study, {}, provenance_of(study.loaded, "test"))))
+    assert page.tables["Critical points without a proof"].rows[1:] == [["G1", "grazing", "it is degenerate"]]
+    proved = page.tables["Proved critical points"].rows[1:]
+    assert [row[0] for row in proved] == [one.label for one in certificates[1:]]
+    assert len(page.tables["Enclosures of the motions at the critical points"].rows) == 1 + 4 * len(proved)
 
 
 def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,21 +15,21 @@ from vireport.cli import main
 DESIGN = Path(__file__).resolve().parents[2] / "examples" / "design-point.yaml"
 
 MISTAKES = {
-    "recursion": ("a\n{% macro f() %}{{ f() }}{% endmacro %}\n{{ f() }}", "report.html.j2:2: RecursionError"),
-    "filter": ("a\n{{ report.title | nofilter }}", "report.html.j2:2: No filter named 'nofilter'"),
-    "name": ("a\n\n{{ report.nothing.more }}", "report.html.j2:3: "),
-    "encoding": (b"a\n\xff", "report.html.j2:2: has the byte 0xFF, which is not UTF-8"),
-    "syntax": ("{{ ", "report.html.j2:1: "),
-    "arithmetic": ("{{ 1 / 0 }}", "report.html.j2:1: ZeroDivisionError"),
-    "other template": ("a\n{% include 'none.j2' %}", "report.html.j2:2: no template 'none.j2'"),
-    "itself": ("{% include 'report.html.j2' %}", "report.html.j2:1: RecursionError"),
+    "recursion": ("a\n{% macro f() %}{{ f() }}{% endmacro %}\n{{ f() }}", "report.typ.j2:2: RecursionError"),
+    "filter": ("a\n{{ report.title | nofilter }}", "report.typ.j2:2: No filter named 'nofilter'"),
+    "name": ("a\n\n{{ report.nothing.more }}", "report.typ.j2:3: "),
+    "encoding": (b"a\n\xff", "report.typ.j2:2: has the byte 0xFF, which is not UTF-8"),
+    "syntax": ("{{ ", "report.typ.j2:1: "),
+    "arithmetic": ("{{ 1 / 0 }}", "report.typ.j2:1: ZeroDivisionError"),
+    "other template": ("a\n{% include 'none.j2' %}", "report.typ.j2:2: no template 'none.j2'"),
+    "itself": ("{% include 'report.typ.j2' %}", "report.typ.j2:1: RecursionError"),
 }
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_template_that_fails_is_named_with_its_line(mistake: str, tmp_path: Path, capsys) -> None:
     text, message = MISTAKES[mistake]
-    (tmp_path / "report.html.j2").write_bytes(text if isinstance(text, bytes) else text.encode())
+    (tmp_path / "report.typ.j2").write_bytes(text if isinstance(text, bytes) else text.encode())
     out = tmp_path / "out"
     assert main(["run", str(DESIGN), "--templates", str(tmp_path), "-o", str(out), "--format", "html"]) == 3
     err = capsys.readouterr().err

@@ -182,7 +182,7 @@ def test_restitution_stays_below_one_where_it_varies():
     axis = BLOCK + "    - {path: device.restitution, values: [0.5, 1]}\n"
     ((line, path, message),) = mistakes(HELD + axis)
     assert (line, path) == (11, "map.axes.2.values.1")
-    assert message == "got 1, which is too large (a number from 0 to 0.999999 in a map)"
+    assert message == "got 1, which is too large (a number from 0 to 0.999999 where it is varied)"
 
 
 def test_a_map_given_as_a_scenario_is_said_to_be_one():

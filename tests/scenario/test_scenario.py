@@ -218,7 +218,9 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
         "simulation": None,
         "motions": None,
         "accuracy": None,
+        "tolerances": None,
         "requirements": None,
+        "design": None,
     }
     assert list(plain) == list(Scenario.model_fields)
     assert list(to_dict(loads(GOOD).scenario)["sweep"]) == ["parameter", "from", "to"]
@@ -232,4 +234,4 @@ def test_loading_imports_no_other_room_and_nothing_heavy():
     )
     command = [sys.executable, "-c", code, str(EXAMPLES / "horizontal.yaml")]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert printed == "['errors', 'scenario', 'text', 'version'] False\n"
+    assert printed == "['errors', 'scenario', 'text'] False\n"

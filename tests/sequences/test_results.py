@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -77,8 +76,7 @@ def test_without_the_block_no_family_is_followed():
 @pytest.mark.slow
 def test_figure_and_section_name_the_words(study):
     from vireport.figures import pictures
-    from vireport.report import build_report
-    from vireport.study import provenance_of
+    from vireport.report.motions import families_table
 
     (picture,) = [picture for picture in pictures(study) if picture.name == "figure-atlas"]
     (axes,) = picture.figure.axes
@@ -87,9 +85,7 @@ def test_figure_and_section_name_the_words(study):
     labels = {text.get_text() for text in axes.texts}
     assert {vertex.label for vertex in study.atlas.vertices} <= labels
     assert "BBT" in picture.caption
-    model = build_report(study, (picture,), provenance_of(study.loaded, ""))
-    (part,) = [part for part in model.sections if part.key == "motions"]
-    table = asdict(part.blocks[-1])
-    assert [row[0] for row in table["rows"]].count("BBT") == sum(
+    table = families_table(study, study.atlas)
+    assert [row[0] for row in table.rows].count("BBT") == sum(
         family.sequence.word == "BBT" for family in study.atlas.families
     )

@@ -194,8 +194,14 @@ def test_ends_of_every_kind() -> None:
         Outcome.PERIODIC: (0.4604, INCLINED, 0.5, STARTS[0]),
         Outcome.APERIODIC: (*CHAOS, STARTS[0]),
     }
-    for outcome, arguments in kinds.items():
-        assert find_attractor(*arguments, budget=3000).outcome is outcome
+    found = {outcome: find_attractor(*arguments, budget=3000) for outcome, arguments in kinds.items()}
+    assert all(end.outcome is outcome for outcome, end in found.items())
+    exponent = {outcome: end.lyapunov for outcome, end in found.items()}
+    assert exponent[Outcome.REST] == exponent[Outcome.STICKING] == -np.inf
+    assert -np.inf < exponent[Outcome.PERIODIC] < 0 < exponent[Outcome.APERIODIC] < np.inf
+    assert np.isnan(exponent[Outcome.FREE])
+    assert found[Outcome.APERIODIC].distance == np.inf
+    assert all(end.distance < 1e-8 for outcome, end in found.items() if outcome is not Outcome.APERIODIC)
 
 
 def test_chaos_that_sticks_now_and_then_is_not_sold_as_a_cycle() -> None:

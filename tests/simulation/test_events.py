@@ -440,7 +440,9 @@ def test_impossible_starts_are_refused(start, d: float) -> None:
         check_start(start, d)
 
 
-@pytest.mark.parametrize("model", [(0.0, 0.1, 0.5), (1.0, -0.1, 0.5), (1.0, 0.1, 1.1), (np.nan, 0.1, 0.5)])
+@pytest.mark.parametrize(
+    "model", [(0.0, 0.1, 0.5), (1.0, -0.1, 0.5), (1.0, 0.1, 1.1), (1.0, 0.1, -0.1), (np.nan, 0.1, 0.5)]
+)
 def test_impossible_devices_are_refused(model) -> None:
     with pytest.raises(ValueError, match="d"):
         check_model(*model)

@@ -14,8 +14,11 @@ excitation: {amplitude_n: 3, frequency_hz: 2}
 inclination_deg: 45
 """
 SWEEP = "sweep: {parameter: length_m, from: 0.6, to: 0.8}\n"
+ELECTRICAL = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 1e8}
 SIMULATION = "simulation: {portraits: [0.7], displacement: [0.7], diagram: true}\n"
-EVERYTHING = f"{DESIGN}{SWEEP}{SIMULATION}motions: {{}}\naccuracy: {{}}\nrequirements: {{margin_any_percent: 5}}\n"
+OTHERS = "motions: {}\naccuracy: {}\ntolerances: {length_percent: 1}\nrequirements: {margin_any_percent: 5}\n"
+EVERYTHING = f"{DESIGN}{SWEEP}{SIMULATION}{OTHERS}"
+EVERYTHING += "design: {maximise: u_ave_v, vary: [{path: device.length_m, from: 0.6, to: 0.8}]}\n"
 
 
 def of(text: str, *formats: str, **overrides: object):
@@ -30,9 +33,10 @@ def why(made, task: Task) -> str:
 
 
 def test_every_task_is_listed_once_and_runs_where_everything_is_asked_for():
-    made = of(EVERYTHING, *ALL_FORMATS, inclination_deg=0)
+    made = of(EVERYTHING, *ALL_FORMATS, inclination_deg=0, device__membrane=ELECTRICAL)
     assert sorted(step.task for step in made.steps) == sorted(Task)
-    assert made.left_out == ()
+    assert [step.task for step in made.left_out] == [Task.OPTIMISE]
+    assert "vireport optimise" in why(made, Task.OPTIMISE)
 
 
 @pytest.mark.parametrize("text", [DESIGN, DESIGN + SWEEP, EVERYTHING])
@@ -43,11 +47,11 @@ def test_every_step_has_its_words(text: str):
         assert "{" not in step.what + step.why
 
 
-def test_a_design_point_has_no_branches_and_no_figures():
-    made = of(DESIGN)
-    assert not made.runs(Task.BRANCHES, Task.CRITICAL, Task.PNG, Task.CSV, *set(FIGURES) - {Task.FIGURE_MARGINS})
+def test_a_design_point_has_no_branches_and_two_figures():
+    made, drawn = of(DESIGN), {Task.FIGURE_DEVICE, Task.FIGURE_MARGINS}
+    assert not made.runs(Task.BRANCHES, Task.CRITICAL, Task.CSV, *set(FIGURES) - drawn)
     assert made.runs(Task.DESIGN)
-    assert made.runs(Task.FIGURE_MARGINS)
+    assert all(made.runs(figure) for figure in (*drawn, Task.PNG))
     assert why(made, Task.FIGURE_2) == "no sweep: a single design point has no branches to follow"
 
 
@@ -70,7 +74,7 @@ def test_figures_are_drawn_only_where_an_output_shows_them():
 def test_what_only_some_runs_have_is_not_listed_in_the_others():
     listed = {step.task for step in of(DESIGN + SWEEP).steps}
     assert listed.isdisjoint({Task.REQUIREMENTS, Task.FIGURE_ACCURACY, Task.JUNIT, Task.MARKDOWN, Task.GITHUB})
-    massless = of(EVERYTHING, device__ball_mass_kg=None)
+    massless = of(EVERYTHING, device__ball_mass_kg=None, design=None)
     assert {Task.FIGURE_ACCURACY} <= {step.task for step in massless.steps}
     assert Task.FIGURE_STIFFNESS not in {step.task for step in massless.steps}
 

@@ -12,6 +12,7 @@ import pytest
 from map_texts import HELD, TEXT, plan_of, undisturbed_result
 
 from vireport import analyse, loads
+from vireport.simulation import VELOCITY, follow
 from vireport.sweep.cells import MapPlan
 from vireport.sweep.evaluation import evaluate
 
@@ -87,6 +88,40 @@ def test_simulation_of_a_cell_agrees_with_its_stability() -> None:
     assert rows[0]["word"] != "BT"
     assert rows[1]["basin_share"] > 0.5
     assert rows[1]["word"] == "BT"
+
+
+SHARED = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, restitution: 0.5}
+excitation: {amplitude_n: 2.0, frequency_hz: 2.0}
+map:
+  simulate: {starts: 32, impacts: 300}
+  axes:
+    - {path: inclination_deg, values: [55.0]}
+    - {path: device.length_m, from: 0.829, to: 0.82901, count: 32}
+"""
+"""Cells as good as equal, where some starts reach the 1:1 motion and more reach others."""
+
+
+def test_share_of_starts_is_that_of_the_states_in_flight() -> None:
+    """Against 2,000 states drawn here, each followed until it is beside the motion of the cells or is not."""
+    pytest.importorskip("numba")
+    plan = plan_of(SHARED)
+    rows = whole(plan).to_pylist()
+    d, gbar, velocity = (rows[0][name] for name in ("d", "gbar", "velocity_bottom"))
+    rng, count = np.random.default_rng(2), 2000
+    fastest = 1.5 * max(velocity, -rows[0]["velocity_top"], 2 / (np.pi * 0.5))
+    states = np.zeros((count, 4))
+    for column, limits in ((1, (-d / 2, d / 2)), (2, (-fastest, fastest)), (3, (0, 2 * np.pi))):
+        states[:, column] = rng.uniform(*limits, count)
+    last = follow(np.tile([d, gbar, 0.5], (count, 1)), states, 400, keep=2)[0]
+    reached = (np.abs(last[:, -2:, VELOCITY] - velocity) < 1e-6).any(axis=1).mean()
+    shares = np.array([row["basin_share"] for row in rows])
+    error = np.sqrt(reached * (1 - reached) * (1 / shares.size / 32 + 1 / count))
+    assert 0.1 < reached < 0.4
+    assert abs(shares.mean() - reached) < 3 * error
+    assert shares.std() == pytest.approx(np.sqrt(reached * (1 - reached) / 32), rel=0.3)
+    assert [row["basin_share"] for row in evaluate(plan, np.array([9, 3])).to_pylist()] == [shares[9], shares[3]]
 
 
 def test_result_is_read_by_pandas_without_a_nan(tmp_path: Path) -> None:

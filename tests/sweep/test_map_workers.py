@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
+import socketserver
 import subprocess
 import sys
+import threading
 import time
 from collections import deque
 from concurrent.futures import ProcessPoolExecutor
@@ -145,6 +148,58 @@ def test_a_scheduler_that_is_not_there_is_told(tmp_path: Path) -> None:
         pytest.raises(NumericalError, match="cannot be reached"),
     ):
         compute_on("tcp://127.0.0.1:9", tmp_path)
+
+
+@pytest.mark.usefixtures("quiet_dask")
+@pytest.mark.parametrize("scheme", ["tcp", "tls"])
+def test_something_else_in_the_place_of_a_scheduler_is_told(scheme: str, tmp_path: Path) -> None:
+    class Greeting(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            self.request.sendall(b"SSH-2.0-OpenSSH_9.2\r\n")
+
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Greeting) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        with pytest.raises(NumericalError, match="is no Dask scheduler"):
+            compute_on(f"{scheme}://127.0.0.1:{server.server_address[1]}", tmp_path)
+        server.shutdown()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("quiet_dask")
+@pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_scheduler_that_is_lost_is_told_and_the_run_resumed(
+    file: Path, fault: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from distributed.utils import open_port
+
+    monkeypatch.setattr(workers, "ANSWER", 5.0)
+    port, out = open_port("127.0.0.1"), file.parent / "out"
+    command, place = [sys.executable, "-m", "distributed.cli.dask_scheduler"], f"tcp://127.0.0.1:{port}"
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", place, "--nthreads=1", "--no-nanny"]
+    with (
+        subprocess.Popen([*command, "--host=127.0.0.1", f"--port={port}", "--no-dashboard"], stderr=-3) as scheduler,
+        subprocess.Popen(worker, stderr=-3, cwd=file.parent) as computing,
+    ):
+        try:
+            wait_until(lambda: is_listening(port))
+            with pytest.raises(NumericalError, match=r"scheduler .* (was|were) lost"):
+                run_map(
+                    str(file),
+                    out,
+                    scheduler=place,
+                    progress=lambda done, total: scheduler.send_signal(fault) if done == 120 else None,
+                    draw=False,
+                )
+        finally:
+            scheduler.kill()
+            computing.kill()
+    run_map(str(file), out, workers=1, draw=False)
+    assert result(out) == undisturbed_result()
+
+
+def is_listening(port: int) -> bool:
+    with socket.socket() as tried:
+        return tried.connect_ex(("127.0.0.1", port)) == 0
 
 
 @pytest.mark.usefixtures("quiet_dask")

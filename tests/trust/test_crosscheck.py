@@ -262,10 +262,11 @@ def test_average_voltage_of_a_doubled_motion_is_over_its_four_impacts(checked) -
 
 
 def test_units_of_what_is_in_the_unit_of_the_parameter(example) -> None:
-    from vireport.report.context import scenario
+    from vireport.report import Report
+    from vireport.study import provenance_of
 
     study = analyse(load(example("simulated")))
-    rows = {row[-1]: row for row in next(iter(scenario(study))).rows}
+    rows = {row.path: row for row in Report(study, {}, provenance_of(study.loaded, "test")).inputs()}
     for path in ("sweep.from", "sweep.to", "simulation.portraits", "simulation.displacement"):
-        assert rows[path][3] == "N"
-    assert rows["simulation.portraits"][2] == "5.31, 5.87"
+        assert rows[path].unit == "N"
+    assert rows["simulation.portraits"].value == "5.31, 5.87"

@@ -25,10 +25,10 @@ from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
 from vireport.analysis.error_bounds import NO_BOUND, rounded_up, undecided
 from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import sample
-from vireport.analysis.margins import Margin
+from vireport.analysis.margins import HIGHEST_RESTITUTION, Margin
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
 from vireport.analysis.orbits import Flight, Orbits, coefficients, orbits
-from vireport.analysis.pointwise import find_motions
+from vireport.analysis.pointwise import PointwiseMotions, find_motions
 from vireport.analysis.roots import bracketed_root
 from vireport.analysis.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 from vireport.analysis.solution import SMALLEST_LOSS, Solution, solution_of
@@ -47,6 +47,7 @@ from vireport.analysis.sweep import Held, Level, Sweep, level_residual
 
 __all__ = [
     "CONDITIONS",
+    "HIGHEST_RESTITUTION",
     "NO_BOUND",
     "SMALLEST_LOSS",
     "STABILITIES",
@@ -66,6 +67,7 @@ __all__ = [
     "Margin",
     "Motions",
     "Orbits",
+    "PointwiseMotions",
     "PolishedMotion",
     "Solution",
     "Stability",

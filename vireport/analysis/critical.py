@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
-from functools import cache
+from functools import cache, lru_cache
 from math import sqrt
 from typing import Any
 
@@ -20,9 +20,12 @@ from vireport.analysis.admissibility import touches
 from vireport.analysis.kinds import StrandEvent
 from vireport.analysis.orbits import Orbits, orbits
 from vireport.analysis.stability import focus_border, return_trace, stability_border
-from vireport.analysis.sweep import Held, Sweep, level_residual
+from vireport.analysis.sweep import Held, Level, Sweep, level_residual
 from vireport.errors import NumericalError
 from vireport.physics import DIGITS, FLOATS, DecimalOps
+
+DECIMALS = DecimalOps()
+"""Numbers in which points are polished, always with `DIGITS` digits."""
 
 POLISHED = 1e-28
 """Relative size of a correction that a polish need not make any more; a double needs 1e-17."""
@@ -147,7 +150,7 @@ def equations(sweep: Sweep, condition: Condition, symmetric: bool, ops: Any) -> 
 
     Among the symmetric motions of a horizontal capsule, u = 0 takes the place of the level.
     """
-    r, level, own = ops.exact(sweep.device.restitution), sweep.level_in(ops), 1 if symmetric else 2
+    r, level, own = ops.exact(sweep.device.restitution), _level(sweep, ops), 1 if symmetric else 2
 
     def residuals(x: list[Any]) -> list[Any]:
         orbit = orbit_at(sweep, x, symmetric, ops)
@@ -155,6 +158,12 @@ def equations(sweep: Sweep, condition: Condition, symmetric: bool, ops: Any) -> 
         return [*held, *condition(orbit, x[own:], r, ops)]
 
     return residuals
+
+
+@lru_cache(maxsize=4)
+def _level(sweep: Sweep, ops: Any) -> Level:
+    """The level of a sweep, on which many points are polished."""
+    return sweep.level_in(ops)
 
 
 def polish(
@@ -181,9 +190,8 @@ def polish(
     guess = (phi, *more) if symmetric else (u, phi, *more)
     with localcontext() as context:
         context.prec = DIGITS
-        ops = DecimalOps()
-        x = _solved(sweep, guess, condition, symmetric, ops)
-        return _as_doubles(sweep, orbit_at(sweep, x, symmetric, ops), ops)
+        x = _solved(sweep, guess, condition, symmetric)
+        return _as_doubles(sweep, orbit_at(sweep, x, symmetric, DECIMALS))
 
 
 def place_at(sweep: Sweep, value: float, u: float, phi: float, symmetric: bool, reach: float) -> tuple[float, float]:
@@ -193,22 +201,16 @@ def place_at(sweep: Sweep, value: float, u: float, phi: float, symmetric: bool, 
     """
     with localcontext() as context:
         context.prec = DIGITS
-        ops = DecimalOps()
         guess = (phi,) if symmetric else (u, phi)
-        x = _solved(sweep, guess, value_condition(sweep, value), symmetric, ops, max(reach, FARTHEST))
-        return (0.0 if symmetric else float(x[0])), float(x[-1] % (2 * ops.pi))
+        x = _solved(sweep, guess, value_condition(sweep, value), symmetric, max(reach, FARTHEST))
+        return (0.0 if symmetric else float(x[0])), float(x[-1] % (2 * DECIMALS.pi))
 
 
 def _solved(
-    sweep: Sweep,
-    guess: Sequence[float],
-    condition: Condition,
-    symmetric: bool,
-    ops: DecimalOps,
-    reach: float = FARTHEST,
+    sweep: Sweep, guess: Sequence[float], condition: Condition, symmetric: bool, reach: float = FARTHEST
 ) -> list[Decimal]:
     """Unknowns of `orbit_at` and those of the condition, solved for in decimals."""
-    exact, double = (equations(sweep, condition, symmetric, numbers) for numbers in (ops, FLOATS))
+    exact, double = (equations(sweep, condition, symmetric, numbers) for numbers in (DECIMALS, FLOATS))
     # u and the time since an impact are stepped and measured relative to themselves: their scale may be a tiny
     # gbar's or r's.
     relative = {len(guess) - 1} if len(guess) > (1 if symmetric else 2) else set()
@@ -271,11 +273,11 @@ def _inverse(columns: list[list[float]]) -> NDArray[np.float64]:
         raise NumericalError("a critical point is degenerate: two of its conditions coincide") from error
 
 
-def _as_doubles(sweep: Sweep, orbit: Orbits, ops: DecimalOps) -> PolishedMotion:
+def _as_doubles(sweep: Sweep, orbit: Orbits) -> PolishedMotion:
     """Round a motion of a sweep in decimals to doubles."""
-    device = sweep.device
-    value = sweep.value(orbit.d, orbit.gbar, ops)
-    return rounded_motion(orbit, value, float(device.restitution), device.period_ratio, sweep.level.horizontal, ops)
+    device, horizontal = sweep.device, _level(sweep, FLOATS).horizontal
+    value = sweep.value(orbit.d, orbit.gbar, DECIMALS)
+    return rounded_motion(orbit, value, float(device.restitution), device.period_ratio, horizontal, DECIMALS)
 
 
 def rounded_motion(orbit: Orbits, exact_value: Any, r: float, n: int, horizontal: bool, ops: Any) -> PolishedMotion:

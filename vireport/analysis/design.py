@@ -19,7 +19,7 @@ from vireport.analysis.orbits import orbits
 from vireport.analysis.pointwise import find_motions
 from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics import NO_GRAVITY, Device, Voltages
+from vireport.physics import NO_GRAVITY, Conversion, Device, Voltages
 from vireport.scenario import DesignInput, Parameter, ScalarInput
 
 Floats = NDArray[np.float64]
@@ -85,6 +85,8 @@ class DesignPoint:
         For each other input, the range up to the first of these ends on either side.
     voltages : Voltages or None
         Of the motions; None where no energy is evaluated.
+    conversion : Conversion or None
+        Of the motions; None where the membrane's dielectric is not given.
     """
 
     parameter: Parameter
@@ -96,6 +98,7 @@ class DesignPoint:
     unresolved: tuple[DesignInput, ...]
     stable: tuple[StableInterval, ...]
     voltages: Voltages | None = None
+    conversion: Conversion | None = None
 
     def endings(self, *kinds: CriticalKind) -> list[Margin]:
         """The margins to the ends of stable motions, nearest first; of some kinds only, where any are given."""

@@ -11,8 +11,8 @@ both groups are given, the exact motion is the one there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +29,13 @@ from vireport.physics import (
     GROUP_ERROR,
     UNIT,
     Device,
+    Dielectric,
     Membrane,
     Rounded,
     RoundedOps,
+    Voltages,
     contact_cosine,
+    conversion,
     deflection,
     generated_voltage,
 )
@@ -45,6 +48,9 @@ CURVATURE = 2.0
 
 STEP = 1e-3
 """Step of the gradient's difference in q, as a share of the scale (1-r)/(1+r) on which the coefficients vary."""
+
+FACTORS = 16
+"""Roundings of the constant factors of an energy, a power or a field, which are computed in doubles, with room."""
 
 GENTLE = 1e-5
 """Relative change of the impact velocity by which a voltage's elasticity is found; beyond it a voltage need not be
@@ -78,7 +84,10 @@ def bounds_of(
     along = tuple(_along(membrane, sweep, branch) for branch in branches if sweep is not None)
     if design is None:
         return Bounds(along, None)
-    return Bounds(along, _of(membrane, around_length(device), design.motions, design.errors))
+    bounds = _of(membrane, around_length(device), design.motions, design.errors)
+    if membrane is not None and design.conversion is not None:
+        bounds |= _conversion_bounds(device, membrane, design, bounds)
+    return Bounds(along, bounds)
 
 
 def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
@@ -102,12 +111,30 @@ def _of(
     bounds = motion_bounds(sweep, motions, given)
     if membrane is None:
         return bounds
+    return {**bounds, **voltage_bounds(*_speeds(sweep, motions, bounds), membrane)}
+
+
+def _speeds(sweep: Sweep, motions: Motions, bounds: dict[str, Floats]) -> tuple[Rounded, Rounded]:
+    """Speeds of the impacts at the bottom and at the top [m/s]."""
     # The exact motion has its own force or frequency, and with it its own velocity unit.
     value = Rounded(motions.sweep_value, bounds["sweep_value"])
     unit = sweep.device.velocity_unit(sweep.parameter, value)
     bottom = unit * Rounded(motions.velocity_bottom, bounds["velocity_bottom"])
     top = unit * Rounded(-motions.velocity_top, bounds["velocity_top"])
-    return {**bounds, **voltage_bounds(bottom, top, membrane)}
+    return bottom, top
+
+
+def _conversion_bounds(
+    device: Device, membrane: Membrane, design: DesignPoint, bounds: dict[str, Floats]
+) -> dict[str, Floats]:
+    """Bound the errors of what a design point's motions convert, by the names of `Conversion`."""
+    volts, dielectric = cast(Voltages, design.voltages), cast(Dielectric, membrane.dielectric)
+    gains = Rounded(volts.bottom_v, bounds["bottom_v"]), Rounded(volts.top_v, bounds["top_v"])
+    speeds = _speeds(around_length(device), design.motions, bounds)
+    with np.errstate(all="ignore"):
+        exact = conversion(gains, speeds, membrane, dielectric, device.restitution, device.period_s, RoundedOps())
+        numbers = {field.name: getattr(exact, field.name) for field in fields(exact)}
+        return _finite({name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()})
 
 
 def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None = None) -> dict[str, Floats]:

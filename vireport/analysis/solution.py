@@ -16,7 +16,7 @@ from vireport.analysis.error_bounds import Bounds, bounds_of
 from vireport.analysis.motions import Motions, impact_velocities
 from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
-from vireport.physics import Device, Membrane, Shaker, Voltages, voltages
+from vireport.physics import Device, Fitting, Membrane, Shaker, Voltages, conversion, fitting, voltages
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -123,6 +123,11 @@ class Solution:
         """Whether every deflection is one that the membrane's geometry has, Eqs. (5.3)-(5.5)."""
         return self.membrane is None or self.deepest_m <= self.membrane.active_radius_m
 
+    @property
+    def fitting(self) -> Fitting | None:
+        """What would bring the deepest deflection within the membrane's geometry; None where it is."""
+        return None if self.membrane is None or self.within_membrane else fitting(self.membrane, self.deepest_m)
+
     def _evaluated(self) -> Iterator[tuple[Floats, Floats]]:
         """Deflections and voltages of the admissible motions of the branches, and of the design point's solutions."""
         for branch in self.branches:
@@ -172,5 +177,13 @@ def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, 
         branches = (replace(branch, voltages=of(parameter, branch.motions)) for branch in diagram.branches)
         diagram = replace(diagram, branches=tuple(branches))
     if point is not None:
-        point = replace(point, voltages=of(point.parameter, point.motions))
+        volts = of(point.parameter, point.motions)
+        point = replace(point, voltages=volts)
+        if membrane.dielectric is not None:
+            gains, speeds = (volts.bottom_v, volts.top_v), impact_velocities(device, point.parameter, point.motions)
+            with np.errstate(all="ignore"):  # beyond the range of doubles there is no number
+                converted = conversion(
+                    gains, speeds, membrane, membrane.dielectric, device.restitution, device.period_s
+                )
+            point = replace(point, conversion=converted)
     return Solution(device, membrane, diagram, point)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json as plain_json
 import os
 import sys
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -56,7 +57,7 @@ Formats = Annotated[
     typer.Option(
         "--format",
         metavar="FORMAT",
-        help="Write only these: html, pdf, png, json, csv; junit, markdown, github for CI; commas, or repeated.",
+        help="Write only these: html, pdf, png, json, csv; svg; junit, markdown, github for CI; commas, or repeated.",
     ),
 ]
 Templates = Annotated[
@@ -72,6 +73,10 @@ Templates = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")]
 QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing: the exit code says it.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")]
+
+
+_Refused: Any = typer.BadParameter.__base__
+"""What Typer raises of any argument that it does not take: Click's `UsageError`, which it does not export."""
 
 
 class _PastTyper(Exception):
@@ -338,6 +343,34 @@ def extremes(
 
 
 @app.command()
+def optimise(
+    scenario: ScenarioFile, output: Folder = None, json: Json = False, set_: Overrides = None, quiet: Quiet = False
+) -> None:
+    """Find the best design that meets the requirements, among what the scenario's design block lets vary.
+
+    Exit code 1 if no design meets them.
+    """
+    _refuse_files_beside_json(json, "result", output, None)
+    loaded = _loaded(scenario, set_)
+    from vireport.files import require_writable
+    from vireport.optimise import optimise as search
+    from vireport.optimise import outputs, problem_of
+    from vireport.study import provenance_of
+
+    problem = problem_of(loaded)
+    provenance = provenance_of(loaded, _command("optimise", [scenario], ("--json", json), ("--set", set_)))
+    folder = output or _default_folder(scenario, "-best")
+    if not json:
+        require_writable(folder, outputs.NAMES)
+    with progress(quiet) as say:
+        result = search(problem, say)
+        files = {} if json else outputs.files(result, provenance)
+    printed: str | bytes = outputs.optimise_json(result, provenance) if json else "" if quiet else outputs.text(result)
+    failure = outputs.shortcoming(result)
+    deliver(Outcome(printed, files, failure=failure, exit_code=bool(failure), stale=outputs.NAMES), folder, quiet)
+
+
+@app.command()
 def sweep(
     map_file: Annotated[str, typer.Argument(metavar="MAP", help="A YAML file with a map block.")],
     output: Folder = None,
@@ -385,10 +418,10 @@ def _refuse_files_beside_json(json: bool, what: str, output: Path | None, format
         raise UsageError(f"--json prints the {what} and writes no file: leave out --output and --format")
 
 
-def _default_folder(scenario: str) -> Path:
+def _default_folder(scenario: str, suffix: str = "") -> Path:
     """Folder named after the scenario, in the current one; "report" where its name makes none."""
     name = "stdin" if scenario == "-" else Path(scenario).stem
-    folder = Path(name if name.strip(".") else "report")
+    folder = Path((name if name.strip(".") else "report") + suffix)
     return folder.with_name(f"{folder.name}-report") if folder.is_file() else folder
 
 
@@ -429,12 +462,17 @@ def main(arguments: list[str]) -> int:
 
 def _run(arguments: list[str]) -> int:
     try:
-        app(args=arguments, prog_name="vireport")
-    except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else 0
+        code = app(args=arguments, prog_name="vireport", standalone_mode=False)
+    except SystemExit as stop:  # of shell completion
+        code = stop.code
     except _PastTyper as carried:
         raise carried.error from carried.error.__cause__
-    return 0
+    except _Refused as refused:
+        message = StringIO()
+        refused.show(message)
+        tell(message.getvalue().splitlines())
+        code = refused.exit_code
+    return code if isinstance(code, int) else 0
 
 
 def _interrupted(what: str = "") -> int:

@@ -22,6 +22,8 @@ from vireport.study import (
     provenance_of,
     results_json,
     with_certificates,
+    with_pages,
+    worst_scenario,
 )
 
 if TYPE_CHECKING:
@@ -34,7 +36,8 @@ NAMES = {
     Task.HTML: ("report.html",),
     Task.PDF: ("report.pdf",),
     Task.PNG: tuple(f"{figure}.png" for figure in FIGURES),
-    Task.JSON: ("results.json",),
+    Task.SVG: tuple(f"{figure}.svg" for figure in FIGURES),
+    Task.JSON: ("results.json", "worst.yaml"),
     Task.CSV: ("branches.csv",),
     Task.JUNIT: ("junit.xml",),
     Task.MARKDOWN: ("summary.md",),
@@ -98,17 +101,22 @@ def run_files(study: Study, command: str, templates: Path | None, say: Progress)
         pictures = _pictures(study)
     if plan.runs(Task.HTML, Task.PDF):
         say("setting the report")
-        from vireport.report import build_report, render_html, render_pdf
+        from vireport.report import Report, render_html, render_pdf
 
-        report = build_report(study, pictures, provenance)
+        origin = with_pages(provenance, drawn=bool(pictures))
+        report = Report(study, {picture.name: picture for picture in pictures}, origin)
         if plan.runs(Task.HTML):
             files["report.html"] = render_html(report, templates)
         if plan.runs(Task.PDF):
             files["report.pdf"] = render_pdf(report, templates)
     if plan.runs(Task.PNG):
         files |= {f"{picture.name}.png": picture.png for picture in pictures}
+    if plan.runs(Task.SVG):
+        files |= {f"{picture.name}.svg": picture.svg for picture in pictures}
     if plan.runs(Task.JSON):
         files["results.json"] = results_json(study, provenance)
+        if study.tolerances is not None and study.tolerances.worst is not None:
+            files["worst.yaml"] = worst_scenario(study.scenario, study.tolerances.worst).encode()
     if plan.runs(Task.CSV):
         files["branches.csv"] = branches_csv(study)
     if plan.runs(Task.JUNIT, Task.MARKDOWN):

@@ -11,45 +11,28 @@ from vireport.alerts import AlertCode
 from vireport.comparison.comparison import Comparison, columns, left_out
 from vireport.comparison.differences import listed
 from vireport.figures import (
+    ABOUT,
     OUTSIDE,
     TITLES,
     Color,
     Drawing,
     Picture,
     alt_text,
-    column_caption,
+    conditions,
     drawing_of,
     held,
     letter_of,
     literal,
     simulated_points,
     sweep_figure,
+    swept_range,
 )
 from vireport.study import Task
 from vireport.text import capital
 
 ROWS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 
-ABOUT = {
-    Task.FIGURE_2: (
-        "From above: magnitude of the impact velocity |Ż| in units of F/(2 M f), phase φ of the force at the impact, "
-        "flight time over two Δt/2, which is the flight time in forcing periods. Blue and thick: impact k−1, on the "
-        "bottom membrane, and the flight from it; green and thin: impact k, on the top one. Solid: stable; "
-        "dash-dotted: unstable."
-    ),
-    Task.FIGURE_4: (
-        "Above: discriminant Δ = tr² − 4 det of the linearised return map; below: its eigenvalues λ₁ ≥ λ₂, and where "
-        "Δ < 0 the real part that they share (thick). Solid: stable; dash-dotted: unstable. Red, thin: Δ = 0, λ = 0 "
-        "and λ = ±1, the bounds of Table 1. Of each family, branches with stable motions come first; mirror images "
-        "share one curve. Where a motion is far from stable, its curves leave the axes."
-    ),
-    Task.FIGURE_7: (
-        "Red and thick: U_ave, the mean over both impacts; blue: U_imp − U_in at the bottom membrane (solid) and at "
-        "the top one (dashed); dotted where the motion is unstable, more sparsely at the top."
-    ),
-}
-
-SHARED = "The panels of a row share their vertical axis."
+SHARED = ", on axes that the panels of a row share"
 
 Columns = dict[str, Drawing]
 """The scenarios of one figure by their names."""
@@ -146,16 +129,14 @@ def _outside(shown: Columns) -> str:
 
 
 def _caption(figure: Task, shown: Columns) -> str:
-    sentences = [ABOUT[figure]] + ([SHARED] if len(shown) > 1 else [])
-    if figure == Task.FIGURE_7 and (note := _outside(shown)):
-        sentences.append(f"{note} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY}).")
+    columns = []
     for column, (scenario, drawing) in enumerate(shown.items()):
         first, last = (letter_of(column * ROWS[figure] + row) for row in (0, ROWS[figure] - 1))
         letters = f"({first})" if first == last else f"({first})–({last})"
-        sentences.append(f"{letters} {scenario}: {column_caption(drawing.study, figure, drawing.simulated)}")
-    if any(drawing.study.solution.design is not None for drawing in shown.values()):
-        sentences.append("Vertical lines: the design points.")
-    return " ".join(sentences)
+        columns.append(f"{letters} {scenario}: {conditions(drawing.study)}; {swept_range(drawing.study)}")
+    if figure == Task.FIGURE_7 and (note := _outside(shown)):
+        columns.append(f"{note} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})")
+    return f"{ABOUT[figure]}{SHARED if len(shown) > 1 else ''}. {'; '.join(columns)}."
 
 
 def _alt(figure: Task, shown: Columns) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from vireport.comparison.comparison import FEW_NAMES, FIGURES, Comparison
 from vireport.comparison.variants import MOST
-from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of
+from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of, with_pages
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -20,10 +20,13 @@ if TYPE_CHECKING:
 FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""
 
+_FIGURES = [f"{name}{f'-{page}' if page > 1 else ''}" for name in FIGURES for page in range(1, MOST + 1)]
+
 NAMES = {
     Task.HTML: ("report.html",),
     Task.PDF: ("report.pdf",),
-    Task.PNG: tuple(f"{name}{f'-{page}' if page > 1 else ''}.png" for name in FIGURES for page in range(1, MOST + 1)),
+    Task.PNG: tuple(f"{name}.png" for name in _FIGURES),
+    Task.SVG: tuple(f"{name}.svg" for name in _FIGURES),
     Task.JSON: ("compare.json",),
     Task.CSV: ("compare.csv",),
 }
@@ -71,23 +74,26 @@ def render_comparison(
     """The files of a comparison by their names, in memory; only what they need is imported."""
     provenance, files = comparison_provenance(comparison, command), {}
     drawn: tuple[Picture, ...] = ()
-    if formats & {"html", "pdf", "png"}:
+    if formats & {"html", "pdf", "png", "svg"}:
         say("drawing")
         from vireport.comparison.figures import compare_pictures
 
         drawn = compare_pictures(comparison)
     if formats & {"html", "pdf"}:
         say("setting the report")
-        from vireport.comparison.pages import build_comparison_report
+        from vireport.comparison.pages import ComparisonReport
         from vireport.report import render_html, render_pdf
 
-        model = build_comparison_report(comparison, drawn, provenance)
+        origin = with_pages(provenance, drawn=bool(drawn))
+        report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin)
         if "html" in formats:
-            files["report.html"] = render_html(model, templates)
+            files["report.html"] = render_html(report, templates)
         if "pdf" in formats:
-            files["report.pdf"] = render_pdf(model, templates)
+            files["report.pdf"] = render_pdf(report, templates)
     if "png" in formats:
         files |= {f"{picture.name}.png": picture.png for picture in drawn}
+    if "svg" in formats:
+        files |= {f"{picture.name}.svg": picture.svg for picture in drawn}
     if "json" in formats:
         files["compare.json"] = compare_json(comparison, provenance)
     if "csv" in formats:

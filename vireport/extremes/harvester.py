@@ -62,6 +62,7 @@ class Harvester:
         """The device as a scenario; ScenarioError where that is invalid."""
         x, membrane = self.device, asdict(self.membrane)
         ball_mass = membrane.pop("ball_mass_kg")
+        membrane |= membrane.pop("dielectric") or {}
         tree: dict[str, Any] = {
             "schema_version": 1,
             "inclination_deg": x.inclination_deg,

@@ -1,13 +1,15 @@
 """Every figure of a study, drawn from its numbers, with caption and alternative text."""
 
-from vireport.figures.captions import OUTSIDE, TITLES, alt_text, column_caption, held
+from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, conditions, held, swept_range
 from vireport.figures.curves import Simulated, simulated_points
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
+from vireport.figures.live import in_page, live_data
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.style import Color, Look, Picture, literal, png_of, style
 from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 __all__ = [
+    "ABOUT",
     "OUTSIDE",
     "TITLES",
     "Color",
@@ -18,15 +20,17 @@ __all__ = [
     "Simulated",
     "alt_text",
     "blank",
-    "column_caption",
+    "conditions",
     "drawing_of",
     "figure_2",
     "figure_4",
     "figure_7",
     "finished",
     "held",
+    "in_page",
     "letter_of",
     "literal",
+    "live_data",
     "measured_pictures",
     "pictures",
     "png_of",
@@ -35,4 +39,5 @@ __all__ = [
     "simulated_points",
     "style",
     "sweep_figure",
+    "swept_range",
 ]

@@ -106,14 +106,9 @@ def caption(work: WorkPrecision) -> str:
     """The caption: what is drawn and how."""
     what = ", ".join(f"({letter_of(k)}) {_error_of(work, quantity.key)}" for k, quantity in enumerate(work.quantities))
     return (
-        "Error against 40-digit arithmetic over the time of one solution, both on logarithmic axes; down and to the "
-        f"left is better. {what}. "
-        "Along a line a method is tried with finer and finer settings: the Newton correction at which it stops, the "
-        "change of a lap at which the simulation counts as settled, the steps of RK4, rtol = atol of SciPy's solvers. "
-        "Bars: quartiles of the time, where they are apart. Open markers at the top: runs that failed, at the time "
-        f"after which they did. An error below {power(SMALLEST)} is drawn as that. "
-        "The cross needs no guess, and finds every motion and critical point. "
-        "Times are of one machine and differ from run to run; errors do not."
+        f"Error against 40-digit arithmetic over the time of one solution: {what}; down and to the left is better. "
+        "Bars are quartiles of the time, open markers at the top runs that failed, and an error below "
+        f"{power(SMALLEST)} is drawn as that."
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from vireport.figures.curves import Floats, Simulated, Stretch, impact_pairs, st
 from vireport.gate import range_text
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
-from vireport.text import exact, quantity, scaled, significant
+from vireport.text import capital, exact, quantity, scaled, significant
 
 TITLES = {
     Task.FIGURE_2: "Impact velocity, phase and flight time",
@@ -34,7 +34,14 @@ NEXT_TO_NOTHING = 1e-3
 OUTSIDE = "outside the membrane's geometry: ranking only"
 """What is said of voltages where the deflections exceed the membrane."""
 
-EQUALLY_FAST = "In a horizontal capsule both impacts of a motion are equally fast"
+ABOUT = {
+    Task.FIGURE_2: "Magnitude of the impact velocity |Ż| in units of F/(2 M f), phase φ of the force at the impact "
+    "and flight time in forcing periods, for the impacts on the bottom and on the top membrane",
+    Task.FIGURE_4: "Discriminant Δ = tr² − 4 det of the linearised return map and its eigenvalues λ₁ ≥ λ₂, or the real "
+    "part that they share where Δ < 0",
+    Task.FIGURE_7: "Voltage U_imp − U_in generated at each impact, and U_ave, the mean over both",
+}
+"""What is drawn, for any scenario."""
 
 
 def conditions(study: Study, varied: Parameter | None = None) -> str:
@@ -56,23 +63,38 @@ def held(study: Study, varied: Parameter | None = None) -> list[str]:
 
 
 def caption(study: Study, figure: Task, simulated: Simulated | None = None) -> str:
-    """The caption of a figure: what is drawn and how, where it is stable, and the critical points."""
-    about = {Task.FIGURE_2: _about_2, Task.FIGURE_4: _about_4, Task.FIGURE_7: _about_7}[figure](study)
-    setting = f"{conditions(study)}; {_range(study)}."
-    points = _points(study, in_full=figure == Task.FIGURE_2)
-    return " ".join([*about, *_overlay(figure, simulated), setting, _stable(study), *points, *_design(study, figure)])
+    """The caption of a figure: what is drawn, and what is to be known of the scenario for it."""
+    remarks = [f"{conditions(study)}; {swept_range(study)}", *_remarks(study, figure)]
+    return f"{ABOUT[figure]}. {'; '.join([*remarks, *_overlay(figure, simulated)])}."
 
 
-def column_caption(study: Study, figure: Task, simulated: Simulated | None = None) -> str:
-    """What is to be said of one scenario where its figure stands beside those of others."""
-    setting = f"{conditions(study)}; {_range(study)}."
-    return " ".join([setting, _stable(study), *_points(study), *_overlay(figure, simulated)])
+def _remarks(study: Study, figure: Task) -> Iterator[str]:
+    solution, swept = study.solution, study.solution.parameter
+    if figure == Task.FIGURE_4:
+        parts = stretches(solution)
+        largest = max((float(np.abs(values).max()) for part in parts for values in _eigenvalues(part)), default=0.0)
+        if largest > LAMBDA_LIMIT:
+            yield f"|λ| reaches {significant(largest, 3)}" if largest < HUGE else f"|λ| exceeds {significant(HUGE)}"
+        if _mirrored(study):
+            yield "mirror images share one curve"
+        return
+    if figure == Task.FIGURE_2 and swept in (Parameter.LENGTH, Parameter.INCLINATION):
+        yield f"F/(2 M f) = {significant(float(solution.device.velocity_unit(swept, 0.0)), 4)} m/s"
+    if figure == Task.FIGURE_7 and solution.membrane is not None:
+        membrane = solution.membrane
+        yield f"m = {scaled(membrane.ball_mass_kg, 3)} g, U_in = {quantity(membrane.bias_voltage_v, 'V')}"
+        if not solution.within_membrane:
+            yield f"{OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})"
+    if _level(study):
+        yield "both impacts of a motion are equally fast"
+    if figure == Task.FIGURE_2 and _mirrored(study):
+        yield "each asymmetric motion is drawn with its mirror image"
 
 
 def alt_text(study: Study, figure: Task, simulated: Simulated | None = None) -> str:
     """A description of a figure for those who do not see it."""
     parts = stretches(study.solution)
-    head = f"{CHARTS[figure]} over {_range(study)}"
+    head = f"{CHARTS[figure]} over {swept_range(study)}"
     if not parts:
         return f"{head}, empty: there is no admissible 1:1 motion in the sweep."
     extents = [
@@ -80,61 +102,9 @@ def alt_text(study: Study, figure: Task, simulated: Simulated | None = None) -> 
         for word, stable in (("Stable", True), ("Unstable", False))
         if (chosen := [part for part in parts if part.stable == stable])
     ]
-    return " ".join([f"{head}.", _stable(study), *extents, *_points(study), *_overlay(figure, simulated)])
-
-
-def _about_2(study: Study) -> list[str]:
-    device, swept = study.solution.device, study.solution.parameter
-    unit = "F/(2 M f)"
-    if swept in (Parameter.LENGTH, Parameter.INCLINATION):
-        unit += f" = {significant(float(device.velocity_unit(swept, 0.0)), 4)} m/s"
-    about = [
-        f"(a) Magnitude of the impact velocity |Ż| in units of {unit}, (b) phase φ of the force at the impact, "
-        "(c) flight time over two Δt/2, which is the flight time in forcing periods. Blue and thick: impact k−1, on "
-        "the bottom membrane, and the flight from it; green and thin: impact k, on the top one. Solid: stable; "
-        "dash-dotted: unstable."
-    ]
-    if _level(study):
-        about.append(f"{EQUALLY_FAST}: blue and green coincide in (a).")
-    if _mirrored(study):
-        about.append("Each asymmetric motion is drawn together with its mirror image.")
-    return about
-
-
-def _about_4(study: Study) -> list[str]:
-    solution = study.solution
-    parts = stretches(solution)
-    real_part = "."
-    if any(part.focus for part in parts):
-        modulus = significant(solution.device.restitution**2, 4)
-        real_part = f", and where Δ < 0 the real part that they share (thick; |λ| = r² = {modulus} there)."
-    about = [
-        f"(a) Discriminant Δ = tr² − 4 det of the linearised return map, (b) its eigenvalues λ₁ ≥ λ₂{real_part} "
-        "Solid: stable; dash-dotted: unstable. Red, thin: Δ = 0, λ = 0 and λ = ±1, the bounds of Table 1."
-    ]
-    if _mirrored(study):
-        about.append("Mirror images share one curve.")
-    largest = max((float(np.abs(values).max()) for part in parts for values in _eigenvalues(part)), default=0.0)
-    if largest > LAMBDA_LIMIT:
-        reach = f"reaches {significant(largest, 3)}" if largest < HUGE else f"exceeds {significant(HUGE)}"
-        about.append(f"|λ| {reach}; beyond {LAMBDA_LIMIT} it is off the axes.")
-    return about
-
-
-def _about_7(study: Study) -> list[str]:
-    membrane = study.solution.membrane
-    about = [
-        "Red and thick: U_ave, the mean over both impacts; blue: U_imp − U_in at the bottom membrane (solid) "
-        "and at the top one (dashed); dotted where the motion is unstable, more sparsely at the top.",
-    ]
-    if membrane is not None:
-        bias = quantity(membrane.bias_voltage_v, "V")
-        about.append(f"Ball mass m = {scaled(membrane.ball_mass_kg, 3)} g, bias U_in = {bias}.")
-    if _level(study):
-        about.append(f"{EQUALLY_FAST}: the three curves coincide.")
-    if not study.solution.within_membrane:
-        about.append(f"The deflections are {OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY}).")
-    return about
+    return " ".join(
+        [f"{head}.", _stable(study), *extents, *_points(study), *map(_sentence, _overlay(figure, simulated))]
+    )
 
 
 def _level(study: Study) -> bool:
@@ -153,15 +123,16 @@ def _overlay(figure: Task, simulated: Simulated | None) -> list[str]:
         return []
     if figure == Task.FIGURE_7 and simulated.voltages is None:
         return []
-    impacts = sum(int((~np.isnan(speed)).sum()) for speed in simulated.pairs[0])
+    impacts = sum(int((~np.isnan(speed)).sum()) for speed in simulated.pairs()[0])
     values = len(np.unique(simulated.sweep_value))
     at = f"{impacts} impacts of periodic motions at {values} value{'s' * (values != 1)} of the swept parameter"
     if figure == Task.FIGURE_7:
-        return [f"Simulation: circles, the voltages of {at}; stars, U_ave of each motion."]
-    return [f"Circles: simulation, {at}."]
+        return [f"circles: voltages of {at}, by simulation"]
+    return [f"circles: {at}, by simulation"]
 
 
-def _range(study: Study) -> str:
+def swept_range(study: Study) -> str:
+    """The range of the sweep."""
     _, sweep = swept_solution(study)
     start, end = (sweep.parameter.with_unit(exact(value)) for value in (sweep.start, sweep.end))
     return f"{sweep.parameter.symbol} from {start} to {end}"
@@ -174,36 +145,15 @@ def _stable(study: Study) -> str:
     return f"Stable 1:1 motion for {' and for '.join(map(range_text, ranges))}."
 
 
-def _points(study: Study, in_full: bool = False) -> list[str]:
-    """The critical points with the swept parameter, or in full with their kind and d."""
+def _points(study: Study) -> list[str]:
+    """The critical points with the swept parameter."""
     swept = study.solution.parameter
-    points = []
-    for point in study.solution.critical_points:
-        at = swept.show(point.point.sweep_value)
-        if in_full:
-            d = "" if swept is Parameter.INCLINATION else f"d = {significant(point.point.d)}, "
-            points.append(f"{point.label} {point.kind.words} ({d}{swept.symbol} = {at})")
-        else:
-            points.append(f"{point.label} {at}")
-    head = "Critical points" if in_full else f"Critical points, at {swept.symbol}"
-    return [f"{head}: {'; '.join(points)}."] if points else []
+    points = [f"{point.label} {swept.show(point.point.sweep_value)}" for point in study.solution.critical_points]
+    return [f"Critical points, at {swept.symbol}: {'; '.join(points)}."] if points else []
 
 
-def _design(study: Study, figure: Task) -> list[str]:
-    design = study.solution.design
-    if design is None or figure == Task.FIGURE_4:
-        return []
-    swept, motions = design.parameter, design.motions
-    at = f"The vertical line is the design point {swept.symbol} = {swept.with_unit(exact(design.value))}"
-    stable = np.flatnonzero(motions.stable)
-    if not len(stable):
-        return [f"{at}, where no motion is stable."]
-    row = stable[0]
-    if figure == Task.FIGURE_7 and design.voltages is not None:
-        return [f"{at}; its stable motion gives U_ave = {quantity(float(design.voltages.average_v[row]), 'V')}."]
-    pairs = impact_pairs(motions, study.solution.device.period_ratio)
-    speed, phase, flight = (" and ".join(significant(float(side[row]), 4) for side in pair) for pair in pairs)
-    return [f"{at}; its stable motion has |Ż| = {speed}, φ = {phase} rad and Δt/2 = {flight} at bottom and top."]
+def _sentence(text: str) -> str:
+    return f"{capital(text)}."
 
 
 def _eigenvalues(part: Stretch) -> tuple[Floats, Floats]:

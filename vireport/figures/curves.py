@@ -5,7 +5,7 @@ Only admissible motions come out of here.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -27,7 +27,10 @@ ImpactPairs = tuple[tuple[Floats, Floats], tuple[Floats, Floats], tuple[Floats, 
 TURN = 2 * np.pi
 
 ROUNDING = 1e-9
-"""Distance from a full turn that is rounding."""
+"""Distance from a full turn that is rounding [rad]."""
+
+BESIDE = 0.15
+"""Distance from the nearest curve at which the circle of phases is cut where it cannot be at 0 [rad]."""
 
 MOST_IMPACTS = 16
 """Impacts in a period up to which a simulated motion is drawn as points; longer ones would be a cloud."""
@@ -57,10 +60,9 @@ class Simulated:
     flight: Floats
     voltages: Voltages | None = None
 
-    @property
-    def pairs(self) -> tuple[Floats, Floats, Floats]:
-        """What figure 2 shows of them."""
-        return np.abs(self.velocity), self.phase, self.flight
+    def pairs(self, cut: float = 0.0) -> tuple[Floats, Floats, Floats]:
+        """What figure 2 shows of them, the phases from `cut` on [rad]."""
+        return np.abs(self.velocity), cut + (self.phase - cut) % TURN, self.flight
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,26 +133,34 @@ def events(solution: Solution) -> list[Event]:
     return [Event(point, tuple(rows)) for point, rows in places.items() if rows]
 
 
-def impact_pairs(motions: Motions, period_ratio: int) -> ImpactPairs:
+def impact_pairs(motions: Motions, period_ratio: int, cut: float = 0.0) -> ImpactPairs:
     """What figure 2 shows of motions, at the bottom and at the top.
 
-    The magnitude of the impact velocity, the phase, and half the flight time, which is the time in periods.
+    The magnitude of the impact velocity, the phase from `cut` on [rad], and half the flight time, which is the time in
+    periods.
     """
     q, n = motions.q, period_ratio
     return (
         (np.abs(motions.velocity_bottom), np.abs(motions.velocity_top)),
-        (_on_one_side(motions.phi_bottom), _on_one_side(motions.phi_top)),
+        (cut + (motions.phi_bottom - cut) % TURN, cut + (motions.phi_top - cut) % TURN),
         (n * q, n * (1 - q)),
     )
 
 
-def _on_one_side(phi: Floats) -> Floats:
-    """The phases, those that are 0 or 2 pi but for rounding written as the motion next to them has it."""
-    if len(phi) < 2:
-        return phi
-    neighbour = np.append(phi[1], phi[:-1])
-    full_turn = np.minimum(phi, TURN - phi) < ROUNDING
-    return np.where(full_turn, np.where(neighbour > np.pi, TURN, 0.0), phi)
+def phase_cut(parts: Iterable[Stretch]) -> float:
+    """Where to cut the circle of phases [rad], so that no curve of phases is torn: at 0, or as near to it as can be.
+
+    Where the curves fill the circle it is cut at 0.
+    """
+    arcs = []
+    for part in parts:
+        motions = part.branch.motions
+        for phi in (motions.phi_bottom, motions.phi_top):
+            angles = np.unwrap(phi[part.rows])
+            arcs.append((angles.min(), angles.max()))
+    places = [-ROUNDING, ROUNDING, *(low - BESIDE for low, _ in arcs), *(high + BESIDE for _, high in arcs)]
+    free = [at for at in places if all((at - low) % TURN > high - low for low, high in arcs)]
+    return float(min(((at + np.pi) % TURN - np.pi for at in free), key=abs, default=-ROUNDING))
 
 
 def voltage_curves(voltages: Voltages | None) -> list[Floats]:
@@ -158,20 +168,10 @@ def voltage_curves(voltages: Voltages | None) -> list[Floats]:
     return [] if voltages is None else [voltages.average_v, voltages.bottom_v, voltages.top_v]
 
 
-def phase_curve(x: Floats, phi: Floats) -> list[Curve]:
-    """A curve of phases in [0, 2 pi) in pieces, cut where the phase passes 0 so that no line jumps."""
-    turns = -np.round(np.diff(phi) / TURN)
-    pieces: list[Curve] = []
-    first, start = 0, (np.empty(0), np.empty(0))
-    for cut in np.nonzero(turns)[0]:
-        leaves, enters = (TURN, 0.0) if turns[cut] > 0 else (0.0, TURN)
-        step = phi[cut + 1] + turns[cut] * TURN - phi[cut]
-        at = x[cut] + (x[cut + 1] - x[cut]) * ((leaves - phi[cut]) / step if step else 0.0)
-        rows = slice(first, cut + 1)
-        pieces.append((np.concatenate([start[0], x[rows], [at]]), np.concatenate([start[1], phi[rows], [leaves]])))
-        first, start = int(cut) + 1, (np.array([at]), np.array([enters]))
-    pieces.append((np.append(start[0], x[first:]), np.append(start[1], phi[first:])))
-    return pieces
+def phase_curve(phi: Floats) -> Floats:
+    """A curve of phases without jumps, its middle where it is."""
+    angles, middle = np.unwrap(phi), len(phi) // 2
+    return np.asarray(angles + (phi[middle] - angles[middle]))
 
 
 def joined(parts: Sequence[Curve]) -> Curve:

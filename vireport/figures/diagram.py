@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -108,7 +108,8 @@ def _critical_points(axes: Axes, drawing: Drawing) -> list[Label]:
         branch, row = event.places[0]
         at = float(drawing.axis.of(branch.motions)[row])
         axes.axvline(at, **GUIDE)
-        labels.append(Label(event.point.label, np.full(len(y), at), y, TEXT - 1.5, Color.GREY))
+        label = event.point.label
+        labels.append(Label(label, np.full(len(y), at), y, TEXT - 1.5, Color.GREY, link=f"#point-{label}"))
     return labels
 
 
@@ -152,35 +153,28 @@ def diagram_caption(study: Study, diagram: Diagram, values: Floats) -> str:
     """The caption of the diagram: what is drawn, and at how many values each motion was found."""
     about = (
         "Velocity |Ż| of every impact of the motions that the simulation ends on, by the word of the motion: B and T "
-        "are the impacts of a period on the bottom and on the top, ~ chatter that ends in sticking. Filled: bottom; "
-        "open: top. Thin lines: the stable 1:1 motion by the formulae."
+        "are impacts on the bottom (filled) and on the top (open), ~ chatter that ends in sticking"
     )
-    level = ["Where both impacts are equally fast, filled markers cover open ones."]
-    return " ".join(
-        [about, *(level if study.solution.horizontal else []), f"{conditions(study)}.", *_found(study, diagram, values)]
-    )
+    return f"{about}; {conditions(study)}. {_found(study, diagram, values)}"
 
 
 def diagram_alt(study: Study, diagram: Diagram, values: Floats) -> str:
     """A description of the diagram for those who do not see it."""
     swept = study.solution.sweep.parameter.quantity if study.solution.sweep else "swept parameter"
-    return " ".join(
-        [f"Scatter chart of impact velocities over the {swept}, by simulation.", *_found(study, diagram, values)]
-    )
+    return f"Scatter chart of impact velocities over the {swept}, by simulation. {_found(study, diagram, values)}"
 
 
-def _found(study: Study, diagram: Diagram, values: Floats) -> Iterator[str]:
+def _found(study: Study, diagram: Diagram, values: Floats) -> str:
     """At how many values each motion was found, and where."""
     if not len(diagram.index):
-        yield "No motion was found that has impacts."
-        return
+        return "No motion was found that has impacts."
     swept, where = study.solution.parameter, []
     for group in groups(diagram):
         at = values[_values(diagram, group)]
         low, high = (significant(float(end), 4) for end in (at.min(), at.max()))
         span = swept.with_unit(high) if low == high else f"{low} to {swept.with_unit(high)}"
         where.append(f"{group[0]} at {len(at)} ({swept.symbol} = {span})")
-    yield f"Motions at {len(values)} value{'s' * (len(values) != 1)}: {'; '.join(where)}."
     still = [label for label in diagram.labels if label in WITHOUT_IMPACTS]
     if still:
-        yield f"From some starts the ball ends {', or '.join(still)}, which has no impacts."
+        where.append(f"from some starts the ball ends {', or '.join(still)}, which has no impacts")
+    return f"Motions at {len(values)} value{'s' * (len(values) != 1)}: {'; '.join(where)}."

@@ -21,10 +21,10 @@ from vireport.figures.style import TEXT, Color, Look
 CELL = 2.5
 """Side of a cell: about the width of a curve."""
 
-CLEARANCE, INSET = 2.0, 1.5
-"""Free room around a label, and between a label and the frame."""
+CLEARANCE, INSET = 2.0, 5.0
+"""Free room around a label, and between a label and the frame, which has ticks."""
 
-REACH = (5.0, 9.0, 14.0, 21.0, 32.0)
+REACH = (5.0, 9.0, 14.0, 21.0, 32.0, 46.0, 64.0)
 """Distances from the point to the edge of the label that are tried."""
 
 LEADER_FROM = 13.0
@@ -34,25 +34,26 @@ LEADER: Look = {"color": Color.BLACK, "linewidth": 0.5, "zorder": 5}
 
 DIRECTIONS = np.stack([np.cos(np.arange(12) * np.pi / 6), np.sin(np.arange(12) * np.pi / 6)], axis=1)
 
-# How bad it is to cover a cell of a line that only guides the eye, of a curve, a marker and another label.
-ON_GUIDE, ON_CURVE, ON_MARKER, ON_LABEL = 0.1, 1.0, 8.0, 40.0
+# How bad it is to cover a cell of a line, a marker and another label.
+ON_LINE, ON_MARKER, ON_LABEL = 3.0, 8.0, 40.0
 # How bad it is to stand nearer to the point of another label, to be far [1/pt], and to prefer a later point.
-NEARER_TO_OTHER, FAR, LATER = 6.0, 0.06, 0.3
+NEARER_TO_OTHER, FAR, LATER = 6.0, 0.04, 0.3
 OFF_PANEL = 1e6
-
-GUIDES_UP_TO = 1.4
-"""Drawing order of the lines that only guide the eye."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Label:
-    """A text and the points in data coordinates that it may stand at, the preferred one first."""
+    """A text and the points in data coordinates that it may stand at, the preferred one first.
+
+    `link` is the anchor of an HTML page that it leads to.
+    """
 
     text: str
     x: Floats
     y: Floats
     size: float = TEXT
     color: str = Color.BLACK
+    link: str | None = None
 
 
 def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
@@ -79,7 +80,7 @@ class _Panel:
         for line in axes.lines:
             points = self.points(np.asarray(line.get_xydata()), line.get_transform())
             if line.get_linestyle() != "None" and len(points) > 1:
-                self.cover_segments(points, ON_GUIDE if line.get_zorder() <= GUIDES_UP_TO else ON_CURVE)
+                self.cover_segments(points, ON_LINE)
             if line.get_marker() not in ("None", None, ""):
                 self.cover(points, ON_MARKER)
 
@@ -149,7 +150,7 @@ def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None
     if far[best] >= LEADER_FROM:
         to_edge = 1 - np.min(half / np.maximum(np.abs(centre - anchor), half))
         leader = np.stack([anchor, anchor + to_edge * (centre - anchor)])
-        panel.cover_segments(leader, ON_CURVE)
+        panel.cover_segments(leader, ON_LINE)
         panel.axes.add_artist(Line2D(*(leader / panel.size).T, transform=panel.axes.transAxes, **LEADER))
     panel.axes.text(
         centre[0] / panel.size[0],
@@ -161,4 +162,5 @@ def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None
         size=label.size,
         color=label.color,
         zorder=6,
+        url=label.link,
     )

@@ -23,8 +23,7 @@ def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figu
     with style():
         figure, panels = blank(1)
         axes = panels[0, 0]
-        colors = [Color.VERMILION if shift < 0 else Color.BLUE for _, shift in shifts]
-        axes.barh(range(len(shifts)), [shift for _, shift in shifts], height=0.7, color=colors)
+        axes.barh(range(len(shifts)), [shift for _, shift in shifts], height=0.7, color=Color.GREY)
         axes.set_yticks(range(len(shifts)), [f"{name.quantity} {name.symbol}" for name, _ in shifts])
         axes.invert_yaxis()
         axes.axvline(0.0, **GUIDE)

@@ -20,13 +20,8 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
     simulated : Simulated, optional
         Motions from a simulation, drawn over the analytic ones.
     """
-    drawn = [
-        *_along_sweep(study, simulated),
-        *_simulated(study),
-        *_atlas(study),
-        *_margins(study),
-        *measured_pictures(study),
-    ]
+    drawn = [*_along_sweep(study, simulated), *_simulated(study), *_atlas(study), *_device(study), *_margins(study)]
+    drawn += measured_pictures(study)
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
@@ -71,6 +66,13 @@ def _atlas(study: Study) -> Iterator[Picture]:
         from vireport.figures import atlas
 
         yield atlas.picture(study, study.atlas)
+
+
+def _device(study: Study) -> Iterator[Picture]:
+    if study.plan.runs(Task.FIGURE_DEVICE):
+        from vireport.figures import device
+
+        yield device.picture(study)
 
 
 def _margins(study: Study) -> Iterator[Picture]:

@@ -60,8 +60,8 @@ MOTION: Look = {"color": Color.BLACK, "linewidth": 1.1, "zorder": 2.5}
 REBOUND: Look = {"color": Color.GREY, "linewidth": 0.8, "linestyle": (0, (3, 2)), "zorder": 2.3}
 WALL: Look = {"color": Color.LIGHT, "linewidth": 3.6, "zorder": 1.2}
 BOTTOM_MEMBRANE: Look = {"color": Color.BLUE, "linewidth": 2.8, "zorder": 2.2}
-TOP_MEMBRANE: Look = {"color": Color.BLUE, "linewidth": 1.1, "zorder": 2.2}
-BALL: Look = {"color": Color.VERMILION, "linewidth": 1.4, "zorder": 2.5}
+TOP_MEMBRANE: Look = {"color": Color.GREEN, "linewidth": 1.1, "zorder": 2.2}
+BALL: Look = {"color": Color.BLACK, "linewidth": 1.4, "zorder": 2.5}
 MARK: Look = {"linestyle": "none", "zorder": 3.5, "markeredgecolor": "white", "markeredgewidth": 0.5}
 BOTTOM_IMPACT: Look = MARK | {"color": Color.BLUE, "marker": "o", "markersize": 5.5}
 TOP_IMPACT: Look = MARK | {"color": Color.GREEN, "marker": "^", "markersize": 6.0}
@@ -70,13 +70,10 @@ IMPACTS: list[Entry] = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_I
 TITLES = {Task.FIGURE_3: "Phase portraits and time series", Task.FIGURE_6: "Displacement of the capsule and the ball"}
 
 ABOUT = {
-    Task.FIGURE_3: "Simulated motions. Left: relative velocity Ż over relative position Z = X − x, with the bottom "
-    "membrane at Z = +d/2 and the top one at −d/2; right: the same velocity over time. Dashed: Ż → −r Ż at an impact. "
-    "Circles, blue: impacts on the bottom; triangles, green: on the top, both just before the rebound. Units: "
-    "F/(4 M f²) of length and F/(2 M f) of velocity.",
-    Task.FIGURE_6: "Simulated motions. Blue: ends of the capsule X ± d/2, thick at the bottom; red: the ball x, which "
-    "touches them at the impacts (circles: bottom, triangles: top). X is taken without drift; "
-    "unit F/(4 M f²).",
+    Task.FIGURE_3: "Simulated motions: relative velocity Ż over relative position Z = X − x (left) and over time "
+    "(right), in units of F/(2 M f) and F/(4 M f²)",
+    Task.FIGURE_6: "Simulated motions: displacement of the capsule\u2019s ends X ± d/2 and of the ball x in units of "
+    "F/(4 M f²), X without drift",
 }
 
 
@@ -313,21 +310,21 @@ def portrait_caption(figure: Task, portraits: Sequence[Portrait], held: str) -> 
     held : str
         The parameters that they share, in words.
     """
-    return " ".join([ABOUT[figure], *([f"{held}."] if held else []), *_motions(figure, portraits)])
+    return f"{', '.join([ABOUT[figure], *([held] if held else [])])}. {'; '.join(_motions(figure, portraits))}."
 
 
 def portrait_alt(figure: Task, portraits: Sequence[Portrait]) -> str:
     """A description of figure 3 or 6 for those who do not see it."""
     kind = "phase portrait and time series" if figure == Task.FIGURE_3 else "displacement of capsule and ball over time"
     count = f"{len(portraits)} simulated motion{'s' * (len(portraits) != 1)}"
-    return " ".join([f"Line charts, {kind} of {count}.", *_motions(figure, portraits)])
+    return f"Line charts, {kind} of {count}. {'; '.join(_motions(figure, portraits))}."
 
 
 def _motions(figure: Task, portraits: Sequence[Portrait]) -> Iterator[str]:
     """Each motion in numbers, with the letters of its panels."""
     for k, portrait in enumerate(portraits):
         panels = f"{letter_of(2 * k)}, {letter_of(2 * k + 1)}" if figure == Task.FIGURE_3 else letter_of(k)
-        yield f"({panels}) {setting(portrait)}: {motion_words(portrait)}{_numbers(portrait)}."
+        yield f"({panels}) {setting(portrait)}: {motion_words(portrait)}{_numbers(portrait)}"
 
 
 def _numbers(portrait: Portrait) -> str:

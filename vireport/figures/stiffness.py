@@ -10,7 +10,7 @@ from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
 from vireport.figures.style import DASHED, GUIDE, Color, Look, Picture, style
 from vireport.study import Task
-from vireport.text import significant
+from vireport.text import capital, significant
 from vireport.trust import ADAPTIVE, FIXED, WRONG, Compliance, Outcome, SolverRun, factor_text, findings, quantity_label
 
 HEIGHTS = 3.4, 2.7
@@ -75,22 +75,20 @@ def caption(study: Compliance) -> str:
     """What is drawn and how."""
     return (
         "(a) Error of solvers that take the whole equation over one period in one go, in (Z, Z\u2032) at its end, "
-        "against run time: the shape of a marker is the solver, its colour and size the stiffness. A marker is hollow "
-        f"where the error exceeds {WRONG:g}, and at the top where the run did not reach the end; the fixed-step RK4 "
-        "is a cross. (b) Relative distance of the velocity at the bottom and of the critical point, and distance of "
-        "the phase [rad], from their rigid values; the dashed lines have the slope expected, "
-        f"K^({significant(-study.order, 3)}). {_slopes(study)}"
+        f"against run time, a marker hollow where it exceeds {WRONG:g} and at the top where the end was not reached. "
+        "(b) Distance of the velocity at the bottom, of the phase and of the critical point from their rigid values, "
+        f"with the slope expected, K^({significant(-study.order, 3)}) (dashed); {_slopes(study)}."
     )
 
 
 def alt_text(study: Compliance) -> str:
     """A description for those who do not see it."""
-    return " ".join(["Two scatter charts with logarithmic axes.", *findings(study), _slopes(study)])
+    return " ".join(["Two scatter charts with logarithmic axes.", *findings(study), f"{capital(_slopes(study))}."])
 
 
 def _slopes(study: Compliance) -> str:
     fitted = [f"{quantity_label(study, x)} {significant(x.exponent, 4)}" for x in study.convergence if x.exponent]
-    return f"Fitted exponents: {', '.join(fitted)}." if fitted else "No exponent could be fitted."
+    return f"fitted exponents: {', '.join(fitted)}" if fitted else "no exponent could be fitted"
 
 
 def _errors(axes: Axes, study: Compliance, shown: list[float]) -> None:

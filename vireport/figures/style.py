@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from html import escape
 from io import BytesIO
 from typing import Any
 
 import matplotlib
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 
@@ -25,6 +28,15 @@ class Color:
     GREY, LIGHT = "#767676", "#D8D8D8"
     WARNING = "#A33A00"
     """Vermilion, dark enough for text."""
+    WHITE = "#FFFFFF"
+
+
+ON_DARK = {
+    Color.BLACK: "#e7e9eb", Color.ORANGE: "#f0b429", Color.SKY: "#7cc7f2", Color.GREEN: "#2fc79b",
+    Color.BLUE: "#4da6e8", Color.VERMILION: "#ff8a3d", Color.PURPLE: "#e39ac2", Color.GREY: "#a0a6ad",
+    Color.LIGHT: "#3d434a", Color.WARNING: "#ffa06b", Color.WHITE: "#14171b",
+}  # fmt: skip
+"""The same colours on a dark page."""
 
 
 DASHED: Any = (0, (5, 2))
@@ -71,7 +83,7 @@ STYLE: dict[Any, Any] = {
     "legend.borderaxespad": 0.0,
     "lines.dash_capstyle": "butt",
     "lines.scale_dashes": False,
-    "svg.hashsalt": "vireport",
+    "svg.fonttype": "none",
 }
 
 
@@ -91,6 +103,10 @@ def style() -> Iterator[None]:
         yield
 
 
+NUMBERS = {"device": "1", "margins": "8", "accuracy": "9", "stiffness": "10", "diagram": "11"}
+"""Of the figures that are not named after the paper's."""
+
+
 class NotebookFigure(Figure):
     """A figure that a notebook shows as it would be written to a file, without pyplot."""
 
@@ -106,6 +122,48 @@ def png_of(figure: Figure) -> bytes:
         # `Figure.savefig` does the same, but first lays the figure out, which is final already.
         canvas.print_png(file, metadata={"Software": None})
     return file.getvalue()
+
+
+SVG_FONTS = "DejaVu Sans, Libertinus Serif, sans-serif"
+"""Of the texts in an SVG file: the one they were laid out in, and the narrower one of the PDF report."""
+
+_HEAD = re.compile(r'.*?viewBox="0 0 (?P<width>[\d.]+) (?P<height>[\d.]+)".*?</defs>\s*', re.DOTALL)
+"""What Matplotlib writes before the drawing."""
+
+_NEEDLESS = re.compile(r"""(?<=<g) id="[^"]*"| font-family: 'DejaVu Sans';| transform="rotate\(-0 [^"]*\)\"""")
+"""Identifiers that nothing refers to, which would be the same in every figure of a page, and what says nothing."""
+
+_LINK = re.compile(r"</?a\b[^>]*>")
+_COLOR = re.compile(r"#[0-9a-f]{6}\b")
+_NAMES = {value.lower(): name.lower() for name, value in vars(Color).items() if name.isupper()}
+
+
+def _drawing(figure: Figure, name: str) -> tuple[str, str]:
+    """The view box of a figure, and its drawing as elements of SVG; `name` makes its identifiers its own."""
+    file, before, dpi = BytesIO(), figure.canvas, figure.dpi
+    canvas: Any = FigureCanvasSVG(figure)
+    with style(), matplotlib.rc_context({"svg.hashsalt": name}):
+        canvas.print_svg(file, metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+    figure.set_canvas(before)
+    figure.dpi = dpi
+    text = file.getvalue().decode().replace("xlink:href", "href")
+    head = _HEAD.match(text)
+    if head is None:
+        raise ValueError("Matplotlib wrote an SVG file without a head that is known")
+    drawing = _NEEDLESS.sub("", text[head.end() :].removesuffix("</svg>\n"))
+    return f"0 0 {head['width']} {head['height']}", re.sub(r"\n\s*", "\n", drawing)
+
+
+def figure_css() -> str:
+    """The colours of the figures within a page, on light and on dark, as custom properties."""
+    light, dark = (
+        "".join(f"--figure-{name}:{shades.get(value, value)};" for value, name in _NAMES.items())
+        for shades in ({}, {value.lower(): shade for value, shade in ON_DARK.items()})
+    )
+    return (
+        f":root{{{light}}}\n@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"
+        "svg.figure{display:block;width:100%;height:auto;max-width:62rem;fill:var(--figure-black)}\n"
+    )
 
 
 def literal(text: str) -> str:
@@ -136,10 +194,36 @@ class Picture:
     alt: str
     figure: Figure
 
+    @property
+    def number(self) -> str:
+        """By which it is referred to: that of the paper's figure, or one after them; of a further page in brackets."""
+        number, _, page = self.name.removeprefix("figure-").partition("-")
+        return f"{NUMBERS.get(number, number)}{f' ({page})' if page else ''}"
+
     @cached_property
     def png(self) -> bytes:
         """The figure as a PNG file."""
         return png_of(self.figure)
+
+    @cached_property
+    def _elements(self) -> tuple[str, str]:
+        return _drawing(self.figure, self.name)
+
+    @property
+    def svg(self) -> bytes:
+        """The figure as an SVG file with texts as texts; the same figure gives the same bytes in every run."""
+        box, drawing = self._elements
+        width, height = box.split()[2:]
+        head = f'width="{width}pt" height="{height}pt" font-family="{SVG_FONTS}" role="img"'
+        return f"{_opened(head, box, self.alt)}{_LINK.sub('', drawing)}</svg>\n".encode()
+
+    @property
+    def inline(self) -> str:
+        """The figure as an element of an HTML page, with links, in the colours of `figure_css` and the page's font."""
+        box, drawing = self._elements
+        head = f'class="figure" data-figure="{self.name}" role="group"'
+        colored = _COLOR.sub(_property, drawing)
+        return f"{_opened(head, box, self.alt)}{colored}</svg>"
 
     @property
     def width(self) -> int:
@@ -150,3 +234,16 @@ class Picture:
     def height(self) -> int:
         """Of the PNG file [px]."""
         return int(self.figure.bbox.height)
+
+
+def _property(color: re.Match[str]) -> str:
+    """The custom property of one of our colours."""
+    return f"var(--figure-{_NAMES[color[0]]})" if color[0] in _NAMES else color[0]
+
+
+def _opened(attributes: str, box: str, alt: str) -> str:
+    """The first tag of a drawing in SVG."""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" {attributes} aria-label="{escape(alt)}" '
+        'stroke-linejoin="round" stroke-linecap="butt">\n'
+    )

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from vireport.analysis import Branch, CriticalKind, DesignPoint, eigenvalues
 from vireport.figures import curves
 from vireport.figures.captions import LAMBDA_LIMIT, OUTSIDE, conditions
-from vireport.figures.curves import TURN, Curve, Event, Floats, Simulated, Stretch
+from vireport.figures.curves import BESIDE, TURN, Curve, Event, Floats, Simulated, Stretch
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     ACROSS,
@@ -33,10 +33,10 @@ from vireport.figures.layout import (
     say,
     sweep_axis,
 )
-from vireport.figures.style import DASH_DOTTED, DASHED, DOTTED, GUIDE, Color, Look, style
+from vireport.figures.style import DASH_DOTTED, DOTTED, Color, Look, style
 from vireport.physics import Voltages
 from vireport.study import Study, Task
-from vireport.text import PREFIXES, capital
+from vireport.text import MINUS, PREFIXES, capital
 
 # Width tells the two impacts apart where colour does not, and where one curve lies on the other.
 BOTTOM: Look = {"color": Color.BLUE, "linewidth": 2.8}
@@ -44,13 +44,9 @@ TOP: Look = {"color": Color.GREEN, "linewidth": 1.2}
 STABLE: Look = {"linestyle": "-", "zorder": 2.5}
 UNSTABLE: Look = {"linestyle": DASH_DOTTED, "zorder": 2.2}
 
-AVERAGE: Look = {"color": Color.VERMILION, "linewidth": 3.8, "linestyle": "-"}
-BOTTOM_VOLTAGE: Look = {"color": Color.BLUE, "linewidth": 1.3, "linestyle": "-"}
-TOP_VOLTAGE: Look = {"color": Color.BLUE, "linewidth": 1.3, "linestyle": DASHED}
-UNSTABLE_VOLTAGE: Look = {"linestyle": DOTTED, "zorder": 2.2}
-UNSTABLE_TOP_VOLTAGE: Look = {"linestyle": (0, (1, 3.2)), "zorder": 2.2}
+AVERAGE: Look = {"color": Color.VERMILION, "linewidth": 4.4}
 
-BOUND: Look = {"color": Color.VERMILION, "linewidth": 0.8, "linestyle": (0, (8, 2, 1, 2)), "zorder": 1.5}
+BOUND: Look = {"color": Color.GREY, "linewidth": 1.0, "linestyle": DOTTED, "zorder": 1.5}
 DESIGN_LINE: Look = {"color": Color.GREY, "linewidth": 0.9, "linestyle": (0, (2, 2)), "zorder": 1.4}
 MARK: Look = {"linestyle": "none", "color": Color.BLACK, "markersize": 5.0, "markeredgewidth": 0.5, "zorder": 4.0}
 DESIGN: Look = MARK | {"marker": "P", "markersize": 8.5, "zorder": 3.8}
@@ -66,13 +62,21 @@ MARKERS: dict[CriticalKind, Look] = {
 CIRCLE: Look = MARK | {
     "marker": "o", "markersize": 4.5, "markerfacecolor": "none", "markeredgewidth": 0.8, "zorder": 3.5,
 }  # fmt: skip
-STAR: Look = CIRCLE | {"marker": "*", "markersize": 8.5, "markerfacecolor": "white", "color": Color.WARNING}
+LEAVES: Look = {
+    "linestyle": "none",
+    "markersize": 5.0,
+    "markerfacecolor": "white",
+    "markeredgewidth": 1.0,
+    "zorder": 3.4,
+}
+INSIDE = 0.03
+"""Distance of the marks of curves that leave a panel from its edge, as a share of its height."""
 
 FULL_SIZE_UP_TO = 60
 """Simulated values along a sweep up to which their markers have their full size."""
 
-BRANCH_COLORS = (Color.BLUE, Color.PURPLE, Color.BLACK, Color.SKY, Color.GREEN, Color.ORANGE)
-"""The first three are also apart in grey."""
+BRANCH_COLORS = (Color.BLACK, Color.PURPLE, Color.SKY, Color.ORANGE, Color.GREY)
+"""Not those of an impact or a voltage; the first two are also apart in grey."""
 
 THIN, THICK = 1.5, 3.4
 """Widths of curves in figure 4 [pt]; thick where the eigenvalues are complex."""
@@ -159,17 +163,22 @@ def sweep_figure(
     if figure == Task.FIGURE_4:
         drawings = [replace(x, parts=[part for part in x.parts if not part.branch.mirror_of]) for x in drawings]
     with style():
-        rows, legends = {Task.FIGURE_2: _rows_2, Task.FIGURE_4: _rows_4, Task.FIGURE_7: _rows_7}[figure](drawings)
+        rows, legends = _rows(figure, drawings)
         page, panels = blank(len(rows), len(drawings), sharex="col", sharey="row")
         labels = [
-            (axes, _draw(axes, row, drawing))
+            (axes, _draw(axes, row, drawing, linked=lines is None))
             for row, axes_of_row in zip(rows, panels, strict=True)
             for axes, drawing in zip(axes_of_row, drawings, strict=True)
         ]
         for row, axes_of_row in zip(rows, panels, strict=True):
             axes_of_row[0].set_ylabel(row.label)
-            if not row.phases:
+            if row.cut is None:
                 fit_vertically(axes_of_row)
+            else:
+                _angles(axes_of_row[0], row.cut)
+            if row.limits != EVERYTHING:
+                for axes, drawing in zip(axes_of_row, drawings, strict=True):
+                    _mark_leaving(axes, row, drawing)
         letters = int(ACROSS / len(drawings) / LETTER)
         for k, drawing in enumerate(drawings):
             if titles:
@@ -203,42 +212,84 @@ class _Row:
     design : tuple of str
         Colours of the design point's markers, one for each curve.
     simulated : callable
-        The points of a simulation, and how they look.
+        The points of a simulation.
     limits : tuple of float
         Range beyond which nothing needs to be seen.
     bounds : tuple of float
         Values at which a line is drawn across.
-    phases : bool
-        Whether the axis is that of an angle.
+    cut : float, optional
+        Where the axis begins, if it is that of an angle [rad].
     """
 
     label: str
     values: Callable[[Drawing, Branch | DesignPoint], Sequence[Floats]]
     look: Callable[[Drawing, Stretch, int], Look]
     design: tuple[str, ...]
-    simulated: Callable[[Simulated], Iterable[tuple[Floats, Look]]] = lambda simulated: ()
+    simulated: Callable[[Simulated], Iterable[Floats]] = lambda simulated: ()
     limits: tuple[float, float] = EVERYTHING
     bounds: tuple[float, ...] = ()
-    phases: bool = False
+    cut: float | None = None
 
 
-def _draw(axes: Axes, row: _Row, drawing: Drawing) -> list[Label]:
-    """Draw a row of a study, and return the labels of its critical points."""
+def _draw(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
+    """Draw a row of a study, and return the labels of its critical points, each `linked` to a row of the report."""
     for bound in row.bounds:
         axes.axhline(bound, **BOUND)
-    if row.phases:
-        axes.set_ylim(-0.03 * TURN, 1.03 * TURN)
-        axes.set_yticks(np.arange(5) * TURN / 4, ["0", "π/2", "π", "3π/2", "2π"])
     if not drawing.parts:
         say(axes, NO_MOTION)
     _draw_curves(axes, row, drawing)
     if drawing.simulated:
         scale = _marker_scale(drawing.simulated)
-        for y, look in row.simulated(drawing.simulated):
-            smaller = {key: look[key] * scale for key in ("markersize", "markeredgewidth")}
-            _plot(axes, [(drawing.axis.of(drawing.simulated), y)], look | smaller)
+        look = CIRCLE | {key: CIRCLE[key] * scale for key in ("markersize", "markeredgewidth")}
+        for y in row.simulated(drawing.simulated):
+            _plot(axes, [(drawing.axis.of(drawing.simulated), y)], look)
     _mark_design(axes, row, drawing)
-    return _mark_critical_points(axes, row, drawing)
+    return _mark_critical_points(axes, row, drawing, linked)
+
+
+def _angles(axes: Axes, cut: float) -> None:
+    """Let a panel hold a full turn from where the phases are cut, with ticks at quarters of it."""
+    low, high = min(cut, axes.dataLim.y0), max(cut + TURN, axes.dataLim.y1)
+    axes.set_ylim(low - 0.03 * TURN, high + 0.03 * TURN)
+    quarters = np.arange(np.ceil(4 * (low - BESIDE) / TURN), np.floor(4 * (high + BESIDE) / TURN) + 1)
+    axes.set_yticks(quarters * TURN / 4, [_quarters(int(k)) for k in quarters])
+
+
+def _quarters(count: int) -> str:
+    """A number of quarter turns in units of pi, such as 3π/2."""
+    if count == 0:
+        return "0"
+    number, half = (abs(count), "/2") if count % 2 else (abs(count) // 2, "")
+    return f"{MINUS if count < 0 else ''}{number if number > 1 else ''}π{half}"
+
+
+def _leaves(row: _Row, drawing: Drawing) -> bool:
+    """Whether a curve is beyond what a panel has to hold."""
+    low, high = row.limits
+    sizes = [y[part.rows] for part in drawing.parts for y in row.values(drawing, part.branch)]
+    return any(bool(((y < low) | (y > high)).any()) for y in sizes)
+
+
+def _mark_leaving(axes: Axes, row: _Row, drawing: Drawing) -> None:
+    """Mark at the edge of a panel where a curve leaves it, or that it is beyond."""
+    low, high = axes.get_ylim()
+    for part in drawing.parts:
+        x = drawing.axis.of(part.branch.motions)[part.rows]
+        for k, values in enumerate(row.values(drawing, part.branch)):
+            y = np.clip(values[part.rows], 2 * low - high, 2 * high - low)
+            for edge, beyond, at, marker in (
+                (low, y < low, INSIDE, "v"),
+                (high, y > high, 1 - INSIDE, "^"),
+            ):
+                i = np.flatnonzero(beyond[1:] != beyond[:-1])
+                places = x[i] + (edge - y[i]) / (y[i + 1] - y[i]) * (x[i + 1] - x[i])
+                if beyond.all():
+                    places = x[[len(x) // 2]]
+                look = LEAVES | {"marker": marker, "color": row.look(drawing, part, k)["color"]}
+                if len(places):
+                    axes.add_artist(
+                        Line2D(places, np.full(len(places), at), transform=axes.get_xaxis_transform(), **look)
+                    )
 
 
 def _draw_curves(axes: Axes, row: _Row, drawing: Drawing) -> None:
@@ -248,8 +299,8 @@ def _draw_curves(axes: Axes, row: _Row, drawing: Drawing) -> None:
         x = drawing.axis.of(part.branch.motions)[part.rows]
         for k, values in enumerate(row.values(drawing, part.branch)):
             y, look = values[part.rows], row.look(drawing, part, k)
-            pieces = curves.phase_curve(x, y) if row.phases else [(x, y)]
-            by_look.setdefault(tuple(look.items()), ([], look))[0].extend(pieces)
+            piece = x, y if row.cut is None else curves.phase_curve(y)
+            by_look.setdefault(tuple(look.items()), ([], look))[0].append(piece)
     for pieces, look in by_look.values():
         _plot(axes, pieces, look, row.limits)
 
@@ -282,7 +333,7 @@ def _mark_design(axes: Axes, row: _Row, drawing: Drawing) -> None:
             _plot(axes, [points], DESIGN | {"markerfacecolor": face}, row.limits)
 
 
-def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing) -> list[Label]:
+def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
     """Mark the critical points on all curves of a panel; each gets one label, at the largest value if there is room."""
     labels: list[Label] = []
     by_kind: dict[CriticalKind, list[Curve]] = {}
@@ -292,10 +343,8 @@ def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing) -> list[Label
         x, y = np.repeat(places, values.shape[1]), values.ravel()
         by_kind.setdefault(event.point.kind, []).append((x, y))
         largest_first = np.argsort(-np.abs(y), kind="stable")
-        labels.append(Label(event.point.label, x[largest_first], y[largest_first]))
-    guides = [(np.full(2, at), np.array([0.0, 1.0])) for at in sorted({float(x) for label in labels for x in label.x})]
-    if guides:
-        axes.add_artist(Line2D(*curves.joined(guides), transform=axes.get_xaxis_transform(), **GUIDE))
+        link = f"#point-{event.point.label}" if linked else None
+        labels.append(Label(event.point.label, x[largest_first], y[largest_first], link=link))
     for kind, points in by_kind.items():
         _plot(axes, points, POINT | MARKERS[kind], row.limits)
     return labels
@@ -305,24 +354,35 @@ Rows = tuple[list[_Row], list[list[Entry]]]
 """The rows of a figure from the top one down, and its legends, each of which begins a line."""
 
 
+def _rows(figure: Task, drawings: Sequence[Drawing]) -> Rows:
+    return {Task.FIGURE_2: _rows_2, Task.FIGURE_4: _rows_4, Task.FIGURE_7: _rows_7}[figure](drawings)
+
+
+def panel_curves(figure: Task, drawing: Drawing, branch: Branch) -> list[Sequence[Floats]]:
+    """What each panel of figure 2, 4 or 7 shows of a branch: an array for each of its curves."""
+    return [row.values(drawing, branch) for row in _rows(figure, [drawing])[0]]
+
+
 def _rows_2(drawings: Sequence[Drawing]) -> Rows:
-    def row(k: int, label: str, phases: bool) -> _Row:
+    cut = curves.phase_cut(part for drawing in drawings for part in drawing.parts)
+
+    def row(k: int, label: str, phases: bool = False) -> _Row:
         return _Row(
             label,
-            lambda x, branch: curves.impact_pairs(branch.motions, x.study.solution.device.period_ratio)[k],
+            lambda x, branch: curves.impact_pairs(branch.motions, x.study.solution.device.period_ratio, cut)[k],
             lambda x, part, side: (BOTTOM, TOP)[side] | (STABLE if part.stable else UNSTABLE),
             (Color.BLUE, Color.GREEN),
-            lambda simulated: ((y, CIRCLE) for y in simulated.pairs[k]),
-            phases=phases,
+            lambda simulated: simulated.pairs(cut)[k],
+            cut=cut if phases else None,
         )
 
     legend: list[Entry] = [("impact k−1, bottom", BOTTOM), ("impact k, top", TOP), *_stability_legend(drawings)]
     if any(drawing.simulated for drawing in drawings):
         legend.append(("simulation", CIRCLE))
     rows = [
-        row(0, "impact velocity |Ż| [–]", phases=False),
+        row(0, "impact velocity |Ż| [–]"),
         row(1, "phase φ [rad]", phases=True),
-        row(2, "flight time Δt/2 [periods]", phases=False),
+        row(2, "flight time Δt/2 [periods]"),
     ]
     return rows, [legend]
 
@@ -350,12 +410,15 @@ def _rows_4(drawings: Sequence[Drawing]) -> Rows:
         lambda x, part, k: look(x, part, THICK if part.focus else THIN),
         (Color.GREY, Color.GREY),
         limits=(-LAMBDA_LIMIT, LAMBDA_LIMIT),
-        bounds=(-1.0, 0.0, 1.0),
+        bounds=(-1.0, 1.0),
     )
     branches: list[Entry] = [(name, {"color": color, "linewidth": THIN}) for name, color in colors.items()]
     legend = _stability_legend(drawings)
     if any(part.focus for drawing in drawings for part in drawing.parts):
         legend.append(("Re λ", {"color": Color.GREY, "linewidth": THICK}))
+    legend.append(("criterion: Δ = 0, λ = ±1", BOUND))
+    if any(_leaves(row, drawing) for row in (discriminant, eigenvalue) for drawing in drawings):
+        legend.append(("off the scale", LEAVES | {"marker": "^", "color": Color.GREY}))
     return [discriminant, eigenvalue], [branches, legend]
 
 
@@ -363,8 +426,7 @@ def _rows_7(drawings: Sequence[Drawing]) -> Rows:
     seen = [y[part.rows] for x in drawings for part in x.parts for y in curves.voltage_curves(part.branch.voltages)]
     overlays = [x.simulated.voltages for x in drawings if x.simulated and x.simulated.voltages]
     power = prefix(chain(seen, *map(curves.voltage_curves, overlays)))
-    looks = AVERAGE, BOTTOM_VOLTAGE, TOP_VOLTAGE
-    unstable = UNSTABLE_VOLTAGE, UNSTABLE_VOLTAGE, UNSTABLE_TOP_VOLTAGE
+    looks = AVERAGE, BOTTOM, TOP
 
     def scaled(voltages: Voltages | None) -> list[Floats]:
         return [y / 10.0**power for y in curves.voltage_curves(voltages)]
@@ -372,16 +434,14 @@ def _rows_7(drawings: Sequence[Drawing]) -> Rows:
     row = _Row(
         f"generated voltage U [{PREFIXES[power]}V]",
         lambda x, branch: scaled(branch.voltages),
-        lambda x, part, k: looks[k] | ({"zorder": STABLE["zorder"]} if part.stable else unstable[k]),
-        (Color.VERMILION, Color.BLUE, Color.BLUE),
-        lambda simulated: zip(scaled(simulated.voltages), (STAR, CIRCLE, CIRCLE), strict=False),
+        lambda x, part, k: looks[k] | (STABLE if part.stable else UNSTABLE),
+        (Color.VERMILION, Color.BLUE, Color.GREEN),
+        lambda simulated: scaled(simulated.voltages),
     )
     names = "Uₐᵥₑ", "Uᵢₘₚ − Uᵢₙ, bottom", "Uᵢₘₚ − Uᵢₙ, top"
-    legend: list[Entry] = list(zip(names, looks, strict=True))
-    if any(not part.stable for drawing in drawings for part in drawing.parts):
-        legend.append(("unstable", UNSTABLE_VOLTAGE | {"color": Color.GREY, "linewidth": 1.6}))
+    legend: list[Entry] = [*zip(names, looks, strict=True), *_stability_legend(drawings)]
     if overlays:
-        legend += [("simulated Uₐᵥₑ", STAR), ("simulated", CIRCLE)]
+        legend.append(("simulation", CIRCLE))
     return [row], [legend]
 
 

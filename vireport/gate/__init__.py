@@ -1,19 +1,22 @@
 """What a study comes to: requirements, alerts and the verdict."""
 
-from vireport.gate.alerts import Alert, alerts
+from vireport.gate.alerts import Alert, alerts, longest_contact
 from vireport.gate.requirements import Criterion, Remark, assess, unmet
-from vireport.gate.verdict import SWEEP_END, Fact, Status, Verdict, range_text, verdict_of
+from vireport.gate.verdict import SWEEP_END, Fact, Question, Status, Verdict, mirror_images, range_text, verdict_of
 
 __all__ = [
     "SWEEP_END",
     "Alert",
     "Criterion",
     "Fact",
+    "Question",
     "Remark",
     "Status",
     "Verdict",
     "alerts",
     "assess",
+    "longest_contact",
+    "mirror_images",
     "range_text",
     "unmet",
     "verdict_of",

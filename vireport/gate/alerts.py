@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from vireport.analysis import (
     restitution_effect,
     undecided,
 )
+from vireport.physics import Fitting
 from vireport.scenario import DesignInput, Parameter
 
 if TYPE_CHECKING:
@@ -70,6 +71,9 @@ STRONGEST_GRAVITY = 50.0
 
 MEMBRANE_LENGTHS = ("ball_radius_m", "active_radius_m")
 """Lengths of a membrane's geometry."""
+
+LAST_DIGIT = 5e-4
+"""Relative rounding of a number that is printed with four digits."""
 
 MOST_MOTIONS = 3
 """Other motions that are named."""
@@ -221,16 +225,46 @@ def _outside_geometry(results: Evidence) -> str | None:
         f"radius of {1e3 * radius:.3g} mm. "
         f"The formulae still evaluate, to {solution.highest_v:.3g} V above a bias of {membrane.bias_voltage_v:.4g} V, "
         "but the cone-and-cap shape of Eqs. (5.3)-(5.5) "
-        "cannot hold there: read the voltages as a ranking, not as volts."
-    )
+        f"cannot hold there: read the voltages as a ranking, not as volts. {_what_fits(solution)}"
+    ).rstrip()
+
+
+def _what_fits(solution: Solution) -> str:
+    """What would bring the deflection within the geometry, rounded to the side that does."""
+    known, less, more = cast(Fitting, solution.fitting), 1 - LAST_DIGIT, 1 + LAST_DIGIT
+    mass, stiffness, radius = known.ball_mass_kg, known.stiffness, known.active_radius_m
+    ways = [
+        *([f"a ball of at most {1e3 * less * mass:.4g} g"] if mass is not None else []),
+        *([f"a stiffness of at least {more * stiffness:.4g} N/m^h"] if stiffness is not None else []),
+        *([f"an active radius of at least {1e3 * more * radius:.4g} mm"] if radius is not None else []),
+    ]
+    return f"The deflection would fit with any one of: {'; '.join(ways)}." if ways else ""
+
+
+def _breakdown(results: Evidence) -> str | None:
+    design, membrane = results.solution.design, results.solution.membrane
+    if design is None or design.conversion is None or membrane is None or membrane.dielectric is None:
+        return None
+    highest = float(np.max(design.conversion.field_v_m[design.motions.stable], initial=0.0))
+    limit = membrane.dielectric.breakdown_field_v_m
+    if highest <= limit:
+        return None
+    return f"The field reaches {highest:.3g} V/m, {highest / limit:.3g} times the breakdown field of {limit:.3g} V/m."
+
+
+def longest_contact(solution: Solution) -> float | None:
+    """Longest contact of the stable motions over the forcing period, by an estimate without gravity and forcing.
+
+    None without a ball mass, without stable motion, and where the restitution has no contact law.
+    """
+    membrane, (bottom, top, frequency) = solution.membrane, Evidence(solution, None, None).impacts
+    if membrane is None or not bottom.size:
+        return None
+    return contact_share(np.minimum(bottom, -top), membrane, solution.device.restitution, frequency)
 
 
 def _long_contact(results: Evidence) -> str | None:
-    membrane, (bottom, top, frequency) = results.solution.membrane, results.impacts
-    if membrane is None or not bottom.size:
-        return None
-    slowest = np.minimum(bottom, -top)
-    share = contact_share(slowest, membrane, results.solution.device.restitution, frequency)
+    share = longest_contact(results.solution)
     if share is None or share <= LONG_CONTACT:
         return None
     return (
@@ -372,6 +406,7 @@ CAUSES: dict[AlertCode, Cause] = {
     AlertCode.NOT_RIGID: _not_rigid,
     AlertCode.ADMISSIBILITY_UNDECIDED: _admissibility_undecided,
     AlertCode.IMPLAUSIBLE_INPUT: _implausible,
+    AlertCode.BREAKDOWN: _breakdown,
     AlertCode.SIMULATION_DISAGREES: _simulation_disagrees,
     AlertCode.COEXISTING_MOTIONS: _coexisting,
     AlertCode.CHATTER: _chatter,

@@ -29,10 +29,11 @@ from vireport.analysis import (
     stable_ranges,
 )
 from vireport.errors import NumericalError
-from vireport.physics import UNIT, Membrane, Voltages, voltages
+from vireport.physics import UNIT, Conversion, Dielectric, Membrane, Voltages, voltages
 from vireport.scenario import Loaded, Parameter, Requirements
 
 if TYPE_CHECKING:
+    from vireport.tolerances import Tolerances
     from vireport.trust import CrossCheck
 
 Floats = NDArray[np.float64]
@@ -168,6 +169,7 @@ class Results:
     solution: Solution
     required: Requirements
     crosscheck: CrossCheck | None
+    tolerances: Tolerances | None
 
     @property
     def design(self) -> DesignPoint:
@@ -221,12 +223,14 @@ class Requirement:
         )
 
 
-def assess(loaded: Loaded, solution: Solution, crosscheck: CrossCheck | None) -> tuple[Criterion, ...]:
+def assess(
+    loaded: Loaded, solution: Solution, crosscheck: CrossCheck | None, tolerances: Tolerances | None = None
+) -> tuple[Criterion, ...]:
     """Hold results against what their scenario requires; () where that is nothing."""
     required = loaded.scenario.requirements
     if required is None:
         return ()
-    results = Results(solution, required, crosscheck)
+    results = Results(solution, required, crosscheck, tolerances)
     criteria = []
     for requirement in REQUIREMENTS:
         limit = requirement.limit(results)
@@ -351,19 +355,33 @@ def _margin(results: Results, limit: Limit, kinds: tuple[CriticalKind, ...]) -> 
 
 
 def _at_design(
-    results: Results, limit: Limit, of: Callable[[Voltages], Floats], bounded_by: tuple[str, ...]
+    results: Results, limit: Limit, of: Callable[[DesignPoint], Floats], bounded_by: tuple[str, ...], scale: float = 1.0
 ) -> Outcome:
     """Hold the worst of the stable motions at the design point against a limit.
 
-    `bounded_by` are the fields of `Voltages` whose error bounds add up to that of the number.
+    `bounded_by` are the columns whose error bounds add up to that of the number, `scale` what both are multiplied by.
     """
     stable, bounds = results.design.motions.stable, cast(dict[str, Floats], results.solution.bounds.design)
-    evaluated = cast(Voltages, results.design.voltages)
-    values = of(evaluated)[stable]
+    values = scale * of(results.design)[stable]
     least = limit.kind is LimitKind.AT_LEAST
     which = (f"the {'least' if least else 'largest'} of {len(values)} stable motions",) if len(values) > 1 else ()
-    bound = sum(float(bounds[name][stable].max()) for name in bounded_by)
+    bound = scale * sum(float(bounds[name][stable].max()) for name in bounded_by)
     return held(float(values.min() if least else values.max()), limit, which, bound)
+
+
+def _volts(design: DesignPoint) -> Voltages:
+    return cast(Voltages, design.voltages)
+
+
+def _converted(design: DesignPoint) -> Conversion:
+    return cast(Conversion, design.conversion)
+
+
+def _field(results: Results, limit: Limit) -> Outcome:
+    """Judged over the breakdown field."""
+    dielectric = cast(Dielectric, cast(Membrane, results.solution.membrane).dielectric)
+    percent = 100 / dielectric.breakdown_field_v_m
+    return _at_design(results, limit, lambda x: _converted(x).field_v_m, ("field_v_m",), percent)
 
 
 def _acceleration(results: Results, limit: Limit) -> Outcome:
@@ -429,6 +447,19 @@ def with_peaks(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     )
 
 
+def _yield(results: Results, limit: Limit) -> Outcome:
+    """The share of the devices within the tolerances that work; known exactly only where it is proved to be all."""
+    found = results.tolerances
+    if found is None:
+        raise NumericalError("there are no tolerances")
+    if found.proved:
+        return held(100.0, limit, ("every device within the tolerances is proved to have stable motion",))
+    sampled = found.sampled
+    share = 100 * sampled.stable / sampled.samples
+    counted = (f"{sampled.stable} of {sampled.samples} random devices have stable motion",)
+    return held(share, limit, counted, share - 100 * sampled.low)
+
+
 def _agreement(results: Results, limit: Limit) -> Outcome:
     check = results.crosscheck
     if check is None:
@@ -449,11 +480,12 @@ MARGINS = {
 
 AT_LEAST, AT_MOST, RANGE, AGREEMENT = LimitKind
 
-U_AVE = partial(_at_design, of=lambda volts: volts.average_v, bounded_by=("average_v",))
+U_AVE = partial(_at_design, of=lambda x: _volts(x).average_v, bounded_by=("average_v",))
 END_DIFFERENCE = partial(
-    _at_design, of=lambda volts: np.abs(volts.bottom_v - volts.top_v), bounded_by=("bottom_v", "top_v")
+    _at_design, of=lambda x: np.abs(_volts(x).bottom_v - _volts(x).top_v), bounded_by=("bottom_v", "top_v")
 )
-DEFLECTION = partial(_at_design, of=lambda volts: volts.deflection_m, bounded_by=("deflection_m",))
+DEFLECTION = partial(_at_design, of=lambda x: _volts(x).deflection_m, bounded_by=("deflection_m",))
+POWER = partial(_at_design, of=lambda x: _converted(x).power_mw, bounded_by=("power_mw",))
 
 REQUIREMENTS = (
     Requirement(("stable_from", "stable_to"), "Stable 1:1 motion over the range", RANGE, None, _stable_over_sweep),
@@ -476,6 +508,9 @@ REQUIREMENTS = (
         ("u_bottom_top_difference_at_most_v",), "Difference of voltage between the ends", AT_MOST, "V", END_DIFFERENCE
     ),
     Requirement(("deflection_at_most_m",), "Deflection", AT_MOST, "m", DEFLECTION),
+    Requirement(("power_at_least_mw",), "Mean electrical power", AT_LEAST, "mW", POWER),
+    Requirement(("field_at_most_percent",), "Electric field over breakdown field", AT_MOST, "%", _field),
+    Requirement(("yield_at_least_percent",), "Yield within the tolerances", AT_LEAST, "%", _yield),
     Requirement(("acceleration_at_most_g",), "Acceleration of the shaker", AT_MOST, "g", _acceleration),
     Requirement(("stroke_at_most_m",), "Stroke of the shaker", AT_MOST, "m", _stroke),
     Requirement(("crosscheck_passed",), "Simulation agrees", AGREEMENT, "", _agreement),

@@ -18,6 +18,7 @@ from vireport.scenario import DesignInput, Parameter
 from vireport.text import capital, percent, quantity, significant
 
 if TYPE_CHECKING:
+    from vireport.tolerances import Tolerances
     from vireport.trust import Compliance, CrossCheck, Grade, MotionCount
 
 OUTSIDE = "outside the membrane model"
@@ -45,6 +46,7 @@ class Question(StrEnum):
     MOTION = "Is there stable motion?"
     WHERE = "Where?"
     MARGIN = "With what margin?"
+    TOLERANCES = "Do all devices within the tolerances work?"
     REACHED = "Which starts reach it?"
     VOLTAGE = "What voltage?"
     SHAKER = "What must the shaker do?"
@@ -62,6 +64,9 @@ CONCERNS = {
     "u_ave_difference_at_most_v": Question.VOLTAGE,
     "u_bottom_top_difference_at_most_v": Question.VOLTAGE,
     "deflection_at_most_m": Question.VOLTAGE,
+    "power_at_least_mw": Question.VOLTAGE,
+    "field_at_most_percent": Question.VOLTAGE,
+    "yield_at_least_percent": Question.TOLERANCES,
     "acceleration_at_most_g": Question.SHAKER,
     "stroke_at_most_m": Question.SHAKER,
     "crosscheck_passed": Question.SIMULATED,
@@ -108,6 +113,7 @@ def verdict_of(
     solution: Solution,
     crosscheck: CrossCheck | None,
     compliance: Compliance | None,
+    tolerances: Tolerances | None,
     criteria: tuple[Criterion, ...],
 ) -> Verdict:
     """Judge what was found out about a scenario; without criteria nothing is required."""
@@ -115,6 +121,7 @@ def verdict_of(
     stable = motion.status is Status.GOOD
     where = _where(solution) if solution.sweep is not None or stable else None
     margin = _margin(solution, solution.design) if solution.design is not None and stable else None
+    tolerated = _tolerated(tolerances) if tolerances is not None else None
     reached = _reached(crosscheck) if stable else None
     voltage = _voltage(solution)
     accepted = _accepted(criteria) if criteria else None
@@ -126,7 +133,7 @@ def verdict_of(
     if missed := unmet(criteria):
         headline = f"{missed}. {headline}"
     shaker = _shaker(solution) if _judged(Question.SHAKER, criteria) else None
-    facts = (accepted, motion, where, margin, reached, voltage, shaker, rigid, simulated)
+    facts = (accepted, motion, where, margin, tolerated, reached, voltage, shaker, rigid, simulated)
     margin_word = "small" if solution.design is None or not solution.design.unresolved else "not known"
     status, word = _status(motion, margin, margin_word, accepted, rigid, simulated)
     return Verdict(status, word, headline, tuple(_held(fact, criteria) for fact in facts if fact is not None))
@@ -180,6 +187,16 @@ def _status(
 def _rigid(grade: Grade) -> Fact:
     status = (Status.GOOD, Status.CAUTION, Status.BAD)[grade]
     return Fact(Question.RIGID, f"It is {grade.words}", "See the section on compliant membranes", status)
+
+
+def _tolerated(found: Tolerances) -> Fact:
+    sampled = found.sampled
+    interval = f"95 % interval {percent(sampled.low)} to {percent(sampled.high)}"
+    detail = f"{sampled.stable} of {sampled.samples} random devices have stable motion ({interval})"
+    if found.proved:
+        return Fact(Question.TOLERANCES, "Yes", "It is proved for every one", Status.GOOD)
+    answer = "No" if found.worst is not None else "Not decided"
+    return Fact(Question.TOLERANCES, answer, detail, Status.CAUTION)
 
 
 def _simulated(check: CrossCheck) -> Fact:
@@ -243,15 +260,15 @@ def _motion(solution: Solution) -> Fact:
     types = {Stability(design.motions.words[row]) for row in np.nonzero(stable)[0]}
     kinds = ", ".join(word for word in Stability if word in types)
     others = f"; {count} stable motions coexist" if count > 1 else ""
-    if count == 2 and solution.horizontal and _mirrored(design):
+    if mirror_images(solution, design):
         others = "; two mirror images"
     return Fact(Question.MOTION, "Yes", f"{capital(kinds)} at {at}{others}", Status.GOOD, kinds)
 
 
-def _mirrored(design: DesignPoint) -> bool:
-    """Whether the stable motions are asymmetric ones, which come in pairs where the capsule is horizontal."""
-    pairs = zip(design.families, design.motions.stable, strict=True)
-    return all(family is Family.ASYMMETRIC for family, stable in pairs if stable)
+def mirror_images(solution: Solution, design: DesignPoint) -> bool:
+    """Whether the stable motions are two mirror images: asymmetric ones, where the capsule is horizontal."""
+    stable = [family for family, stable in zip(design.families, design.motions.stable, strict=True) if stable]
+    return solution.horizontal and stable == [Family.ASYMMETRIC] * 2
 
 
 def _design_words(solution: Solution) -> str:

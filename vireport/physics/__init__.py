@@ -3,7 +3,19 @@
 from vireport.physics import flight
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
 from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device, Shaker
-from vireport.physics.energy import Membrane, Voltages, contact_cosine, deflection, generated_voltage, voltages
+from vireport.physics.energy import (
+    Conversion,
+    Dielectric,
+    Fitting,
+    Membrane,
+    Voltages,
+    contact_cosine,
+    conversion,
+    deflection,
+    fitting,
+    generated_voltage,
+    voltages,
+)
 from vireport.physics.numbers import ARRAYS, COMPLEX, DIGITS, FLOATS, FUNCTION, UNIT, DecimalOps, Rounded, RoundedOps
 
 __all__ = [
@@ -18,8 +30,11 @@ __all__ = [
     "NO_GRAVITY",
     "SMALLEST_RESTITUTION",
     "UNIT",
+    "Conversion",
     "DecimalOps",
     "Device",
+    "Dielectric",
+    "Fitting",
     "Membrane",
     "Rounded",
     "RoundedOps",
@@ -27,8 +42,10 @@ __all__ = [
     "Voltages",
     "contact_cosine",
     "contacts",
+    "conversion",
     "damping_number",
     "deflection",
+    "fitting",
     "flight",
     "generated_voltage",
     "law_of",

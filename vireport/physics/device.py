@@ -32,27 +32,27 @@ STANDARD_GRAVITY = 9.80665
 
 @dataclass(frozen=True, slots=True)
 class Shaker:
-    """What must drive the capsule: the harmonic motion of a mass M under a force of amplitude F.
+    """What must drive the capsule: the harmonic motion of a mass M under a force of amplitude F; numbers or arrays.
 
     Attributes
     ----------
-    acceleration_m_s2 : float
+    acceleration_m_s2 : array_like
         Amplitude F/M.
-    velocity_m_s : float
+    velocity_m_s : array_like
         Amplitude F/(M omega).
-    stroke_m : float
+    stroke_m : array_like
         Displacement from end to end, 2 F/(M omega^2).
-    force_n : float
+    force_n : array_like
         Amplitude F.
     """
 
-    acceleration_m_s2: float
-    velocity_m_s: float
-    stroke_m: float
-    force_n: float
+    acceleration_m_s2: Any
+    velocity_m_s: Any
+    stroke_m: Any
+    force_n: Any
 
     @property
-    def acceleration_g(self) -> float:
+    def acceleration_g(self) -> Any:
         """Amplitude of the acceleration over standard gravity."""
         return self.acceleration_m_s2 / STANDARD_GRAVITY
 
@@ -127,12 +127,17 @@ class Device:
         x = self.at(parameter, value)
         return x[Parameter.AMPLITUDE] / (2 * self.capsule_mass_kg * x[Parameter.FREQUENCY])
 
-    def shaker(self, parameter: Parameter, value: float) -> Shaker:
+    def shaker(self, parameter: Parameter, value: Any) -> Shaker:
         """What must drive the capsule where `parameter` has a value, by M X'' = F cos(omega t + phi), Eq. (2.1)."""
         x = self.at(parameter, value)
-        force, omega = float(x[Parameter.AMPLITUDE]), 2 * pi * float(x[Parameter.FREQUENCY])
-        acceleration = force / float(self.capsule_mass_kg)
+        force, omega = x[Parameter.AMPLITUDE], 2 * pi * x[Parameter.FREQUENCY]
+        acceleration = force / self.capsule_mass_kg
         return Shaker(acceleration, acceleration / omega, 2 * acceleration / omega**2, force)
+
+    @property
+    def period_s(self) -> float:
+        """Period of the motion, n periods of the forcing [s]."""
+        return float(self.period_ratio / self.frequency_hz)
 
     def finest(self, of: float) -> float:
         """Least d, or least range, that rounding resolves, from `FINEST_D` or `FINEST_GBAR`."""

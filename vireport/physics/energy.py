@@ -1,4 +1,4 @@
-"""Voltage generated at an impact, from the impact velocity and the membrane.
+"""Voltage and energy generated at an impact, from the impact velocity and the membrane.
 
 SI units throughout. Takes plain arrays, so that analytic motions and simulated ones go through the same formulae.
 """
@@ -6,11 +6,40 @@ SI units throughout. Takes plain arrays, so that analytic motions and simulated 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.physics.numbers import ARRAYS
+from vireport.scenario import LARGEST, SMALLEST
+
 Floats = NDArray[np.float64]
+
+VACUUM_PERMITTIVITY = 8.8541878188e-12
+"""epsilon_0 [F/m], CODATA 2022."""
+
+INSIDE = 1e-12
+"""Share by which what just fits into a membrane's geometry is moved inside, beyond the rounding of (5.5)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dielectric:
+    """What a membrane is made of, electrically.
+
+    Attributes
+    ----------
+    thickness_m : float
+        Of the undeformed membrane [m].
+    relative_permittivity : float
+        [-].
+    breakdown_field_v_m : float
+        Field that the material withstands [V/m].
+    """
+
+    thickness_m: float
+    relative_permittivity: float
+    breakdown_field_v_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +60,8 @@ class Membrane:
         Uin, the voltage applied [V].
     ball_mass_kg : float
         m [kg].
+    dielectric : Dielectric or None
+        None where only voltages are evaluated.
     """
 
     stiffness: float
@@ -39,6 +70,7 @@ class Membrane:
     ball_radius_m: float
     bias_voltage_v: float
     ball_mass_kg: float
+    dielectric: Dielectric | None = None
 
 
 def deflection(speed: Floats, membrane: Membrane) -> Floats:
@@ -126,3 +158,108 @@ def voltages(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> Vol
     top = generated_voltage(speed_top, membrane)
     faster = np.maximum(np.abs(speed_bottom), np.abs(speed_top))
     return Voltages(bottom, top, (bottom + top) / 2, deflection(faster, membrane))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Conversion:
+    """Electrical energy that motions with one impact on each membrane convert, numbers or arrays of one shape.
+
+    Attributes
+    ----------
+    energy_bottom_j, energy_top_j : array_like
+        Electrical energy gained at either impact [J].
+    power_mw : array_like
+        Mean power: the energy of both impacts over the period of the motion [mW].
+    efficiency : array_like
+        The energy of both impacts over the ball's kinetic energy that is lost at them [-].
+    field_v_m : array_like
+        Highest electric field in either membrane [V/m].
+    """
+
+    energy_bottom_j: Any
+    energy_top_j: Any
+    power_mw: Any
+    efficiency: Any
+    field_v_m: Any
+
+
+def conversion(
+    gains: tuple[Any, Any],
+    speeds: tuple[Any, Any],
+    membrane: Membrane,
+    dielectric: Dielectric,
+    restitution: Any,
+    period_s: Any,
+    ops: Any = ARRAYS,
+) -> Conversion:
+    """Evaluate the energy conversion of motions with one impact on each membrane.
+
+    Parameters
+    ----------
+    gains : tuple of array_like
+        U_imp - Uin at the bottom and at the top, Eq. (5.2) [V].
+    speeds : tuple of array_like
+        Relative velocities at these impacts [m/s].
+    membrane : Membrane
+    dielectric : Dielectric
+        Of the membrane.
+    restitution : array_like
+        r < 1.
+    period_s : array_like
+        Of the motion [s].
+    ops
+        Functions of the kind of number, see `numbers`.
+
+    Notes
+    -----
+    An incompressible membrane of area A has the capacitance C = C0 (A/(pi Rc^2))^2, C0 = epsilon_0 epsilon_r pi Rc^2/k
+    with the thickness k. Charged to Uin at its largest area and then isolated, it has the voltage U_imp of (5.2) when
+    it is flat again, and has gained the energy of a cycle of constant charge,
+
+        C Uin^2/2 (C/C0 - 1) = C0 U_imp (U_imp - Uin)/2
+
+    (Pelrine et al., Proc. SPIE 4329 (2001) 148-156). The field is highest then, U_imp/k: on the way the thickness
+    grows as 1/A, and the voltage faster. Leakage, the circuit's losses and the electrical force on the membrane, which
+    r stands for, are not included. An impact on a membrane of the heavy capsule takes m V^2 (1 - r^2)/2 from the ball.
+    """
+    bias, flat = membrane.bias_voltage_v, np.pi * membrane.active_radius_m**2
+    capacitance = VACUUM_PERMITTIVITY * dielectric.relative_permittivity * flat / dielectric.thickness_m
+    bottom, top = (capacitance / 2 * gain * (gain + bias) for gain in gains)
+    lost = membrane.ball_mass_kg * (1 - restitution) * (1 + restitution) / 2
+    spent = lost * (speeds[0] * speeds[0] + speeds[1] * speeds[1])
+    field = (ops.maximum(*gains) + bias) / dielectric.thickness_m
+    return Conversion(bottom, top, 1e3 / period_s * (bottom + top), (bottom + top) / spent, field)
+
+
+@dataclass(frozen=True, slots=True)
+class Fitting:
+    """What brings the largest deflection to the membrane's active radius, each alone; None beyond a scenario's range.
+
+    Attributes
+    ----------
+    ball_mass_kg : float or None
+        Largest.
+    stiffness, active_radius_m : float or None
+        Least.
+    """
+
+    ball_mass_kg: float | None
+    stiffness: float | None
+    active_radius_m: float | None
+
+
+def fitting(membrane: Membrane, deepest_m: float) -> Fitting:
+    """Solve (5.5) for what keeps a deflection within the membrane's geometry, the motion as it is.
+
+    By (5.5) delta^(h+1) is proportional to m/K and does not depend on Rc.
+
+    Parameters
+    ----------
+    membrane : Membrane
+    deepest_m : float
+        Largest deflection, above the active radius [m].
+    """
+    with np.errstate(over="ignore", under="ignore"):
+        factor = float(np.power(deepest_m / membrane.active_radius_m, membrane.exponent + 1)) * (1 + INSIDE)
+    values = membrane.ball_mass_kg / factor, membrane.stiffness * factor, deepest_m * (1 + INSIDE)
+    return Fitting(*(value if SMALLEST <= value <= LARGEST else None for value in values))

@@ -56,6 +56,11 @@ class DoubleOps:
         return np.sinc(x)
 
     @staticmethod
+    def maximum(x: Any, y: Any) -> Any:
+        """The larger of two."""
+        return np.maximum(x, y)
+
+    @staticmethod
     def sqrt(x: Any) -> Any:
         """Square root; of a negative number 0."""
         return np.sqrt(np.maximum(x, 0.0))
@@ -240,6 +245,11 @@ class RoundedOps:
         """sin(pi x)/(pi x), the slope of which is below 1.4."""
         value = np.sinc(x.value)
         return Rounded(value, 1.4 * x.error + 2 * FUNCTION * (1 + np.abs(x.value)))
+
+    @staticmethod
+    def maximum(x: Rounded, y: Rounded) -> Rounded:
+        """The larger of two, which no error moves by more than the larger error."""
+        return Rounded(np.maximum(x.value, y.value), np.maximum(x.error, y.error))
 
 
 def _moved(slope: Any, error: Any) -> Any:

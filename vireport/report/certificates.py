@@ -1,14 +1,13 @@
-"""The section on proofs, their text for the terminal and their plain data for results.json."""
+"""Proofs of critical points in words: a bound as a number with ±, a summary, and the text for the terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from decimal import ROUND_CEILING, Context, Decimal
 from typing import TYPE_CHECKING
 
-from vireport.report.pages import Block, Paragraph
 from vireport.scenario import Parameter
-from vireport.text import ABSENT, Table, numbers, texts, words
+from vireport.text import ABSENT
 
 if TYPE_CHECKING:
     from vireport.proofs import Certificate, Enclosure
@@ -18,9 +17,6 @@ LONG = Context(prec=200)
 
 BETWEEN = {True: "yes, proved", False: "no, proved", None: "undecided"}
 """Whether the ball stays between the membranes."""
-
-QUANTITIES = (("*d*", "d"), ("*q*", "q"), ("φ [rad]", "phi_bottom_rad"), ("velocity [y_c]", "velocity_bottom"))
-"""What is enclosed beside the swept value, and by which name."""
 
 
 def plus_minus(bounds: Enclosure | None) -> str:
@@ -42,71 +38,8 @@ def plus_minus(bounds: Enclosure | None) -> str:
     return f"{middle} ± {off.quantize(Decimal(1).scaleb(off.adjusted()), ROUND_CEILING)}".lower()
 
 
-def certification(certificates: Sequence[Certificate], parameter: Parameter) -> Iterator[Block]:
-    """What is proved of the critical points, and to how many digits.
-
-    Parameters
-    ----------
-    certificates : sequence of Certificate
-        From `vireport.proofs.certify`.
-    parameter : Parameter
-        The one that is swept.
-    """
-    if not certificates:
-        return
-    proved = [certificate for certificate in certificates if certificate.proved]
-    yield Paragraph(
-        "The critical points are computed once more in ball arithmetic, where every number carries a proven bound of "
-        "its error, roundings included. Krawczyk's test proves that the equations of a point have exactly one "
-        f"solution in a small box around it. {summary(certificates)}"
-    )
-    yield Paragraph(
-        "The numbers of the scenario are taken as the doubles that they are. Proved are the points listed, for the "
-        "equations of the rigid-impact model; that there is no further point elsewhere is not part of the proof."
-    )
-    if proved:
-        yield from _proved_tables(proved, parameter)
-    if len(proved) < len(certificates):
-        rows = tuple((each.label, each.kind.words, each.reason) for each in certificates if not each.proved)
-        yield Table("Critical points without a proof", texts("Point", "Kind", "Why"), rows)
-
-
-def _proved_tables(proved: Sequence[Certificate], swept: Parameter) -> Iterator[Table]:
-    """Where the proved points are, and the motions there."""
-    yield Table(
-        "Proved critical points",
-        (*texts("Point", "Kind"), *numbers(f"*{swept.symbol}* [{swept.unit}]"), *texts("Side", "Between membranes")),
-        tuple(
-            (
-                certificate.label,
-                certificate.kind.words,
-                words(plus_minus(certificate.sweep_value)),
-                certificate.side or ABSENT,
-                BETWEEN[certificate.admissible],
-            )
-            for certificate in proved
-        ),
-        f"Side: on which side of the point in *{swept.symbol}* the motion is stable, or a focus, by the proved "
-        "sign of the slope of the trace; grazing points and folds have none. Between membranes: whether the ball "
-        "is proved to touch no membrane but at its impacts and where it grazes.",
-    )
-    yield Table(
-        "Enclosures of the motions at the critical points",
-        (*texts("Point", "Quantity"), *numbers("Value")),
-        tuple(
-            (certificate.label, title, words(plus_minus(getattr(certificate, name))))
-            for certificate in proved
-            for title, name in QUANTITIES
-        ),
-        "The velocity is that before the impact at the bottom. A value without ± is exact.",
-    )
-
-
 def summary(certificates: Sequence[Certificate]) -> str:
-    """How many points are proved, and whether their stated error bounds hold, in a sentence or two.
-
-    Parameters are those of `certification`.
-    """
+    """How many points are proved, and whether their stated error bounds hold, in a sentence or two."""
     proved = [certificate for certificate in certificates if certificate.proved]
     beyond = [certificate.label for certificate in proved if not certificate.bound_holds]
     unmirrored = [certificate.label for certificate in proved if certificate.mirror_proved is False]
@@ -126,7 +59,12 @@ def summary(certificates: Sequence[Certificate]) -> str:
 def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> str:
     """One line for each critical point, and a summary; for the terminal.
 
-    Parameters are those of `certification`.
+    Parameters
+    ----------
+    certificates : sequence of Certificate
+        From `vireport.proofs.certify`.
+    parameter : Parameter
+        The one that is swept.
     """
     if not certificates:
         return "no critical points to prove"

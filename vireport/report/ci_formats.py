@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 from xml.etree import ElementTree
 
 from vireport.alerts import Severity
@@ -112,8 +113,10 @@ def _markdown(study: Study, provenance: Provenance) -> Iterator[str]:
     yield f"## {markdown_text(verdict.word)}: {markdown_text(_title(study))}\n"
     yield f"{markdown_text(verdict.headline)}\n"
     if study.criteria:
-        head = ("Requirement", "Limit", "Value", "Margin", "Outcome", "Remark")
-        yield markdown_table(head, ["left"] * len(head), map(_row, study.criteria))
+        head = ("Requirement", "Limit", "Value", "Margin", "Outcome", "In the scenario", "Remark")
+        yield markdown_table(head, ["left"] * len(head), (_row(study, criterion) for criterion in study.criteria))
+    if not all(criterion.passed for criterion in study.criteria):
+        yield f"Again, with the exit code: {markdown_text(provenance.command)}\n"
     for alert in study.alerts:
         text = markdown_text(words(f"{alert.cause} {alert.remedy}"))
         yield f"- **{alert.severity.capitalize()} {alert.code}: {markdown_text(words(alert.title))}.** {text}"
@@ -123,7 +126,19 @@ def _markdown(study: Study, provenance: Provenance) -> Iterator[str]:
     yield f"vireport {markdown_text(provenance.version)}, {name}, SHA-256 `{digest}`\n"
 
 
-def _row(criterion: Criterion) -> tuple[str, ...]:
+def _row(study: Study, criterion: Criterion) -> tuple[str, ...]:
     texts = (criterion.title, criterion.limit.text, criterion.outcome.text, criterion.margin_text)
     title, limit, value, margin, why = (markdown_text(words(text)) for text in (*texts, criterion.outcome.why))
-    return title, limit, value, margin, "met" if criterion.passed else "**NOT MET**", why
+    where = _link(_place(study, criterion.line)) if criterion.line is not None else "set over it"
+    return title, limit, value, margin, "met" if criterion.passed else "**NOT MET**", where, why
+
+
+def _link(place: dict[str, str]) -> str:
+    """File and line, as a link where GitHub says which commit is checked out."""
+    if not place:
+        return ""
+    text = markdown_text(f"{place['file']}:{place['line']}")
+    server, repository, commit = map(os.environ.get, ("GITHUB_SERVER_URL", "GITHUB_REPOSITORY", "GITHUB_SHA"))
+    if not (server and repository and commit):
+        return text
+    return f"[{text}]({server}/{repository}/blob/{commit}/{quote(place['file'])}#L{place['line']})"

@@ -1,16 +1,35 @@
-"""The sections around the results: alerts, scenario, figures, the paper, what was left out, provenance."""
+"""What the templates of a report know: a study with its pictures and its origin, and what follows from them.
+
+Numbers are made here and texts in the templates; docs/templates.md lists the names with their units.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import pi
 from typing import TYPE_CHECKING
 
-from vireport.physics import Device
-from vireport.report.pages import Block, Figure, Listing, Notice, Paragraph
-from vireport.scenario import UNIT_OF_SWEPT, Parameter, inputs
+import numpy as np
+
+from vireport.analysis import CriticalPoint, DesignPoint, Held, Margin, PolishedMotion, Solution
+from vireport.gate import Criterion, Fact, Question, Verdict, longest_contact, mirror_images
+from vireport.physics import DIGITS, Device
+from vireport.report.certificates import summary
+from vireport.report.voltages import MassEffect, Place, mass_effects, places
+from vireport.scenario import LARGEST, SMALLEST, UNIT_OF_SWEPT, Parameter, ScalarInput, inputs
 from vireport.study import Provenance, Study
-from vireport.text import Column, Table, capital, exact, numbers, significant, texts, words
-from vireport.trust import PAPER, ComparedRow, PaperComparison
+from vireport.text import Table, exact
+from vireport.trust import (
+    PAPER,
+    PaperComparison,
+    compare_with_paper,
+    comparison_with_rigid,
+    measurements,
+    ranking,
+    solvers_on_stiff_membranes,
+)
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -25,6 +44,8 @@ SYMBOLS = {
     "device.membrane.active_radius_m": "*R*_c",
     "device.membrane.ball_radius_m": "*r*_b",
     "device.membrane.bias_voltage_v": "*U*_in",
+    "device.membrane.thickness_m": "*κ*",
+    "device.membrane.relative_permittivity": "*ε*_r",
     "excitation.amplitude_n": "*F*",
     "excitation.frequency_hz": "*f* = *ω*/2π",
     "inclination_deg": "*β*",
@@ -37,35 +58,244 @@ UNITS = {"1": "", "deg": "°", "m/s^2": "m/s²", "N/m^h": "N/mʰ"}
 
 NOT_A_QUANTITY = ("schema_version", "title")
 
-LONGEST_LISTING = 8000
-"""Characters of a scenario that are printed; a longer one is attached to the PDF all the same."""
+NOTHING = 1e-30
+"""Below this, a number is what 45-digit arithmetic leaves of an exact zero."""
 
 
-def alerts(study: Study) -> Iterator[Block]:
-    """What a reader must know before acting on the numbers."""
-    if not study.alerts:
-        yield Paragraph("None.")
-    for alert in study.alerts:
-        yield Notice(alert.severity, alert.code, words(alert.title), words(alert.cause), words(alert.remedy))
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A value of a scenario, with its symbol, its unit, its key, and whether it was given and where."""
+
+    title: str
+    symbol: str
+    value: str
+    unit: str
+    origin: str
+    path: str
 
 
-def scenario(study: Study) -> Iterator[Block]:
-    """The scenario as understood, and what follows from it."""
-    yield Table(
-        "Values, and where they come from",
-        (*texts("Quantity", "Symbol"), *numbers("Value"), *texts("Unit", "Origin"), Column("Key", "code")),
-        tuple(_values(study)),
-    )
-    yield _derived_table(study)
+@dataclass(frozen=True, slots=True)
+class State:
+    """The motion at a critical point, or its mirror image: phases in rad, velocities before the impacts in y_c."""
+
+    critical: CriticalPoint
+    mirrored: bool
+    gbar: float
+    q: float
+    phi_bottom: float
+    phi_top: float
+    velocity_bottom: float
+    velocity_top: float
 
 
-def _values(study: Study) -> Iterator[tuple[str, ...]]:
-    """A row for every value of a scenario, in the order of the format."""
-    for entry in inputs(study.scenario):
-        if entry.path not in NOT_A_QUANTITY:
-            unit = study.solution.parameter.unit if entry.unit == UNIT_OF_SWEPT else UNITS.get(entry.unit, entry.unit)
-            symbol, origin = SYMBOLS.get(entry.path, ""), _origin(study, entry.path)
-            yield entry.title, symbol, _written(entry.value), unit, origin, entry.path
+@dataclass(frozen=True, slots=True)
+class End:
+    """An end of a stable range: what ends it, and the room that the design point has, over its value.
+
+    The value is None where the range is not known to end, the room also where the design value is zero.
+    """
+
+    value: float | None
+    point: CriticalPoint | None
+    room: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """A stable range of an input around the design point, and its value there."""
+
+    parameter: ScalarInput
+    value: float
+    start: End
+    end: End
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """The object `report` of the templates of `vireport run`.
+
+    Attributes
+    ----------
+    study : Study
+    pictures : mapping of str to Picture
+        By their names.
+    provenance : Provenance
+    """
+
+    study: Study
+    pictures: Mapping[str, Picture]
+    provenance: Provenance
+    template: str = "report.typ.j2"
+    decimals: int = field(default=DIGITS, init=False)
+    paper_title: str = field(default=PAPER, init=False)
+
+    @property
+    def title(self) -> str:
+        """Title of the scenario; free text, "" where it has none."""
+        return self.study.scenario.title or ""
+
+    @property
+    def solution(self) -> Solution:
+        """What the analytic theory says."""
+        return self.study.solution
+
+    @property
+    def design(self) -> DesignPoint | None:
+        """The design point."""
+        return self.study.solution.design
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the study comes to."""
+        return self.study.verdict
+
+    @property
+    def facts(self) -> tuple[Fact, ...]:
+        """The verdict's answers that the first page gives: voltages only as far as the membrane's geometry has them."""
+        elsewhere = {Question.MOTION} if self.solution.within_membrane else {Question.MOTION, Question.VOLTAGE}
+        return tuple(fact for fact in self.verdict.facts if fact.question not in elsewhere)
+
+    @property
+    def listing(self) -> str:
+        """The scenario as given."""
+        return self.study.loaded.document.text
+
+    def at_design(self) -> Iterator[tuple[Parameter, float]]:
+        """The parameters at the design point, in their units."""
+        for x in Parameter:
+            yield x, float(getattr(self.solution.device, x))
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the stable motions at the design point are two mirror images."""
+        return self.design is not None and mirror_images(self.solution, self.design)
+
+    @property
+    def nearest(self) -> Margin | None:
+        """The nearest end of the design point's stable motions."""
+        return next(iter(self.design.endings()), None) if self.design is not None else None
+
+    @property
+    def contact_share(self) -> float | None:
+        """Longest contact over the forcing period, which the rigid model neglects; None without a ball mass."""
+        return longest_contact(self.solution)
+
+    @property
+    def largest_bound(self) -> float:
+        """Largest error bound of the critical points [unit of the swept parameter]."""
+        return max((critical.point.error_bound for critical in self.solution.critical_points), default=0.0)
+
+    def speeds(self) -> tuple[float, float] | None:
+        """Impact speeds at bottom and top [m/s] of the first stable motion at the design point."""
+        if self.design is None or not self.design.motions.stable.any():
+            return None
+        x, unit = self.design.motions, self.solution.device.velocity_unit(self.design.parameter, self.design.value)
+        return float(unit * x.velocity_bottom[0]), float(-unit * x.velocity_top[0])
+
+    def inputs(self) -> Iterator[Input]:
+        """Every value of the scenario, in the order of the format."""
+        for entry in inputs(self.study.scenario):
+            if entry.path not in NOT_A_QUANTITY:
+                swept = entry.unit == UNIT_OF_SWEPT
+                unit = self.solution.parameter.unit if swept else UNITS.get(entry.unit, entry.unit)
+                origin = _origin(self.study, entry.path)
+                symbol = SYMBOLS.get(entry.path, "")
+                yield Input(entry.title, symbol, _written(entry.value), unit, origin, entry.path)
+
+    def derived(self) -> tuple[dict[str, float], ...]:
+        """What follows at the design point, and at both ends of the sweep, as far as there are these."""
+        device, parameter, sweep = self.solution.device, self.solution.parameter, self.solution.sweep
+        design = getattr(device, parameter)
+        ends = () if sweep is None else (sweep.start, sweep.end)
+        values = ((float(design),) if design is not None else ()) + ends
+        return tuple(_derived(device, parameter, value) for value in values)
+
+    @property
+    def holds(self) -> Held | None:
+        """What the sweep holds of *d*, *ḡ* and their ratio."""
+        return self.solution.diagram.curve.level.held if self.solution.diagram is not None else None
+
+    def states(self) -> Iterator[State]:
+        """The motions at the critical points, each followed by its mirror image where it has one."""
+        for critical in self.solution.critical_points:
+            yield _state(critical, False, critical.point, critical.phi_top)
+            if critical.mirror is not None:
+                # The mirror image hits the top when the motion hits the bottom, half a forcing period on.
+                top = float(np.mod(critical.point.phi + pi, 2 * pi))
+                yield _state(critical, True, critical.mirror, top)
+
+    def ranges(self) -> Iterator[Range]:
+        """The stable range around the design point, for each input."""
+        for part in self.design.stable if self.design is not None else ():
+            at = float(getattr(self.solution.device, part.parameter))
+            start, end = (
+                End(None, None, None)
+                if point is None and value in (SMALLEST, LARGEST)
+                else End(value, point, (value - at) / at if at else None)
+                for value, point in part.ends
+            )
+            yield Range(part.parameter, at, start, end)
+
+    def going_on(self) -> Iterator[tuple[float, CriticalPoint]]:
+        """Ends of the sweep beyond which stable motion goes on, and the critical point that ends it there."""
+        for part, beyond in zip(self.solution.stable_ranges, self.solution.beyond, strict=True):
+            for (value, _), point in zip(part.ends, beyond, strict=True):
+                if point is not None:
+                    yield value, point
+
+    def voltages(self) -> list[Place]:
+        """Voltages of the stable motions at the design point and at the ends of the stable ranges."""
+        return places(self.solution)
+
+    def masses(self) -> list[MassEffect]:
+        """What other ball masses make of the first of these."""
+        return mass_effects(self.solution)
+
+    @cached_property
+    def live(self) -> str:
+        """What the script of the HTML page knows of the motions in the figures, as JSON, or ""."""
+        from vireport.figures import live_data
+
+        return live_data(self.study, tuple(self.pictures.values())) if self.pictures else ""
+
+    @cached_property
+    def paper(self) -> PaperComparison | None:
+        """The paper's numbers beside ours, where the scenario is one of its own."""
+        return compare_with_paper(self.solution)
+
+    def failed(self) -> tuple[Criterion, ...]:
+        """The requirements that are not met."""
+        return tuple(criterion for criterion in self.study.criteria if not criterion.passed)
+
+    @property
+    def proof_summary(self) -> str:
+        """How many critical points are proved, in a sentence."""
+        return summary(self.study.certificates or ())
+
+    def accuracy(self) -> Iterator[str | Table]:
+        """Error against run time: what was measured, and what each method reaches."""
+        return measurements(self.study.work) if self.study.work is not None else iter(())
+
+    def fastest(self) -> Iterator[str | Table]:
+        """The fastest method."""
+        work = self.study.work
+        return ranking(work) if work is not None and work.benchmark is not None else iter(())
+
+    def families(self) -> Table | None:
+        """The families of motions of other impact sequences."""
+        if self.study.atlas is None:
+            return None
+        from vireport.report.motions import families_table
+
+        return families_table(self.study, self.study.atlas)
+
+    def compliant(self) -> Iterator[str | Table]:
+        """The motion with compliant membranes beside the rigid model."""
+        return comparison_with_rigid(self.study.compliance) if self.study.compliance is not None else iter(())
+
+    def stiff(self) -> Iterator[str | Table]:
+        """Solvers on the equation of compliant membranes."""
+        return solvers_on_stiff_membranes(self.study.compliance) if self.study.compliance is not None else iter(())
 
 
 def _written(value: object) -> str:
@@ -86,122 +316,27 @@ def _origin(study: Study, path: str) -> str:
     return f"{origin}; design point" if swept else origin
 
 
-def _derived_table(study: Study) -> Table:
-    device, sweep = study.solution.device, study.solution.sweep
-    parameter = study.solution.parameter
-    design, note = getattr(device, parameter), ""
-    points = {} if design is None else {"at the design point": float(design)}
-    if sweep is not None:
-        points |= {"from": sweep.start, "to": sweep.end}
-        swept = parameter
-        ends = f"{swept.show(sweep.start)} and {swept.show(sweep.end)}"
-        note = f"From and to are the ends of the sweep, *{swept.symbol}* = {ends}."
-    columns = [derived(device, parameter, value) for value in points.values()]
-    rows = [
-        (name, symbol, *(significant(column[i][2], 8) for column in columns), unit)
-        for i, (name, symbol, _, unit) in enumerate(columns[0])
-    ]
-    head = (*texts("Quantity", "Symbol"), *numbers(*points), *texts("Unit"))
-    return Table("What follows from them", head, tuple(rows), note)
-
-
-def derived(device: Device, parameter: Parameter, value: float) -> tuple[tuple[str, str, float, str], ...]:
-    """Name, symbol, value and unit of what follows from a device where one parameter has a value."""
+def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, float]:
+    """Units in SI, dimensionless groups and what the shaker must do, where one parameter has a value."""
     x = device.at(parameter, value)
     d, gbar = device.groups(parameter, value)
     frequency, force = x[Parameter.FREQUENCY], x[Parameter.AMPLITUDE]
     shaker = device.shaker(parameter, value)
-    return (
-        ("Unit of length", "*x*_c", force / (4 * device.capsule_mass_kg * frequency**2), "m"),
-        ("Unit of velocity", "*y*_c", float(device.velocity_unit(parameter, value)), "m/s"),
-        ("Unit of time", "*t*_c", 1 / (2 * frequency), "s"),
-        ("Dimensionless length", "*d* = *s*/*x*_c", float(d), ""),
-        ("Dimensionless gravity", "*ḡ*", float(gbar), ""),
-        ("Acceleration amplitude of the capsule", "*F*/*M*", shaker.acceleration_m_s2, "m/s²"),
-        ("the same over 9.80665 m/s²", "", shaker.acceleration_g, "g"),
-        ("Stroke of the capsule, end to end", "2*F*/(*Mω*²)", shaker.stroke_m, "m"),
-        ("Force amplitude on the capsule", "*F*", shaker.force_n, "N"),
+    return {
+        "x_c": force / (4 * device.capsule_mass_kg * frequency**2),
+        "y_c": float(device.velocity_unit(parameter, value)),
+        "t_c": 1 / (2 * frequency),
+        "d": float(d),
+        "gbar": float(gbar),
+        "acceleration_m_s2": shaker.acceleration_m_s2,
+        "acceleration_g": shaker.acceleration_g,
+        "stroke_m": shaker.stroke_m,
+        "force_n": shaker.force_n,
+    }
+
+
+def _state(critical: CriticalPoint, mirrored: bool, point: PolishedMotion, phi_top: float) -> State:
+    gbar, bottom, top = (
+        0.0 if abs(x) < NOTHING else x for x in (point.gbar, point.velocity_bottom, point.velocity_top)
     )
-
-
-def figures(pictures: Sequence[Picture]) -> Iterator[Block]:
-    """The pictures, whole."""
-    for x in pictures:
-        title = f"{x.title.rstrip('.')}."
-        yield Figure(x.name, title, x.caption, x.alt, x.png, x.width, x.height)
-
-
-def paper(compared: PaperComparison | None) -> Iterator[Block]:
-    """The paper's numbers beside ours."""
-    if compared is None:
-        return
-    yield Paragraph(
-        f"The scenario is one of those of {PAPER}: {compared.case}. Ours are computed here. A printed "
-        "phase may belong to either impact and to either of two mirror images; the row says to which."
-    )
-    marks = {True: "agrees", False: "differs", None: ""}
-    yield Table(
-        "Numbers",
-        (*texts("Quantity"), *numbers("Printed", "Computed"), *texts("Outcome", "Remark")),
-        tuple((row.quantity, row.printed, row.ours, marks[row.agrees], row.remark) for row in compared.rows),
-    )
-    if compared.types:
-        yield Table(
-            "Types of motion along the branches of Table 1",
-            texts("Motion", "Printed", "Computed", "Outcome"),
-            tuple((row.quantity, row.printed, row.ours, _outcome(row)) for row in compared.types),
-        )
-    yield Table(
-        "Slips in the text that bear on this scenario",
-        texts("Where", "Printed", "Meant", "Why"),
-        tuple((slip.place, slip.printed, slip.meant, slip.why) for slip in compared.misprints),
-    )
-
-
-def _outcome(row: ComparedRow) -> str:
-    return ": ".join(filter(None, ("agrees" if row.agrees else "differs", row.remark)))
-
-
-def left_out(study: Study, compared: PaperComparison | None) -> Iterator[Block]:
-    """What is not in the report, and why."""
-    rows = [(capital(words(step.what)), capital(words(step.why))) for step in study.plan.left_out]
-    if compared is None:
-        rows.append(("Comparison with the paper's numbers", "The scenario is none of the paper's"))
-    why = (
-        "The analysis is of motions with one impact on each membrane in every period; beyond a period "
-        "doubling, for instance, there are others"
-    )
-    if study.atlas is not None:
-        rows.append(("Motions with more impacts or longer periods than the limits, sticking, chaos", why))
-    elif study.crosscheck is None:
-        rows.append(("Motions of other types: longer periods, more impacts in a period, sticking, chaos", why))
-    else:
-        rows.append(("Stability ranges of motions of other types", f"{why}: the simulation shows some"))
-    yield Table("Not in this report", texts("What", "Why"), tuple(rows))
-
-
-def made_with(origin: Provenance, scenario: Sequence[tuple[str, str]]) -> Table:
-    """The version, what the scenario's rows say, the command and the libraries."""
-    rows = [
-        ("vireport", origin.version),
-        *scenario,
-        ("Command", origin.command),
-        ("Python", origin.python),
-        ("Libraries", ", ".join(f"{name} {version}" for name, version in origin.libraries)),
-    ]
-    if origin.timestamp is not None:
-        rows.append(("SOURCE_DATE_EPOCH", origin.timestamp))
-    return Table("Made with", (Column("What"), Column("Value", "code")), tuple(rows))
-
-
-def provenance(study: Study, origin: Provenance) -> Iterator[Block]:
-    """Where the numbers come from, and the scenario itself."""
-    scenario = [
-        ("Scenario", origin.scenario_name),
-        ("SHA-256 of the scenario", origin.scenario_sha256),
-        *(("Set over it", text) for text in study.loaded.overrides),
-    ]
-    yield made_with(origin, scenario)
-    text = study.loaded.document.text
-    if len(text) <= LONGEST_LISTING:
-        yield Listing("The scenario as given", text)
+    return State(critical, mirrored, gbar, 0.5 + point.u, point.phi, phi_top, bottom, top)

@@ -1,40 +1,27 @@
-"""The section on motions of other impact sequences: their families, and what they generate."""
+"""The table of families of motions of other impact sequences, and what they generate."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from vireport.report.pages import Block, Paragraph
-from vireport.sequences import Family, Mark, generation
+from vireport.sequences import Atlas, Family, Mark, generation
 from vireport.study import Study
 from vireport.text import Table, numbers, significant, texts
 
 
-def motions(study: Study) -> Iterator[Block]:
+def families_table(study: Study, atlas: Atlas) -> Table:
     """The families, the stable ones first, with the voltage in the middle of the longest stable range."""
-    atlas = study.atlas
-    if atlas is None:
-        return
-    yield Paragraph(
-        f"Motions with up to {atlas.limits.impacts} impacts in up to {atlas.limits.periods} forcing periods: B and T "
-        "are impacts on the bottom and on the top. Motions with one impact on each membrane are found "
-        "completely, those with one or three impacts by a search over a grid; the others are followed from these "
-        "through period doublings, pitchforks and grazing points, and from what the simulation finds, where one is "
-        "asked for. A family with more impacts that meets none of these is not in the list."
-    )
     swept = atlas.sweep.parameter
     order = sorted(atlas.families, key=lambda family: not family.stable_runs)
-    rows = tuple((*_row(study, family), *_voltage(study, family)) for family in order)
+    rows = tuple((*_row(family), *_voltage(study, family)) for family in order)
     columns = (
         *texts("Word", "n:m"),
         *numbers("Periods", f"{swept.symbol} [{swept.unit}]", "Stable"),
         *texts("Begins", "Ends"),
         *(numbers("U_ave [V]", "[V/s]") if study.solution.membrane is not None else ()),
     )
-    yield Table("Families of motions", columns, rows)
+    return Table("Families of motions", columns, rows)
 
 
-def _row(study: Study, family: Family) -> tuple[str, ...]:
+def _row(family: Family) -> tuple[str, ...]:
     def span(low: float, high: float) -> str:
         return f"{significant(low, 6)} to {significant(high, 6)}"
 

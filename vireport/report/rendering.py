@@ -1,20 +1,19 @@
-"""Sets a report model as HTML and as PDF, through Jinja templates; knows nothing of what the report says.
+"""Sets a report as PDF and HTML: Jinja templates give one Typst source, of which Typst makes both.
 
-A user's folder of templates replaces ours file by file. Nothing unescaped gets onto a page: HTML is escaped
-by Jinja, and for Typst every expression that is not marked as source becomes a string literal.
+A user's folder of templates replaces ours file by file. No text gets onto a page as markup: every expression that is
+not marked as source becomes a string literal of Typst.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from base64 import b64encode
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import typst
 from jinja2 import (
@@ -25,25 +24,31 @@ from jinja2 import (
     TemplateNotFound,
     TemplateSyntaxError,
 )
-from markupsafe import Markup, escape
 
 from vireport.errors import UsageError, VireportError
-from vireport.report.pages import Figure, ReportModel
+from vireport.gate import range_text
+from vireport.report.certificates import plus_minus
+from vireport.text import bounded, capital, error_bound, exact, percent, quantity, scaled, significant, words
+
+if TYPE_CHECKING:
+    from vireport.figures import Picture
+    from vireport.study import Provenance
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
-"""Our own templates, with equations.json and math.woff2: inside an installed package, or at the root of a checkout."""
+"""Our own templates: inside an installed package, or at the root of a checkout."""
 
-HTML, PDF = "report.html.j2", "report.typ.j2"
+SECTIONS = "sections"
+"""Folder of templates in which the sections are."""
 
 _RICH = re.compile(
     r"\*(?P<symbol>[^*\s][^*]*)\*"
     r"|(?<!\w)(?P<base>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})\b"
     r"|(?<=\*)_(?P<suffix>[A-Za-z0-9]{1,5})\b"
 )
+NO_BREAK = "\u00a0"
 _TIED = re.compile(r"(?<=\d) (?=(?:%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|m/s)(?!\w)))|(?<=×) (?=10)")
 """Spaces at which no line may end."""
-
 
 OFFLINE = dict.fromkeys(("ALL_PROXY", "all_proxy", "HTTPS_PROXY", "https_proxy"), "http://127.0.0.1:1")
 OFFLINE |= {"NO_PROXY": "", "no_proxy": ""}
@@ -51,6 +56,10 @@ OFFLINE |= {"NO_PROXY": "", "no_proxy": ""}
 
 _UNUSUAL = re.compile("[^\\x00-\u04ff\u1e00-\u22ff]")
 """Characters of which it is not known beforehand that the fonts of the PDF have them."""
+
+_MATHS = re.compile(r"<math.*?</math>", re.DOTALL)
+_ACCENTS = str.maketrans({"\u0307": "\u02d9", "\u0308": "\u00a8", "\u0304": "\u00af"})
+"""Combining characters, which browsers set beside the letter under them, and those with a width of their own."""
 
 
 class RenderError(VireportError):
@@ -62,33 +71,66 @@ class RenderError(VireportError):
         return tuple(str(self).split("\n"))
 
 
+class Document(Protocol):
+    """What is set: the object `report` of the templates.
+
+    Attributes
+    ----------
+    template : str
+        The template that the report begins with.
+    pictures : mapping of str to Picture
+        By their names; a template has each as a file ``name.svg``.
+    live : str
+        What makes figures of the HTML page live, or "".
+    provenance : Provenance
+    """
+
+    @property
+    def template(self) -> str: ...  # noqa: D102
+
+    @property
+    def pictures(self) -> Mapping[str, Picture]: ...  # noqa: D102
+
+    @property
+    def live(self) -> str: ...  # noqa: D102
+
+    @property
+    def provenance(self) -> Provenance: ...  # noqa: D102
+
+
 class Source(str):
     """Typst source, as opposed to text."""
 
 
-def render_html(model: ReportModel, templates: Path | None = None) -> bytes:
+def render_html(report: Document, templates: Path | None = None) -> bytes:
     """Set a report as one HTML file that needs nothing else.
 
     Parameters
     ----------
-    model : ReportModel
+    report : Document
     templates : Path, optional
         A folder whose templates come before ours.
 
     Raises
     ------
+    UsageError
+        If there is no such folder.
     RenderError
         Where a template fails, with the line.
     """
-    return _fill(_html_environment(_folder(templates)), HTML, model).encode("utf-8")
+    from vireport.figures import in_page
+
+    page = _compiled(report, _fill(report, templates), "html").decode("utf-8")
+    page = _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page)
+    return in_page(page, report.pictures.values(), report.live, TEMPLATES).encode("utf-8")
 
 
-def render_pdf(model: ReportModel, templates: Path | None = None, standards: Iterable[str] = ()) -> bytes:
+def render_pdf(report: Document, templates: Path | None = None, standards: Iterable[str] = ()) -> bytes:
     """Set a report as PDF.
 
     Parameters
     ----------
-    model : ReportModel
+    report : Document
     templates : Path, optional
         A folder whose templates come before ours.
     standards : iterable of str
@@ -96,35 +138,40 @@ def render_pdf(model: ReportModel, templates: Path | None = None, standards: Ite
 
     Raises
     ------
+    UsageError
+        If there is no such folder.
     RenderError
         Where a template fails, with the line.
     """
-    source = _fill(_typst_environment(_folder(templates)), PDF, model)
-    if unusual := "".join(sorted(set(_UNUSUAL.findall(source)))):
-        lacking = [f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual)]
-        source = _fill(_typst_environment(_folder(templates)), PDF, model, lacking=lacking)
+    return _compiled(report, _fill(report, templates), "pdf", standards)
+
+
+def _compiled(report: Document, source: str, output: Literal["html", "pdf"], standards: Iterable[str] = ()) -> bytes:
+    """What Typst makes of a filled template; in a PDF, characters that its fonts lack are given by their numbers."""
+    unusual = "".join(sorted(set(_UNUSUAL.findall(source)))) if output == "pdf" else ""
+    inputs = {"output": output, "lacking": "".join(f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual))}
     with _offline(), TemporaryDirectory(prefix="vireport-") as root:
-        for section in model.sections:
-            for block in section.blocks:
-                if isinstance(block, Figure):
-                    (Path(root) / f"{block.name}.png").write_bytes(block.png)
-        compiler = typst.Compiler(root=root, ignore_system_fonts=True)
+        for picture in report.pictures.values():
+            (Path(root) / f"{picture.name}.svg").write_bytes(picture.svg)
+        compiler = typst.Compiler(root=root, ignore_system_fonts=True, sys_inputs=inputs)
         try:
-            pdf = compiler.compile(
+            file = compiler.compile(
                 source.encode("utf-8"),
-                format="pdf",
+                format=output,
                 pdf_standards=list(standards),  # type: ignore[arg-type]
-                timestamp=model.provenance.epoch,
+                timestamp=report.provenance.epoch,
             )
         except typst.TypstError as error:
-            raise RenderError(f"{PDF}: {_diagnostic(error)}") from error
-    if not isinstance(pdf, bytes):
-        raise RenderError(f"{PDF}: no single file came out of it")
-    return pdf
+            raise RenderError(f"{report.template}: {_diagnostic(error, report.template)}") from error
+    if not isinstance(file, bytes):
+        raise RenderError(f"{report.template}: no single file came out of it")
+    return file
 
 
 def _not_in_fonts(letters: str) -> list[str]:
     """Those of some characters that none of the fonts has which are used."""
+    if not letters:
+        return []
     apart = " ".join(f"#{string(letter)};" for letter in letters)
     head = '#set document(title: "x")\n#set text(font: "Libertinus Serif", lang: "en")\n'
     try:
@@ -152,57 +199,79 @@ def _offline() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def pieces(text: str) -> Iterator[tuple[str, str]]:
-    """Split a text into plain stretches, symbols and subscripts, with numbers tied to their units.
+def string(text: str) -> Source:
+    r"""Write a text as a Typst string literal, in which nothing ends a string or a comment around it.
 
     Examples
     --------
-    >>> list(pieces("at *d* > x_c"))
-    [('plain', 'at '), ('symbol', 'd'), ('plain', ' > '), ('symbol', 'x'), ('sub', 'c')]
+    >>> print(string('a "b" #c */'))
+    "a \"b\" #c *\u{2f}"
     """
-    text = _TIED.sub("\u00a0", text)
-    end = 0
+    quoted = str(text).replace("\\", "\\\\").replace('"', '\\"')
+    return Source('"' + re.sub(r"[\x00-\x1f\x7f/]", lambda match: f"\\u{{{ord(match[0]):x}}}", quoted) + '"')
+
+
+def rich(text: str) -> Source:
+    """Set a text with our own marks: ``*x*`` is a symbol, ``x_c`` has a subscript; numbers are tied to their units.
+
+    Examples
+    --------
+    >>> print(rich("at *d* > x_c"))
+    #"at ";#emph("d");#" > ";#emph("x");#sub("c");
+    """
+    parts, end = [], 0
+    text = _TIED.sub(NO_BREAK, text)
     for match in _RICH.finditer(text):
         if match.start() > end:
-            yield "plain", text[end : match.start()]
+            parts.append(_literal(text[end : match.start()]))
         end = match.end()
-        if match["suffix"]:
-            yield "sub", match["suffix"]
-            continue
-        yield "symbol", match["symbol"] or match["base"]
-        if match["index"]:
-            yield "sub", match["index"]
-    if end < len(text):
-        yield "plain", text[end:]
+        if symbol := match["symbol"] or match["base"]:
+            parts.append(f"#emph({string(symbol)});")
+        if index := match["index"] or match["suffix"]:
+            parts.append(f"#sub({string(index)});")
+    return Source("".join([*parts, _literal(text[end:])] if end < len(text) else parts))
 
 
-def string(text: str) -> Source:
-    r"""Write a text as a Typst string literal.
-
-    Examples
-    --------
-    >>> print(string('a "b" #c'))
-    "a \"b\" #c"
-    """
-    quoted = text.replace("\\", "\\\\").replace('"', '\\"')
-    return Source('"' + re.sub(r"[\x00-\x1f\x7f]", lambda match: f"\\u{{{ord(match[0]):x}}}", quoted) + '"')
+def _literal(value: Any) -> str:
+    """What an expression in a template becomes: a string that is text, unless it is source."""
+    if isinstance(value, Source):
+        return value
+    text = _TIED.sub(NO_BREAK, str(value))
+    return f"#{string(text)};" if text else ""
 
 
-def _folder(templates: Path | None) -> Path | None:
-    if templates is not None and not templates.is_dir():
-        raise UsageError(f"{templates}: no such folder of templates")
-    return templates
-
-
-def _environment(templates: Path | None, **options: Any) -> Environment:
-    return Environment(
-        loader=_loader(templates), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, **options
-    )
+FILTERS: dict[str, Callable[..., str]] = {
+    "bounded": bounded,
+    "capital": capital,
+    "error_bound": error_bound,
+    "exact": exact,
+    "interval": range_text,
+    "percent": percent,
+    "plus_minus": plus_minus,
+    "quantity": quantity,
+    "rich": rich,
+    "scaled": scaled,
+    "significant": significant,
+    "source": Source,
+    "string": string,
+    "words": words,
+}
+"""What templates make text of numbers with, and Typst of text."""
 
 
 @cache
-def _loader(templates: Path | None) -> _Templates:
-    return _Templates([TEMPLATES] if templates is None else [templates, TEMPLATES])
+def _environment(templates: Path | None) -> Environment:
+    folders = [TEMPLATES] if templates is None else [templates, TEMPLATES]
+    environment = Environment(
+        loader=_Templates(folders),
+        undefined=StrictUndefined,
+        finalize=_literal,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters |= FILTERS
+    return environment
 
 
 class _Templates(FileSystemLoader):
@@ -217,56 +286,26 @@ class _Templates(FileSystemLoader):
             raise TemplateSyntaxError(what, line, template) from error
 
 
-@cache
-def _html_environment(templates: Path | None) -> Environment:
-    environment = _environment(templates, autoescape=True)
-    environment.filters |= {"rich": _rich_html, "base64": _base64, "markup": Markup}
-    environment.globals["math_font"] = _base64((TEMPLATES / "math.woff2").read_bytes())
-    return environment
-
-
-@cache
-def _typst_environment(templates: Path | None) -> Environment:
-    environment = _environment(templates, finalize=_literal)
-    environment.filters |= {"rich": _rich_typst, "string": string, "source": Source}
-    return environment
-
-
-def _literal(value: Any) -> str:
-    """What an expression in a Typst template becomes: a string that is text, unless it is source."""
-    return value if isinstance(value, Source) else f"#{string(str(value))};"
-
-
-def _base64(data: bytes) -> str:
-    return b64encode(data).decode("ascii")
-
-
-def _rich_html(text: str) -> Markup:
-    tags = {"symbol": "<i>{}</i>", "sub": "<sub>{}</sub>", "plain": "{}"}
-    return Markup("".join(tags[style].format(escape(part)) for style, part in pieces(text)))
-
-
-def _rich_typst(text: str) -> Source:
-    calls = {"symbol": "#emph({});", "sub": "#sub({});", "plain": "#{};"}
-    return Source("".join(calls[style].format(string(part)) for style, part in pieces(text)))
-
-
-def _fill(environment: Environment, name: str, model: ReportModel, lacking: Sequence[str] = ()) -> str:
+def _fill(report: Document, templates: Path | None) -> str:
+    if templates is not None and not templates.is_dir():
+        raise UsageError(f"{templates}: no such folder of templates")
+    name = report.template
     try:
-        return environment.get_template(name).render(report=model, lacking=lacking)
+        return _environment(templates).get_template(name).render(report=report)
     except TemplateError as error:
         reason = f"no template {error.name!r}" if isinstance(error, TemplateNotFound) else error.message
         raise RenderError(f"{_place(error, name)}: {reason}") from error
     except Exception as error:
-        if environment.loader is _loader(None):
+        if templates is None:
             raise
         # A user's template is code, and may fail in any way.
         raise RenderError(f"{_place(error, name)}: {type(error).__name__}: {error}") from error
 
 
-def _diagnostic(error: typst.TypstError) -> str:
+def _diagnostic(error: typst.TypstError, template: str) -> str:
     """What Typst says about the filled template, without our temporary folder and the ends of long lines."""
-    text = re.sub(r"\S*__typst_py_bytes__\.typ", f"{PDF}, filled", error.diagnostic.strip() or error.message)
+    _, _, text = (error.diagnostic.strip() or error.message).rpartition("issues/5512 for more information\n\n")
+    text = re.sub(r"\S*__typst_py_bytes__\.typ", f"{template}, filled", text)
     text = re.sub(r"[^\s(]*/vireport-\w+/", "", text)
     text = re.sub(r"failed to download package.*", "packages are not loaded from the network", text)
     return "\n".join(shorten(line) for line in text.splitlines())
@@ -285,7 +324,8 @@ def _place(error: Exception, name: str) -> str:
     place, trace = name, error.__traceback__
     while trace is not None:
         file = Path(trace.tb_frame.f_code.co_filename)
-        if file.suffix not in (".py", "") or file.name == name:
-            place = f"{file.name}:{trace.tb_lineno}"
+        if file.suffix == ".j2":
+            shown = file.relative_to(file.parents[1]) if file.parent.name == SECTIONS else file.name
+            place = f"{shown}:{trace.tb_lineno}"
         trace = trace.tb_next
     return place

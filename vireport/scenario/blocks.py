@@ -12,17 +12,23 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vireport.scenario.parameters import LARGEST, LARGEST_RESTITUTION, SMALLEST, Parameter
+from vireport.scenario.parameters import LARGEST, LARGEST_RESTITUTION, SMALLEST, DesignInput, Parameter
 
 LONGEST_TITLE = 200
 LARGEST_PERIOD_RATIO = 20
 WIDEST_MARGIN = 75.0  # per cent: as far as is looked from a design point without a sweep, and no further
+WIDEST_TOLERANCE = 50.0  # per cent
 FEWEST_AXES, MOST_AXES = 2, 6
+MOST_VARIED = 4
 MOST_VALUES = 4_000  # of an axis; a file has at most 5,000 values
 LARGEST_CHUNK = 1_000_000
 
 UNIT_OF_SWEPT = "the unit of the swept parameter"
 """Stands for the unit of a value of whichever parameter is swept."""
+
+
+UNIT_OF_VARIED = "the unit of the input"
+"""Stands for the unit of a value of an input that may vary."""
 
 
 class Block(BaseModel):
@@ -52,6 +58,11 @@ def _positive(default: Any, title: str, unit: str, meaning: str, *, example: flo
     return _key(default, title, unit, meaning, example=example, ge=SMALLEST, le=LARGEST)
 
 
+def _dielectric(title: str, unit: str, meaning: str, example: float) -> Any:
+    needs = "For energy, power and field; with the other two of thickness, permittivity and breakdown field."
+    return _positive(None, title, unit, f"{meaning} {needs}", example=example)
+
+
 def _swept(parameter: Parameter, title: str, unit: str, meaning: str, example: float) -> Any:
     low, high = parameter.limits
     unless = "Required unless it is swept; with a sweep over it, it is the design point."
@@ -68,6 +79,13 @@ class Membrane(Block):
     active_radius_m: float = _positive(6.3e-3, "Active radius", "m", "Radius Rc of the membrane's active area.")
     ball_radius_m: float = _positive(5.0e-3, "Ball radius", "m", "Radius rb of the ball; smaller than active_radius_m.")
     bias_voltage_v: float = _positive(2000.0, "Bias voltage", "V", "Voltage Uin applied to the undeformed membrane.")
+    thickness_m: float | None = _dielectric("Thickness", "m", "Thickness of the undeformed membrane.", 1e-3)
+    relative_permittivity: float | None = _dielectric(
+        "Relative permittivity", "1", "Permittivity of the membrane over that of vacuum.", 4.7
+    )
+    breakdown_field_v_m: float | None = _dielectric(
+        "Breakdown field", "V/m", "Electric field that the membrane withstands.", 1e8
+    )
 
 
 class Device(Block):
@@ -218,6 +236,20 @@ class Requirements(Block):
     deflection_at_most_m: float | None = _positive(
         None, "Deflection at most", "m", "Largest deflection of a membrane at the design point.", example=0.02
     )
+    power_at_least_mw: float | None = _positive(
+        None,
+        "Power at least",
+        "mW",
+        "Least mean electrical power of the stable motions at the design point.",
+        example=1,
+    )
+    field_at_most_percent: float | None = _positive(
+        None,
+        "Field at most",
+        "%",
+        "Highest electric field in a membrane at the design point, over its breakdown field.",
+        example=50.0,
+    )
     acceleration_at_most_g: float | None = _positive(
         None,
         "Acceleration at most",
@@ -234,6 +266,16 @@ class Requirements(Block):
         "over the sweep.",
         example=0.4,
     )
+    yield_at_least_percent: float | None = _key(
+        None,
+        "Yield at least",
+        "%",
+        "Least share of the devices within the tolerances that have a stable 1:1 motion. The 95 % interval of the "
+        "yield must be above it; 100 needs the proof that all have one.",
+        example=99.0,
+        gt=0.0,
+        le=100.0,
+    )
     crosscheck_passed: bool | None = _key(
         None, "Cross-check", "", "Whether the simulation must agree with the solution.", example=True
     )
@@ -244,6 +286,61 @@ class Motions(Block):
 
     impacts: int = _key(6, "Impacts", "1", "Most impacts in one period of a motion.", ge=1, le=16)
     periods: int = _key(4, "Periods", "1", "Most forcing periods that a motion takes.", ge=1, le=16)
+
+
+def _off(varied: DesignInput, most: float = LARGEST) -> Any:
+    unit = {"\u00b0": "deg", "": "1"}.get(varied.unit, varied.unit)
+    title = f"{varied.quantity.capitalize()} \u00b1"
+    return _key(None, title, unit, f"Most by which {varied} may be off.", example=0.001, gt=0.0, le=most)
+
+
+def _off_percent(varied: DesignInput) -> Any:
+    title = f"{varied.quantity.capitalize()} \u00b1 per cent"
+    return _key(None, title, "%", f"The same as a share of {varied}.", example=1.0, gt=0.0, le=WIDEST_TOLERANCE)
+
+
+class Distribution(StrEnum):
+    """How the inputs of the devices that are made lie within their tolerances."""
+
+    UNIFORM = "uniform"
+    NORMAL = "normal"
+
+
+class Tolerances(Block):
+    """By how much each input may be off, in its unit or in per cent; the larger where both are given."""
+
+    length_m: float | None = _off(DesignInput.LENGTH)
+    length_percent: float | None = _off_percent(DesignInput.LENGTH)
+    amplitude_n: float | None = _off(DesignInput.AMPLITUDE)
+    amplitude_percent: float | None = _off_percent(DesignInput.AMPLITUDE)
+    capsule_mass_kg: float | None = _off(DesignInput.CAPSULE_MASS)
+    capsule_mass_percent: float | None = _off_percent(DesignInput.CAPSULE_MASS)
+    frequency_hz: float | None = _off(DesignInput.FREQUENCY)
+    frequency_percent: float | None = _off_percent(DesignInput.FREQUENCY)
+    inclination_deg: float | None = _off(DesignInput.INCLINATION, 45.0)
+    inclination_percent: float | None = _off_percent(DesignInput.INCLINATION)
+    restitution: float | None = _off(DesignInput.RESTITUTION, 1.0)
+    restitution_percent: float | None = _off_percent(DesignInput.RESTITUTION)
+    distribution: Distribution = _key(
+        Distribution.UNIFORM,
+        "Distribution of inputs",
+        "",
+        "How the inputs of the devices that are made lie within their tolerances, for the yield: uniform, or normal "
+        "with the tolerance as three standard deviations and nothing beyond.",
+        strict=False,
+    )
+    samples: int = _key(
+        4096, "Samples", "1", "Random devices from which the yield is estimated; a power of 2.", ge=64, le=2**20
+    )
+
+    def half_width(self, varied: DesignInput, value: float) -> float:
+        """By how much an input with this value may be off, in its unit; 0 where it has no tolerance."""
+        return max(getattr(self, varied) or 0.0, value * (getattr(self, percent_key(varied)) or 0.0) / 100)
+
+
+def percent_key(varied: DesignInput) -> str:
+    """The key of an input's tolerance in per cent: that of the input with another unit."""
+    return f"{varied.rpartition('_')[0] or varied}_percent"
 
 
 class Accuracy(Block):
@@ -262,6 +359,88 @@ class Accuracy(Block):
         min_length=2,
         max_length=8,
         strict=False,
+    )
+
+
+class AxisPath(StrEnum):
+    """What a map or a design can vary; the value is its path in a scenario, `limits` its smallest and largest value."""
+
+    limits: tuple[float, float]
+
+    def __new__(cls, path: str, limits: tuple[float, float] = (SMALLEST, LARGEST)) -> AxisPath:
+        """Make the member whose value is `path`."""
+        member = str.__new__(cls, path)
+        member._value_, member.limits = path, limits
+        return member
+
+    INCLINATION = Parameter.INCLINATION.path, Parameter.INCLINATION.limits
+    LENGTH = Parameter.LENGTH.path
+    AMPLITUDE = Parameter.AMPLITUDE.path
+    FREQUENCY = Parameter.FREQUENCY.path
+    RESTITUTION = "device.restitution", (0.0, LARGEST_RESTITUTION)
+    BALL_MASS = "device.ball_mass_kg"
+
+
+class Objective(StrEnum):
+    """What a design can be the best in; the value is a name of results.json's design point, or says what it is.
+
+    Attributes
+    ----------
+    words, unit : str
+        For the reader.
+    """
+
+    words: str
+    unit: str
+
+    def __new__(cls, name: str, words: str = "", unit: str = "") -> Objective:
+        """Make the member whose value is `name`."""
+        member = str.__new__(cls, name)
+        member._value_, member.words, member.unit = name, words, unit
+        return member
+
+    U_AVE = "u_ave_v", "U_ave", "V"
+    VOLTAGE_RATE = "voltage_rate_v_s", "voltage gained per second", "V/s"
+    MARGIN = "margin_percent", "smallest margin", "%"
+    POWER = "power_mw", "mean electrical power", "mW"
+    EFFICIENCY = "efficiency", "efficiency", ""
+    U_BOTTOM = "u_bottom_v", "voltage at the bottom", "V"
+    U_TOP = "u_top_v", "voltage at the top", "V"
+    VELOCITY_BOTTOM = "velocity_bottom", "dimensionless velocity at the bottom", ""
+    WALL_GAP = "wall_gap", "dimensionless gap to a membrane", ""
+
+
+class Varied(Block):
+    """An input of the design that may vary, and between what."""
+
+    path: AxisPath = _key(REQUIRED, "Path", "", "The input.", example="device.length_m", strict=False)
+    from_: float = _key(REQUIRED, "From", UNIT_OF_VARIED, "One end of its range.", example=0.6, alias="from")
+    to: float = _key(REQUIRED, "To", UNIT_OF_VARIED, "The other end of its range.", example=0.9)
+
+
+class Design(Block):
+    """What `vireport optimise` looks for: the best design that meets the requirements; a plain run leaves it alone."""
+
+    vary: tuple[Varied, ...] = _key(
+        REQUIRED,
+        "Vary",
+        "",
+        "The inputs that may vary.",
+        example=[{"path": "device.length_m", "from": 0.6, "to": 0.9}],
+        strict=False,
+        min_length=1,
+        max_length=MOST_VARIED,
+    )
+    maximise: Objective = _key(
+        REQUIRED,
+        "Maximise",
+        "",
+        "What shall be as large as possible: the least of the stable motions at the design point.",
+        example="u_ave_v",
+        strict=False,
+    )
+    cells: int = _key(
+        40_000, "Cells", "1", "Designs of the grid that is searched before the best are refined.", ge=16, le=10_000_000
     )
 
 
@@ -304,8 +483,17 @@ class Scenario(Block):
     accuracy: Accuracy | None = _key(
         None, "Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."
     )
+    tolerances: Tolerances | None = _key(
+        None,
+        "Tolerances",
+        "",
+        "By how much the inputs may be off at the design point. Left out, neither a proof nor a yield is computed.",
+    )
     requirements: Requirements | None = _key(
         None, "Requirements", "", "What the design must meet. Left out, nothing is judged."
+    )
+    design: Design | None = _key(
+        None, "Design", "", "What the best design is looked for in. It makes no difference to a run."
     )
 
     @property
@@ -322,25 +510,6 @@ class Scenario(Block):
             Parameter.INCLINATION: self.inclination_deg,
         }
         return values[parameter]
-
-
-class AxisPath(StrEnum):
-    """What a map can vary; the value is its path in a scenario, and `limits` are its smallest and largest value."""
-
-    limits: tuple[float, float]
-
-    def __new__(cls, path: str, limits: tuple[float, float] = (SMALLEST, LARGEST)) -> AxisPath:
-        """Make the member whose value is `path`."""
-        member = str.__new__(cls, path)
-        member._value_, member.limits = path, limits
-        return member
-
-    INCLINATION = Parameter.INCLINATION.path, Parameter.INCLINATION.limits
-    LENGTH = Parameter.LENGTH.path
-    AMPLITUDE = Parameter.AMPLITUDE.path
-    FREQUENCY = Parameter.FREQUENCY.path
-    RESTITUTION = "device.restitution", (0.0, LARGEST_RESTITUTION)
-    BALL_MASS = "device.ball_mass_kg"
 
 
 class Sampling(StrEnum):
@@ -374,7 +543,7 @@ class Axis(Block):
 class MapSimulation(Block):
     """The simulation at each cell: where its motion ends from a number of starting states."""
 
-    starts: int = _key(16, "Starts", "1", "Starting states, the same at every cell.", ge=1, le=1024)
+    starts: int = _key(16, "Starts", "1", "Random starts, each cell its own, the same in every run.", ge=1, le=1024)
     impacts: int = _key(1000, "Impacts", "1", "Impacts from each; slow transients go on longer.", ge=100, le=100_000)
 
 
@@ -417,6 +586,7 @@ class MapFile(Scenario):
         "",
         "a map has no simulation block (delete it; map.simulate asks for the simulation of each cell)",
     )
+    tolerances: None = _key(None, "Tolerances", "", "a map has no tolerances (delete them)")
     map: Map = _key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
 
 
@@ -439,12 +609,15 @@ class Input(NamedTuple):
 
 
 def inputs(block: Block, path: str = "") -> Iterator[Input]:
-    """Every value of a block and of those within it, in the order of the format; what is absent is left out."""
+    """Every value of a block and of those within it, in the order of the format; what is absent is left out.
+
+    A list of blocks is left out too: it says what a device might be, not what it is.
+    """
     for name, key in type(block).model_fields.items():
         value, here = getattr(block, name), f"{path}{key.alias or name}"
         if isinstance(value, Block):
             yield from inputs(value, f"{here}.")
-        elif value is not None:
+        elif value is not None and not (isinstance(value, tuple) and any(isinstance(row, Block) for row in value)):
             extra = key.json_schema_extra
             unit = extra.get("unit", "") if isinstance(extra, dict) else ""
             yield Input(here, key.title or "", str(unit), value)

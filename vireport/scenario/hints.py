@@ -121,7 +121,8 @@ def _by_unit(key: str, value: object, block: str, units: dict[str, str]) -> tupl
     """Find a key of ours that is written here without its unit or with another one."""
     lower = key.lower()
     unit_of = {_split(path)[1]: unit for path, unit in units.items() if unit in _SUFFIX}
-    stems = {name.removesuffix(_SUFFIX[unit]): name for name, unit in unit_of.items()} | _WORDS
+    named = reversed(unit_of.items())  # the first one counts: that of the input, not of its tolerance
+    stems = {name.removesuffix(_SUFFIX[unit]): name for name, unit in named} | _WORDS
     for stem, name in sorted(stems.items(), key=lambda item: -len(item[0])):
         unit = unit_of.get(name)
         if unit is None or not (lower == stem or lower.startswith(f"{stem}_")):

@@ -14,7 +14,7 @@ from vireport.scenario import hints
 from vireport.scenario.blocks import UNIT_OF_SWEPT, Scenario
 from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import Parameter
-from vireport.scenario.rules import Finding, Kind, axes_of, axis_path, swept
+from vireport.scenario.rules import Finding, Kind, axes_of, axis_path, swept, varied_of
 from vireport.scenario.schema import keys
 from vireport.text import visible
 
@@ -70,9 +70,7 @@ class _Words:
         key = path.removeprefix(f"{block}.") if block else path
         units = {name: str(node.get("unit", "")) for name, node in self.keys.items() if name and name[-1] != "*"}
         nodes = self.keys[_pattern(block)]["properties"]
-        names = ", ".join(name for name, node in nodes.items() if node.get("type") != "null")
-        if len(names) > _LONGEST_LIST:
-            names = f"{names[:_LONGEST_LIST].rpartition(', ')[0]}, ..."
+        names = _names(name for name, node in nodes.items() if node.get("type") != "null")
         meant = hints.for_key(_pattern(block), key, value, units)
         return f"unknown key{meant} (allowed{f' in {block}' if block else ''}: {names})"
 
@@ -83,8 +81,9 @@ class _Words:
             parameter = swept(self.document)
             return key if parameter is None else self.keys[parameter.path]
         steps = path.split(".")
-        if steps[:2] == ["map", "axes"] and steps[3:4] in (["from"], ["to"], ["values"]) and "array" not in _kinds(key):
-            varied = axis_path(axes_of(self.document.data)[int(steps[2])])
+        rows = {"map.axes": axes_of, "design.vary": varied_of}.get(".".join(steps[:2]))
+        if rows is not None and steps[3:4] in (["from"], ["to"], ["values"]) and "array" not in _kinds(key):
+            varied = axis_path(rows(self.document.data)[int(steps[2])])
             return key if varied is None else self.keys[varied.value]
         return key
 
@@ -142,12 +141,17 @@ def _wrong_number(path: str, value: float, key: Schema) -> str:
     return ", which is too small" if value < low or value <= above else ", which is too large"
 
 
+def _names(keys: Iterable[str]) -> str:
+    names = ", ".join(keys)
+    return names if len(names) <= _LONGEST_LIST else f"{names[:_LONGEST_LIST].rpartition(', ')[0]}, ..."
+
+
 def allowed(key: Schema) -> str:
     """What a key may be by its JSON Schema: its type, range and unit, in words."""
     kinds = _kinds(key)
     unit = f", in {key['unit']}" if key.get("unit", "1") != "1" else ""
     if "object" in kinds:
-        return f"a block of keys: {', '.join(key['properties'])}"
+        return f"a block of keys: {_names(key['properties'])}"
     if "enum" in key:
         return f"one of {', '.join(key['enum'])}"
     if "array" in kinds and "$ref" in key["items"]:

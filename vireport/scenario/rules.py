@@ -12,9 +12,9 @@ from collections.abc import Set as AbstractSet
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
-from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Sampling, Scenario
+from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Objective, Sampling, Scenario, percent_key
 from vireport.scenario.document import Document, is_within
-from vireport.scenario.parameters import Parameter
+from vireport.scenario.parameters import DesignInput, Parameter
 
 NARROWEST_SWEEP = 1e-9
 """Relative width of a sweep up to which its ends are taken for one value: rounding leaves nothing in between."""
@@ -25,7 +25,12 @@ STIFFEST = 1e12
 MOST_CELLS = 10**11
 
 MARGINS = ("margin_period_doubling_percent", "margin_grazing_percent", "margin_any_percent")
-AT_DESIGN = (*MARGINS, "u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m")
+ELECTRICAL = "power_at_least_mw", "field_at_most_percent"
+AT_DESIGN = (
+    *MARGINS,
+    *("u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m", "yield_at_least_percent"),
+    *ELECTRICAL,
+)
 """Requirements that are judged at the design point."""
 
 VOLTAGE = (
@@ -37,9 +42,14 @@ VOLTAGE = (
 NEEDS = {
     "sweep": (("stable_from", "stable_to", "u_ave_difference_at_most_v"), "a range of the swept parameter needs"),
     "device.ball_mass_kg": (VOLTAGE, "voltage and deflection need"),
+    "device.membrane.thickness_m": (ELECTRICAL, "power and field need"),
+    "tolerances": (("yield_at_least_percent",), "a yield needs"),
     "simulation": (("crosscheck_passed",), "a cross-check needs"),
 }
 """What must be in the scenario for requirements to be judged, with their keys."""
+
+DIELECTRIC = "thickness_m", "relative_permittivity", "breakdown_field_v_m"
+"""Keys of a membrane that are given together."""
 
 STABLE, ANGLES = ("stable_from", "stable_to"), ("inclination_from_deg", "inclination_to_deg")
 RANGES = (STABLE, ANGLES)
@@ -83,8 +93,12 @@ def check(document: Document, wrong: AbstractSet[str], model: type[Scenario]) ->
         `Scenario` or `MapFile`.
     """
     tree = _Tree(document, wrong)
-    own = (_required_in_map, _axes, _cells) if issubclass(model, MapFile) else (_required, _sweep, _simulation)
-    rules = (*own, _masses, _radii, _accuracy, _requirements, _title)
+    own = (
+        (_required_in_map, _axes, _cells)
+        if issubclass(model, MapFile)
+        else (_required, _sweep, _simulation, _tolerances, _design)
+    )
+    rules = (*own, _masses, _radii, _dielectric, _accuracy, _requirements, _title)
     return [finding for rule in rules for finding in rule(tree)]
 
 
@@ -186,6 +200,14 @@ def _radii(tree: _Tree) -> Iterator[Finding]:
         yield _rule(ball, f"got {small:.12g}, which is too large (below active_radius_m, {large:.12g})")
 
 
+def _dielectric(tree: _Tree) -> Iterator[Finding]:
+    given = [key for key in DIELECTRIC if tree.at(f"device.membrane.{key}") is not None]
+    missing = [key for key in DIELECTRIC if tree.absent(f"device.membrane.{key}")]
+    if given and missing:
+        lacking = f"{' and '.join(missing)} not given (all of {', '.join(DIELECTRIC)}, or none)"
+        yield _rule(f"device.membrane.{given[0]}", lacking)
+
+
 def _sweep(tree: _Tree) -> Iterator[Finding]:
     yield from _out_of_range(tree, [("sweep.from", tree.at("sweep.from")), ("sweep.to", tree.at("sweep.to"))])
     first, last = tree.number("sweep.from"), tree.number("sweep.to")
@@ -212,6 +234,34 @@ def _out_of_range(tree: _Tree, values: list[tuple[str, Any]]) -> Iterator[Findin
     for path, value in values:
         if path not in tree.wrong and type(value) in (int, float) and not low <= value <= high:
             yield Finding(path, Kind.VALUE, value)
+
+
+def _tolerances(tree: _Tree) -> Iterator[Finding]:
+    """There is one, of a value that is not 0 if in per cent, and every value within it is allowed."""
+    block = tree.at("tolerances")
+    for varied in DesignInput if isinstance(block, dict) else ():
+        value = tree.number(varied.path)
+        for key in (varied.value, percent_key(varied)):
+            here, off = f"tolerances.{key}", tree.number(f"tolerances.{key}")
+            if off is None or value is None:
+                continue
+            if key != varied and value == 0:
+                yield _rule(here, f"per cent of {varied}: 0 are nothing (give {varied} here)")
+            width = off if key == varied else value * off / 100
+            room = min(value - varied.limits[0], varied.limits[1] - value)
+            if width > room and varied is not DesignInput.INCLINATION:
+                yield _rule(here, f"takes {varied} {width:.12g} off {value:.12g} (at most {max(room, 0.0):.12g})")
+    others = {"distribution", "samples"}
+    given = isinstance(block, dict) and any(block[key] is not None for key in block.keys() - others)
+    if "tolerances" in tree.bare or (isinstance(block, dict) and not given):
+        yield _rule("tolerances", "there is none in it (give one, such as length_percent, or delete it)")
+    yield from _power_of_two("tolerances.samples", tree.at("tolerances.samples"))
+
+
+def _power_of_two(path: str, samples: object) -> Iterator[Finding]:
+    if type(samples) is int and samples > 0 and samples & (samples - 1):
+        near = 2 ** round(math.log2(samples))
+        yield _rule(path, f"got {samples}, which is no power of 2; Sobol's points need one (such as {near})")
 
 
 def _requirements(tree: _Tree) -> Iterator[Finding]:
@@ -242,6 +292,43 @@ def _at_design(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
                 given[key],
                 f"the design point that it is judged at is not given (give {tree.swept.path}, or leave this out)",
             )
+
+
+def _design(tree: _Tree) -> Iterator[Finding]:
+    """The best design is looked for among values that each input can have, by what the scenario evaluates."""
+    rows = varied_of(tree.data)
+    paths = [axis_path(row) for row in rows]
+    for k, (row, path) in enumerate(zip(rows, paths, strict=True)):
+        here = f"design.vary.{k}"
+        if path is None or not isinstance(row, dict):
+            continue
+        if path in paths[:k]:
+            yield _rule(f"{here}.path", f"{path} is varied already (each input once)")
+        if tree.absent(path):
+            yield _rule(f"{here}.path", f"{path} is not given (give the value that the design has now)")
+        yield from _axis_limits(row, here, path)
+        if is_number(row.get("from")) and row["from"] == row.get("to"):
+            yield _rule(f"{here}.to", f"got {row['to']:.12g}, the same as from (a different value)")
+        capsule = tree.number("device.capsule_mass_kg")
+        for end in ("from", "to") if path is AxisPath.BALL_MASS and capsule is not None else ():
+            if is_number(row.get(end)) and row[end] >= capsule:
+                yield _rule(f"{here}.{end}", f"got {row[end]:.12g}, which is too large (below capsule_mass_kg)")
+    if rows and tree.swept is not None and tree.absent(tree.swept.path):
+        yield _rule("design", f"the design point is not given (give {tree.swept.path}, or delete this block)")
+    objective, needed = tree.at("design.maximise"), None
+    if objective in (Objective.POWER, Objective.EFFICIENCY):
+        needed = "device.membrane.thickness_m"
+    elif objective in (Objective.U_AVE, Objective.VOLTAGE_RATE, Objective.U_BOTTOM, Objective.U_TOP):
+        needed = "device.ball_mass_kg"
+    if needed is not None and tree.absent(needed):
+        yield _rule("design.maximise", f"{objective} needs {needed}, which is not given (give it, or something else)")
+
+
+def varied_of(data: Any) -> list[Any]:
+    """What may vary in a design, as it was read."""
+    block = data.get("design")
+    rows = block.get("vary") if isinstance(block, dict) else None
+    return rows if isinstance(rows, list) else []
 
 
 def _ranges(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
@@ -325,7 +412,7 @@ def _axis_limits(axis: dict[str, Any], here: str, path: AxisPath) -> Iterator[Fi
     ends = [(f"{here}.{end}", axis.get(end)) for end in ("from", "to")]
     for place, value in [*ends, *_elements(f"{here}.values", axis.get("values"))]:
         if path is AxisPath.RESTITUTION and is_number(value) and high < value <= 1:
-            limits = f"a number from {low:g} to {high:.12g} in a map"
+            limits = f"a number from {low:g} to {high:.12g} where it is varied"
             yield _rule(place, f"got {value:.12g}, which is too large ({limits})")
         elif is_number(value) and not low <= value <= high:
             yield Finding(place, Kind.VALUE, value)
@@ -352,9 +439,8 @@ def _cells(tree: _Tree) -> Iterator[Finding]:
         if len(several) > 1:
             counts = ", ".join(map(str, sorted(several)))
             yield _rule("map.axes", f"the axes of a list have {counts} values (as many each)")
-    if sampling == Sampling.SOBOL and type(samples) is int and samples > 0 and samples & (samples - 1):
-        near = 2 ** round(math.log2(samples))
-        yield _rule("map.samples", f"got {samples}, which is no power of 2; Sobol's points need one (such as {near})")
+    if sampling == Sampling.SOBOL:
+        yield from _power_of_two("map.samples", samples)
     if sampling == Sampling.GRID:
         cells = math.prod(count for count in lengths if isinstance(count, int) and count > 0)
         if cells > MOST_CELLS:

@@ -10,9 +10,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vireport.scenario.blocks import Scenario
-from vireport.scenario.parameters import Parameter
-from vireport.scenario.rules import NEEDS, RANGES, judged_at_design
+from vireport.scenario.blocks import Scenario, percent_key
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.scenario.rules import DIELECTRIC, NEEDS, RANGES, judged_at_design
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -31,6 +31,22 @@ _MEMBRANE_NEEDS_BALL = {
 }
 
 
+_SOME_TOLERANCE = {
+    "properties": {
+        "tolerances": {
+            "anyOf": [
+                {"type": "null"},
+                *(
+                    {"required": [key], "properties": {key: {"type": "number"}}}
+                    for varied in DesignInput
+                    for key in (varied.value, percent_key(varied))
+                ),
+            ]
+        }
+    }
+}
+
+
 def schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of scenario.yaml: title, meaning, unit, range and example of every key.
 
@@ -42,6 +58,8 @@ def schema() -> dict[str, Any]:
         *map(_required_unless_swept, Parameter),
         *map(_limits_of_sweep, Parameter),
         _MEMBRANE_NEEDS_BALL,
+        _all_or_none("device.membrane", DIELECTRIC),
+        _SOME_TOLERANCE,
         *_requirements(),
     ]
     return {"$schema": DIALECT, **_declared(Scenario), "allOf": rules}
@@ -128,11 +146,18 @@ def _requirements() -> Iterator[dict[str, Any]]:
         unknown = {"allOf": [_sweeps(parameter), {"not": _given(parameter.path)}]}
         yield {"if": unknown, "then": _of_requirements(dict.fromkeys(judged_at_design(parameter), null))}
     for ends in RANGES:
-        both = {"allOf": [_given(f"requirements.{end}") for end in ends]}
-        yield {"if": both, "else": _of_requirements(dict.fromkeys(ends, null))}
+        yield _all_or_none("requirements", ends)
     something = {"anyOf": [null, {"not": {"additionalProperties": null}}]}
     yield {"properties": {"requirements": something}}
     yield _of_requirements({"crosscheck_passed": {"not": {"const": False}}})
+
+
+def _all_or_none(block: str, names: tuple[str, ...]) -> dict[str, Any]:
+    """Keys of a block that are given together."""
+    none: dict[str, Any] = {"properties": {name: {"type": "null"} for name in names}}
+    for step in reversed(block.split(".")):
+        none = {"properties": {step: none}}
+    return {"if": {"allOf": [_given(f"{block}.{name}") for name in names]}, "else": none}
 
 
 def _of_requirements(properties: dict[str, Any]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import pi
 
 import numpy as np
@@ -35,7 +36,7 @@ def start_speed(r: ArrayLike, fastest: ArrayLike = 0.0) -> Array:
     return speed
 
 
-def random_starts(d: ArrayLike, speed: ArrayLike, count: int, seed: int) -> Array:
+def random_starts(d: ArrayLike, speed: ArrayLike, count: int, seed: int | Sequence[int]) -> Array:
     """Draw states in flight, for each parameter anew and independent of each other.
 
     Position (between the membranes), velocity (up to `speed` in either direction) and forcing phase (over a period)
@@ -49,7 +50,7 @@ def random_starts(d: ArrayLike, speed: ArrayLike, count: int, seed: int) -> Arra
         Largest velocity, see `start_speed` [y_c]; one, or one for each d.
     count : int
         Starts at each d.
-    seed : int
+    seed : int or sequence of int
         Of the random numbers; the same seed gives the same starts.
 
     Returns

@@ -2,8 +2,16 @@
 
 from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan
 from vireport.study.provenance import Provenance, provenance_of, with_pages
-from vireport.study.results import SCHEMA_VERSION, branches_csv, csv_bytes, json_bytes, results, results_json
-from vireport.study.study import Study, analyse, device_of, membrane_of, with_certificates
+from vireport.study.results import (
+    SCHEMA_VERSION,
+    branches_csv,
+    csv_bytes,
+    json_bytes,
+    results,
+    results_json,
+    worst_scenario,
+)
+from vireport.study.study import Study, analyse, device_of, membrane_of, recheck, with_certificates
 
 __all__ = [
     "ALL_FORMATS",
@@ -21,8 +29,10 @@ __all__ = [
     "membrane_of",
     "plan",
     "provenance_of",
+    "recheck",
     "results",
     "results_json",
     "with_certificates",
     "with_pages",
+    "worst_scenario",
 ]

@@ -38,6 +38,8 @@ class Task(StrEnum):
     CRITICAL = "critical", "critical points and Table 1"
     DESIGN = "design", "the motions at the design point and their margins"
     ENERGY = "energy", "voltages"
+    CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
+    TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_2 = "figure-2", "figure 2: impact velocity, phase and flight time"
     FIGURE_4 = "figure-4", "figure 4: Delta and the eigenvalues"
@@ -48,15 +50,18 @@ class Task(StrEnum):
     FIGURE_6 = "figure-6", "figure 6: displacement of the capsule's ends and of the ball"
     ACCURACY = "accuracy", "error against run time of several methods"
     COMPLIANT = "compliant", "the motion with compliant membranes, and solvers on stiff ones"
+    FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
     FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
     FIGURE_ATLAS = "figure-atlas", "families of motions of all impact sequences"
     REQUIREMENTS = "requirements", "the acceptance table"
+    OPTIMISE = "optimise", "the best design"
     HTML = "html", "output: report.html"
     PDF = "pdf", "output: report.pdf"
     PNG = "png", "output: the figures as PNG files"
+    SVG = "svg", "output: the figures as SVG files"
     JSON = "json", "output: results.json"
     CSV = "csv", "output: branches.csv"
     JUNIT = "junit", "output: junit.xml, the requirements as test cases"
@@ -66,14 +71,14 @@ class Task(StrEnum):
 
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
-    Task.FIGURE_MARGINS,
+    *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS),
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_ATLAS),
 )
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
 """What is written by default."""
 
-ALL_FORMATS = (*FORMATS, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
+ALL_FORMATS = (*FORMATS, Task.SVG, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
 """What `--format` can ask for; the last three are for systems that run jobs."""
 
 
@@ -141,6 +146,10 @@ HORIZONTAL = Condition(
 ODD = Condition(lambda x, _: x.period_ratio % 2, "for an even period ratio no motion is symmetric")
 DESIGN = Condition(lambda x, _: x.value_of(x.parameter) is not None, "{parameter} is not given")
 BALL = Condition(lambda x, _: x.device.ball_mass_kg, "device.ball_mass_kg is not given")
+DIELECTRIC = Condition(
+    lambda x, _: x.device.membrane and x.device.membrane.thickness_m,
+    "thickness_m, relative_permittivity and breakdown_field_v_m of device.membrane are not given",
+)
 SIMULATION = Condition(lambda x, _: x.simulation, "the scenario has no simulation block")
 PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
@@ -148,9 +157,12 @@ DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulat
 MOTIONS = Condition(lambda x, _: x.motions, "the scenario has no motions block")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
+TOLERANCES = Condition(lambda x, _: x.tolerances, "the scenario has no tolerances block")
 REQUIREMENTS = Condition(lambda x, _: x.requirements, "the scenario has no requirements block")
+BEST = Condition(lambda x, _: x.design, "the scenario has no design block")
+NOT_IN_A_RUN = Condition(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
 PICTURES = Condition(
-    lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG}, "no figure, HTML or PDF is asked for"
+    lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG, Task.SVG}, "no figure, HTML or PDF is asked for"
 )
 
 PAGES = Condition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
@@ -161,6 +173,8 @@ STEPS = (
     Row(Task.CRITICAL, (SWEEP,), "a sweep is given"),
     Row(Task.DESIGN, (DESIGN,), "the design point is given"),
     Row(Task.ENERGY, (BALL,), "the ball mass is given"),
+    Row(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
+    Row(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     Row(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     Row(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     Row(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
@@ -169,6 +183,7 @@ STEPS = (
     Row(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     Row(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
     Row(Task.MOTIONS, (MOTIONS, SWEEP), "the scenario has a motions block"),
+    Row(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     Row(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     Row(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
@@ -177,9 +192,11 @@ STEPS = (
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "the scenario has a motions block", (MOTIONS,)),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
+    Row(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
     Row(Task.PDF, (_format(Task.PDF),), "asked for"),
-    Row(Task.PNG, (_format(Task.PNG), SWEEP), "asked for"),
+    Row(Task.PNG, (_format(Task.PNG),), "asked for"),
+    Row(Task.SVG, (), "asked for", (_format(Task.SVG),)),
     Row(Task.JSON, (_format(Task.JSON),), "asked for"),
     Row(Task.CSV, (_format(Task.CSV), SWEEP), "asked for"),
     Row(Task.JUNIT, (), "asked for", (_format(Task.JUNIT),)),

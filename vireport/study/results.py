@@ -30,8 +30,8 @@ from vireport.analysis import (
     undecided,
 )
 from vireport.gate import SWEEP_END
-from vireport.physics import Membrane, Shaker, Voltages
-from vireport.scenario import to_dict
+from vireport.physics import Conversion, Fitting, Membrane, Shaker, Voltages
+from vireport.scenario import Scenario, to_dict
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study
 from vireport.text import inert_cell
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from vireport.gate import Criterion
     from vireport.sequences import Atlas
     from vireport.simulation import Attractor
+    from vireport.tolerances import Failure, Tolerances
     from vireport.trust import Compliance, CrossCheck, MotionCount, WorkPrecision
 
 SCHEMA_VERSION = 1
@@ -70,12 +71,14 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
             for part, beyond in zip(solution.stable_ranges, solution.beyond, strict=True)
         ],
         "shaker": _shaker(solution.shaker),
+        "fits_membrane": _fitting(solution.fitting),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
         "families": None if study.atlas is None else _families(study.atlas, study.solution.membrane),
         "accuracy": None if study.work is None else _accuracy(study.work),
         "compliant": None if study.compliance is None else _compliant(study.compliance),
         "certificates": None if study.certificates is None else [asdict(proof) for proof in study.certificates],
+        "tolerances": None if study.tolerances is None else _tolerances(study.tolerances, study.scenario),
         "requirements": None if study.scenario.requirements is None else _requirements(study.criteria),
         "alerts": [alert.to_dict() for alert in study.alerts],
         "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in study.plan.left_out],
@@ -166,6 +169,22 @@ def _voltages(voltages: Voltages | None) -> dict[str, list[float]]:
     }
 
 
+def _conversion(conversion: Conversion | None) -> dict[str, list[float | None]]:
+    """What motions convert; null beyond the range of doubles."""
+    columns = {} if conversion is None else asdict(conversion)
+    return {name: [x if isfinite(x) else None for x in column.tolist()] for name, column in columns.items()}
+
+
+def _fitting(fitting: Fitting | None) -> dict[str, float | None] | None:
+    if fitting is None:
+        return None
+    return {
+        "ball_mass_at_most_kg": fitting.ball_mass_kg,
+        "stiffness_at_least": fitting.stiffness,
+        "active_radius_at_least_m": fitting.active_radius_m,
+    }
+
+
 COLUMNS = {
     "phi_bottom": "phi_bottom_rad",
     "phi_top": "phi_top_rad",
@@ -241,6 +260,7 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         "family": list(design.families),
         **_motions(design.motions),
         **_voltages(design.voltages),
+        **_conversion(design.conversion),
         **_undecided(design.motions, bounds),
         "error_bounds": _bounds(bounds),
         "margins": [_margin(margin) for margin in design.margins],
@@ -422,6 +442,52 @@ def _compliant(compliance: Compliance) -> dict[str, Any]:
     from vireport.trust import compliance_data
 
     return compliance_data(compliance)
+
+
+PROVED_MOTION = "u", "phi_bottom_rad", "velocity_bottom"
+"""Of the motions of a proof over tolerances; u is q - 1/2."""
+
+
+def _tolerances(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
+    sampled, proof, worst = found.sampled, found.proof, found.worst
+    return {
+        "answer": found.answer.value,
+        "inputs": [
+            {"parameter": varied, "from": low, "to": high, "unit": varied.unit}
+            for varied, (low, high) in found.region.ranges.items()
+        ],
+        "boxes": 0 if proof is None else proof.boxes,
+        "open_share": None if proof is None or worst is not None else proof.open_share,
+        "proof": None
+        if proof is None
+        else {"halved": proof.halved.tolist(), **dict(zip(PROVED_MOTION, proof.motions.tolist(), strict=True))},
+        "worst": None
+        if worst is None
+        else {"values": dict(worst.values), "share": worst.share, "scenario": worst_scenario(scenario, worst)},
+        "yield": {
+            "distribution": sampled.distribution,
+            "samples": sampled.samples,
+            "stable": sampled.stable,
+            "share": sampled.stable / sampled.samples,
+            "low_95": sampled.low,
+            "high_95": sampled.high,
+        },
+        "ranges": found.ranges,
+    }
+
+
+def worst_scenario(scenario: Scenario, worst: Failure) -> str:
+    """A scenario of the device that fails: its inputs, and nothing of what was asked of the design."""
+    import yaml
+
+    given = to_dict(scenario)
+    kept = ("schema_version", "title", "device", "excitation", "inclination_deg", "gravity_m_s2", "period_ratio")
+    tree = {name: given[name] for name in kept if given[name] is not None}
+    for varied, value in worst.values.items():
+        block, _, key = varied.path.rpartition(".")
+        (tree[block] if block else tree)[key] = value
+    tree["device"] = {name: value for name, value in tree["device"].items() if value is not None}
+    return str(yaml.safe_dump(tree, sort_keys=False, allow_unicode=True))
 
 
 def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import json
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
@@ -10,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vireport.analysis import Solution, Sweep, solution_of
+from vireport.errors import UsageError
 from vireport.gate import Alert, Criterion, Verdict, alerts, assess, verdict_of
-from vireport.physics import Device, Membrane
+from vireport.physics import Device, Dielectric, Membrane
 from vireport.progress import Progress
-from vireport.scenario import Loaded, Scenario, blocks, load
+from vireport.scenario import DesignInput, Loaded, Scenario, blocks, load, loads
 from vireport.study.plan import FORMATS, Plan, Task, plan
 from vireport.study.provenance import provenance_of
 from vireport.text import bounded, html_table, significant, visible
@@ -21,6 +23,7 @@ from vireport.text import bounded, html_table, significant, visible
 if TYPE_CHECKING:
     from vireport.proofs import Certificate
     from vireport.sequences import Atlas
+    from vireport.tolerances import Tolerances
     from vireport.trust import Compliance, CrossCheck, Reproduction, WorkPrecision
 
 
@@ -43,6 +46,8 @@ class Study:
         Error against run time of several methods.
     compliance : Compliance or None
         The motion with compliant membranes.
+    tolerances : Tolerances or None
+        Whether every device within the tolerances works, and the yield.
     certificates : tuple of Certificate or None
         Proven enclosures of the critical points.
     criteria : tuple of Criterion
@@ -56,6 +61,7 @@ class Study:
     atlas: Atlas | None = None
     work: WorkPrecision | None = None
     compliance: Compliance | None = None
+    tolerances: Tolerances | None = None
     certificates: tuple[Certificate, ...] | None = None
     criteria: tuple[Criterion, ...] = ()
 
@@ -72,7 +78,7 @@ class Study:
     @cached_property
     def verdict(self) -> Verdict:
         """What the study comes to."""
-        return verdict_of(self.solution, self.crosscheck, self.compliance, self.criteria)
+        return verdict_of(self.solution, self.crosscheck, self.compliance, self.tolerances, self.criteria)
 
     @cached_property
     def reproduction(self) -> Reproduction | None:
@@ -145,7 +151,15 @@ def membrane_of(scenario: Scenario) -> Membrane | None:
         ball_radius_m=given.ball_radius_m,
         bias_voltage_v=given.bias_voltage_v,
         ball_mass_kg=mass,
+        dielectric=_dielectric_of(given),
     )
+
+
+def _dielectric_of(given: blocks.Membrane) -> Dielectric | None:
+    thickness, permittivity, breakdown = given.thickness_m, given.relative_permittivity, given.breakdown_field_v_m
+    if thickness is None or permittivity is None or breakdown is None:
+        return None
+    return Dielectric(thickness, permittivity, breakdown)
 
 
 def sweep_of(scenario: Scenario) -> Sweep | None:
@@ -183,8 +197,10 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = _with_motions(study, scenario.motions, progress)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
+    if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
+        study = _with_tolerances(study, scenario.tolerances, progress)
     if scenario.requirements is not None:
-        study = replace(study, criteria=assess(loaded, solution, study.crosscheck))
+        study = replace(study, criteria=assess(loaded, solution, study.crosscheck, study.tolerances))
     return study
 
 
@@ -217,6 +233,57 @@ def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | No
     from vireport.trust import compliance
 
     return replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, progress))
+
+
+def half_widths(device: Device, asked: blocks.Tolerances) -> dict[DesignInput, float]:
+    """By how much each input with a tolerance may be off, in its unit."""
+    widths = {varied: asked.half_width(varied, float(getattr(device, varied))) for varied in DesignInput}
+    return {varied: width for varied, width in widths.items() if width}
+
+
+def _with_tolerances(study: Study, asked: blocks.Tolerances, progress: Progress | None) -> Study:
+    from vireport.tolerances import assess_tolerances
+
+    if progress is not None:
+        progress("proving that every device within the tolerances works")
+    device, membrane = study.solution.device, study.solution.membrane
+    widths = half_widths(device, asked)
+    found = assess_tolerances(device, widths, membrane, asked.distribution, asked.samples)
+    return replace(study, tolerances=found)
+
+
+def recheck(data: Mapping[str, Any]) -> float:
+    """Go through the boxes of a proof over tolerances once more, from results alone.
+
+    Parameters
+    ----------
+    data : mapping
+        The content of a results.json.
+
+    Returns
+    -------
+    float
+        Share of the volume that is proved, 1 where every device within the tolerances is.
+
+    Raises
+    ------
+    UsageError
+        If the results have no proof, or not all of its boxes.
+    """
+    import numpy as np
+
+    from vireport.study.results import PROVED_MOTION
+    from vireport.tolerances import prove_again, region_of
+
+    scenario, proof = loads(json.dumps(data["scenario"])).scenario, (data.get("tolerances") or {}).get("proof")
+    if scenario.tolerances is None or proof is None:
+        raise UsageError("these results have no proof over tolerances (allowed: those of a scenario with tolerances)")
+    device = device_of(scenario)
+    try:
+        boxes = np.array(proof["halved"], dtype=np.intp), np.array([proof[name] for name in PROVED_MOTION])
+        return prove_again(region_of(device, half_widths(device, scenario.tolerances)), *boxes)
+    except ValueError as error:
+        raise UsageError(f"tolerances.proof: {error}") from error
 
 
 def with_certificates(study: Study) -> Study:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,16 +11,16 @@ import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.compute as pc  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from vireport.analysis import STABILITIES, UNSTABLE, classify, find_motions
+from vireport.analysis import STABILITIES, UNSTABLE, PointwiseMotions, classify, find_motions
 from vireport.physics import Membrane, voltages
 from vireport.scenario import MapSimulation, Parameter
-from vireport.sweep.cells import Floats, Ints, MapPlan, axis_ends, cell_values
+from vireport.sweep.cells import Floats, Ints, MapPlan, cell_values
 
 DECIMALS = 9
 """Of the impact velocity, up to which two motions are as fast: mirror images differ by rounding alone."""
 
 SEED = 20190301
-"""Of the starting states of the simulation, which are the same at every cell and in every run."""
+"""Of the starts of the simulation, together with the number of the cell: they do not depend on the chunks."""
 
 STABILITY_TYPE = pa.dictionary(pa.int8(), pa.string())
 
@@ -97,12 +96,13 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
     r = values.get("restitution", np.full(count, plan.device.restitution))
     columns: dict[str, Any] = {**values, "d": d, "gbar": gbar}
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
-        columns |= _motions(d, gbar, r, plan.device.period_ratio)
+        motions = find_motions(d, gbar, r, plan.device.period_ratio)
+        columns |= _motions(motions, r)
         if plan.membrane is not None:
             unit = device.velocity_unit(Parameter.LENGTH, None)
             columns |= _voltages(plan.membrane, values.get("ball_mass_kg"), unit, columns)
     if plan.simulate is not None:
-        columns |= _simulated(plan, plan.simulate, d, gbar, r)
+        columns |= _simulated(plan.simulate, numbers, d, gbar, r, motions, plan.device.period_ratio)
     schema = schema_of(plan)
     return pa.Table.from_arrays([_column(columns[field.name], field.type) for field in schema], schema=schema)
 
@@ -125,9 +125,8 @@ def _numbers(values: NDArray[Any], kind: pa.DataType) -> pa.Array:
     return pa.Array.from_buffers(kind, len(data), [None, pa.py_buffer(data)])
 
 
-def _motions(d: Floats, gbar: Floats, r: Any, n: int) -> dict[str, Any]:
+def _motions(motions: PointwiseMotions, r: Floats) -> dict[str, Any]:
     """Columns `motions`, `stable` and `MOTION`; NaN where there is no motion."""
-    motions = find_motions(d, gbar, r, n)
     real = np.flatnonzero(motions.admissible)
     cell, trace = motions.cell[real], motions.trace[real]
     code = classify(trace, r[cell])
@@ -140,16 +139,16 @@ def _motions(d: Floats, gbar: Floats, r: Any, n: int) -> dict[str, Any]:
     at, row = cell[best], real[best]
 
     def column(values: Floats) -> Floats:
-        whole = np.full(len(d), np.nan)
+        whole = np.full(len(r), np.nan)
         whole[at] = values
         return whole
 
     tr, limit = trace[best], 1 + r[at] ** 4
-    codes = np.full(len(d), -1, dtype=np.int8)
+    codes = np.full(len(r), -1, dtype=np.int8)
     codes[at] = code[best]
     return {
-        "motions": np.bincount(cell, minlength=len(d)).astype(np.int16),
-        "stable": np.bincount(cell[stable], minlength=len(d)).astype(np.int16),
+        "motions": np.bincount(cell, minlength=len(r)).astype(np.int16),
+        "stable": np.bincount(cell[stable], minlength=len(r)).astype(np.int16),
         "stability": codes,
         "q": column(0.5 + orbit.u[row]),
         "phi_bottom_rad": column(np.mod(orbit.phi[row], 2 * np.pi)),
@@ -176,26 +175,20 @@ def _voltages(membrane: Membrane, ball_mass_kg: Floats | None, unit: Any, column
     return whole
 
 
-def _simulated(plan: MapPlan, asked: MapSimulation, d: Floats, gbar: Floats, r: Floats) -> dict[str, Any]:
+def _simulated(
+    asked: MapSimulation, numbers: Ints, d: Floats, gbar: Floats, r: Floats, motions: PointwiseMotions, n: int
+) -> dict[str, Any]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
-    from vireport.simulation import attractors
+    from vireport.simulation import attractors, random_starts, start_speed
     from vireport.trust import is_one_to_one
 
-    varied = [axis_ends(axis)[1] for axis, name in zip(plan.axes, plan.names, strict=True) if name == "restitution"]
-    starts = _starts(asked.starts, max([plan.device.restitution, *varied]))
+    fastest, orbit, real = np.zeros(len(d)), motions.orbit, motions.admissible
+    np.maximum.at(fastest, motions.cell[real], np.maximum(orbit.velocity_bottom, -orbit.velocity_top)[real])
+    cells = zip(numbers, d, start_speed(r, fastest), strict=True)
+    starts = np.concatenate([random_starts(at, speed, asked.starts, (SEED, int(k))) for k, at, speed in cells])
     words, shares = [], np.empty(len(d))
     for k, reached in enumerate(attractors(d, gbar, r, starts, asked.impacts, workers=1)):
         counts = Counter(attractor.word or attractor.outcome.value for attractor in reached)
         words.append(min(counts, key=lambda word: (-counts[word], word)))
-        shares[k] = sum(is_one_to_one(attractor, plan.device.period_ratio) for attractor in reached) / len(reached)
+        shares[k] = sum(is_one_to_one(attractor, n) for attractor in reached) / len(reached)
     return {"word": words, "basin_share": shares}
-
-
-@lru_cache(maxsize=1)
-def _starts(count: int, restitution: float) -> tuple[Any, ...]:
-    """Impacts on the bottom at random phases and velocities, up to half as much again as the forcing alone gives."""
-    from vireport.simulation import BOTTOM, Impact
-
-    rng = np.random.default_rng(SEED)
-    fastest = 3 / (np.pi * max(1 - restitution, 0.1))
-    return tuple(Impact(BOTTOM, float(rng.uniform(0, fastest)), float(rng.uniform(0, 2 * np.pi))) for _ in range(count))

@@ -44,8 +44,9 @@ POLL = 2.0
 ANSWER = 30.0
 """How long a scheduler may take to answer [s]."""
 
-PATIENCE = 60.0
-"""How long a scheduler may be without any worker, or without a sign of life of any [s]."""
+PATIENCE = 45.0
+"""How long a scheduler may be without any worker, or without a sign of life of any [s]; they report every few seconds.
+With start and end of the command, less than a minute."""
 
 SCHEMES = ("tcp", "tls", "ucx", "ucxx", "ws", "wss")
 """Protocols of a scheduler's address."""
@@ -55,6 +56,9 @@ SAME_VERSIONS = ("vireport", "numpy")
 
 NEEDED = (*SAME_VERSIONS, "pyarrow", "filelock")
 """Packages without which a worker cannot even read its tasks."""
+
+SILENT = dict.fromkeys(("asyncio", "distributed", "distributed.client", "tornado", "tornado.application"), "critical")
+"""Logs of a lost connection, unless others are configured: what there is to say of it is said by this module."""
 
 RESUME = "What is computed so far is kept: run the same command again to go on"
 
@@ -181,9 +185,11 @@ def require_address(scheduler: str) -> None:
     ------
     UsageError
     """
+    scheme, separator, place = scheduler.partition("://")
     try:
-        parts = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
-        right = parts.scheme in SCHEMES and parts.hostname and parts.port and not parts.path.strip("/")
+        parts = urlsplit(f"//{place if separator else scheduler}")
+        known = not separator or scheme in SCHEMES
+        right = known and parts.hostname and parts.port and not parts.path.strip("/")
     except ValueError:  # a port that is no number, or brackets that do not match
         right = False
     if not right:
@@ -224,13 +230,18 @@ def _on_cluster(store: Store, todo: deque[int], stored: Stored, scheduler: str) 
 def _connected(scheduler: str) -> Iterator[Any]:
     """A client of a Dask scheduler; its failures are put in words."""
     try:
-        distributed = import_module("distributed")
+        dask = import_module("dask")
+        with dask.config.set(logging={**SILENT, **dask.config.get("logging", {})}):
+            distributed = import_module("distributed")
     except ImportError as error:
         raise NumericalError(f"--scheduler needs dask.distributed: {installing('dask.distributed')}") from error
     try:
-        client = distributed.Client(scheduler, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise NumericalError(f"--scheduler {scheduler}: cannot be reached ({error})") from error
+        distributed.utils.LoopRunner().run_sync(_require_scheduler, distributed, scheduler)
+        client = distributed.Client(scheduler, timeout=ANSWER, set_as_default=False)
+    except Exception as error:  # what something else answers may make the library fail in any way
+        raise NumericalError(
+            f"--scheduler {scheduler}: cannot be reached, or is no Dask scheduler ({error or type(error).__name__})"
+        ) from error
     try:
         yield client
     except ImportError as error:
@@ -243,6 +254,17 @@ def _connected(scheduler: str) -> Iterator[Any]:
         ) from error
     finally:
         client.close(timeout=POLL)
+
+
+async def _require_scheduler(distributed: Any, address: str) -> None:
+    """Fail in any way where there is no scheduler; a client that finds out by itself cannot always be closed."""
+    from asyncio import timeout
+
+    security = distributed.Security().get_connection_args("client")
+    async with timeout(ANSWER), distributed.rpc(address, connection_args=security) as there:
+        kind = (await there.identity())["type"]
+    if kind != "Scheduler":
+        raise ValueError(f"it is a {kind}")
 
 
 class _Watch:

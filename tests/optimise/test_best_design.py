@@ -1,0 +1,237 @@
+"""The best design: cells and gradients are those of a run, no map has a better one, and what is written runs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import first
+
+from vireport import analyse, load, loads
+from vireport.cli.app import main
+from vireport.errors import UsageError
+from vireport.optimise import optimise, problem_of
+from vireport.optimise.cells import evaluate, keeps_motion
+from vireport.optimise.problem import Problem, smallest_margin
+from vireport.optimise.refine import _linear
+from vireport.scenario import Objective
+
+DEVICE = """\
+schema_version: 1
+device:
+  capsule_mass_kg: 0.1245
+  ball_mass_kg: 0.0041
+  restitution: 0.5
+  length_m: 0.7
+  membrane: {thickness_m: 1.0e-3, relative_permittivity: 4.7, breakdown_field_v_m: 1.0e+8}
+excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
+inclination_deg: 45
+"""
+LENGTH = "{path: device.length_m, from: 0.1, to: 1.2}"
+FREQUENCY = "{path: excitation.frequency_hz, from: 1, to: 4}"
+INCLINATION = "{path: inclination_deg, from: 10, to: 80}"
+FORCE = "{path: excitation.amplitude_n, from: 2, to: 6}"
+RESTITUTION = "{path: device.restitution, from: 0.3, to: 0.7}"
+BALL = "{path: device.ball_mass_kg, from: 1e-3, to: 6e-3}"
+
+PROBLEMS = {
+    "rate": ("voltage_rate_v_s", (LENGTH, FREQUENCY), "margin_any_percent: 5, stroke_at_most_m: 0.35"),
+    "voltage": ("u_ave_v", (FORCE, INCLINATION), "margin_any_percent: 4, field_at_most_percent: 75"),
+    "power": (
+        "power_mw",
+        (LENGTH, FREQUENCY, INCLINATION),
+        "margin_any_percent: 6, acceleration_at_most_g: 3, field_at_most_percent: 50",
+    ),
+}
+
+
+def text_of(objective: str, vary: tuple[str, ...], required: str = "", cells: int = 900) -> str:
+    requirements = f"requirements: {{{required}}}\n" if required else ""
+    return f"{DEVICE}{requirements}design: {{maximise: {objective}, cells: {cells}, vary: [{', '.join(vary)}]}}\n"
+
+
+def problem(*arguments: object) -> Problem:
+    return problem_of(loads(text_of(*arguments)))
+
+
+def best_of_map(problem: Problem, count: int) -> float:
+    """The best of all designs of a map with so many values of each input, judged one by one as a run judges them."""
+    axes = len(problem.paths)
+    t = np.stack(np.meshgrid(*[np.linspace(0, 1, count)] * axes, indexing="ij"), axis=-1).reshape(-1, axes)
+    cells = evaluate(problem, t)
+    rows = np.flatnonzero(cells.stable & (np.nan_to_num(cells.slack, nan=-1) >= 0).all(axis=1))
+    rows = rows[np.argsort(-cells.value[rows], kind="stable")]
+    for part in np.array_split(rows, max(len(rows) // 500, 1)):
+        for row in part[keeps_motion(problem, t[part], problem.share)]:
+            if all(criterion.passed for criterion in problem.study(t[row]).criteria):
+                return float(cells.value[row])
+    return -np.inf
+
+
+@pytest.mark.parametrize("objective", first(2, [one for one in Objective if one is not Objective.MARGIN]))
+def test_cells_are_what_a_run_has(objective: Objective) -> None:
+    limits = "u_ave_at_least_v: 3e4, u_bottom_top_difference_at_most_v: 2e4, deflection_at_most_m: 0.018, "
+    limits += "power_at_least_mw: 15, field_at_most_percent: 60, acceleration_at_most_g: 2.5, stroke_at_most_m: 0.3"
+    search = problem(objective, (RESTITUTION, FREQUENCY, FORCE, BALL), limits)
+    t = np.random.default_rng(2).uniform(size=(60, 4))
+    cells = evaluate(search, t)
+    compared, outcomes = 0, set()
+    for row in range(len(t)):
+        study = search.study(t[row])
+        assert study.solution.design.motions.stable.any() == cells.stable[row]
+        if cells.stable[row] and compared < 4:
+            compared += 1
+            assert cells.value[row] == pytest.approx(search.value_of(study), rel=1e-10)
+            slack = dict(zip([limit[0] for limit in search.limits], cells.slack[row][2:], strict=True))
+            judged = {one.title: one for one in study.criteria}
+            assert len(judged) == len(slack) == 7
+            for held, (quantity, _, limit) in zip(judged.values(), sorted_limits(search), strict=True):
+                assert held.outcome.margin / limit == pytest.approx(slack[quantity], abs=1e-9)
+                outcomes.add(held.passed)
+        elif compared == 4:
+            break
+    assert outcomes == {False, True}
+
+
+def sorted_limits(search: Problem):
+    """Limits in the order of the acceptance table."""
+    order = ["u_ave_v", "u_difference", "deflection", "power_mw", "field", "acceleration", "stroke"]
+    return sorted(search.limits, key=lambda limit: order.index(limit[0]))
+
+
+def test_what_has_a_margin_keeps_its_motion() -> None:
+    search = problem("u_ave_v", (LENGTH, FREQUENCY, INCLINATION))
+    t = np.random.default_rng(4).uniform(size=(40, 3))
+    t = t[evaluate(search, t).stable][:10]
+    margins = np.array([smallest_margin(search.study(row).solution.design) for row in t])
+    for share in (0.02, 0.05, 0.1):
+        assert (keeps_motion(search, t, share) >= (margins > share)).all()
+    assert not keeps_motion(search, t, 0.1).all()
+    assert keeps_motion(search, t, 1e-9).all()
+
+
+@pytest.mark.parametrize("at", [(0.52, 0.35, 0.5, 0.5), (0.6, 0.25, 0.2, 0.4)])
+def test_gradients_are_those_of_objective_limits_and_margins(at: tuple[float, ...]) -> None:
+    limits = "margin_any_percent: 5, stroke_at_most_m: 0.35, field_at_most_percent: 75"
+    search = problem("power_mw", (LENGTH, FREQUENCY, INCLINATION, RESTITUTION), limits)
+    t, step = np.array(at), 1e-5
+    here = _linear(search, t)
+    assert np.isfinite(here.value)
+    for k in range(4):
+        aside = step * np.eye(4)[k]
+        after, before = _linear(search, t + aside), _linear(search, t - aside)
+        assert here.slope[k] == pytest.approx((after.value - before.value) / (2 * step), rel=1e-4, abs=1e-6)
+        moved = (after.slack - before.slack) / (2 * step)
+        assert here.slopes[:, k] == pytest.approx(moved, rel=1e-4, abs=1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_no_map_has_a_better_design(name: str) -> None:
+    search = problem(*PROBLEMS[name])
+    result = optimise(search)
+    assert result.best is not None
+    assert result.best.value >= best_of_map(search, 150 if len(search.paths) == 2 else 28) * (1 - 1e-9)
+    assert result.evidence.best_cell <= result.best.value * (1 + 1e-9)
+    assert result.best.met
+
+
+@pytest.mark.slow
+def test_front_falls_and_ends_at_the_largest_margin() -> None:
+    _, vary, _ = PROBLEMS["rate"]
+    result = optimise(problem("voltage_rate_v_s", vary, "margin_any_percent: 5, stroke_at_most_m: 0.35"))
+    margins, values = np.array([(point.margin, point.value) for point in result.front]).T
+    assert (np.diff(margins) > 0).all()
+    assert (np.diff(values) < 0).all()
+    assert result.best.value <= np.interp(0.05, margins, values) * (1 + 1e-2)
+    largest = optimise(problem("margin_percent", vary, "stroke_at_most_m: 0.35"))
+    assert margins[-1] <= largest.best.margin
+    assert largest.best.value == 100 * largest.best.margin
+    # No margin is larger: the requirement of a little more is not met, and is short by as much.
+    more = 100 * largest.best.margin + 0.5
+    failing = optimise(problem("voltage_rate_v_s", vary, f"margin_any_percent: {more!r}, stroke_at_most_m: 0.35"))
+    assert failing.best is None
+    missed = next(one for one in failing.nearest.study.criteria if not one.passed)
+    assert missed.key == "margin_any_percent"
+    assert missed.outcome.margin == pytest.approx(-0.5, abs=1e-4)
+    assert failing.evidence.widest * 100 < more
+
+
+@pytest.mark.slow
+def test_the_best_design_runs_and_gives_the_same_numbers(tmp_path: Path, capsys) -> None:
+    scenario = tmp_path / "scenario.yaml"
+    sweep = "sweep: {parameter: length_m, from: 0.6, to: 0.8}\n"
+    scenario.write_text(
+        text_of("u_ave_v", (LENGTH, BALL), "stroke_at_most_m: 0.4, deflection_at_most_m: 0.018") + sweep
+    )
+    outputs = []
+    for folder in ("one", "two"):
+        assert main(["optimise", str(scenario), "-o", str(tmp_path / folder)]) == 0
+        outputs.append({path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()})
+    assert outputs[0] == outputs[1]
+    assert set(outputs[0]) >= {"best.yaml", "optimise.json"}
+    assert "Best design: U_ave" in capsys.readouterr().out
+    best = json.loads(outputs[0]["optimise.json"])["best"]
+    study = analyse(load(tmp_path / "one/best.yaml"))
+    stable = study.solution.design.motions.stable
+    assert study.solution.design.voltages.average_v[stable].min() == best["value"]
+    assert study.solution.device.length_m == best["inputs"]["device.length_m"]
+    assert study.solution.membrane.ball_mass_kg == best["inputs"]["device.ball_mass_kg"]
+    assert study.solution.sweep is not None
+    assert study.scenario.design is None
+    assert [one.to_dict() | {"line": None} for one in study.criteria] == best["requirements"]
+    # The membrane allows no deeper impact: the best design is on that limit.
+    assert study.solution.design.voltages.deflection_m[stable].max() == pytest.approx(0.018, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("required", "said"),
+    [
+        ("u_ave_at_least_v: 1e6", "the nearest fails U_ave (at least 1000000 V): "),
+        ("stroke_at_most_m: 0.01, u_ave_at_least_v: 1", "the nearest fails Stroke of the shaker (at most 0.01 m): "),
+    ],
+)
+def test_what_is_in_the_way_is_named_and_by_how_much(required: str, said: str, tmp_path: Path, capsys) -> None:
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(text_of("u_ave_v", (LENGTH, FREQUENCY), required, 100))
+    assert main(["optimise", str(scenario), "-q", "-o", str(tmp_path / "out")]) == 1
+    captured = capsys.readouterr()
+    assert said in captured.err
+    assert not captured.out
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"optimise.json"}
+    data = json.loads((tmp_path / "out/optimise.json").read_text())
+    assert data["best"] is None
+    assert any(not one["passed"] for one in data["nearest"]["requirements"])
+
+
+def test_ranges_without_stable_motion_are_said_to_have_none(tmp_path: Path, capsys) -> None:
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(text_of("u_ave_v", ("{path: device.length_m, from: 0.01, to: 0.02}",), "", 16))
+    assert main(["optimise", str(scenario), "--json"]) == 1
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["nearest"] is None
+    assert "no design in the ranges has a stable 1:1 motion" in captured.err
+
+
+def test_a_scenario_without_a_design_block_is_refused() -> None:
+    with pytest.raises(UsageError, match="no design block"):
+        problem_of(loads(DEVICE))
+
+
+def test_a_design_block_changes_nothing_in_a_run() -> None:
+    with_block, without = (analyse(loads(text)).to_dict() for text in (text_of("u_ave_v", (LENGTH,)), DEVICE))
+    (extra,) = [step for step in with_block["left_out"] if step not in without["left_out"]]
+    assert extra["step"] == "optimise"
+    for data in (with_block, without):
+        del data["left_out"], data["scenario"]
+    assert with_block == without
+
+
+@pytest.mark.parametrize("vary", first(2, [(LENGTH,), (RESTITUTION,), (FORCE, BALL), (INCLINATION, RESTITUTION)]))
+def test_ends_of_the_ranges_are_reached_exactly(vary: tuple[str, ...]) -> None:
+    search = problem("u_ave_v", vary)
+    ends = [(one.from_, one.to) for one in search.design.vary]
+    assert search.values(np.zeros(len(vary))).tolist() == [min(end) for end in ends]
+    assert search.values(np.ones(len(vary))).tolist() == [max(end) for end in ends]

@@ -1,0 +1,187 @@
+"""The live figures of a report in a real browser: readings, keyboard, links, and nothing from outside."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vireport.cli import main
+from vireport.text import MINUS
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe", "--force-prefers-reduced-motion")
+PATIENCE = 60
+"""Time that the browser has for an answer [s]."""
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium to try the page in")]
+
+
+class Browser:
+    """A page in Chromium, spoken to through a pipe; `events` are what it has said of itself."""
+
+    def __init__(self, profile: Path) -> None:
+        commands, self.write = os.pipe()
+        self.read, answers = os.pipe()
+
+        def pipes() -> None:
+            for ours, its in ((commands, 3), (answers, 4)):
+                os.dup2(ours, its)
+                os.set_inheritable(its, True)  # which `dup2` leaves as it is where both are the same
+
+        arguments = [str(CHROMIUM), *OPTIONS, f"--user-data-dir={profile}"]
+        self.process = subprocess.Popen(
+            arguments, preexec_fn=pipes, close_fds=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        self.count, self.rest, self.events, self.session = 0, b"", [], {}
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        self.session = {"sessionId": self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.call(f"{domain}.enable")
+
+    def call(self, method: str, **params: Any) -> dict[str, Any]:
+        self.count += 1
+        message = {"id": self.count, "method": method, "params": params, **self.session}
+        os.write(self.write, json.dumps(message).encode() + b"\0")
+        while (answer := self.next()).get("id") != self.count:
+            self.events.append(answer)
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    def next(self) -> dict[str, Any]:
+        while b"\0" not in self.rest:
+            assert select.select([self.read], [], [], PATIENCE)[0], "the browser does not answer"
+            self.rest += os.read(self.read, 1 << 16)
+        message, _, self.rest = self.rest.partition(b"\0")
+        return json.loads(message)
+
+    def open(self, path: Path) -> None:
+        self.call("Page.navigate", url=path.as_uri())
+        while not any(event["method"] == "Page.loadEventFired" for event in self.events):
+            self.events.append(self.next())
+
+    def run(self, script: str) -> Any:
+        answer = self.call("Runtime.evaluate", expression=script, returnByValue=True)
+        assert "exceptionDetails" not in answer, answer
+        return answer["result"].get("value")
+
+    def press(self, key: str, code: int) -> None:
+        for kind in ("rawKeyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("live")
+    assert (
+        main(["run", str(ROOT / "examples" / "horizontal.yaml"), "-o", str(folder), "--format", "html,json", "-q"]) == 0
+    )
+    return folder
+
+
+@pytest.fixture(scope="module")
+def browser(folder: Path) -> Iterator[Browser]:
+    browser = Browser(folder / "profile")
+    browser.open(folder / "report.html")
+    yield browser
+    browser.process.terminate()
+    browser.process.wait()
+
+
+READ = """Object.fromEntries([...document.querySelectorAll(".live dd")].map(x => [x.dataset.name, x.textContent]))"""
+
+
+def test_readings_are_those_of_the_results(folder: Path, browser: Browser) -> None:
+    branches = json.loads((folder / "results.json").read_text())["branches"]
+    known = {branch["number"]: branch for branch in branches}
+    checked = 0
+    for option in range(browser.run("document.querySelectorAll('.live-control select')[0].options.length")):
+        name = browser.run(f"document.querySelector('.live-control select').options[{option}].text")
+        branch = known[int(name.split()[1].rstrip(","))]
+        browser.run(f"""(() => {{ const choice = document.querySelector('.live-control select');
+            choice.value = {option}; choice.dispatchEvent(new Event('change')); }})()""")
+        last = int(browser.run("document.querySelector('.live-control input').max"))
+        for row in {round(k * last / 14) for k in range(15)}:
+            browser.run(f"""(() => {{ const slider = document.querySelector('.live-control input');
+                slider.value = {row}; slider.dispatchEvent(new Event('input')); }})()""")
+            read = {key: text.replace(MINUS, "-") for key, text in browser.run(READ).items()}
+            shared = [(float(text), branch[key]) for key, text in read.items() if key in branch]
+            rows = range(len(branch["d"]))
+            same = [k for k in rows if all(shown == float(f"{exact[k]:.5g}") for shown, exact in shared)]
+            assert same, (name, row)
+            multipliers = [read[f"multiplier_{k}"] for k in (1, 2)]
+            if not any("i" in text for text in multipliers):
+                product, total = (float(multipliers[0]) * float(multipliers[1]), sum(map(float, multipliers)))
+                assert product == pytest.approx(branch["determinant"][same[0]], rel=1e-3)
+                assert total == pytest.approx(branch["trace"][same[0]], rel=1e-4, abs=1e-5)
+            else:
+                assert " - " in multipliers[1]
+            checked += 1
+    assert checked >= 50
+
+
+def test_the_crosshair_is_one_in_all_panels_and_lies_on_the_curves(browser: Browser) -> None:
+    browser.run("""(() => { const slider = document.querySelectorAll('.live-control input')[2];
+        slider.value = 40; slider.dispatchEvent(new Event('input')); })()""")
+    places = browser.run("""[...document.querySelectorAll('svg[data-figure] .cross')].map(cross => [
+        cross.parentNode.dataset.figure, cross.getAttribute('visibility'), cross.querySelectorAll('circle').length])""")
+    assert sorted(places) == [["figure-2", "visible", 6], ["figure-4", "visible", 3], ["figure-7", "visible", 3]]
+    assert browser.run("[...document.querySelectorAll('.live-control input')].map(x => x.value)") == ["40"] * 3
+
+
+def test_the_keyboard_moves_the_crosshair_and_reaches_the_buttons(browser: Browser) -> None:
+    browser.run("document.querySelector('.live-control input').focus()")
+    before = browser.run(READ)["d"]
+    browser.press("ArrowRight", 39)
+    assert browser.run(READ)["d"] != before
+    names = []
+    for _ in range(2):
+        browser.press("Tab", 9)
+        names.append(browser.run("document.activeElement.textContent"))
+    assert names == ["Play", "Close"]
+
+
+def test_the_pointer_picks_the_nearest_motion_and_a_critical_point_leads_to_its_row(browser: Browser) -> None:
+    found = browser.run("""(() => { const data = JSON.parse(document.getElementById('live-data').textContent);
+        const branch = data.branches.find(x => Object.values(x.labels).includes('B1'));
+        const row = Object.keys(branch.labels).find(i => branch.labels[i] === 'B1');
+        const svg = document.querySelector('svg[data-figure="figure-2"]'), box = svg.getBoundingClientRect();
+        const scale = box.width / svg.viewBox.baseVal.width, [across, ...curves] = branch.places['figure-2'];
+        const at = {bubbles: true, clientX: box.left + across[row] * scale, clientY: box.top + curves[2][row] * scale};
+        svg.dispatchEvent(new PointerEvent('pointermove', at));
+        svg.dispatchEvent(new MouseEvent('click', at));
+        return [document.querySelector('.live strong').textContent, location.hash]; })()""")
+    assert found[0].endswith("B1")
+    assert found[1] == "#point-B1"
+
+
+def test_the_ball_is_on_the_membranes_at_the_impacts(browser: Browser) -> None:
+    assert browser.run("document.querySelector('.live .bottom').classList.contains('struck')")
+    ball, wall = (
+        browser.run(f"Number(document.querySelector('.live {name}').getAttribute('{at}'))")
+        for name, at in ((".ball", "cx"), (".bottom", "x1"))
+    )
+    assert ball - wall == pytest.approx(5.0, abs=0.1)
+
+
+def test_nothing_is_asked_for_and_nothing_goes_wrong(folder: Path, browser: Browser) -> None:
+    asked = [
+        event["params"]["request"]["url"] for event in browser.events if event["method"] == "Network.requestWillBeSent"
+    ]
+    assert {url.partition("#")[0] for url in asked if not url.startswith("data:")} == {
+        (folder / "report.html").as_uri()
+    }
+    said = [
+        x
+        for x in browser.events
+        if x["method"] in ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")
+    ]
+    assert [json.dumps(x) for x in said] == []

@@ -1,0 +1,186 @@
+"""The device as its scenario has it, and the path of the ball over one period at the design point, with their words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Arc, Circle
+from matplotlib.transforms import Affine2D
+
+from vireport.analysis import Motions
+from vireport.figures.captions import held
+from vireport.figures.curves import Curve
+from vireport.figures.layout import Entry, blank, finished, fit_vertically, round_ticks
+from vireport.figures.portraits import BALL, BOTTOM_IMPACT, BOTTOM_MEMBRANE, TIME, TOP_IMPACT, TOP_MEMBRANE
+from vireport.figures.style import GUIDE, SMALL, Color, Look, Picture, style
+from vireport.physics import flight
+from vireport.scenario import Parameter
+from vireport.study import Study, Task
+from vireport.text import exact, scaled
+
+TITLE = "The device and its motion"
+
+HEIGHT = 2.9
+"""Of the panels with their ticks and labels [in]."""
+
+WIDTH = 2.9
+"""Of the path of the ball, for the choice of ticks [in]."""
+
+SAMPLES = 80
+"""Of a flight."""
+
+# Lengths in the sketch over that of the capsule, along it and across it.
+HALF, ENDS, NAMES, BALL_AT, BALL_RADIUS = 0.11, 0.68, 1.2, 0.12, 0.055
+DIMENSION, FORCE, RISE, HIGHEST = 0.21, 0.43, 0.08, 0.6
+GROUND, RADIUS = 0.75, 0.4
+
+WALL: Look = {"color": Color.BLACK, "linewidth": 1.4}
+ARROW = {"arrowstyle": "<->", "color": Color.BLACK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
+
+
+def picture(study: Study) -> Picture:
+    """The figure with its words."""
+    return Picture(Task.FIGURE_DEVICE, TITLE, caption(study), alt_text(study), figure_device(study))
+
+
+def figure_device(study: Study) -> Figure:
+    """The sketch of the device, and beside it the path of the ball if there is a motion at the design point."""
+    motion = shown_motion(study)
+    with style():
+        figure, panels = blank(1, 1 if motion is None else 2)
+        _sketch(panels[0, 0], study)
+        legend: list[Entry] = []
+        if motion is not None:
+            _path(panels[0, 1], study, *motion)
+            legend = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT), ("ball", BALL)]
+        return finished(figure, HEIGHT, [(", ".join(_masses(study)), Color.BLACK)], [legend])
+
+
+def shown_motion(study: Study) -> tuple[Motions, int] | None:
+    """The admissible motion at the design point that is shown, a stable one if there is one, and its row."""
+    design = study.solution.design
+    if design is None or not design.motions.admissible.any():
+        return None
+    motions = design.motions
+    return motions, int(np.argmax(motions.admissible * (1 + motions.stable)))
+
+
+def path(motions: Motions, row: int, period_ratio: int) -> Curve:
+    """Times after a bottom impact [forcing periods] and the distance of the ball from the bottom membrane, over s.
+
+    The distance is 1/2 - Z/d: 0 at the bottom membrane and 1 at the top one.
+    """
+    d, gbar, q = (float(x[row]) for x in (motions.d, motions.gbar, motions.q))
+    impacts = (motions.phi_bottom, motions.velocity_bottom, q), (motions.phi_top, motions.velocity_top, 1 - q)
+    times, distances, start = [], [], 0.0
+    for (phi, velocity, share), wall in zip(impacts, (d / 2, -d / 2), strict=True):
+        elapsed = np.linspace(0.0, 2 * period_ratio * share, SAMPLES)
+        phase, after = float(phi[row]), flight.reflect(float(velocity[row]), motions.restitution)
+        z = wall + flight.displacement(
+            elapsed, after, np.sin(phase), np.cos(phase), np.cos(np.pi * elapsed + phase), gbar
+        )
+        times.append(start + elapsed / 2)
+        distances.append(0.5 - z / d)
+        start += period_ratio * share
+    return np.concatenate(times), np.concatenate(distances)
+
+
+def caption(study: Study) -> str:
+    """What is drawn, and of which motion."""
+    about = "The capsule with the ball between its membranes, not to scale across"
+    motion = shown_motion(study)
+    if motion is None:
+        return f"{about}."
+    motions, row = motion
+    return f"{about}, and the distance of the ball from the bottom membrane in one period: {motions.words[row]}."
+
+
+def alt_text(study: Study) -> str:
+    """A description for those who do not see it."""
+    dimensions = dict.fromkeys([*held(study), *_masses(study)])
+    sketch = f"Sketch of a capsule with a ball between two membranes: {', '.join(dimensions)}."
+    motion = shown_motion(study)
+    if motion is None:
+        return sketch
+    motions, row = motion
+    q = exact(float(f"{motions.q[row]:.3g}"))
+    return (
+        f"{sketch} Line chart of the ball's distance from the bottom over one period: it meets the top after {q} of it."
+    )
+
+
+def _masses(study: Study) -> list[str]:
+    device, membrane = study.solution.device, study.solution.membrane
+    ball = [f"m = {scaled(membrane.ball_mass_kg, 3)} g"] if membrane is not None else []
+    return [f"M = {exact(device.capsule_mass_kg)} kg", *ball, f"r = {exact(device.restitution)}"]
+
+
+def _value(study: Study, parameter: Parameter) -> str:
+    """An input with its value at the design point, or with its range where it is swept and has none."""
+    value, sweep = getattr(study.solution.device, parameter), study.solution.sweep
+    if value is not None:
+        return f"{parameter.symbol} = {parameter.with_unit(exact(value))}"
+    if sweep is None:
+        return parameter.symbol
+    return f"{parameter.symbol} = {exact(sweep.start)} to {parameter.with_unit(exact(sweep.end))}"
+
+
+def _sketch(axes: Axes, study: Study) -> None:
+    """Draw the capsule at its angle; lengths are over that of the capsule, its centre is the origin."""
+    device, sweep = study.solution.device, study.solution.sweep
+    angle = device.inclination_deg
+    if angle is None:
+        angle = (float(sweep.start) + float(sweep.end)) / 2 if sweep is not None else 0.0
+    turned: Any = Affine2D().rotate_deg(angle) + axes.transData
+    text: Look = {"ha": "center", "va": "center", "size": SMALL}
+
+    def write(x: float, y: float, words: str, rotation: float, color: str = Color.BLACK) -> None:
+        axes.text(x, y, words, transform=turned, rotation=rotation, rotation_mode="anchor", color=color, **text)
+
+    def arrow(y: float, half: float) -> None:
+        axes.annotate("", (-half, y), (half, y), xycoords=turned, textcoords=turned, arrowprops=ARROW)
+
+    for y in (-HALF, HALF):
+        axes.plot([-0.5, 0.5], [y, y], transform=turned, **WALL)
+    for x, look, name in ((-0.5, BOTTOM_MEMBRANE, "bottom"), (0.5, TOP_MEMBRANE, "top")):
+        axes.plot([x, x], [-HALF, HALF], transform=turned, **look)
+        axes.plot([x, x], [HALF, DIMENSION], transform=turned, **GUIDE)
+        write(x * NAMES, 0.0, name, angle - 90, look["color"])
+    ball = BALL_AT, BALL_RADIUS - HALF
+    axes.add_patch(Circle(ball, BALL_RADIUS, facecolor=Color.GREY, edgecolor=Color.BLACK, transform=turned))
+    arrow(DIMENSION, 0.5)
+    write(0.0, DIMENSION + RISE, _value(study, Parameter.LENGTH), angle)
+    arrow(FORCE, 0.25)
+    force = f"{_value(study, Parameter.AMPLITUDE)}, {_value(study, Parameter.FREQUENCY)}"
+    write(0.0, FORCE + RISE, force, angle)
+    left, foot = Affine2D().rotate_deg(angle).transform((-0.5, -HALF))
+    if angle > 0:
+        axes.plot([left, left + GROUND], [foot, foot], color=Color.GREY, linewidth=0.8)
+        axes.add_patch(Arc((left, foot), 2 * RADIUS, 2 * RADIUS, theta1=0, theta2=angle, linewidth=0.8))
+    axes.text(left + GROUND / 2, foot - RISE, _value(study, Parameter.INCLINATION), **text)
+    corners = [(x, y) for x in (-ENDS, ENDS) for y in (-HALF, HIGHEST)]
+    frame = np.vstack([Affine2D().rotate_deg(angle).transform(corners), (left + GROUND, foot - 2 * RISE)])
+    axes.set_xlim(frame[:, 0].min(), frame[:, 0].max())
+    axes.set_ylim(frame[:, 1].min(), frame[:, 1].max())
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+
+
+def _path(axes: Axes, study: Study, motions: Motions, row: int) -> None:
+    """Draw the distance of the ball from the bottom membrane over one period."""
+    device = study.solution.device
+    length = float(device.length_m)  # of a design point, which has all inputs
+    time, distance = path(motions, row, device.period_ratio)
+    axes.axhline(0.0, **BOTTOM_MEMBRANE)
+    axes.axhline(length, **TOP_MEMBRANE)
+    axes.plot(time, length * distance, **BALL)
+    axes.plot([time[0], time[-1]], [0.0, 0.0], **BOTTOM_IMPACT)
+    axes.plot([time[SAMPLES]], [length], **TOP_IMPACT)
+    axes.set_xlim(-0.03 * time[-1], 1.03 * time[-1])
+    axes.set_xticks(*round_ticks(0.0, float(time[-1]), WIDTH))
+    axes.set_xlabel(TIME)
+    axes.set_ylabel("ball from the bottom membrane [m]")
+    fit_vertically([axes])

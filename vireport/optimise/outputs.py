@@ -1,0 +1,182 @@
+"""What a search for the best design comes to, as text, JSON, a figure, and a scenario that runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from vireport.optimise.search import Point, Result
+from vireport.scenario import Objective
+from vireport.study import Provenance, json_bytes
+from vireport.text import Table, capital, numbers, plain_text, significant, texts
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NAMES = "best.yaml", "optimise.json", "front.png"
+"""Files that a search may write."""
+
+
+def files(result: Result, provenance: Provenance) -> dict[str, bytes]:
+    """The files of a search by their names; the best design is there where there is one."""
+    written = {"optimise.json": optimise_json(result, provenance)}
+    if result.best is not None:
+        written["best.yaml"] = result.problem.scenario_text(result.best.t).encode()
+    if len(result.front) > 1:
+        from vireport.figures import png_of
+
+        written["front.png"] = png_of(figure_front(result))
+    return written
+
+
+def optimise_json(result: Result, provenance: Provenance) -> bytes:
+    """The result as JSON, one top-level key a line."""
+    problem, evidence = result.problem, result.evidence
+    return json_bytes(
+        {
+            "schema_version": 1,
+            "objective": problem.objective,
+            "unit": problem.objective.unit,
+            "best": _data(result, result.best),
+            "nearest": _data(result, result.nearest),
+            "front": [_data(result, point) for point in result.front],
+            "evidence": {
+                "cells": list(evidence.counts),
+                "stable": evidence.stable,
+                "within_limits": evidence.within,
+                "best_cell": evidence.best_cell,
+                "largest_step": evidence.step,
+                "no_cell_has_margin_percent": None if evidence.widest is None else 100 * evidence.widest,
+                "cells_elsewhere": evidence.elsewhere,
+            },
+            "provenance": provenance.to_dict(),
+        }
+    )
+
+
+def _data(result: Result, point: Point | None) -> dict[str, Any] | None:
+    if point is None:
+        return None
+    return {
+        "inputs": dict(zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)),
+        "value": point.value if isfinite(point.value) else None,
+        "margin_percent": 100 * point.margin if isfinite(point.margin) else None,
+        "requirements": [criterion.to_dict() | {"line": None} for criterion in point.study.criteria],
+        "alerts": [alert.to_dict() for alert in point.study.alerts],
+    }
+
+
+def shortcoming(result: Result) -> str:
+    """What is in the way of the requirements, and by how much; "" where they are met."""
+    if result.best is not None:
+        return ""
+    if result.nearest is None:
+        return "no design in the ranges has a stable 1:1 motion"
+    failed = [
+        f"{one.title} ({one.limit.text}): {one.outcome.text}"
+        + (f" (margin {one.margin_text})" if one.margin_text else "")
+        for one in result.nearest.study.criteria
+        if not one.passed
+    ]
+    return f"no design found in the ranges meets the requirements; the nearest fails {'; '.join(failed)}"
+
+
+def text(result: Result) -> str:
+    """The result for a terminal."""
+    return plain_text(_parts(result)) + "\n"
+
+
+def _parts(result: Result) -> Iterator[str | Table]:
+    problem, best = result.problem, result.best
+    point = best if best is not None else result.nearest
+    if best is None:
+        yield f"{capital(shortcoming(result))}."
+    else:
+        margin = f"; smallest margin {significant(100 * best.margin, 4)} %" if isfinite(best.margin) else ""
+        found = f"{problem.objective.words} {_in_unit(result, best.value, 8)}"
+        yield f"Best design: {found}{'' if problem.objective is Objective.MARGIN else margin}."
+    if point is not None:
+        rows = tuple(
+            (one.path.value, significant(value, 10), *map(significant, sorted((one.from_, one.to))))
+            for one, value in zip(problem.design.vary, problem.values(point.t).tolist(), strict=True)
+        )
+        caption = "The best design" if best is not None else "The nearest design"
+        yield Table(caption, (*texts("Input"), *numbers("Value", "From", "To")), rows)
+        if point.study.alerts:
+            yield f"Alerts: {'; '.join(f'{alert.code} {alert.title}' for alert in point.study.alerts)}."
+    yield _evidence_text(result)
+    if len(result.front) > 1:
+        yield _front_table(result)
+
+
+def _in_unit(result: Result, value: float, digits: int) -> str:
+    """A value of the objective with its unit."""
+    return f"{significant(value, digits)} {result.problem.objective.unit}".rstrip()
+
+
+def _evidence_text(result: Result) -> str:
+    """What was evaluated, what follows from it, and what does not."""
+    evidence = result.evidence
+    said = (
+        f"Evaluated: {' x '.join(map(str, evidence.counts))} designs on a grid, by the closed form; {evidence.stable} "
+        f"have a stable motion, {evidence.within} of them meet the limits on voltage, energy and shaker."
+    )
+    if evidence.widest is not None:
+        said += f" None of these has a margin of {significant(100 * evidence.widest, 4)} %."
+    if evidence.best_cell is None:
+        return said
+    others = "No other part" if not evidence.elsewhere else f"{evidence.elsewhere} other parts"
+    return (
+        f"{said} No cell that meets all requirements has more than {_in_unit(result, evidence.best_cell, 8)}; around "
+        f"the best design neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} of the "
+        "grid may hold a better design, by the differences between neighbouring cells, to first order; what is "
+        "narrower than a cell may be missed."
+    )
+
+
+def _front_table(result: Result) -> Table:
+    """The best designs for rising margins, and what each per cent of margin costs."""
+    objective = result.problem.objective
+    rows = [
+        tuple(significant(value, 7) for value in (100 * point.margin, point.value, *result.problem.values(point.t)))
+        for point in result.front
+    ]
+    rows = [(*row[:2], cost, *row[2:]) for row, cost in zip(rows, ("", *map(significant, _costs(result))), strict=True)]
+    unit = f" [{objective.unit}]" if objective.unit else ""
+    head = ("margin [%]", f"{objective.words}{unit}", f"cost of 1 %{unit}")
+    caption = f"What margin costs: the largest {objective.words} for each smallest margin"
+    return Table(caption, numbers(*head, *result.problem.paths), tuple(rows))
+
+
+def _costs(result: Result) -> list[float]:
+    """What a per cent of margin costs between the designs of the front."""
+    return [
+        (before.value - after.value) / (100 * (after.margin - before.margin))
+        for before, after in pairwise(result.front)
+    ]
+
+
+def figure_front(result: Result) -> Figure:
+    """The largest objective against the smallest margin in any input, with the margin that is required."""
+    from vireport.figures import Color, blank, finished, style
+
+    objective, share = result.problem.objective, result.problem.share
+    with style():
+        figure, panels = blank(1)
+        axes = panels[0, 0]
+        margins, values = zip(*((100 * point.margin, point.value) for point in result.front), strict=True)
+        axes.plot(margins, values, color=Color.BLUE, marker="o")
+        if share:
+            axes.axvline(100 * share, color=Color.VERMILION, linestyle="--")
+        axes.set_xlabel("smallest margin to the end of stable motion, in any input [%]")
+        axes.set_ylabel(f"{objective.words} [{objective.unit}]")
+        low, high = (significant(cost(_costs(result)), 3) for cost in (min, max))
+        lines: list[tuple[str, str]] = [(f"1 % of margin costs {low} to {high} {objective.unit}", Color.BLUE)]
+        lines += [("dashed: the margin that is required", Color.VERMILION)] if share else []
+        return finished(figure, HEIGHT, lines, [])
+
+
+HEIGHT = 3.0
+"""Of the figure under its heading [in]."""

@@ -1,0 +1,216 @@
+"""A design refined to where no change of its inputs makes it better, with the requirements as constraints.
+
+Margins and their derivatives are exact, of the closed form; the other derivatives are central differences of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.analysis import design_point
+from vireport.errors import NumericalError
+from vireport.optimise.cells import OF_MOTION, evaluate
+from vireport.optimise.problem import Problem, design_input
+from vireport.scenario import DesignInput, Objective
+
+Floats = NDArray[np.float64]
+
+STEP = 1e-5
+"""Of the differences, as a share of an input's range: rounding and bend leave them wrong by some 1e-8."""
+
+INSIDE = 1e-9
+"""How far inside its limits a design is kept, over each limit: more than error bounds and the solver leave open."""
+
+ROUNDS, ITERATIONS, SETTLED = 8, 15, 1e-9
+"""Most rounds, each in a window around the best design so far, most steps of a round, and the relative gain up to which
+a round ends the search."""
+
+AT_END = 1e-12
+"""Share of a range within which a value is its end."""
+
+WINDOW = 2.0
+"""Half the width of a window, in spacings of the grid."""
+
+OUTSIDE = -1.0
+"""Stands for the slack of a design that has no stable motion, or whose margins are not resolved."""
+
+
+@dataclass(frozen=True, slots=True)
+class Linear:
+    """Objective and constraints of a design with their gradients; constraints are met from 0 on, margins first."""
+
+    value: float
+    slope: Floats
+    slack: Floats
+    slopes: Floats
+
+
+@dataclass(slots=True, eq=False)
+class Search:
+    """A local search: the problem, and the best design that it has met.
+
+    Attributes
+    ----------
+    problem : Problem
+    lifted : ndarray
+        1 for the constraints of which the least is to be maximised, else 0; the objective is, where none is lifted.
+    best : ndarray or None
+    score : float
+        What is to be maximised, at the best.
+    known : dict
+        What is known of designs, by their bytes.
+    """
+
+    problem: Problem
+    lifted: Floats
+    best: Floats | None = None
+    score: float = -np.inf
+    known: dict[bytes, Linear] = field(default_factory=dict)
+
+    def linear(self, t: Floats) -> Linear:
+        """Objective and constraints at a design, computed once."""
+        key = t.tobytes()
+        if key not in self.known:
+            self.known[key] = one = _linear(self.problem, t)
+            lifted = self.lifted > 0
+            score = float(one.slack[lifted].min()) if lifted.any() else one.value
+            if np.isfinite(score) and score > self.score and bool((one.slack[~lifted] >= 0).all()):
+                self.best, self.score = t.copy(), score
+        return self.known[key]
+
+
+SLOTS = tuple((varied, sign) for varied in DesignInput for sign in (-1, 1))
+"""Where margins are: each input, below and above its value."""
+
+
+def refine(problem: Problem, start: Floats, spacing: Floats, worst_case: bool = False) -> Floats | None:
+    """Refine a design by sequential quadratic programming.
+
+    Parameters
+    ----------
+    problem : Problem
+    start : ndarray, shape (inputs,)
+    spacing : ndarray
+        Of the grid that it comes from, as shares of the ranges.
+    worst_case : bool
+        Whether the requirement that is farthest from being met is to come as near as possible, whatever the objective.
+
+    Returns
+    -------
+    ndarray or None
+        None where nothing that meets the requirements was found.
+    """
+    by_margin = problem.objective is Objective.MARGIN
+    if by_margin and not problem.share:
+        problem = problem.with_margin(0.0)
+    margins = len(SLOTS) * len(problem.margins)
+    lifted = np.full(margins + OF_MOTION + len(problem.limits), float(worst_case))
+    if by_margin:
+        lifted[margins - len(SLOTS) : margins] = 1.0  # to critical points of any kind
+    search = Search(problem, lifted)
+    search.linear(start)
+    centre = start
+    for _ in range(ROUNDS):
+        before = search.score
+        bounds = np.clip(centre - WINDOW * spacing, 0, 1), np.clip(centre + WINDOW * spacing, 0, 1)
+        _round(search, centre, bounds)
+        if search.best is None or search.score <= before + SETTLED * max(abs(before), SETTLED):
+            break
+        centre = search.best
+    return search.best
+
+
+def _round(search: Search, start: Floats, bounds: tuple[Floats, Floats]) -> None:
+    """One run of the solver in a window; what it meets on the way is recorded."""
+    from scipy.optimize import minimize  # type: ignore[import-untyped]
+
+    first = search.linear(start)
+    lifted, auxiliary = search.lifted, bool(search.lifted.any())
+    scale = abs(first.value) if np.isfinite(first.value) and first.value and not auxiliary else 1.0
+    width = bounds[1] - bounds[0]
+
+    # In the unit cube of the window, with the auxiliary variable where there is one.
+    def at(x: Floats) -> Linear:
+        t = bounds[0] + width * x[: len(start)]
+        return search.linear(np.where(t < AT_END, 0.0, np.where(t > 1 - AT_END, 1.0, t)))
+
+    def value(x: Floats) -> tuple[float, Floats]:
+        if auxiliary:
+            return -float(x[-1]), np.append(np.zeros(len(start)), -1.0)
+        one = at(x)
+        return (-one.value / scale, -one.slope * width / scale) if np.isfinite(one.value) else (0.0, 0 * width)
+
+    def slack(x: Floats) -> Floats:
+        return at(x).slack - INSIDE - (lifted * x[-1] if auxiliary else 0.0)
+
+    def slopes(x: Floats) -> Floats:
+        own = at(x).slopes * width
+        return np.column_stack([own, -lifted]) if auxiliary else own
+
+    x = np.where(width > 0, (start - bounds[0]) / np.where(width > 0, width, 1.0), 0.0)
+    limits: list[Any] = [(0.0, 1.0)] * len(start)
+    if auxiliary:
+        x, limits = np.append(x, first.slack[lifted > 0].min()), [*limits, (None, None)]
+    minimize(
+        value,
+        x,
+        jac=True,
+        method="SLSQP",
+        bounds=limits,
+        constraints={"type": "ineq", "fun": slack, "jac": slopes},
+        options={"maxiter": ITERATIONS, "ftol": SETTLED / 10},
+    )
+
+
+def _linear(problem: Problem, t: Floats) -> Linear:
+    """Evaluate a design and its neighbours; margins exactly, with their derivatives."""
+    low, high = np.clip(t - STEP, 0, 1), np.clip(t + STEP, 0, 1)
+    beside = [np.where(np.arange(len(t)) == k, end, t) for end in (low, high) for k in range(len(t))]
+    cells = evaluate(problem, np.array([t, *beside]))
+    width = (high - low)[:, None]
+    count, n = cells.slack.shape[1], len(t)
+    margin_slack, margin_slopes = _margins(problem, t)
+    if not cells.stable.all() or not np.isfinite(margin_slack).all():
+        nothing = len(margin_slack) + count
+        return Linear(np.nan, np.zeros(n), np.full(nothing, OUTSIDE), np.zeros((nothing, n)))
+    slopes = (cells.slack[1 + n :] - cells.slack[1 : 1 + n]) / width
+    slope = (cells.value[1 + n :] - cells.value[1 : 1 + n]) / width[:, 0]
+    value = float(cells.value[0])
+    return Linear(
+        value, slope, np.concatenate([margin_slack, cells.slack[0]]), np.concatenate([margin_slopes, slopes.T])
+    )
+
+
+def _margins(problem: Problem, t: Floats) -> tuple[Floats, Floats]:
+    """Slack of the margins required, in each of `SLOTS`, as shares, and their gradients; NaN where not resolved."""
+    count, n = len(SLOTS) * len(problem.margins), len(t)
+    slack, slopes = np.ones(count), np.zeros((count, n))
+    if not count:
+        return slack, slopes
+    device, _ = problem.at(t)
+    try:
+        with np.errstate(all="ignore"):  # where a polish leaves the range of doubles, it fails and says so
+            point = design_point(device, None)
+    except (NumericalError, ArithmeticError):
+        return np.full(count, np.nan), slopes
+    if point.unresolved or not point.motions.stable.any():
+        return np.full(count, np.nan), slopes
+    for which, (kinds, share) in enumerate(problem.margins):
+        slack[which * len(SLOTS) :][: len(SLOTS)] -= share
+        for one in reversed(point.endings(*kinds)):  # the nearest last, so that it is the one that stays
+            if one.relative is None:
+                continue
+            sign, value = (1 if one.distance > 0 else -1), float(getattr(device, one.parameter))
+            row = which * len(SLOTS) + SLOTS.index((one.parameter, sign))
+            slack[row] = abs(one.relative) - share
+            own = -one.sweep_value / value
+            derivatives = {**one.derivatives, one.parameter: own}
+            along = [
+                derivatives.get(varied) if varied is not None else 0.0 for varied in map(design_input, problem.paths)
+            ]
+            slopes[row] = [sign * (slope or 0.0) / value for slope in along] * problem.widths
+    return slack, slopes

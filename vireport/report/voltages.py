@@ -1,0 +1,128 @@
+"""Voltages of the stable motions at the design point and the ends of the stable ranges, and what the ball mass does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vireport.analysis import CriticalPoint, Solution
+from vireport.physics import Membrane, Voltages, voltages
+
+MASS_FACTORS = (0.5, 1.0, 2.0)
+"""Of the ball mass, for what the voltage makes of it."""
+
+PUBLISHED_MASS_RATIO = 0.2
+"""m/M in published code for this device."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A stable motion with its voltages.
+
+    Attributes
+    ----------
+    at_design : bool
+        Whether it is one of the design point; else it is an end of a stable range.
+    point : CriticalPoint or None
+        What ends the range; None where the sweep does.
+    swept : float
+        The swept parameter.
+    d : float
+    speed_bottom, speed_top : float
+        Impact speeds [m/s].
+    bottom_v, top_v, average_v : float
+        Gain over the bias [V].
+    deflection_m : float
+        Of the membrane that is struck harder [m].
+    """
+
+    at_design: bool
+    point: CriticalPoint | None
+    swept: float
+    d: float
+    speed_bottom: float
+    speed_top: float
+    bottom_v: float
+    top_v: float
+    average_v: float
+    deflection_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class MassEffect:
+    """Voltage and deflection with another ball mass.
+
+    Attributes
+    ----------
+    factor : float or None
+        Of the scenario's mass; None for `PUBLISHED_MASS_RATIO` of the capsule's.
+    mass_kg, deflection_m, average_v : float
+    """
+
+    factor: float | None
+    mass_kg: float
+    deflection_m: float
+    average_v: float
+
+
+def places(solution: Solution) -> list[Place]:
+    """The stable motions at the design point, then those at the ends of the stable ranges; empty without a membrane."""
+    if solution.membrane is None:
+        return []
+    found = []
+    if solution.design is not None:
+        x = solution.design.motions
+        for row in np.nonzero(x.stable)[0]:
+            state = float(x.d[row]), float(x.velocity_bottom[row]), float(x.velocity_top[row])
+            found.append(_place(solution, solution.membrane, True, None, solution.design.value, *state))
+    for part in solution.stable_ranges:
+        for value, point in part.ends:
+            motions = _at(solution, value)
+            found += [_place(solution, solution.membrane, False, point, value, *state) for state in motions]
+    return found
+
+
+def _place(
+    solution: Solution,
+    membrane: Membrane,
+    at_design: bool,
+    point: CriticalPoint | None,
+    value: float,
+    d: float,
+    bottom: float,
+    top: float,
+) -> Place:
+    unit = float(solution.device.velocity_unit(solution.parameter, value))
+    speeds = unit * bottom, -unit * top
+    gain = _voltages(*speeds, membrane)
+    volts = float(gain.bottom_v), float(gain.top_v), float(gain.average_v)
+    return Place(at_design, point, value, d, *speeds, *volts, float(gain.deflection_m))
+
+
+def _voltages(speed_bottom: float, speed_top: float, membrane: Membrane) -> Voltages:
+    return voltages(np.array(speed_bottom), np.array(speed_top), membrane)
+
+
+def _at(solution: Solution, value: float) -> Iterator[tuple[float, float, float]]:
+    """Motions with which a stable stretch of a branch begins or ends; of mirror images the first."""
+    for branch in solution.branches:
+        x = branch.motions
+        for part in branch.segments():
+            for row in (part.first, part.last):
+                if part.stable and branch.mirror_of is None and float(x.sweep_value[row]) == value:
+                    yield float(x.d[row]), float(x.velocity_bottom[row]), float(x.velocity_top[row])
+
+
+def mass_effects(solution: Solution) -> list[MassEffect]:
+    """What the ball mass makes of the voltage of the first stable motion; empty where there is none."""
+    membrane, found = solution.membrane, places(solution)
+    if membrane is None or not found:
+        return []
+    masses = [(factor, factor * membrane.ball_mass_kg) for factor in MASS_FACTORS]
+    effects = []
+    for factor, mass in [*masses, (None, PUBLISHED_MASS_RATIO * solution.device.capsule_mass_kg)]:
+        gain = _voltages(found[0].speed_bottom, found[0].speed_top, replace(membrane, ball_mass_kg=mass))
+        effects.append(MassEffect(factor, mass, float(gain.deflection_m), float(gain.average_v)))
+    return effects
