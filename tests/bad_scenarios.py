@@ -253,7 +253,12 @@ UNKNOWN = (
         "gravity: 9.81",
         "did you mean 'gravity_m_s2'? (allowed: schema_version, title, device,",
     ),
-    key(14, "simulation.periods", "simulation: {periods: 100}", "unknown key (allowed in simulation: samples, starts,"),
+    key(
+        14,
+        "simulation.periods",
+        "simulation: {periods: 100}",
+        "unknown key; did you mean 'motions.periods'? (allowed in simulation: ",
+    ),
     key(14, "simulation.samples", "simulation: {samples: 1}", "got 1, which is too small (a whole number from 2 to"),
     key(14, "simulation.samples", "simulation: {samples: 4.0}", "got 4.0; write 4"),
     key(14, "simulation.samples", "simulation: {samples: true}", "which is not a number"),

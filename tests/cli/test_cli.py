@@ -168,7 +168,7 @@ def test_plan_says_what_runs_and_what_is_left_out(example) -> None:
     full = vireport("plan", str(example("horizontal"))).stdout.decode()
     skipped = {line.split()[1]: line for line in full.splitlines() if line.startswith("skip")}
     assert "thickness_m" in skipped.pop("conversion")
-    blocks = {"accuracy": "accuracy", "compliant": "accuracy", "tolerances": "tolerances"}
+    blocks = {"accuracy": "accuracy", "compliant": "accuracy", "tolerances": "tolerances", "motions": "motions"}
     assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", *blocks}
     for name, line in skipped.items():
         assert f"no {blocks.get(name, 'simulation')} block" in line

@@ -216,6 +216,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
         "period_ratio": 1,
         "sweep": None,
         "simulation": None,
+        "motions": None,
         "accuracy": None,
         "tolerances": None,
         "requirements": None,

@@ -29,6 +29,7 @@ from vireport.analysis.margins import HIGHEST_RESTITUTION, Margin
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
 from vireport.analysis.orbits import Flight, Orbits, coefficients, orbits
 from vireport.analysis.pointwise import PointwiseMotions, find_motions
+from vireport.analysis.roots import bracketed_root
 from vireport.analysis.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 from vireport.analysis.solution import SMALLEST_LOSS, Solution, solution_of
 from vireport.analysis.stability import (
@@ -75,6 +76,7 @@ __all__ = [
     "Sweep",
     "TableRow",
     "around_length",
+    "bracketed_root",
     "classify",
     "coefficients",
     "contact_share",

@@ -20,7 +20,7 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
     simulated : Simulated, optional
         Motions from a simulation, drawn over the analytic ones.
     """
-    drawn = [*_along_sweep(study, simulated), *_simulated(study), *_device(study), *_margins(study)]
+    drawn = [*_along_sweep(study, simulated), *_simulated(study), *_atlas(study), *_device(study), *_margins(study)]
     drawn += measured_pictures(study)
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
@@ -58,6 +58,14 @@ def _simulated(study: Study) -> Iterator[Picture]:
         about = study, points, check.values
         words = bifurcation.diagram_caption(*about), bifurcation.diagram_alt(*about)
         yield Picture(name, bifurcation.TITLE, *words, bifurcation.figure_diagram(*about, check.d))
+
+
+def _atlas(study: Study) -> Iterator[Picture]:
+    """The families of motions of all impact sequences."""
+    if study.plan.runs(Task.FIGURE_ATLAS) and study.atlas is not None:
+        from vireport.figures import atlas
+
+        yield atlas.picture(study, study.atlas)
 
 
 def _device(study: Study) -> Iterator[Picture]:

@@ -281,6 +281,14 @@ class Report:
         work = self.study.work
         return ranking(work) if work is not None and work.benchmark is not None else iter(())
 
+    def families(self) -> Table | None:
+        """The families of motions of other impact sequences."""
+        if self.study.atlas is None:
+            return None
+        from vireport.report.motions import families_table
+
+        return families_table(self.study, self.study.atlas)
+
     def compliant(self) -> Iterator[str | Table]:
         """The motion with compliant membranes beside the rigid model."""
         return comparison_with_rigid(self.study.compliance) if self.study.compliance is not None else iter(())

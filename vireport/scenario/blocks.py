@@ -281,6 +281,13 @@ class Requirements(Block):
     )
 
 
+class Motions(Block):
+    """The families of motions with other sequences of impacts than one on each membrane."""
+
+    impacts: int = _key(6, "Impacts", "1", "Most impacts in one period of a motion.", ge=1, le=16)
+    periods: int = _key(4, "Periods", "1", "Most forcing periods that a motion takes.", ge=1, le=16)
+
+
 def _off(varied: DesignInput, most: float = LARGEST) -> Any:
     unit = {"\u00b0": "deg", "": "1"}.get(varied.unit, varied.unit)
     title = f"{varied.quantity.capitalize()} \u00b1"
@@ -469,6 +476,9 @@ class Scenario(Block):
     )
     simulation: Simulation | None = _key(
         None, "Simulation", "", "The simulation beside the solution. Left out, nothing is simulated."
+    )
+    motions: Motions | None = _key(
+        None, "Motions", "", "Motions with other sequences of impacts along the sweep. Left out, none is followed."
     )
     accuracy: Accuracy | None = _key(
         None, "Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."

@@ -45,6 +45,7 @@ class Task(StrEnum):
     FIGURE_4 = "figure-4", "figure 4: Delta and the eigenvalues"
     FIGURE_7 = "figure-7", "figure 7: voltages"
     SIMULATION = "simulation", "simulation of the sampled motions"
+    MOTIONS = "motions", "families of motions of other impact sequences"
     FIGURE_3 = "figure-3", "figure 3: phase portraits and time series"
     FIGURE_6 = "figure-6", "figure 6: displacement of the capsule's ends and of the ball"
     ACCURACY = "accuracy", "error against run time of several methods"
@@ -54,6 +55,7 @@ class Task(StrEnum):
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
+    FIGURE_ATLAS = "figure-atlas", "families of motions of all impact sequences"
     REQUIREMENTS = "requirements", "the acceptance table"
     OPTIMISE = "optimise", "the best design"
     HTML = "html", "output: report.html"
@@ -70,7 +72,7 @@ class Task(StrEnum):
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS),
-    *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM),
+    *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_ATLAS),
 )
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
@@ -152,6 +154,7 @@ SIMULATION = Condition(lambda x, _: x.simulation, "the scenario has no simulatio
 PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
 DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
+MOTIONS = Condition(lambda x, _: x.motions, "the scenario has no motions block")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
 TOLERANCES = Condition(lambda x, _: x.tolerances, "the scenario has no tolerances block")
@@ -179,6 +182,7 @@ STEPS = (
     Row(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
     Row(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     Row(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
+    Row(Task.MOTIONS, (MOTIONS, SWEEP), "the scenario has a motions block"),
     Row(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     Row(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
@@ -186,6 +190,7 @@ STEPS = (
     Row(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
     Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
+    Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "the scenario has a motions block", (MOTIONS,)),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
@@ -219,6 +224,9 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 what = _cost(scenario)
             elif runs and row.task is Task.ACCURACY:
                 what = _methods()
+            elif runs and row.task is Task.MOTIONS and (limits := scenario.motions):
+                most = f"at most {limits.impacts} impacts in {limits.periods} forcing periods"
+                what = f"{Task.MOTIONS.what}, {most}: seconds to minutes"
             steps.append(Step(row.task, runs, what, why))
     return Plan(tuple(steps))
 

@@ -30,7 +30,7 @@ from vireport.analysis import (
     undecided,
 )
 from vireport.gate import SWEEP_END
-from vireport.physics import Conversion, Fitting, Shaker, Voltages
+from vireport.physics import Conversion, Fitting, Membrane, Shaker, Voltages
 from vireport.scenario import Scenario, to_dict
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study
@@ -38,6 +38,7 @@ from vireport.text import inert_cell
 
 if TYPE_CHECKING:
     from vireport.gate import Criterion
+    from vireport.sequences import Atlas
     from vireport.simulation import Attractor
     from vireport.tolerances import Failure, Tolerances
     from vireport.trust import Compliance, CrossCheck, MotionCount, WorkPrecision
@@ -73,6 +74,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "fits_membrane": _fitting(solution.fitting),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
         "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
+        "families": None if study.atlas is None else _families(study.atlas, study.solution.membrane),
         "accuracy": None if study.work is None else _accuracy(study.work),
         "compliant": None if study.compliance is None else _compliant(study.compliance),
         "certificates": None if study.certificates is None else [asdict(proof) for proof in study.certificates],
@@ -422,6 +424,12 @@ def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any
         "lyapunov": exponent if finite else None,
         "error_bounds": {"multiplier": bound, "lyapunov": rate},
     }
+
+
+def _families(atlas: Atlas, membrane: Membrane | None) -> list[dict[str, Any]]:
+    from vireport.sequences import families_data
+
+    return families_data(atlas, membrane)
 
 
 def _accuracy(work: WorkPrecision) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from vireport.text import bounded, html_table, significant, visible
 
 if TYPE_CHECKING:
     from vireport.proofs import Certificate
+    from vireport.sequences import Atlas
     from vireport.tolerances import Tolerances
     from vireport.trust import Compliance, CrossCheck, Reproduction, WorkPrecision
 
@@ -39,6 +40,8 @@ class Study:
         What the analytic theory says.
     crosscheck : CrossCheck or None
         What the simulation found.
+    atlas : Atlas or None
+        The families of motions of other impact sequences.
     work : WorkPrecision or None
         Error against run time of several methods.
     compliance : Compliance or None
@@ -55,6 +58,7 @@ class Study:
     plan: Plan
     solution: Solution
     crosscheck: CrossCheck | None = None
+    atlas: Atlas | None = None
     work: WorkPrecision | None = None
     compliance: Compliance | None = None
     tolerances: Tolerances | None = None
@@ -189,6 +193,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     study = Study(loaded, steps, solution)
     if scenario.simulation is not None:
         study = _with_simulation(study, scenario.simulation, progress)
+    if scenario.motions is not None and steps.runs(Task.MOTIONS):
+        study = _with_motions(study, scenario.motions, progress)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
     if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
@@ -202,6 +208,20 @@ def _with_simulation(study: Study, asked: blocks.Simulation, progress: Progress 
     from vireport.trust import crosscheck
 
     return replace(study, crosscheck=crosscheck(study.solution, asked, progress))
+
+
+def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None) -> Study:
+    from vireport.sequences import Limits, atlas, motion_of_cycle
+
+    sweep, check = study.solution.sweep, study.crosscheck
+    if sweep is None:
+        return study
+    if progress is not None:
+        progress("following motions of other impact sequences")
+    pairs = [] if check is None else zip(sweep.coordinate_of(check.values), check.found, strict=True)
+    cycles = ((float(at), end.cycle) for at, ends in pairs for end in ends)
+    simulated = (motion_of_cycle(cycle, at) for at, cycle in cycles if cycle is not None and not cycle.sticks)
+    return replace(study, atlas=atlas(sweep, Limits(asked.impacts, asked.periods), simulated))
 
 
 def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | None) -> Study:

@@ -1,0 +1,212 @@
+"""The conditions of motions with any sequence of impacts, against differences, the simulation and 40 digits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vireport import load, reference
+from vireport.analysis import Held, Level, solve
+from vireport.reference import mp, mpf
+from vireport.scenario import Parameter
+from vireport.sequences import (
+    Event,
+    Limits,
+    Model,
+    Motion,
+    Sequence,
+    atlas,
+    linearised,
+    motion_of_cycle,
+    residuals,
+    trace,
+    turns,
+)
+from vireport.sequences.surface import three_impacts
+from vireport.simulation import Impact, find_attractor, simulate
+from vireport.study.study import sweep_of
+
+WORDS = "B", "BT", "BBT", "BTT", "BBTT", "BBTBT"
+LEVELS = Level(Held.GBAR, 0.2), Level(Held.RATIO, 1.7), Level(Held.D, 0.4)
+SIMULATED = {"BT": (0.46, 0.2876, 0.5), "BTBT": (0.405, 0.2876, 0.5), "BBT": (0.187, 0.122, 0.5)}
+"""Words with d, gbar and r at which there is a stable motion."""
+
+
+def walls(word: str) -> tuple[int, ...]:
+    return tuple(1 if letter == "B" else -1 for letter in word)
+
+
+@pytest.mark.parametrize("word", WORDS)
+@pytest.mark.parametrize("level", LEVELS)
+def test_derivatives_are_those_of_the_conditions(word: str, level: Level):
+    rng, sequence = np.random.default_rng(len(word)), Sequence(walls(word), 2)
+    count = len(word)
+    x = np.concatenate([rng.uniform(0.2, 1, count), np.sort(rng.uniform(0, 4, count)), [0.3]])
+    model = Model(level, 0.6)
+    values, matrix = linearised(sequence, x, model)
+    np.testing.assert_allclose(values, residuals(sequence, x.tolist(), model), atol=1e-14)
+    step = 1e-5
+    for i, unit in enumerate(np.eye(len(x)) * step):
+        ahead, behind = (np.array(residuals(sequence, (x + way * unit).tolist(), model)) for way in (1, -1))
+        np.testing.assert_allclose(matrix[:, i], (ahead - behind) / (2 * step), atol=1e-8)
+
+
+@cache
+def simulated(word: str) -> Motion:
+    """A stable motion, found by simulation."""
+    d, gbar, r = SIMULATED[word]
+    starts = (Impact(1, velocity, phase) for velocity in (0.5, 0.8, 0.9, 0.3) for phase in np.linspace(0, 6, 13))
+    ends = (find_attractor(d, gbar, r, start, 5_000).cycle for start in starts)
+    return motion_of_cycle(next(cycle for cycle in ends if cycle is not None and cycle.word == word), d)
+
+
+@pytest.mark.parametrize("word", SIMULATED)
+def test_simulated_motions_solve_the_conditions(word: str):
+    motion, (d, gbar, r) = simulated(word), SIMULATED[word]
+    x = [*motion.velocity, *motion.time, d]
+    assert max(map(abs, residuals(motion.sequence, x, Model(Level(Held.GBAR, gbar), r)))) < 1e-13
+    assert motion.sequence.word == word
+    assert all(turn.gap > 0 for turn in turns(motion, d, gbar, r))
+
+
+@pytest.mark.parametrize("word", SIMULATED)
+def test_multipliers_are_those_of_the_simulated_return_map(word: str):
+    motion, (d, gbar, r) = simulated(word), SIMULATED[word]
+    step, count, wall = 1e-6, len(word), motion.sequence.walls[0]
+    columns = []
+    for unit in np.eye(2) * step:
+        ends = []
+        for way in (1, -1):
+            velocity, phase = float(motion.velocity[0] + way * unit[0]), float(motion.phase[0] + way * unit[1])
+            path = simulate(d, gbar, r, Impact(wall, velocity, phase), count)
+            ends.append(np.array([path.velocity[-1], path.phase[-1]]))
+        columns.append((ends[0] - ends[1]) / (2 * step))
+    matrix, x = np.stack(columns, axis=1), [*motion.velocity, *motion.time, d]
+    found = trace(motion.sequence, x, Model(Level(Held.GBAR, gbar), r))
+    assert found == pytest.approx(np.trace(matrix), rel=1e-6)
+    assert np.linalg.det(matrix) == pytest.approx(r ** (2 * count), rel=1e-4)
+
+
+def test_turning_points_tell_motions_from_solutions_that_pass_through_a_membrane(example):
+    sweep = replace(sweep_of(load(example("inclined")).scenario), start=0.06)
+    decided, gbar = [], float(sweep.level.value)
+    for branch in solve(sweep).branches:
+        m = branch.motions
+        for row in range(1, len(m) - 1, 5):
+            time = m.phi_bottom[row] / np.pi + np.array([0, 2 * m.q[row]])
+            velocity = np.array([m.velocity_bottom[row], m.velocity_top[row]])
+            motion = Motion(Sequence((1, -1), 1), velocity, time, float(m.d[row]))
+            gaps = [turn.gap for turn in turns(motion, float(m.d[row]), gbar, m.restitution)]
+            assert all(gap > 0 for gap in gaps) == m.admissible[row]
+            decided.append(bool(m.admissible[row]))
+    assert {True, False} == set(decided)
+
+
+def test_a_motion_is_the_same_from_whichever_impact_it_is_counted():
+    sequence = Sequence(walls("BBTBT"), 3)
+    rng = np.random.default_rng(1)
+    motion = Motion(sequence, rng.uniform(0.1, 1, 5) * sequence.walls, np.sort(rng.uniform(0, 6, 5)), 0.3)
+    for i in range(5):
+        assert motion.distance(motion.rotated(i)) < 1e-14
+        assert motion.canonical().apart(motion.rotated(i).canonical()) < 1e-14
+    assert motion.distance(motion.mirrored()) == np.inf
+    assert motion.distance(motion.mirrored(), mirror=True) < 1e-14
+    assert motion.times(3).primitive().apart(motion) < 1e-14
+    assert motion.primitive() is motion
+
+
+def test_the_search_for_three_impacts_comes_close_to_a_simulated_motion():
+    motion, (d, gbar, r) = simulated("BBT"), SIMULATED["BBT"]
+    model = Model(Level(Held.GBAR, gbar), r)
+    starts = three_impacts(model, motion.sequence, 0.95 * d, 1.05 * d)
+    nearest = min(starts, key=motion.apart)
+    assert motion.apart(nearest) < 0.1
+    assert nearest.coordinate == pytest.approx(d, rel=0.1)
+
+
+def printed_maps(sequence: Sequence, x: list[Any], d: Any, gbar: Any, r: Any) -> list[Any]:
+    """Position and velocity at the end of each flight less those of the next impact, by the printed flight."""
+    values, count = [], len(sequence)
+    for i, wall in enumerate(sequence.walls):
+        j = (i + 1) % count
+        duration = x[count + j] - x[count + i] + (0 if j else 2 * sequence.periods)
+        z, speed = reference.flight(duration, wall * d / 2, -r * x[i], mp.pi * x[count + i], gbar)
+        values += [z - sequence.walls[j] * d / 2, speed - x[j]]
+    return values
+
+
+def printed_trace(sequence: Sequence, x: list[Any], d: Any, gbar: Any, r: Any) -> Any:
+    """Trace of the return map in (velocity, phase), each flight's derivatives by differences of the printed flight."""
+    count, step, product = len(sequence), mpf(10) ** -60, mp.eye(2)
+    for i, wall in enumerate(sequence.walls):
+        j = (i + 1) % count
+        duration = x[count + j] - x[count + i] + (0 if j else 2 * sequence.periods)
+        at = [duration, -r * x[i], mp.pi * x[count + i]]
+
+        def fly(t, after, phase, wall=wall):
+            return mp.matrix(reference.flight(t, wall * d / 2, after, phase, gbar))
+
+        by_time, by_speed, by_phase = (
+            (fly(*[v + step * (k == n) for k, v in enumerate(at)]) - fly(*at)) / step for n in range(3)
+        )
+        columns = []
+        for direction, turned in ((-r * by_speed, 0), (by_phase, 1)):
+            later = -direction[0] / by_time[0]
+            columns.append([direction[1] + by_time[1] * later, turned + mp.pi * later])
+        product = mp.matrix(columns).T * product
+    return product[0, 0] + product[1, 1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["inclined", "horizontal", "inclined-forcing"])
+def test_points_are_those_of_the_printed_maps_to_the_last_digit(name: str, example):
+    sweep, kinds = sweep_of(load(example(name)).scenario), set()
+    for vertex in atlas(sweep, Limits(6, 4)).vertices:
+        motion, event, r = vertex.point.motion, vertex.event, mpf(sweep.device.restitution)
+        if event is Event.PITCHFORK:
+            continue  # singular without its symmetry; that of the 1:1 motions is compared with theirs
+        sequence, count = motion.sequence, len(motion.sequence)
+        rest = int(np.argmin(np.abs(motion.velocity)))
+
+        def conditions(x, sequence=sequence, event=event, rest=rest, r=r):
+            d, gbar = reference.groups(sweep.device, sweep.parameter, x[-1])
+            if event is Event.GRAZING:
+                return [*printed_maps(sequence, x, d, gbar, r), x[rest]]
+            border = (1 + r ** (2 * len(sequence))) * (-1 if event is Event.PERIOD_DOUBLING else 1)
+            return [*printed_maps(sequence, x, d, gbar, r), printed_trace(sequence, x, d, gbar, r) - border]
+
+        with reference.precise(), mp.workdps(150):  # differences of differences
+            guess = [mpf(float(v)) for v in (*motion.velocity, *motion.time, vertex.point.sweep_value)]
+            exact = reference.newton(conditions, guess, [1] * (2 * count + 1))
+            assert abs(exact[-1] - guess[-1]) <= vertex.point.error_bound
+            assert max(abs(a - b) for a, b in zip(exact, guess, strict=True)) < 1e-15 * max(1, 2 * sequence.periods)
+        kinds.add(event)
+    assert Event.GRAZING in kinds or Event.FOLD in kinds
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["inclined", "horizontal", "inclined-forcing"])
+def test_motions_are_those_of_the_printed_maps_in_40_digits(name: str, example):
+    sweep = sweep_of(load(example(name)).scenario)
+    if sweep.parameter is Parameter.LENGTH:
+        sweep = replace(sweep, start=0.7 * sweep.start)
+    families = [family for family in atlas(sweep, Limits(6, 4)).families if len(family.sequence) > 2]
+    rng, r = np.random.default_rng(3), mpf(sweep.device.restitution)
+    for _ in range(25):
+        family = families[rng.integers(len(families))]
+        row = int(rng.integers(1, len(family.x) - 1))
+        sequence, given = family.sequence, [mpf(float(value)) for value in family.x[row, :-1]]
+        with reference.precise():
+            d, gbar = reference.groups(sweep.device, sweep.parameter, mpf(float(family.sweep_value[row])))
+            exact = reference.newton(
+                lambda x, sequence=sequence, d=d, gbar=gbar: printed_maps(sequence, x, d, gbar, r),
+                given,
+                [1] * len(given),
+            )
+            error = max(float(abs(a - b)) for a, b in zip(exact, given, strict=True))
+        # The nearer to a fold or pitchfork, the farther a residual of rounding moves the motion.
+        assert error * min(1.0, abs(1 + family.determinant - family.trace[row])) < 1e-13

@@ -1,0 +1,45 @@
+"""The table of families of motions of other impact sequences, and what they generate."""
+
+from __future__ import annotations
+
+from vireport.sequences import Atlas, Family, Mark, generation
+from vireport.study import Study
+from vireport.text import Table, numbers, significant, texts
+
+
+def families_table(study: Study, atlas: Atlas) -> Table:
+    """The families, the stable ones first, with the voltage in the middle of the longest stable range."""
+    swept = atlas.sweep.parameter
+    order = sorted(atlas.families, key=lambda family: not family.stable_runs)
+    rows = tuple((*_row(family), *_voltage(study, family)) for family in order)
+    columns = (
+        *texts("Word", "n:m"),
+        *numbers("Periods", f"{swept.symbol} [{swept.unit}]", "Stable"),
+        *texts("Begins", "Ends"),
+        *(numbers("U_ave [V]", "[V/s]") if study.solution.membrane is not None else ()),
+    )
+    return Table("Families of motions", columns, rows)
+
+
+def _row(family: Family) -> tuple[str, ...]:
+    def span(low: float, high: float) -> str:
+        return f"{significant(low, 6)} to {significant(high, 6)}"
+
+    stable = ", ".join(span(*part) for part in family.stable_ranges) or "nowhere"
+    whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()))
+    sequence, ends = family.sequence, map(_end, family.ends)
+    return (sequence.word, sequence.ratio, str(sequence.periods), whole, stable, *ends)
+
+
+def _end(mark: Mark) -> str:
+    return mark.vertex.label if mark.vertex is not None else mark.event.replace("_", " ")
+
+
+def _voltage(study: Study, family: Family) -> tuple[str, ...]:
+    """U_ave and voltage per second in the middle of the longest stable run, else of the family."""
+    membrane = study.solution.membrane
+    if membrane is None:
+        return ()
+    first, last = max(family.stable_runs, key=lambda run: run[1] - run[0], default=(0, len(family.x) - 1))
+    whole, row = generation(family, membrane), (first + last) // 2
+    return significant(float(whole.average_v[row]), 4), significant(float(whole.per_second_v[row]), 4)

@@ -1,0 +1,34 @@
+"""Motions with any sequence of impacts: followed along a sweep, with their events, and joined where they meet."""
+
+from vireport.sequences.atlas import atlas
+from vireport.sequences.continuation import Curve, Event
+from vireport.sequences.data import families_data
+from vireport.sequences.energy import Generation, generation
+from vireport.sequences.equations import Model, linearised, residuals, trace
+from vireport.sequences.families import Atlas, Family, Mark, Vertex
+from vireport.sequences.motions import Motion, Sequence, motion_of_cycle, turns
+from vireport.sequences.polish import PolishedPoint
+from vireport.sequences.switching import Limits
+
+__all__ = [
+    "Atlas",
+    "Curve",
+    "Event",
+    "Family",
+    "Generation",
+    "Limits",
+    "Mark",
+    "Model",
+    "Motion",
+    "PolishedPoint",
+    "Sequence",
+    "Vertex",
+    "atlas",
+    "families_data",
+    "generation",
+    "linearised",
+    "motion_of_cycle",
+    "residuals",
+    "trace",
+    "turns",
+]

@@ -1,0 +1,248 @@
+"""Every family of motions that is reached along a sweep, joined where families meet.
+
+Families are the edges of a graph, and what begins or ends them its vertices. Each start is followed to both ends of its
+family; at each event the families that meet there are starts again, until none is new.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from math import asin, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.analysis import Sweep, solve
+from vireport.sequences.continuation import Curve, Event, Point, Strand, follow
+from vireport.sequences.equations import Model
+from vireport.sequences.families import Atlas, Family, Mark, Vertex
+from vireport.sequences.motions import SAME, Motion, Sequence
+from vireport.sequences.polish import PolishedPoint, polished
+from vireport.sequences.surface import CELL, three_impacts
+from vireport.sequences.switching import Beginning, Limits, at_rest, neighbours, touching
+
+Floats = NDArray[np.float64]
+
+SAMPLES_OF_ONE = 9
+"""Values of the coordinate at which motions with one impact are looked for; each is in closed form."""
+
+LETTERS = {
+    Event.PERIOD_DOUBLING: "B", Event.FOLD: "C", Event.PITCHFORK: "C", Event.GRAZING: "G", Event.NODE_FOCUS: "A",
+}  # fmt: skip
+"""Of the labels, as for critical points of the 1:1 motions."""
+
+MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Event.ZERO_VELOCITY
+"""Events that are vertices."""
+
+
+def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atlas:
+    """Find and follow the families of motions along a sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    limits : Limits
+        Motions beyond them are left out.
+    simulated : iterable of Motion
+        Found otherwise, as further starts.
+    """
+    low, high = (float(end) for end in sweep.coordinate_range)
+    search = _Search(sweep, Model(sweep.level, float(sweep.device.restitution)), low, high, limits)
+    for motion in (*_starts(search), *simulated):
+        search.explore(motion)
+    return search.atlas()
+
+
+def _starts(search: _Search) -> Iterator[Motion]:
+    """The motions that are known in closed form: 1:1, one on each admissible stretch, and with one impact."""
+    for k in range(1, search.limits.periods + 1):
+        sweep = replace(search.sweep, device=replace(search.sweep.device, period_ratio=k))
+        for branch in solve(sweep).branches if search.limits.impacts > 1 else ():
+            for part in branch.segments() if branch.mirror_of is None else ():
+                m, i = branch.motions, (part.first + part.last) // 2
+                if part.admissible and m.admissible[i]:
+                    time = m.phi_bottom[i] / pi + np.array([0.0, 2 * k * m.q[i]])
+                    velocity = np.array([m.velocity_bottom[i], m.velocity_top[i]])
+                    yield Motion(Sequence((1, -1), k), velocity, time, float(sweep.coordinate(m)[i]))
+        for c in np.linspace(search.low, search.high, SAMPLES_OF_ONE):
+            yield from _with_one_impact(search.model, k, float(c))
+        words = ((1, 1, -1), (1, -1, -1))[: 1 if search.model.level.horizontal else 2]  # mirror images of each other
+        for walls in words if search.limits.impacts > 2 else ():
+            found = three_impacts(search.model, Sequence(walls, k), search.low, search.high)
+            yield from (motion for motion in found if not search.near(motion))
+
+
+def _with_one_impact(model: Model, k: int, coordinate: float) -> Iterator[Motion]:
+    """Motions with one impact on the bottom in k forcing periods: (2.11) and (2.12) over the one flight."""
+    _, gbar = model.groups(coordinate)
+    sine = pi * k * gbar * (1 - model.r) / (1 + model.r)
+    if gbar > 0 and sine < 1:
+        for phase in (asin(sine), pi - asin(sine)):
+            velocity = np.array([2 * k * gbar / (1 + model.r)])
+            yield Motion(Sequence((1,), k), velocity, np.array([phase / pi]), coordinate)
+
+
+@dataclass(slots=True)
+class _Meeting:
+    """A vertex while the search goes on; `motion` has its touches as impacts."""
+
+    event: Event
+    curve: Curve
+    motion: Motion
+    families: set[int] = field(default_factory=set)
+
+
+@dataclass(slots=True)
+class _Search:
+    sweep: Sweep
+    model: Model
+    low: float
+    high: float
+    limits: Limits
+    families: list[Family] = field(default_factory=list)
+    events: dict[int, list[tuple[int, Event]]] = field(default_factory=dict)
+    meetings: list[_Meeting] = field(default_factory=list)
+    at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
+    queue: deque[Beginning] = field(default_factory=deque)
+
+    def explore(self, motion: Motion) -> None:
+        """Follow the family of a motion, and all that it is joined to."""
+        motion = self.model.representative(motion)
+        curve = self._curve(motion.sequence)
+        x = curve.nearest(curve.vector(motion)) if self.limits.admit(motion.sequence) else None
+        if x is not None:
+            start = curve.point(x, curve.tangent(x))
+            self.queue.append((None, curve, start, start))
+        while self.queue:
+            begins, curve, vertex, first = self.queue.popleft()
+            if self._wanted(curve, first.x):
+                strand = follow(curve, first)
+                if begins is None:
+                    self._add(curve, _completed(curve, first, strand))
+                else:
+                    events = [(0, begins), *((i + 1, event) for i, event in strand.events)]
+                    self._add(curve, Strand([vertex, *strand.points], events))
+
+    def _curve(self, sequence: Sequence) -> Curve:
+        return Curve(sequence, self.model, self.low, self.high)
+
+    def _wanted(self, curve: Curve, x: Floats) -> bool:
+        """Whether a solution is a motion within the limits that lies on no family yet."""
+        if not self.limits.admit(curve.sequence) or not curve.admits(x):
+            return False
+        motion = curve.motion(x)
+        if motion.primitive() is not motion:
+            return False
+        known = (one for family in self._alike(motion) for one in family.at(float(x[-1])))
+        return not any(self._same(motion, one) for one in known)
+
+    def near(self, motion: Motion) -> bool:
+        """Whether a motion is within a cell of the search for three impacts of a motion that is known."""
+        vector = self._curve(motion.sequence).vector(motion)
+        known = (family.x for family in self.families if family.sequence == motion.sequence)
+        return any(bool((np.abs(x - vector)[:, :-1].max(axis=1) < CELL).any()) for x in known)
+
+    def _same(self, one: Motion, other: Motion) -> bool:
+        return one.distance(other, mirror=self.model.level.horizontal) < SAME
+
+    def _alike(self, motion: Motion) -> Iterator[Family]:
+        """Families whose word the motion has, or its mirror image where there is one."""
+        words = {motion.sequence.canonical()}
+        if self.model.level.horizontal:
+            words.add(motion.sequence.mirrored().canonical())
+        return (family for family in self.families if family.sequence.canonical() in words)
+
+    def _add(self, curve: Curve, strand: Strand) -> None:
+        """Take up a family, and what it meets."""
+        x = np.array([point.x for point in strand.points])
+        trace = np.array([point.trace for point in strand.points])
+        number = len(self.families) + 1
+        values = np.asarray(self.sweep.value(*(np.broadcast_to(g, len(x)) for g in self.model.groups(x[:, -1]))))
+        self.families.append(Family(number, self.sweep, curve, x, trace, values, ()))
+        self.events[number] = strand.events
+        for row, event in strand.events:
+            meeting = self._meeting(curve.motion(x[row]), event) if event in MEETINGS else None
+            if meeting is not None:
+                meeting.families.add(number)
+                self.at_event[number, row] = meeting
+
+    def _meeting(self, motion: Motion, event: Event) -> _Meeting | None:
+        """The vertex at an event, a new one with starts of what else comes to it; None where no motion is left."""
+        curve = self._curve(motion.sequence)
+        if event in (Event.GRAZING, Event.ZERO_VELOCITY):
+            motion, event = touching(curve, motion), Event.GRAZING
+        motion = self.model.representative(motion.primitive())
+        if len(at_rest(motion)) == len(motion.sequence):
+            return None
+        for meeting in self.meetings:
+            if meeting.event is event and self._same(meeting.motion, motion):
+                return meeting
+        curve = self._curve(motion.sequence)
+        self.meetings.append(_Meeting(event, curve, motion))
+        self.queue.extend(neighbours(curve, motion, event, self.limits))
+        return self.meetings[-1]
+
+    def atlas(self) -> Atlas:
+        """What was found, with its events solved for in decimals."""
+        order = sorted(self.families, key=lambda f: (len(f.sequence), f.sequence.word, f.sequence.periods, f.number))
+        numbers = {family.number: k for k, family in enumerate(order, 1)}
+        points = [
+            (meeting, polished(self.sweep, meeting.curve, meeting.motion, meeting.event)) for meeting in self.meetings
+        ]
+        points.sort(key=lambda pair: (pair[1].sweep_value, len(pair[0].motion.sequence)))
+        labels = self._labels(points)
+        vertices = {
+            id(meeting): Vertex(label, meeting.event, point, tuple(sorted(numbers[i] for i in meeting.families)))
+            for (meeting, point), label in zip(points, labels, strict=True)
+        }
+        marked = (self._marked(family, numbers[family.number], vertices) for family in order)
+        return Atlas(self.sweep, self.limits, tuple(marked), tuple(vertices.values()))
+
+    def _labels(self, points: list[tuple[_Meeting, PolishedPoint]]) -> Iterator[str]:
+        """Labels of vertices along the sweep: critical points of the 1:1 motions keep those that they have."""
+        known = list(solve(self.sweep).critical_points)
+        one_to_one = Sequence((1, -1), self.sweep.device.period_ratio)
+        counts = Counter(critical.kind.letter for critical in known)
+        for meeting, point in points:
+            letter, critical = LETTERS[meeting.event], None
+            if any(self.families[number - 1].sequence == one_to_one for number in meeting.families):
+                near = SAME * abs(point.sweep_value)
+                at = [
+                    x for x in known if x.kind.letter == letter and abs(x.point.sweep_value - point.sweep_value) < near
+                ]
+                critical = next(iter(at), None)
+            if critical is None:
+                counts[letter] += 1
+                yield f"{letter}{counts[letter]}"
+            else:
+                known.remove(critical)
+                yield critical.label
+
+    def _marked(self, family: Family, number: int, vertices: dict[int, Vertex]) -> Family:
+        """A family with its events, the coordinate of each as it was solved for."""
+        marks = []
+        for row, event in self.events[family.number]:
+            meeting = self.at_event.get((family.number, row))
+            vertex = vertices[id(meeting)] if meeting is not None else None
+            point = vertex.point if vertex is not None else None
+            if event is Event.NODE_FOCUS:
+                point = polished(self.sweep, family.curve, family.curve.motion(family.x[row]), event)
+            if event is Event.SWEEP_END:
+                ends = self.sweep.start, self.sweep.end
+                family.sweep_value[row] = min(ends, key=lambda end: abs(end - float(family.sweep_value[row])))
+            if point is not None:
+                family.sweep_value[row] = point.sweep_value
+            marks.append(Mark(row, event, vertex, point))
+        return replace(family, number=number, marks=tuple(marks))
+
+
+def _completed(curve: Curve, start: Point, forward: Strand) -> Strand:
+    """A strand with the other way from its start in front of it."""
+    if forward.events[-1][1] is Event.CLOSED:
+        return forward
+    back = follow(curve, start._replace(tangent=-start.tangent)).reversed()
+    shift = len(back.points) - 1
+    events = [*back.events, *((i + shift, event) for i, event in forward.events)]
+    return Strand([*back.points, *forward.points[1:]], events)

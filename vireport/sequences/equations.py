@@ -1,0 +1,141 @@
+"""The conditions of a periodic motion with any sequence of impacts, their derivatives and the multipliers.
+
+For each flight two equations, of the maps P1 to P4 (2.13): velocity (2.11) and position (2.12) at its end. The unknowns
+are the velocities and times of the N impacts and the coordinate of the sweep, so that motions are curves in a space of
+2N + 1 dimensions. The formulae serve every kind of number, see `vireport.physics.numbers`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from collections.abc import Sequence as Row
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.analysis import Held, Level, flight_jacobian
+from vireport.physics import FLOATS, flight
+from vireport.sequences.motions import Motion, Sequence, Turn, turns
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """What a sweep leaves as it is: a line in the plane of d and gbar, and the restitution coefficient."""
+
+    level: Level
+    r: Any
+
+    def groups(self, coordinate: Any) -> tuple[Any, Any]:
+        """The groups d and gbar at a value of the coordinate that orders the sweep."""
+        if self.level.held is Held.D:
+            return self.level.value, coordinate
+        return coordinate, self.level.value if self.level.held is Held.GBAR else coordinate / self.level.value
+
+    @property
+    def slope(self) -> tuple[float, float]:
+        """Derivatives of d and gbar by the coordinate."""
+        if self.level.held is Held.D:
+            return 0.0, 1.0
+        return 1.0, 0.0 if self.level.held is Held.GBAR else 1.0 / self.level.value
+
+    def representative(self, motion: Motion) -> Motion:
+        """The one of a motion's rotations, and in a horizontal capsule mirror images, that stands for all."""
+        image = motion.mirrored()
+        exchanged = self.level.horizontal and image.sequence.canonical().word < motion.sequence.canonical().word
+        return (image if exchanged else motion).canonical()
+
+    def turns(self, motion: Motion) -> list[Turn]:
+        """The turning points of a motion."""
+        return list(turns(motion, *self.groups(motion.coordinate), self.r))
+
+
+class Leg(NamedTuple):
+    """One flight: indices of the impacts at its ends, flight time, sines and cosines of the phase there."""
+
+    start: int
+    end: int
+    duration: Any
+    sine_start: Any
+    cosine_start: Any
+    sine_end: Any
+    cosine_end: Any
+
+
+def legs(sequence: Sequence, time: Row[Any], ops: Any = FLOATS) -> Iterator[Leg]:
+    """The flights of a motion, by the times of its impacts."""
+    sines, cosines = [ops.sin(ops.pi * t) for t in time], [ops.cos(ops.pi * t) for t in time]
+    for i in range(len(sequence)):
+        j = (i + 1) % len(sequence)
+        duration = time[j] - time[i] + (0 if j > i else 2 * sequence.periods)
+        yield Leg(i, j, duration, sines[i], cosines[i], sines[j], cosines[j])
+
+
+def residuals(sequence: Sequence, x: Row[Any], model: Model, ops: Any = FLOATS) -> list[Any]:
+    """Velocity and position at the end of each flight, less what the next impact has: zero for a motion.
+
+    Parameters
+    ----------
+    sequence : Sequence
+    x : sequence
+        The N velocities, the N times and the coordinate.
+    model : Model
+        In the kind of number of `ops`.
+    """
+    count, values = len(sequence), []
+    d, gbar = model.groups(x[2 * count])
+    for leg in legs(sequence, x[count : 2 * count], ops):
+        after, t = flight.reflect(x[leg.start], model.r), leg.duration
+        way = (sequence.walls[leg.end] - sequence.walls[leg.start]) // 2
+        speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar, ops.pi)
+        covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar, ops.pi)
+        values += [speed - x[leg.end], covered - way * d]
+    return values
+
+
+def linearised(sequence: Sequence, x: Floats, model: Model) -> tuple[Floats, Floats]:
+    """The residuals and their derivatives, arrays (2N,) and (2N, 2N + 1)."""
+    count, row = len(sequence), x.tolist()
+    (d, gbar), (d_slope, gbar_slope) = model.groups(row[-1]), model.slope
+    values, matrix = np.empty(2 * count), np.zeros((2 * count, 2 * count + 1))
+    for leg in legs(sequence, row[count : 2 * count]):
+        i, j, t = leg.start, leg.end, leg.duration
+        after, pull_start, pull_end = flight.reflect(row[i], model.r), gbar + leg.cosine_start, gbar + leg.cosine_end
+        way = (sequence.walls[j] - sequence.walls[i]) // 2
+        speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar)
+        covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar)
+        values[2 * i], values[2 * i + 1] = speed - row[j], covered - way * d
+        # Added up, because with one impact both ends of the flight are the same.
+        velocity, position = matrix[2 * i], matrix[2 * i + 1]
+        velocity[i] -= model.r
+        velocity[j] -= 1
+        velocity[count + i] -= pull_start
+        velocity[count + j] += pull_end
+        velocity[-1] = t * gbar_slope
+        position[i] -= model.r * t
+        position[count + i] -= after + pull_start * t
+        position[count + j] += speed
+        position[-1] = t * t / 2 * gbar_slope - way * d_slope
+    return values, matrix
+
+
+def trace(sequence: Sequence, x: Row[Any], model: Model, ops: Any = FLOATS) -> Any:
+    """Trace of the product of the flights' Jacobians (A.1), (A.2) in their order, whose determinant is r^(2N).
+
+    All velocities must differ from zero.
+    """
+    count = len(sequence)
+    _, gbar = model.groups(x[2 * count])
+    product = None
+    for leg in legs(sequence, x[count : 2 * count], ops):
+        pulls = gbar + leg.cosine_start, gbar + leg.cosine_end
+        a, b, c, d = flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, model.r)
+        if product is None:
+            product = a, b, c, d
+        else:
+            e, f, g, h = product
+            product = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
+    return product[0] + product[3] if product is not None else 0

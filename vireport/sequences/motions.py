@@ -1,0 +1,232 @@
+"""Periodic motions with any sequence of impacts: what they are, when two are the same, and their turning points.
+
+A motion is known by its impacts. Times are in t_c, half a forcing period, with the forcing phase pi t.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import acos, pi, sin
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.physics import flight
+
+if TYPE_CHECKING:
+    from vireport.simulation import Cycle
+
+Floats = NDArray[np.float64]
+
+BISECTIONS = 60
+"""Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""
+
+SETTLED = 1e-13
+"""Newton step [t_c] at which a turning point is found: Z' being zero there, its square is what moves the position."""
+
+SAME = 1e-7
+"""Difference of velocity [y_c] and time [t_c] up to which two motions are one: between the error of a solution
+(1e-12) and the distance of different motions at one value of the swept parameter."""
+
+IMAGE = 1e-5
+"""The same to a motion's own image, where a family turns back as that: there the equations are singular, and half
+the digits are left."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sequence:
+    """The impacts of one period of a motion.
+
+    Attributes
+    ----------
+    walls : tuple of int
+        The membrane of each impact, in order: 1 bottom, -1 top.
+    periods : int
+        Forcing periods that the motion takes, k.
+    """
+
+    walls: tuple[int, ...]
+    periods: int
+
+    def __len__(self) -> int:
+        """Return the number of impacts, N."""
+        return len(self.walls)
+
+    @property
+    def word(self) -> str:
+        """The impacts as letters, such as BBT."""
+        return "".join("B" if wall > 0 else "T" for wall in self.walls)
+
+    @property
+    def ratio(self) -> str:
+        """Impacts on the bottom to impacts on the top, such as 2:1."""
+        return f"{self.walls.count(1)}:{self.walls.count(-1)}"
+
+    def rotated(self, first: int) -> Sequence:
+        """The same impacts, counted from another."""
+        return Sequence(self.walls[first:] + self.walls[:first], self.periods)
+
+    def canonical(self) -> Sequence:
+        """The same impacts, counted so that the word is the alphabetically first one."""
+        return min((self.rotated(i) for i in range(len(self))), key=lambda sequence: sequence.word)
+
+    def mirrored(self) -> Sequence:
+        """Bottom and top exchanged."""
+        return Sequence(tuple(-wall for wall in self.walls), self.periods)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """A periodic motion (dimensionless).
+
+    Attributes
+    ----------
+    sequence : Sequence
+    velocity : ndarray (N,)
+        Relative velocity just before each impact [y_c]; positive at the bottom, negative at the top.
+    time : ndarray (N,)
+        Of each impact, ascending [t_c]; the forcing phase there is pi times it.
+    coordinate : float
+        What orders the sweep, see `Sweep.coordinate_of`: d, or gbar where the inclination varies.
+    """
+
+    sequence: Sequence
+    velocity: Floats
+    time: Floats
+    coordinate: float
+
+    @property
+    def phase(self) -> Floats:
+        """Forcing phase at each impact [rad], in [0, 2 pi)."""
+        return np.mod(pi * self.time, 2 * pi)
+
+    def rotated(self, first: int) -> Motion:
+        """The same motion, with its impacts counted from another one, which is within the first forcing period."""
+        time = np.concatenate([self.time[first:], self.time[:first] + 2 * self.sequence.periods])
+        velocity = np.roll(self.velocity, -first)
+        return replace(
+            self, sequence=self.sequence.rotated(first), velocity=velocity, time=time - 2 * np.floor(time[0] / 2)
+        )
+
+    def canonical(self) -> Motion:
+        """The motion counted from where its word is the alphabetically first one; of several, the fastest impact."""
+        first = self.sequence.canonical()
+        firsts = [i for i in range(len(first)) if self.sequence.rotated(i) == first]
+        return self.rotated(max(firsts, key=lambda i: abs(float(self.velocity[i]))))
+
+    def mirrored(self) -> Motion:
+        """The mirror image, a motion where gravity has no part along the capsule."""
+        return replace(self, sequence=self.sequence.mirrored(), velocity=-self.velocity, time=self.time + 1)
+
+    def times(self, count: int) -> Motion:
+        """Several periods of the motion, as one."""
+        period = 2 * self.sequence.periods
+        time = np.concatenate([self.time + i * period for i in range(count)])
+        sequence = Sequence(count * self.sequence.walls, count * self.sequence.periods)
+        return Motion(sequence, np.tile(self.velocity, count), time, self.coordinate)
+
+    def primitive(self) -> Motion:
+        """The motion with the fewest impacts of which this is one period or several."""
+        count = len(self.sequence)
+        for i in range(1, count):
+            if count % i == 0 and self.apart(self.rotated(i)) < IMAGE:
+                sequence = Sequence(self.sequence.walls[:i], self.sequence.periods * i // count)
+                return Motion(sequence, self.velocity[:i], self.time[:i], self.coordinate)
+        return self
+
+    def with_impact(self, after: int, wall: int, time: float) -> Motion:
+        """With an impact of velocity zero in the flight after an impact."""
+        walls = (*self.sequence.walls[: after + 1], wall, *self.sequence.walls[after + 1 :])
+        return Motion(
+            Sequence(walls, self.sequence.periods),
+            np.insert(self.velocity, after + 1, 0.0),
+            np.insert(self.time, after + 1, time),
+            self.coordinate,
+        )
+
+    def without_impacts(self, which: Any) -> Motion:
+        """Without some of its impacts, which have no velocity."""
+        walls = tuple(wall for i, wall in enumerate(self.sequence.walls) if i not in which)
+        velocity, time = np.delete(self.velocity, which), np.delete(self.time, which)
+        return Motion(Sequence(walls, self.sequence.periods), velocity, time, self.coordinate)
+
+    def apart(self, other: Motion) -> float:
+        """Largest difference of velocity and time of the impacts, in the order given; inf for other words."""
+        if self.sequence != other.sequence:
+            return np.inf
+        late = self.time - other.time
+        return float(max(np.abs(self.velocity - other.velocity).max(), np.abs(late - 2 * np.round(late[0] / 2)).max()))
+
+    def distance(self, other: Motion, mirror: bool = False) -> float:
+        """The same, from whichever impact the other is counted; with `mirror`, its mirror image if that is nearer."""
+        others = (other, other.mirrored()) if mirror else (other,)
+        return min(self.apart(x.rotated(i)) for x in others for i in range(len(other.sequence)))
+
+
+def motion_of_cycle(cycle: Cycle, coordinate: float) -> Motion:
+    """A periodic motion that was simulated."""
+    sequence = Sequence(tuple(int(wall) for wall in cycle.wall), cycle.period)
+    time = cycle.phase[0] / pi + np.concatenate([[0.0], np.cumsum(cycle.flight[1:])])
+    return Motion(sequence, np.array(cycle.velocity), time, coordinate)
+
+
+class Turn(NamedTuple):
+    """A turning point of the ball: the flight it is in, its time, the wall it is turned towards, and its distance."""
+
+    after: int
+    time: float
+    wall: int
+    gap: float
+
+
+def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
+    """Every turning point of a motion, with its distance from the wall that the ball turns back from.
+
+    The zeros of Z' are bracketed by those of Z'' = gbar + cos(phase), which are known, so that none is missed. The
+    distance is negative where the ball would have passed through the membrane.
+    """
+    lift = acos(-gbar) / pi if gbar < 1 else None
+    walls, times, velocities = motion.sequence.walls, motion.time.tolist(), motion.velocity.tolist()
+    for i, (start, end) in enumerate(pairwise([*times, times[0] + 2 * motion.sequence.periods])):
+        after, phase = flight.reflect(velocities[i], r), pi * start
+        sine, cosine = np.sin(phase), np.cos(phase)
+        for time, rising in _rests(start, end, after, float(sine), gbar, lift):
+            z = walls[i] * d / 2 + flight.displacement(time - start, after, sine, cosine, np.cos(pi * time), gbar)
+            wall = -1 if rising else 1
+            yield Turn(i, time, wall, float(d / 2 - wall * z))
+
+
+def _rests(
+    start: float, end: float, after: float, sine: float, gbar: float, lift: float | None
+) -> Iterator[tuple[float, bool]]:
+    """Times within a flight at which Z' is zero, and whether it is rising there."""
+
+    def speed(t: float) -> float:
+        return float(flight.velocity(t - start, after, sine, sin(pi * t), gbar))
+
+    ends = [start, end]
+    if lift is not None:
+        first = 2 * np.floor(start / 2)
+        laps = np.arange(first - 2, end + 2, 2.0)
+        ends = [start, *sorted(t for x in laps for t in (x + lift, x + 2 - lift) if start < t < end), end]
+    values = [after, *map(speed, ends[1:])]
+    for (low, high), (f_low, f_high) in zip(pairwise(ends), pairwise(values), strict=True):
+        if f_low * f_high < 0:
+            yield _root(speed, gbar, low, high, f_high > 0), f_high > 0
+
+
+def _root(speed: Any, gbar: float, low: float, high: float, rising: bool) -> float:
+    """Zero of a monotone Z' between two times."""
+    t = (low + high) / 2
+    for _ in range(BISECTIONS):
+        value = speed(t)
+        low, high = (low, t) if (value > 0) == rising else (t, high)
+        slope = gbar + np.cos(pi * t)
+        new = t - value / slope if slope else low
+        if abs(new - t) < SETTLED and slope:
+            break
+        t = new if low < new < high else (low + high) / 2
+    return float(t)
