@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pages import Page, squeeze
+from pypdf import PdfReader
 
 from vireport import analyse, diff, load
 from vireport.cli import main
@@ -252,3 +254,61 @@ def test_a_baseline_of_a_scenario_that_cannot_be_is_refused_or_compared(place, v
     except UsageError as error:
         found = str(error)
     assert found
+
+
+@pytest.mark.slow
+def test_a_report_tells_what_has_changed_since_a_baseline(tmp_path: Path, capsys) -> None:
+    old, scenario = tmp_path / "results.json", str(EXAMPLES / "design-point.yaml")
+    old.write_text(_results("design-point"))
+    run = ["run", scenario, "--baseline", str(old), "--format", "html,pdf,markdown,json,junit"]
+    changed = ["--set", "device.restitution=0.52"]
+    files = {}
+    for name, more in (("changed", changed), ("again", changed), ("same", [])):
+        assert main([*run, "-o", str(tmp_path / name), *more]) == 0
+        files[name] = {path.name: path.read_bytes() for path in (tmp_path / name).iterdir()}
+        told = capsys.readouterr().err
+        assert ("device.restitution: 0.5 to 0.52 (+4 %)" in told) == bool(more)
+        assert ("No change beyond tolerance" in told) != bool(more)
+    assert files["changed"] == files["again"]
+    row = ("scenario", "device.restitution", "0.5", "0.52", "+4 %")
+    found = diff(results("design-point"), study(*changed[1:], name="design-point"))
+    table = Page(files["changed"]["report.html"]).tables[f"{len(found)} changes since the baseline"]
+    assert table.columns("Group", "What", "Before", "Now", "Change")[0] == row
+    assert len(table.rows) == len(found) + 1
+    assert f"| {' | '.join(row)} |" in files["changed"]["summary.md"].decode()
+    for name, words in (("changed", "".join(row)), ("same", "No change beyond tolerance since the baseline.")):
+        sheets = PdfReader(io.BytesIO(files[name]["report.pdf"])).pages
+        assert squeeze(words) in squeeze("".join(sheet.extract_text() for sheet in sheets))
+    assert "No change beyond tolerance since the baseline." in Page(files["same"]["report.html"]).text
+    assert "No change beyond tolerance since the baseline." in files["same"]["summary.md"].decode()
+
+
+def test_a_report_has_the_text_of_a_baseline_as_text(tmp_path: Path) -> None:
+    data, hostile = results("design-point"), "<script>alert(1)</script> #panic() | `"
+    data["alerts"].append({"code": "VR0", "title": hostile, "severity": "note"})
+    (tmp_path / "results.json").write_text(json.dumps(data))
+    run = ["run", str(EXAMPLES / "design-point.yaml"), "--baseline", str(tmp_path / "results.json")]
+    assert main([*run, "-o", str(tmp_path), "--format", "html,markdown", "-q"]) == 0
+    assert hostile in Page((tmp_path / "report.html").read_bytes()).text
+    summary = (tmp_path / "summary.md").read_text()
+    assert "<script" not in summary
+    assert "#panic() \\| \\`" in summary
+
+
+def test_a_run_refuses_a_bad_baseline_before_it_computes(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.setattr("vireport.cli.outputs.analyse", lambda *_: pytest.fail("it has computed"))
+    path, scenario = tmp_path / "results.json", str(EXAMPLES / "inclined.yaml")
+    broken = results()
+    del broken["critical_points"][0]["kind"]
+    for text, message in (
+        ("{", "is no JSON"),
+        (json.dumps(broken), "results.json: is no results.json of vireport: 'kind'"),
+    ):
+        path.write_text(text)
+        assert main(["run", scenario, "--baseline", str(path), "-o", str(tmp_path / "out")]) == 2
+        assert message in capsys.readouterr().err
+    path.write_text(json.dumps(results()))
+    assert main(["run", "-", "--baseline", "-"]) == 2
+    assert main(["run", scenario, "--baseline", str(path), "--json"]) == 2
+    assert "vireport diff" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -150,24 +150,35 @@ def run(
     certify: Annotated[
         bool, typer.Option("--certify", help="Prove the critical points in ball arithmetic, and print enclosures.")
     ] = False,
+    baseline: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RESULTS.json",
+            help="Tell in the report what has changed since an earlier run. Has no part in the exit code.",
+        ),
+    ] = None,
     templates: Templates = None,
     quiet: Quiet = False,
 ) -> None:
     """Solve a scenario and write its report, figures and results."""
+    if json and baseline is not None:
+        raise UsageError("--json prints the results and no changes: leave out --baseline, or use vireport diff --json")
+    before = None if baseline is None else _baseline(baseline, scenario)
     loaded = _loaded(scenario, set_)
     _refuse_files_beside_json(json, "results", output, format_)
     from vireport.cli.outputs import file_names, results_outcome, run_outcome
     from vireport.files import require_writable
 
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
-    command = _command("run", [scenario], *options)
+    against = ("--baseline", None if baseline is None else [Path(baseline).name])
+    command = _command("run", [scenario], *options, against)
     if json:
         deliver(results_outcome(loaded, command, certify))
         return
     folder, formats = output or _default_folder(scenario), _formats(format_)
     require_writable(folder, file_names(formats))
     with progress(quiet) as say:
-        outcome = run_outcome(loaded, formats, command, templates, say, certify)
+        outcome = run_outcome(loaded, formats, command, templates, say, certify, before)
     deliver(outcome, folder, quiet)
 
 
@@ -294,9 +305,7 @@ def diff(
     from vireport.comparison import baseline as earlier
     from vireport.study import Task, analyse
 
-    if baseline == scenario == "-":
-        raise UsageError("standard input can be the results or the scenario, not both")
-    before = earlier.read_baseline(baseline)
+    before = _baseline(baseline, scenario)
     changes = earlier.diff(before, analyse(_loaded(scenario, set_), (Task.JSON,)), relative=tolerance)
     printed: str | bytes
     if json:
@@ -400,6 +409,15 @@ def _loaded(scenario: str, overrides: list[str] | None) -> Loaded:
     from vireport.scenario import load
 
     return load(scenario, overrides or ())
+
+
+def _baseline(baseline: str, scenario: str) -> dict[str, Any]:
+    """The results of an earlier run; read before the scenario, so that nothing is computed where they are none."""
+    if baseline == scenario == "-":
+        raise UsageError("standard input can be the results or the scenario, not both")
+    from vireport.comparison import baseline as earlier
+
+    return earlier.read_baseline(baseline)
 
 
 def _formats(asked: list[str] | None) -> tuple[Task, ...]:

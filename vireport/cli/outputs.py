@@ -5,10 +5,10 @@ Only what the formats asked for need is imported.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vireport.cli.outcome import Outcome
 from vireport.scenario import Loaded
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from vireport.comparison import Comparison
     from vireport.figures import Picture
     from vireport.progress import Progress
+    from vireport.text import Table
 
 
 NAMES = {
@@ -59,7 +60,13 @@ def results_outcome(loaded: Loaded, command: str, certify: bool) -> Outcome:
 
 
 def run_outcome(
-    loaded: Loaded, formats: Sequence[Task], command: str, templates: Path | None, say: Progress, certify: bool
+    loaded: Loaded,
+    formats: Sequence[Task],
+    command: str,
+    templates: Path | None,
+    say: Progress,
+    certify: bool,
+    baseline: Mapping[str, Any] | None = None,
 ) -> Outcome:
     """The files of a scenario, what is for standard output beside them, and the verdict.
 
@@ -76,6 +83,8 @@ def run_outcome(
         Told each step as it begins.
     certify : bool
         Whether to prove the critical points.
+    baseline : mapping, optional
+        results.json of an earlier run, as data. What has changed since is told, and has no part in the exit code.
     """
     say("solving")
     study = analyse(loaded, formats, say)
@@ -87,13 +96,21 @@ def run_outcome(
         from vireport.report import github
 
         printed += github(study)
-    outcome = _judged(study, printed, run_files(study, command, templates, say), study.verdict.headline)
+    summary, changes = study.verdict.headline, None
+    if baseline is not None:
+        from vireport.comparison import baseline as earlier
+
+        changed = earlier.diff(baseline, study)
+        summary, changes = f"{summary}\n{earlier.diff_text(changed)}", earlier.changes_table(changed)
+    outcome = _judged(study, printed, run_files(study, command, templates, say, changes), summary)
     others = [task for task in NAMES if task not in formats]
     return replace(outcome, stale=file_names(formats), beside=file_names(others))
 
 
-def run_files(study: Study, command: str, templates: Path | None, say: Progress) -> dict[str, bytes]:
-    """The files of a study by their names."""
+def run_files(
+    study: Study, command: str, templates: Path | None, say: Progress, changes: Table | None = None
+) -> dict[str, bytes]:
+    """The files of a study by their names; the reports tell what has changed since a baseline, if there is one."""
     plan, provenance, files = study.plan, provenance_of(study.loaded, command), dict[str, bytes]()
     pictures: tuple[Picture, ...] = ()
     if plan.runs(*FIGURES):
@@ -104,7 +121,7 @@ def run_files(study: Study, command: str, templates: Path | None, say: Progress)
         from vireport.report import Report, render_html, render_pdf
 
         origin = with_pages(provenance, drawn=bool(pictures))
-        report = Report(study, {picture.name: picture for picture in pictures}, origin)
+        report = Report(study, {picture.name: picture for picture in pictures}, origin, changes)
         if plan.runs(Task.HTML):
             files["report.html"] = render_html(report, templates)
         if plan.runs(Task.PDF):
@@ -125,7 +142,7 @@ def run_files(study: Study, command: str, templates: Path | None, say: Progress)
         if plan.runs(Task.JUNIT):
             files["junit.xml"] = junit(study)
         if plan.runs(Task.MARKDOWN):
-            files["summary.md"] = markdown(study, provenance).encode()
+            files["summary.md"] = markdown(study, provenance, changes).encode()
     return files
 
 

@@ -22,7 +22,7 @@ from vireport.comparison.differences import differences, digits_apart, printed
 from vireport.comparison.quantities import Axes, Group, axes_of, quantities_of, same_setting, settings_of
 from vireport.errors import UsageError
 from vireport.study import SCHEMA_VERSION, Study
-from vireport.text import ABSENT, markdown_table, markdown_text, percent, visible
+from vireport.text import ABSENT, Table, exact, markdown_of, numbers, percent, texts, visible
 
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""
@@ -86,6 +86,8 @@ class Change:
 def read_baseline(path: str | Path) -> dict[str, Any]:
     """Read results.json of an earlier run from a file, or from standard input where the path is "-".
 
+    It is compared with itself, so that what it lacks is found before a scenario is solved.
+
     Raises
     ------
     UsageError
@@ -106,6 +108,7 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{name}: is no JSON ({error}); a baseline is the results.json of an earlier run") from error
     _check(baseline, name)
+    _compared(baseline, baseline, RELATIVE, name)
     return dict(baseline)
 
 
@@ -157,13 +160,18 @@ def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) 
     if not 0 <= relative < inf:
         raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")
     _check(baseline)
-    now = study.to_dict()
+    return _compared(baseline, study.to_dict(), relative)
+
+
+def _compared(
+    baseline: Mapping[str, Any], now: Mapping[str, Any], relative: float, name: str = "baseline"
+) -> tuple[Change, ...]:
     try:
         with np.errstate(all="raise"):
             return changes(baseline, now, relative)
     except (KeyError, TypeError, AttributeError, IndexError, ValueError, ArithmeticError) as error:
         what = visible(f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error), LONGEST)
-        raise UsageError(f"baseline: is no results.json of vireport: {what}") from error
+        raise UsageError(f"{name}: is no results.json of vireport: {what}") from error
 
 
 def changes(old: Mapping[str, Any], new: Mapping[str, Any], relative: float = RELATIVE) -> tuple[Change, ...]:
@@ -284,27 +292,27 @@ def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> 
 
 def diff_text(changed: Sequence[Change], baseline: str = "the baseline") -> str:
     """The changes in lines of plain text, grouped; without a newline at the end."""
-    name = visible(baseline)
-    if not changed:
-        return f"No change beyond tolerance since {name}."
-    return "\n".join([f"{_count(changed, name)}:", *(f"  {change.group}: {change.sentence}" for change in changed)])
+    lines = (f"  {change.group}: {change.sentence}" for change in changed)
+    return "\n".join([_headline(changed, visible(baseline)) + (":" if changed else "."), *lines])
+
+
+def changes_table(changed: Sequence[Change], baseline: str = "the baseline") -> Table:
+    """The changes as a table, grouped, whose caption counts them; without rows where there are none."""
+    sizes = (ABSENT if change.change is None else percent(change.change, signed=True) for change in changed)
+    rows = tuple((change.group, change.what, *change.sides, size) for change, size in zip(changed, sizes, strict=True))
+    columns = (*texts("Group", "What"), *numbers("Before", "Now", "Change"))
+    note = f"Numbers are the same within a relative difference of {exact(RELATIVE)} and their error bounds."
+    return Table(_headline(changed, baseline), columns, rows, note)
 
 
 def diff_markdown(changed: Sequence[Change], baseline: str = "the baseline") -> str:
     """The changes as a Markdown table, for a comment on a pull request."""
-    name = markdown_text(baseline)
+    return markdown_of(changes_table(changed, baseline))
+
+
+def _headline(changed: Sequence[Change], baseline: str) -> str:
     if not changed:
-        return f"No change beyond tolerance since {name}.\n"
-    sizes = (ABSENT if change.change is None else percent(change.change, signed=True) for change in changed)
-    rows = [
-        map(markdown_text, (change.group, change.what, *change.sides, size))
-        for change, size in zip(changed, sizes, strict=True)
-    ]
-    head, align = ("group", "what", "before", "now", "change"), ("left", "left", "right", "right", "right")
-    return f"**{_count(changed, name)}**\n\n{markdown_table(head, align, [tuple(row) for row in rows])}"
-
-
-def _count(changed: Sequence[Change], baseline: str) -> str:
+        return f"No change beyond tolerance since {baseline}"
     return f"{len(changed)} change{'s' * (len(changed) != 1)} since {baseline}"
 
 

@@ -15,7 +15,7 @@ from urllib.parse import quote
 from xml.etree import ElementTree
 
 from vireport.alerts import Severity
-from vireport.text import markdown_table, markdown_text, words
+from vireport.text import Table, markdown_of, markdown_table, markdown_text, words
 
 if TYPE_CHECKING:
     from vireport.gate import Criterion
@@ -103,12 +103,12 @@ def _escaped(text: str, more: str) -> str:
     return "".join(f"%{ord(x):02X}" if x in f"%\r\n{more}" else x for x in plain)
 
 
-def markdown(study: Study, provenance: Provenance) -> str:
-    """The verdict, the acceptance table and the alerts."""
-    return "\n".join(_markdown(study, provenance))
+def markdown(study: Study, provenance: Provenance, changes: Table | None = None) -> str:
+    """The verdict, the acceptance table, what has changed since a baseline if there is one, and the alerts."""
+    return "\n".join(_markdown(study, provenance, changes))
 
 
-def _markdown(study: Study, provenance: Provenance) -> Iterator[str]:
+def _markdown(study: Study, provenance: Provenance, changes: Table | None) -> Iterator[str]:
     verdict = study.verdict
     yield f"## {markdown_text(verdict.word)}: {markdown_text(_title(study))}\n"
     yield f"{markdown_text(verdict.headline)}\n"
@@ -117,6 +117,8 @@ def _markdown(study: Study, provenance: Provenance) -> Iterator[str]:
         yield markdown_table(head, ["left"] * len(head), (_row(study, criterion) for criterion in study.criteria))
     if not all(criterion.passed for criterion in study.criteria):
         yield f"Again, with the exit code: {markdown_text(provenance.command)}\n"
+    if changes is not None:
+        yield f"### Changed since the baseline\n\n{markdown_of(changes)}"
     for alert in study.alerts:
         text = markdown_text(words(f"{alert.cause} {alert.remedy}"))
         yield f"- **{alert.severity.capitalize()} {alert.code}: {markdown_text(words(alert.title))}.** {text}"

@@ -120,11 +120,14 @@ class Report:
     pictures : mapping of str to Picture
         By their names.
     provenance : Provenance
+    changes : Table or None
+        What has changed since a baseline, without rows where nothing has; None without a baseline.
     """
 
     study: Study
     pictures: Mapping[str, Picture]
     provenance: Provenance
+    changes: Table | None = None
     template: str = "report.typ.j2"
     decimals: int = field(default=DIGITS, init=False)
     paper_title: str = field(default=PAPER, init=False)

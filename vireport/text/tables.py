@@ -129,6 +129,16 @@ def markdown_table(head: Sequence[str], align: Sequence[str], rows: Iterable[Seq
     return "\n".join(lines) + "\n"
 
 
+def markdown_of(table: Table) -> str:
+    """A table under its caption, without its note, as Markdown; the caption as a sentence where it has no rows."""
+    caption = markdown_text(table.caption)
+    if not table.rows:
+        return f"{caption}.\n"
+    align = ["right" if column.kind == "number" else "left" for column in table.columns]
+    rows = [[markdown_text(cell) for cell in row] for row in table.rows]
+    return f"**{caption}**\n\n{markdown_table([column.title for column in table.columns], align, rows)}"
+
+
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table in HTML for a notebook, its text inert."""
     top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
