@@ -23,11 +23,11 @@ def test_the_examples_are_reproduced(example, name: str, periods: int) -> None:
 
 
 def test_random_devices_are_reproduced_unless_it_takes_too_long() -> None:
-    found = [reproduce(solution_of(sweep.device, None, None, True)) for sweep in random_sweeps(60, 5)]
+    found = [reproduce(solution_of(sweep.device, None, None, True)) for sweep in random_sweeps(30, 5)]
     stable = [one for one in found if one is not None]
-    assert len(stable) > 15
+    assert len(stable) > 7
     assert all(one.passed for one in stable if one.decided)
-    assert sum(not one.decided for one in stable) <= 2
+    assert sum(not one.decided for one in stable) <= 1
     assert all(one.periods == min(one.needed, MOST_PERIODS) for one in stable)
 
 
