@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from vireport.comparison import Comparison
     from vireport.figures import Picture
     from vireport.progress import Progress
+    from vireport.report import Carried
 
 
 NAMES = {
@@ -50,16 +51,22 @@ def file_names(formats: Iterable[Task]) -> tuple[str, ...]:
     return tuple(name for task in formats for name in NAMES.get(task, ()))
 
 
-def results_outcome(loaded: Loaded, command: str, certify: bool) -> Outcome:
+def results_outcome(loaded: Loaded, command: str, certify: bool, carried: Carried | None = None) -> Outcome:
     """The results of a scenario, on standard output."""
     study = analyse(loaded, (Task.JSON,))
     if certify:
         study = with_certificates(study)
-    return _judged(study, printed=results_json(study, provenance_of(loaded, command)))
+    return _again(_judged(study, printed=results_json(study, provenance_of(loaded, command))), study, carried)
 
 
 def run_outcome(
-    loaded: Loaded, formats: Sequence[Task], command: str, templates: Path | None, say: Progress, certify: bool
+    loaded: Loaded,
+    formats: Sequence[Task],
+    command: str,
+    templates: Path | None,
+    say: Progress,
+    certify: bool,
+    carried: Carried | None = None,
 ) -> Outcome:
     """The files of a scenario, what is for standard output beside them, and the verdict.
 
@@ -76,6 +83,8 @@ def run_outcome(
         Told each step as it begins.
     certify : bool
         Whether to prove the critical points.
+    carried : Carried, optional
+        The report that the scenario comes from: what differs from the results in it is told.
     """
     say("solving")
     study = analyse(loaded, formats, say)
@@ -89,7 +98,7 @@ def run_outcome(
         printed += github(study)
     outcome = _judged(study, printed, run_files(study, command, templates, say), study.verdict.headline)
     others = [task for task in NAMES if task not in formats]
-    return replace(outcome, stale=file_names(formats), beside=file_names(others))
+    return replace(_again(outcome, study, carried), stale=file_names(formats), beside=file_names(others))
 
 
 def run_files(study: Study, command: str, templates: Path | None, say: Progress) -> dict[str, bytes]:
@@ -148,6 +157,16 @@ def _judged(study: Study, printed: str | bytes, files: dict[str, bytes] | None =
     from vireport.gate import unmet
 
     return Outcome(printed, files or {}, summary=summary, failure=unmet(study.criteria), exit_code=1)
+
+
+def _again(outcome: Outcome, study: Study, carried: Carried | None) -> Outcome:
+    """The outcome with what differs from the results of the report that the scenario comes from, if it does."""
+    if carried is None:
+        return outcome
+    from vireport.comparison import baseline
+
+    lines = (outcome.summary or outcome.failure, baseline.rerun_text(carried.results, study, carried.report))
+    return replace(outcome, summary="\n".join(filter(None, lines)))
 
 
 def _certificates(study: Study) -> str:
