@@ -87,9 +87,9 @@ def test_a_run_from_a_report_writes_one_that_can_be_run_again(files, again, tmp_
 
 
 def test_what_is_set_over_a_report_differs_from_it(files, again) -> None:
-    code, out, err = again("report.html", files["report.html", True], "--set", "device.length_m=0.7")
+    code, out, err = again("report.html", files["report.html", True], "--set", "device.length_m=0.71")
     assert code == 0
-    assert json.loads(out)["overrides"] == [*SET, "device.length_m=0.7"]
+    assert json.loads(out)["overrides"] == [*SET, "device.length_m=0.71"]
     assert "scenario: device.length_m: " in err
 
 

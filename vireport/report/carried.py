@@ -65,18 +65,17 @@ def read_carried(path: str) -> Carried:
         )
     try:
         results = json.loads(text)
-        name = results["provenance"]["scenario_name"]
-        carried = Carried(shown, json.loads(scenario), name, tuple(results["overrides"]), results)
+        texts = (json.loads(scenario), results["provenance"]["scenario_name"], *results["overrides"])
+        if not all(isinstance(text, str) for text in texts):
+            raise TypeError("a text is none")
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise UsageError(f"{shown}: what it carries is damaged ({visible(str(error))})") from error
-    if not all(isinstance(text, str) for text in (carried.scenario, carried.name, *carried.overrides)):
-        raise UsageError(f"{shown}: what it carries is damaged (a text is none)")
-    return carried
+    return Carried(shown, texts[0], visible(texts[1]), texts[2:], results)
 
 
 def _of_page(page: bytes) -> tuple[bytes, bytes]:
     """The scenario and the results of a page, as JSON; empty where there are none."""
-    opening = '<script type="application/json" id="%s">'
+    opening = '<script type="application/json" id="%s-data">'
     after = (page.partition((opening % name).encode())[2] for name in ("scenario", "results"))
     scenario, results = (rest.partition(b"</script>")[0] for rest in after)
     return scenario, results
