@@ -22,6 +22,7 @@ from vireport.errors import ScenarioError, UsageError, VireportError
 from vireport.version import __version__
 
 if TYPE_CHECKING:
+    from vireport.report import Carried
     from vireport.scenario import Loaded
     from vireport.study import Task
 
@@ -142,7 +143,12 @@ def _group(
 
 @app.command()
 def run(
-    scenario: ScenarioFile,
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO", help="A YAML file, or - for standard input; or a report, to run again what it carries."
+        ),
+    ],
     output: Folder = None,
     json: Json = False,
     set_: Overrides = None,
@@ -164,7 +170,14 @@ def run(
     if json and baseline is not None:
         raise UsageError("--json prints the results and no changes: leave out --baseline, or use vireport diff --json")
     before = None if baseline is None else _baseline(baseline, scenario)
-    loaded = _loaded(scenario, set_)
+    carried = _carried(scenario)
+    if carried is None:
+        loaded = _loaded(scenario, set_)
+    else:
+        from vireport.scenario import loads
+
+        loaded = loads(carried.scenario, f"{scenario}/{carried.name}", [*carried.overrides, *(set_ or ())])
+        certify = certify or bool(carried.results.get("certificates"))
     _refuse_files_beside_json(json, "results", output, format_)
     from vireport.cli.outputs import file_names, results_outcome, run_outcome
     from vireport.files import require_writable
@@ -173,12 +186,12 @@ def run(
     against = ("--baseline", None if baseline is None else [Path(baseline).name])
     command = _command("run", [scenario], *options, against)
     if json:
-        deliver(results_outcome(loaded, command, certify))
+        deliver(results_outcome(loaded, command, certify, carried), quiet=quiet)
         return
     folder, formats = output or _default_folder(scenario), _formats(format_)
     require_writable(folder, file_names(formats))
     with progress(quiet) as say:
-        outcome = run_outcome(loaded, formats, command, templates, say, certify, before)
+        outcome = run_outcome(loaded, formats, command, templates, say, certify, before, carried)
     deliver(outcome, folder, quiet)
 
 
@@ -418,6 +431,18 @@ def _baseline(baseline: str, scenario: str) -> dict[str, Any]:
     from vireport.comparison import baseline as earlier
 
     return earlier.read_baseline(baseline)
+
+
+def _carried(path: str) -> Carried | None:
+    """What a report carries; None where the path is none of a report."""
+    if Path(path).suffix.lower() not in (".html", ".pdf") or not Path(path).is_file():
+        return None
+    from vireport.comparison import baseline
+    from vireport.report import read_carried
+
+    carried = read_carried(path)
+    baseline.check(carried.results, carried.report)
+    return carried
 
 
 def _formats(asked: list[str] | None) -> tuple[Task, ...]:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from vireport.comparison import Comparison
     from vireport.figures import Picture
     from vireport.progress import Progress
+    from vireport.report import Carried
     from vireport.text import Table
 
 
@@ -51,12 +52,12 @@ def file_names(formats: Iterable[Task]) -> tuple[str, ...]:
     return tuple(name for task in formats for name in NAMES.get(task, ()))
 
 
-def results_outcome(loaded: Loaded, command: str, certify: bool) -> Outcome:
+def results_outcome(loaded: Loaded, command: str, certify: bool, carried: Carried | None = None) -> Outcome:
     """The results of a scenario, on standard output."""
     study = analyse(loaded, (Task.JSON,))
     if certify:
         study = with_certificates(study)
-    return _judged(study, printed=results_json(study, provenance_of(loaded, command)))
+    return _again(_judged(study, printed=results_json(study, provenance_of(loaded, command))), study, carried)
 
 
 def run_outcome(
@@ -67,6 +68,7 @@ def run_outcome(
     say: Progress,
     certify: bool,
     baseline: Mapping[str, Any] | None = None,
+    carried: Carried | None = None,
 ) -> Outcome:
     """The files of a scenario, what is for standard output beside them, and the verdict.
 
@@ -85,6 +87,8 @@ def run_outcome(
         Whether to prove the critical points.
     baseline : mapping, optional
         results.json of an earlier run, as data. What has changed since is told, and has no part in the exit code.
+    carried : Carried, optional
+        The report that the scenario comes from: what differs from the results in it is told.
     """
     say("solving")
     study = analyse(loaded, formats, say)
@@ -104,7 +108,7 @@ def run_outcome(
         summary, changes = f"{summary}\n{earlier.diff_text(changed)}", earlier.changes_table(changed)
     outcome = _judged(study, printed, run_files(study, command, templates, say, changes), summary)
     others = [task for task in NAMES if task not in formats]
-    return replace(outcome, stale=file_names(formats), beside=file_names(others))
+    return replace(_again(outcome, study, carried), stale=file_names(formats), beside=file_names(others))
 
 
 def run_files(
@@ -165,6 +169,16 @@ def _judged(study: Study, printed: str | bytes, files: dict[str, bytes] | None =
     from vireport.gate import unmet
 
     return Outcome(printed, files or {}, summary=summary, failure=unmet(study.criteria), exit_code=1)
+
+
+def _again(outcome: Outcome, study: Study, carried: Carried | None) -> Outcome:
+    """The outcome with what differs from the results of the report that the scenario comes from, if it does."""
+    if carried is None:
+        return outcome
+    from vireport.comparison import baseline
+
+    lines = (outcome.summary or outcome.failure, baseline.rerun_text(carried.results, study, carried.report))
+    return replace(outcome, summary="\n".join(filter(None, lines)))
 
 
 def _certificates(study: Study) -> str:

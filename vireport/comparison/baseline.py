@@ -33,6 +33,12 @@ LARGEST = 1 << 30
 LONGEST = 200
 """Characters of a text of a baseline that are shown."""
 
+OF_ONE_RUN = ("provenance", "overrides", "left_out", "machine", "seconds")
+"""Keys that are not compared value by value: where results come from, what formats leave out, and measured times."""
+
+FEW = 5
+"""Values that are named one by one."""
+
 NEEDED = ("schema_version", "scenario", "branches", "critical_points", "stable_range", "design_point", "alerts")
 
 
@@ -107,12 +113,11 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
         raise UsageError(f"{name}: cannot be read ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{name}: is no JSON ({error}); a baseline is the results.json of an earlier run") from error
-    _check(baseline, name)
-    _compared(baseline, baseline, RELATIVE, name)
+    check(baseline, name)
     return dict(baseline)
 
 
-def _check(baseline: Any, name: str = "baseline") -> None:
+def check(baseline: Any, name: str = "baseline") -> None:
     """Raise UsageError, saying what is missing, unless this is results.json of a version that is understood."""
     if not isinstance(baseline, Mapping):
         raise UsageError(f"{name}: is no results.json (a block of keys)")
@@ -123,6 +128,7 @@ def _check(baseline: Any, name: str = "baseline") -> None:
         shown = visible(repr(version), LONGEST)
         raise UsageError(f"{name}: schema_version {shown} is not understood (allowed: {SCHEMA_VERSION})")
     _require_finite(baseline, name)
+    _compared(baseline, baseline, RELATIVE, name)  # what is missing deep inside
 
 
 def _require_finite(baseline: Any, name: str) -> None:
@@ -159,7 +165,7 @@ def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) 
     """
     if not 0 <= relative < inf:
         raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")
-    _check(baseline)
+    check(baseline)
     return _compared(baseline, study.to_dict(), relative)
 
 
@@ -288,6 +294,37 @@ def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> 
                 left.remove(point)
                 right.remove(match)
     return pairs
+
+
+def unequal(old: Any, new: Any, path: str = "") -> Iterator[str]:
+    """Paths of the values of two results, as data, that are not exactly the same."""
+    if isinstance(old, Mapping) and isinstance(new, Mapping):
+        for key in dict.fromkeys([*new, *old]):
+            if key not in OF_ONE_RUN:
+                yield from unequal(old.get(key), new.get(key), f"{path}.{key}" if path else key)
+    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        for k, values in enumerate(zip(old, new, strict=True)):
+            yield from unequal(*values, f"{path}[{k}]")
+    elif old != new:
+        yield path
+
+
+def rerun_text(baseline: Mapping[str, Any], study: Study, name: str) -> str:
+    """Whether a study gives the very results of an earlier run, or what differs; without a newline at the end.
+
+    Raises
+    ------
+    UsageError
+        As `diff` does.
+    """
+    paths = list(unequal(baseline, json.loads(json.dumps(study.to_dict()))))
+    if not paths:
+        return f"identical to the results in {visible(name)}"
+    first = ", ".join(visible(path, LONGEST) for path in paths[:FEW]) + (", ..." if len(paths) > FEW else "")
+    count = f"{len(paths)} value{'s' * (len(paths) != 1)}"
+    changed = diff(baseline, study, relative=0.0)
+    listed = [diff_text(changed, name)] if changed else []
+    return "\n".join([f"not identical to the results in {visible(name)}: {count} ({first})", *listed])
 
 
 def diff_text(changed: Sequence[Change], baseline: str = "the baseline") -> str:

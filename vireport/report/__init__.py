@@ -1,16 +1,19 @@
 """The report of a study in HTML and PDF, and in the formats of CI systems."""
 
+from vireport.report.carried import Carried, read_carried
 from vireport.report.certificates import certify_text
 from vireport.report.ci_formats import github, junit, markdown
 from vireport.report.context import Report
 from vireport.report.rendering import render_html, render_pdf
 
 __all__ = [
+    "Carried",
     "Report",
     "certify_text",
     "github",
     "junit",
     "markdown",
+    "read_carried",
     "render_html",
     "render_pdf",
 ]

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from vireport.physics import DIGITS, Device
 from vireport.report.certificates import summary
 from vireport.report.voltages import MassEffect, Place, mass_effects, places
 from vireport.scenario import LARGEST, SMALLEST, UNIT_OF_SWEPT, Parameter, ScalarInput, inputs
-from vireport.study import Provenance, Study
+from vireport.study import Provenance, Study, results
 from vireport.text import Table, exact
 from vireport.trust import (
     PAPER,
@@ -157,6 +157,11 @@ class Report:
         """The verdict's answers that the first page gives: voltages only as far as the membrane's geometry has them."""
         elsewhere = {Question.MOTION} if self.solution.within_membrane else {Question.MOTION, Question.VOLTAGE}
         return tuple(fact for fact in self.verdict.facts if fact.question not in elsewhere)
+
+    @property
+    def results(self) -> dict[str, Any]:
+        """The results as data, as results.json has them."""
+        return results(self.study, self.provenance)
 
     @property
     def listing(self) -> str:

@@ -6,6 +6,7 @@ not marked as source becomes a string literal of Typst.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -240,12 +241,24 @@ def _literal(value: Any) -> str:
     return f"#{string(text)};" if text else ""
 
 
+def inert_json(value: Any) -> str:
+    r"""Write plain data as JSON that ends no element of a page around it.
+
+    Examples
+    --------
+    >>> print(inert_json({"a": "</script>"}))
+    {"a": "\u003c/script>"}
+    """
+    return json.dumps(value, allow_nan=False).replace("<", "\\u003c")
+
+
 FILTERS: dict[str, Callable[..., str]] = {
     "bounded": bounded,
     "capital": capital,
     "error_bound": error_bound,
     "exact": exact,
     "interval": range_text,
+    "json": inert_json,
     "percent": percent,
     "plus_minus": plus_minus,
     "quantity": quantity,

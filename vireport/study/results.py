@@ -63,6 +63,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
     return {
         "schema_version": SCHEMA_VERSION,
         "scenario": to_dict(study.scenario),
+        "overrides": list(study.loaded.overrides),
         "branches": [_branch(*row) for row in zip(solution.branches, bounds, strict=True)],
         "critical_points": [_critical(point) for point in solution.critical_points],
         "design_point": _design(solution.design, solution.bounds.design),

@@ -1,0 +1,154 @@
+"""What a report carries: run again, it gives the same; tampered with or of something else, it is refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pypdf import PdfReader, PdfWriter
+
+from vireport import analyse, load
+from vireport.cli import main
+from vireport.report import Report, read_carried, render_html, render_pdf
+from vireport.study import provenance_of
+
+SET = ("device.restitution=0.55", "title=</script><script>alert(1)</script>")
+
+
+def report(example, overrides: tuple[str, ...]) -> Report:
+    study = analyse(load(example("design-point"), overrides))
+    return Report(study, {}, provenance_of(study.loaded, "vireport run design-point.yaml"))
+
+
+@pytest.fixture(scope="module")
+def files(example) -> dict[tuple[str, bool], bytes]:
+    reports = {given: report(example, SET if given else ()) for given in (True, False)}
+    renders = {"report.html": render_html, "report.pdf": render_pdf}
+    return {(name, given): render(reports[given]) for name, render in renders.items() for given in reports}
+
+
+@pytest.fixture
+def again(tmp_path: Path, capsys) -> Callable[..., tuple[int, str, str]]:
+    """Exit code, standard output and standard error of running a report again."""
+
+    def run(name: str, data: bytes, *options: str) -> tuple[int, str, str]:
+        (tmp_path / name).write_bytes(data)
+        code = main(["run", str(tmp_path / name), "--json", *options])
+        return code, *capsys.readouterr()
+
+    return run
+
+
+def attaching(texts: dict[str, str], password: str = "") -> bytes:
+    writer, file = PdfWriter(), BytesIO()
+    writer.add_blank_page(100, 100)
+    for name, text in texts.items():
+        writer.add_attachment(name, text.encode())
+    if password:
+        writer.encrypt(password, algorithm="RC4-128")
+    writer.write(file)
+    return file.getvalue()
+
+
+def attached(pdf: bytes) -> dict[str, str]:
+    return {name: found[0].decode() for name, found in PdfReader(BytesIO(pdf)).attachments.items()}
+
+
+@pytest.mark.parametrize("given", [True, False])
+@pytest.mark.parametrize("name", ["report.html", "report.pdf"])
+def test_a_report_run_again_gives_identical_results(name: str, given: bool, files, again) -> None:
+    code, out, err = again(name, files[name, given])
+    assert code == 0
+    assert err.startswith("identical to the results in ")
+    results = json.loads(out)
+    assert results["overrides"] == (list(SET) if given else [])
+    assert results["scenario"]["device"]["restitution"] == (0.55 if given else 0.5)
+    assert results["provenance"]["scenario_name"] == "design-point.yaml"
+
+
+def test_both_carry_the_file_and_the_results(files, example, tmp_path: Path) -> None:
+    for name in ("report.html", "report.pdf"):
+        (tmp_path / name).write_bytes(files[name, True])
+    page, pdf = (read_carried(str(tmp_path / name)) for name in ("report.html", "report.pdf"))
+    assert page.scenario == pdf.scenario == example("design-point").read_text(encoding="utf-8")
+    assert page.results == pdf.results
+    assert page.overrides == pdf.overrides == SET
+
+
+def test_a_run_from_a_report_writes_one_that_can_be_run_again(files, again, tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_bytes(files["report.html", True])
+    assert main(["run", str(tmp_path / "report.html"), "-o", str(tmp_path / "out"), "--format", "pdf", "-q"]) == 0
+    code, _, err = again("second.pdf", (tmp_path / "out" / "report.pdf").read_bytes())
+    assert (code, err.startswith("identical")) == (0, True)
+
+
+def test_what_is_set_over_a_report_differs_from_it(files, again) -> None:
+    code, out, err = again("report.html", files["report.html", True], "--set", "device.length_m=0.71")
+    assert code == 0
+    assert json.loads(out)["overrides"] == [*SET, "device.length_m=0.71"]
+    assert "scenario: device.length_m: " in err
+
+
+def tampered(texts: dict[str, str], change: Callable[[dict[str, Any]], object]) -> bytes:
+    results = json.loads(texts["results.json"])
+    change(results)
+    return attaching(texts | {"results.json": json.dumps(results)})
+
+
+def test_a_changed_value_is_named_however_small_the_change(files, again) -> None:
+    def change(results: dict[str, Any]) -> None:
+        results["design_point"]["q"][0] *= 1 + 1e-15
+
+    code, _, err = again("report.pdf", tampered(attached(files["report.pdf", False]), change))
+    assert code == 0
+    assert "not identical" in err
+    assert "1 value (design_point.q[0])" in err
+
+
+def test_changes_are_listed_as_diff_lists_them(files, again) -> None:
+    def change(results: dict[str, Any]) -> None:
+        results["alerts"] = []
+        results["accuracy"] = {"runs": [{"seconds": 1.0}]}
+
+    _, _, err = again("report.pdf", tampered(attached(files["report.pdf", False]), change))
+    assert "accuracy, alerts" in err
+    assert "alert: VR010" in err
+
+
+def test_measured_times_and_origin_are_not_compared() -> None:
+    from vireport.comparison.baseline import unequal
+
+    old = {"runs": [{"seconds": 1.0, "errors": {"d": 1e-9}}], "provenance": {"python": "3.11"}}
+    new = {"runs": [{"seconds": 2.0, "errors": {"d": 2e-9}}], "provenance": {"python": "3.12"}}
+    assert list(unequal(old, new)) == ["runs[0].errors.d"]
+
+
+def test_what_is_no_report_is_refused(files, again) -> None:
+    texts = attached(files["report.pdf", False])
+    newer = {"scenario.yaml": texts["scenario.yaml"].replace("schema_version: 1", "schema_version: 2")}
+    cases = {
+        "carries no scenario with its results": [
+            attaching({}),
+            attaching({"scenario.yaml": texts["scenario.yaml"]}),
+            b"<!DOCTYPE html><p>Hello</p>",
+            b"",
+        ],
+        "is encrypted": [attaching(texts, "secret")],
+        "is no PDF that can be read": [files["report.pdf", False][:5000], b"%PDF-1.7\n"],
+        "what it carries is damaged": [
+            attaching(texts | {"results.json": "["}),
+            attaching(texts | {"results.json": "{}"}),
+            tampered(texts, lambda results: results.update(overrides=[1])),
+        ],
+        "schema_version 2 is not understood": [tampered(texts, lambda results: results.update(schema_version=2))],
+        "design-point.yaml:": [attaching(texts | newer)],
+    }
+    for message, damaged in cases.items():
+        for data in damaged:
+            code, out, err = again("report.pdf", data)
+            assert (code, out, message in err) == (2, "", True), err
+            assert "Traceback" not in err
