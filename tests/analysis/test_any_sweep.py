@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from exact import return_determinant
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from strategies import sweeps
 
@@ -13,10 +13,14 @@ from vireport.analysis import BifurcationDiagram, Motions, Sweep, design_point, 
 from vireport.physics import Device
 from vireport.scenario import Parameter
 
+SUBNORMAL = Device(1.0, 0.03125, 9.8, 0.21353156973176252, 0.8541262789270501, 1.0, 2.2250738585072014e-308, 3)
+"""A tilt whose conditions have derivatives below the smallest normal double."""
+
 
 @pytest.mark.slow
 @settings(max_examples=250)
 @given(sweeps())
+@example(Sweep(SUBNORMAL, Parameter.LENGTH, 0.42706313946352503, 0.10676578486588126))
 def test_invariants_of_any_sweep(sweep: Sweep) -> None:
     solution = solve(sweep)
     for branch in solution.branches:

@@ -265,12 +265,15 @@ def _inverse(columns: list[list[float]]) -> NDArray[np.float64]:
     """Inverse of a Jacobian, whose rows are first brought to one size."""
     matrix = np.array(columns).T
     size = np.max(np.abs(matrix), axis=1)
-    if not np.all(np.isfinite(matrix)) or not size.all():
-        raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
-    try:
-        return np.asarray(np.linalg.inv(matrix / size[:, None]) / size)
-    except np.linalg.LinAlgError as error:
-        raise NumericalError("a critical point is degenerate: two of its conditions coincide") from error
+    if np.all(np.isfinite(matrix)) and size.all():
+        try:
+            with np.errstate(over="ignore"):  # a condition within the subnormal numbers
+                inverse = np.asarray(np.linalg.inv(matrix / size[:, None]) / size)
+        except np.linalg.LinAlgError as error:
+            raise NumericalError("a critical point is degenerate: two of its conditions coincide") from error
+        if np.all(np.isfinite(inverse)):
+            return inverse
+    raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
 
 
 def _as_doubles(sweep: Sweep, orbit: Orbits) -> PolishedMotion:

@@ -1,6 +1,6 @@
 """The simulation beside the analytic solution: whether it ends where the formulae say, and where else it ends.
 
-The simulation knows nothing of the formulae; this module is the only place where both meet.
+The simulation knows nothing of the formulae: that both agree is evidence.
 """
 
 from __future__ import annotations
