@@ -58,6 +58,7 @@ def test_validate_imports_no_physics(example) -> None:
     assert not imported_by("validate", str(example("inclined"))) & (HEAVY | {"numpy"})
 
 
+@pytest.mark.slow
 def test_a_report_never_imports_pyplot(example, tmp_path: Path) -> None:
     loaded = imported_by("run", str(example("inclined")), "-o", str(tmp_path / "out"))
     assert "matplotlib" in loaded

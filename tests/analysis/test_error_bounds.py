@@ -268,6 +268,7 @@ def test_admissible_is_undecided_where_rounding_decides() -> None:
     assert wrong > 0
 
 
+@pytest.mark.slow
 def test_bounds_of_simulated_multipliers_hold(study_of) -> None:
     """Against the multiplier of the exact motion at the same d and gbar."""
     study = study_of("simulated")

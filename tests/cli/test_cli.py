@@ -44,6 +44,7 @@ def test_every_output_of_an_example(name: str, example, tmp_path: Path) -> None:
     assert (folder / "figure-2.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_design_point_draws_no_bifurcation_figure(example, tmp_path: Path) -> None:
     run = vireport(str(example("design-point")), "-o", str(tmp_path / "out"))
     assert run.returncode == 0
@@ -192,6 +193,7 @@ def test_without_a_ball_mass_no_energy_is_evaluated(example, tmp_path: Path) -> 
     assert any("ball_mass_kg" in entry["why"] for entry in results["left_out"])
 
 
+@pytest.mark.slow
 def test_init_writes_a_scenario_that_runs_and_never_overwrites(tmp_path: Path) -> None:
     assert vireport("init", cwd=tmp_path).returncode == 0
     assert vireport("validate", "scenario.yaml", cwd=tmp_path).returncode == 0

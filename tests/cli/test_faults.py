@@ -286,6 +286,7 @@ def test_a_comparison_does_not_overwrite_another(tmp_path: Path, monkeypatch) ->
     assert (tmp_path / "comparison/compare.json").read_bytes() == first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "folder"),
     [

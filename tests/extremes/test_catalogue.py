@@ -31,6 +31,7 @@ def named(cases: tuple[Case, ...], quick: tuple[str, ...] = ()) -> list:
     return [pytest.param(case, id=f"{case.group}: {case.name}", marks=marks[case.group in quick]) for case in cases]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", named(catalogue(), CHEAP))
 def test_around_the_paper_s_device(case: Case) -> None:
     """Which has every point of the catalogue."""

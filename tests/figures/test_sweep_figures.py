@@ -54,6 +54,7 @@ def test_without_a_sweep_there_is_nothing_to_draw() -> None:
         figure_2(analyse(load(ROOT / "examples" / "design-point.yaml")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["wide", "horizontal-wide", "lively", "frequency"])
 def test_only_admissible_motions_are_drawn(name: str) -> None:
     study = study_of(name)
@@ -231,6 +232,7 @@ def test_no_label_lies_on_a_line_a_tick_or_a_marker(name: str, figure: str) -> N
                             assert not box.count_contains(piece), text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("figure", list(FIGURES))
 def test_an_empty_sweep_says_so_in_every_panel(figure: str) -> None:
     assert not rows(study_of("empty"), True)
@@ -384,6 +386,7 @@ def test_captions_say_what_is_drawn_in_two_sentences() -> None:
 # As vectors
 
 
+@pytest.mark.slow
 def test_as_vectors_texts_are_texts_and_identifiers_are_unique_on_a_page() -> None:
     drawn = pictures(study_of("horizontal"))
     elements = [ElementTree.fromstring(picture.inline) for picture in drawn]

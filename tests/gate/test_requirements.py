@@ -421,6 +421,7 @@ def test_what_is_set_over_the_file_has_no_line() -> None:
     assert [one.line for one in whole.criteria] == [None]
 
 
+@pytest.mark.slow
 def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
     assert main([str(CI / "failing.yaml"), "-o", str(tmp_path), "--format", "html", "-q"]) == 1
     page = Page((tmp_path / "report.html").read_bytes())
@@ -438,6 +439,7 @@ def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
     assert "Acceptance" not in Page(render_html(plain)).headings
 
 
+@pytest.mark.slow
 def test_the_workflow_runs_what_exists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     workflow = read((CI / "vireport.yml").read_text(), "vireport.yml")
     assert not workflow.mistakes

@@ -91,6 +91,7 @@ def converted(speed: float, membrane: Membrane = PAPER, dielectric: Dielectric =
     return conversion((gain, gain), (speed, -speed), membrane, dielectric, 0.5, 0.5)
 
 
+@pytest.mark.slow
 @given(st.floats(-3, 1.3))
 def test_energy_is_the_area_of_the_charge_voltage_cycle(exponent: float) -> None:
     """Charged to Uin at the largest area, isolated until it is flat, discharged: the integral of V dQ in 40 digits."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import pytest
 import yaml
 from bad_scenarios import GOOD
 from hypothesis import given, settings
@@ -16,6 +17,7 @@ from vireport.scenario import Parameter, loads, to_dict
 REPEATABLE = settings(derandomize=True, max_examples=200, deadline=None)
 
 
+@pytest.mark.slow
 @REPEATABLE
 @given(valid_trees(), st.sampled_from([yaml.safe_dump, json.dumps]))
 def test_loading_the_plain_data_gives_the_same_scenario(tree, dump):

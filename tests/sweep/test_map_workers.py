@@ -150,6 +150,7 @@ def test_a_scheduler_that_is_not_there_is_told(tmp_path: Path) -> None:
         compute_on("tcp://127.0.0.1:9", tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quiet_dask")
 @pytest.mark.parametrize("scheme", ["tcp", "tls"])
 def test_something_else_in_the_place_of_a_scheduler_is_told(scheme: str, tmp_path: Path) -> None:
@@ -202,6 +203,7 @@ def is_listening(port: int) -> bool:
         return tried.connect_ex(("127.0.0.1", port)) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quiet_dask")
 def test_a_scheduler_without_workers_is_not_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(workers, "PATIENCE", 1.0)
