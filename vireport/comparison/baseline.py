@@ -117,7 +117,13 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     return dict(baseline)
 
 
-def check(baseline: Any, name: str = "baseline") -> None:
+def check(baseline: Any, name: str) -> None:
+    """Raise UsageError unless a baseline can be compared, found out on itself: what is missing may lie deep inside."""
+    _require_results(baseline, name)
+    _compared(baseline, baseline, RELATIVE, name)
+
+
+def _require_results(baseline: Any, name: str = "baseline") -> None:
     """Raise UsageError, saying what is missing, unless this is results.json of a version that is understood."""
     if not isinstance(baseline, Mapping):
         raise UsageError(f"{name}: is no results.json (a block of keys)")
@@ -128,7 +134,6 @@ def check(baseline: Any, name: str = "baseline") -> None:
         shown = visible(repr(version), LONGEST)
         raise UsageError(f"{name}: schema_version {shown} is not understood (allowed: {SCHEMA_VERSION})")
     _require_finite(baseline, name)
-    _compared(baseline, baseline, RELATIVE, name)  # what is missing deep inside
 
 
 def _require_finite(baseline: Any, name: str) -> None:
@@ -165,7 +170,7 @@ def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) 
     """
     if not 0 <= relative < inf:
         raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")
-    check(baseline)
+    _require_results(baseline)
     return _compared(baseline, study.to_dict(), relative)
 
 

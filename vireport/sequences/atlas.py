@@ -14,7 +14,7 @@ from math import asin, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import Sweep, solve
+from vireport.analysis import BifurcationDiagram, CriticalKind, Sweep, solve
 from vireport.sequences.continuation import Curve, Event, Point, Strand, follow
 from vireport.sequences.equations import Model
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
@@ -27,11 +27,6 @@ Floats = NDArray[np.float64]
 
 SAMPLES_OF_ONE = 9
 """Values of the coordinate at which motions with one impact are looked for; each is in closed form."""
-
-LETTERS = {
-    Event.PERIOD_DOUBLING: "B", Event.FOLD: "C", Event.PITCHFORK: "C", Event.GRAZING: "G", Event.NODE_FOCUS: "A",
-}  # fmt: skip
-"""Of the labels, as for critical points of the 1:1 motions."""
 
 MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Event.ZERO_VELOCITY
 """Events that are vertices."""
@@ -49,7 +44,7 @@ def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atl
         Found otherwise, as further starts.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
-    search = _Search(sweep, Model(sweep.level, float(sweep.device.restitution)), low, high, limits)
+    search = _Search(solve(sweep), Model(sweep.level, float(sweep.device.restitution)), low, high, limits)
     for motion in (*_starts(search), *simulated):
         search.explore(motion)
     return search.atlas()
@@ -58,14 +53,13 @@ def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atl
 def _starts(search: _Search) -> Iterator[Motion]:
     """The motions that are known in closed form: 1:1, one on each admissible stretch, and with one impact."""
     for k in range(1, search.limits.periods + 1):
-        sweep = replace(search.sweep, device=replace(search.sweep.device, period_ratio=k))
-        for branch in solve(sweep).branches if search.limits.impacts > 1 else ():
+        for branch in search.one_to_one(k).branches if search.limits.impacts > 1 else ():
             for part in branch.segments() if branch.mirror_of is None else ():
                 m, i = branch.motions, (part.first + part.last) // 2
                 if part.admissible and m.admissible[i]:
                     time = m.phi_bottom[i] / pi + np.array([0.0, 2 * k * m.q[i]])
                     velocity = np.array([m.velocity_bottom[i], m.velocity_top[i]])
-                    yield Motion(Sequence((1, -1), k), velocity, time, float(sweep.coordinate(m)[i]))
+                    yield Motion(Sequence((1, -1), k), velocity, time, float(search.sweep.coordinate(m)[i]))
         for c in np.linspace(search.low, search.high, SAMPLES_OF_ONE):
             yield from _with_one_impact(search.model, k, float(c))
         words = ((1, 1, -1), (1, -1, -1))[: 1 if search.model.level.horizontal else 2]  # mirror images of each other
@@ -96,7 +90,7 @@ class _Meeting:
 
 @dataclass(slots=True)
 class _Search:
-    sweep: Sweep
+    diagram: BifurcationDiagram
     model: Model
     low: float
     high: float
@@ -106,6 +100,17 @@ class _Search:
     meetings: list[_Meeting] = field(default_factory=list)
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
     queue: deque[Beginning] = field(default_factory=deque)
+
+    @property
+    def sweep(self) -> Sweep:
+        """What is swept."""
+        return self.diagram.sweep
+
+    def one_to_one(self, periods: int) -> BifurcationDiagram:
+        """The 1:1 motions along the sweep that take a number of forcing periods."""
+        if periods == self.sweep.device.period_ratio:
+            return self.diagram
+        return solve(replace(self.sweep, device=replace(self.sweep.device, period_ratio=periods)))
 
     def explore(self, motion: Motion) -> None:
         """Follow the family of a motion, and all that it is joined to."""
@@ -202,11 +207,11 @@ class _Search:
 
     def _labels(self, points: list[tuple[_Meeting, PolishedPoint]]) -> Iterator[str]:
         """Labels of vertices along the sweep: critical points of the 1:1 motions keep those that they have."""
-        known = list(solve(self.sweep).critical_points)
+        known = list(self.diagram.critical_points)
         one_to_one = Sequence((1, -1), self.sweep.device.period_ratio)
         counts = Counter(critical.kind.letter for critical in known)
         for meeting, point in points:
-            letter, critical = LETTERS[meeting.event], None
+            letter, critical = CriticalKind(meeting.event).letter, None
             if any(self.families[number - 1].sequence == one_to_one for number in meeting.families):
                 near = SAME * abs(point.sweep_value)
                 at = [

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, log, sqrt
+from math import ceil, log
 
 import numpy as np
 
-from vireport.analysis import Solution
+from vireport.analysis import Solution, eigenvalues
 from vireport.simulation import BOTTOM, PHASE, TOP, VELOCITY, WALL, check_model, follow_one
 from vireport.trust.benchmark import stable_motion
 
@@ -89,5 +89,5 @@ def reproduce(solution: Solution) -> Reproduction | None:
 
 def _periods_to_die_out(trace: float, discriminant: float, r: float) -> int:
     """Periods in which the larger multiplier takes the distance from the motion to a small share of `REPRODUCED`."""
-    largest = r * r if discriminant < 0 else (abs(trace) + sqrt(discriminant)) / 2
+    largest = r * r if discriminant < 0 else max(map(abs, eigenvalues(trace, r)))
     return 2 + ceil(log(SMALL * REPRODUCED / ASIDE) / log(max(largest, SMALL)))
