@@ -3,6 +3,7 @@ solving, and the simulation."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice, product
@@ -36,6 +37,9 @@ from vireport.scenario import DesignInput, Parameter
 
 NEAR = 0.06
 """Distance in q and radians within which a motion is the one that ends nearby."""
+
+PARTS = int(os.environ.get("VIREPORT_PARTS", "4"))
+"""Of the random devices in 40 digits, each but the first with 20; 11 are 201 devices, in half an hour."""
 
 JUMP = 0.3
 """The same of one motion at two of many values: more than it moves, less than to another."""
@@ -165,7 +169,7 @@ def exact_end(device: Device, inputs: dict[str, Any], end: Margin) -> Any:
     return reference.newton(equations, [*guess, *time])[3]
 
 
-@pytest.mark.parametrize("part", first(1, range(4)))
+@pytest.mark.parametrize("part", first(1, range(PARTS)))
 def test_ends_and_their_derivatives_in_40_digits(part: int) -> None:
     for device, design in stable_devices(1 if part == 0 else 20, 1000 * part):
         for end in design.endings():

@@ -216,11 +216,12 @@ def conversion(
     with the thickness k. Charged to Uin at its largest area and then isolated, it has the voltage U_imp of (5.2) when
     it is flat again, and has gained the energy of a cycle of constant charge,
 
-        C Uin^2/2 (C/C0 - 1) = C0 U_imp (U_imp - Uin)/2
+        C Uin^2/2 (C/C0 - 1) = C0 U_imp (U_imp - Uin)/2,
 
-    (Pelrine et al., Proc. SPIE 4329 (2001) 148-156). The field is highest then, U_imp/k: on the way the thickness
-    grows as 1/A, and the voltage faster. Leakage, the circuit's losses and the electrical force on the membrane, which
-    r stands for, are not included. An impact on a membrane of the heavy capsule takes m V^2 (1 - r^2)/2 from the ball.
+    the area of the cycle in the plane of voltage and charge (Koh et al., IEEE/ASME Trans. Mechatronics 16 (2011)
+    33-41). The field is highest then, U_imp/k: on the way the thickness grows as 1/A, and the voltage faster. Leakage,
+    the circuit's losses and the electrical force on the membrane, which r stands for, are not included. An impact on a
+    membrane of the heavy capsule takes m V^2 (1 - r^2)/2 from the ball.
     """
     bias, flat = membrane.bias_voltage_v, np.pi * membrane.active_radius_m**2
     capacitance = VACUUM_PERMITTIVITY * dielectric.relative_permittivity * flat / dielectric.thickness_m
