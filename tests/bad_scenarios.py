@@ -180,9 +180,35 @@ RELATIONS = (
                 "is varied already",
             ),
             ("heavy ball", "u_ave_v", f"{{path: {BALL}, from: 1e-3, to: 0.2}}", "vary.0.to", "below capsule_mass_kg"),
+            (
+                "light capsule",
+                "u_ave_v",
+                "{path: device.capsule_mass_kg, from: 4e-3, to: 0.2}",
+                "vary.0.from",
+                "got 0.004, which is too small (above ball_mass_kg, 0.0041)",
+            ),
+            (
+                "wide ball",
+                "u_ave_v",
+                f"{{path: {MEMBRANE}.ball_radius_m, from: 4e-3, to: 7e-3}}",
+                "vary.0.to",
+                "got 0.007, which is too large (below active_radius_m, 0.0063)",
+            ),
+            (
+                "of no dielectric",
+                "u_ave_v",
+                f"{{path: {MEMBRANE}.thickness_m, from: 1e-3, to: 2e-3}}",
+                "vary.0.path",
+                f"{MEMBRANE}.thickness_m is not given",
+            ),
             ("of power", "power_mw", f"{{path: {LENGTH}, from: 1, to: 2}}", "maximise", "needs device.membrane.thick"),
             ("of colour", "colour", f"{{path: {LENGTH}, from: 1, to: 2}}", "maximise", "one of u_ave_v, voltage_rate"),
         )
+    ),
+    bad(
+        "design of a membrane, no ball mass",
+        without(5, 8, 9) + f"design: {{maximise: wall_gap, vary: [{{path: {MEMBRANE}.exponent, from: 2, to: 3}}]}}\n",
+        (17, "design.vary.0.path", "membranes are evaluated where device.ball_mass_kg is given (give it)"),
     ),
     bad(
         "membrane, no ball mass",

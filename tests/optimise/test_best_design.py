@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from conftest import first
 
-from vireport import analyse, load, loads
+from vireport import analyse, load, loads, reference
 from vireport.cli.app import main
 from vireport.errors import UsageError
 from vireport.optimise import optimise, problem_of
 from vireport.optimise.cells import evaluate, keeps_motion
 from vireport.optimise.problem import Problem, smallest_margin
-from vireport.optimise.refine import _linear
-from vireport.scenario import Objective
+from vireport.optimise.refine import SLOTS, _linear
+from vireport.reference import mp, mpf
+from vireport.scenario import Objective, Parameter
 
 DEVICE = """\
 schema_version: 1
@@ -35,6 +38,7 @@ INCLINATION = "{path: inclination_deg, from: 10, to: 80}"
 FORCE = "{path: excitation.amplitude_n, from: 2, to: 6}"
 RESTITUTION = "{path: device.restitution, from: 0.3, to: 0.7}"
 BALL = "{path: device.ball_mass_kg, from: 1e-3, to: 6e-3}"
+CAPSULE = "{path: device.capsule_mass_kg, from: 0.1, to: 0.15}"
 
 PROBLEMS = {
     "rate": ("voltage_rate_v_s", (LENGTH, FREQUENCY), "margin_any_percent: 5, stroke_at_most_m: 0.35"),
@@ -113,18 +117,88 @@ def test_what_has_a_margin_keeps_its_motion() -> None:
 
 
 @pytest.mark.parametrize("at", [(0.52, 0.35, 0.5, 0.5), (0.6, 0.25, 0.2, 0.4)])
-def test_gradients_are_those_of_objective_limits_and_margins(at: tuple[float, ...]) -> None:
-    limits = "margin_any_percent: 5, stroke_at_most_m: 0.35, field_at_most_percent: 75"
-    search = problem("power_mw", (LENGTH, FREQUENCY, INCLINATION, RESTITUTION), limits)
-    t, step = np.array(at), 1e-5
+def test_gradients_of_margins(at: tuple[float, ...]) -> None:
+    """By differences here; they are held against 40 digits with the margins themselves."""
+    search = problem("power_mw", (LENGTH, FREQUENCY, INCLINATION, RESTITUTION), "margin_any_percent: 5")
+    t, step, count = np.array(at), 1e-5, len(SLOTS)
     here = _linear(search, t)
     assert np.isfinite(here.value)
     for k in range(4):
         aside = step * np.eye(4)[k]
-        after, before = _linear(search, t + aside), _linear(search, t - aside)
-        assert here.slope[k] == pytest.approx((after.value - before.value) / (2 * step), rel=1e-4, abs=1e-6)
-        moved = (after.slack - before.slack) / (2 * step)
-        assert here.slopes[:, k] == pytest.approx(moved, rel=1e-4, abs=1e-4)
+        after, before = (_linear(search, t + side).slack[:count] for side in (aside, -aside))
+        assert here.slopes[:count, k] == pytest.approx((after - before) / (2 * step), rel=1e-4, abs=1e-4)
+
+
+LIMITED = "stroke_at_most_m: 0.35, field_at_most_percent: 75, u_bottom_top_difference_at_most_v: 2e4"
+FILM = ("thickness_m, from: 5e-4, to: 2e-3", "exponent, from: 2, to: 3", "ball_radius_m, from: 4e-3, to: 6e-3")
+DIFFERENTIATED = {
+    "motion": ((LENGTH, FREQUENCY, INCLINATION, RESTITUTION), (0.52, 0.35, 0.5, 0.5)),
+    "device": ((LENGTH, FORCE, CAPSULE, BALL), (0.55, 0.26, 0.5, 0.5)),
+    "membrane": ((FREQUENCY, *(f"{{path: device.membrane.{x}}}" for x in FILM)), (0.35, 0.4, 0.3, 0.6)),
+}
+
+
+def with_inputs(search: Problem, t: list[Any]) -> tuple[Any, Any]:
+    """Device and membrane of a design, in decimals, by the names of the keys."""
+    device, membrane = search.at(np.array(t, dtype=float))
+    for one, share in zip(search.design.vary, t, strict=True):
+        name, value = one.path.rpartition(".")[2], one.from_ + (mpf(one.to) - one.from_) * share
+        if name == "thickness_m":
+            membrane = replace(membrane, dielectric=replace(membrane.dielectric, **{name: value}))
+        elif one.path.startswith("device.membrane.") or name == "ball_mass_kg":
+            membrane = replace(membrane, **{name: value})
+        else:
+            device = replace(device, **{name: value})
+    return device, membrane
+
+
+def exact_motion(device: Any, guess: list[Any]) -> tuple[Any, ...]:
+    """The motion near a guess, with its slacks of stability and gap, by the printed equations."""
+    d, gbar = reference.groups(device, Parameter.LENGTH, device.length_m)
+    r = mpf(device.restitution)
+    state = reference.motion(guess, d, gbar, r, 1)
+    gap = reference.wall_gap(state, d, gbar, r, 1) / d
+    return (
+        state,
+        reference.velocity_top(state, gbar, r, 1),
+        1 - abs(reference.trace(state, gbar, r, 1)) / (1 + r**4),
+        gap,
+    )
+
+
+def exact(search: Problem, t: list[Any], guess: list[Any]) -> list[Any]:
+    """Objective (power) and slacks of `LIMITED` at a design."""
+    device, membrane = with_inputs(search, t)
+    state, top, stability, gap = exact_motion(device, guess)
+    force, mass, f = (mpf(x) for x in (device.amplitude_n, device.capsule_mass_kg, device.frequency_hz))
+    speeds = [abs(v) * force / (2 * mass * f) for v in (state[0], top)]
+    gains = [reference.voltage(speed, membrane)[1] for speed in speeds]
+    bias, film = membrane.bias_voltage_v, membrane.dielectric
+    flat = mpf("8.8541878188e-12") * film.relative_permittivity * mp.pi * mpf(membrane.active_radius_m) ** 2
+    power = 1e3 * f * sum(flat / film.thickness_m / 2 * gain * (gain + bias) for gain in gains)
+    field = (max(gains) + bias) / film.thickness_m / film.breakdown_field_v_m
+    stroke = 2 * force / (mass * (2 * mp.pi * f) ** 2)
+    slack = [stability, gap, 1 - abs(gains[0] - gains[1]) / 20000, 1 - field / mpf("0.75"), 1 - stroke / mpf("0.35")]
+    return [power, *slack]
+
+
+@pytest.mark.parametrize("name", DIFFERENTIATED)
+def test_derivatives_are_those_of_40_digits(name: str) -> None:
+    vary, at = DIFFERENTIATED[name]
+    search = problem("power_mw", vary, LIMITED)
+    here = _linear(search, np.array(at))
+    found = search.study(np.array(at)).solution.design.motions
+    guess = [mpf(float(x[0])) for x in (found.velocity_bottom, found.phi_bottom, found.u)]
+    with reference.precise():
+        step, centre = mpf(10) ** -9, [mpf(x) for x in at]
+        values = exact(search, centre, guess)
+        assert [here.value, *here.slack] == pytest.approx([float(x) for x in values], rel=1e-11)
+        for k in range(len(at)):
+            sides = [
+                exact(search, [x + sign * step * (i == k) for i, x in enumerate(centre)], guess) for sign in (1, -1)
+            ]
+            expected = [float((after - before) / (2 * step)) for after, before in zip(*sides, strict=True)]
+            assert [here.slope[k], *here.slopes[:, k]] == pytest.approx(expected, rel=1e-10, abs=1e-12)
 
 
 @pytest.mark.slow

@@ -30,6 +30,8 @@ BEYOND = {
     "required inclination_from_deg: 20, inclination_to_deg: 20.0 inclination_to_deg",
     "required margin_any_percent: 6 margin_any_percent",
     *(f"design {name}" for name in ("out of range", "of one value", "twice", "heavy ball", "of power")),
+    *(f"design {name}" for name in ("light capsule", "wide ball", "of no dielectric")),
+    "design of a membrane, no ball mass",
     *("off length_m: 0.7, amplitude_percent: 3", "off restitution: 0.5", "off inclination_percent: 1"),
     *("off capsule_mass_percent: 1, samples: 100", "nothing behind tolerances"),
     *("key simulation: {portraits: [.nan]}", "key simulation: {portraits: [-0.6]}", "simulation without a sweep"),

@@ -28,7 +28,7 @@ from vireport.analysis.level_curve import sample
 from vireport.analysis.margins import HIGHEST_RESTITUTION, Margin
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
 from vireport.analysis.orbits import Flight, Orbits, coefficients, orbits
-from vireport.analysis.pointwise import PointwiseMotions, find_motions
+from vireport.analysis.pointwise import PointwiseMotions, differentiated_motions, find_motions
 from vireport.analysis.roots import bracketed_root
 from vireport.analysis.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 from vireport.analysis.solution import SMALLEST_LOSS, Solution, solution_of
@@ -81,6 +81,7 @@ __all__ = [
     "coefficients",
     "contact_share",
     "design_point",
+    "differentiated_motions",
     "eigenvalues",
     "equations",
     "find_motions",

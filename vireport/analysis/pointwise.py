@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.admissibility import wall_gap
+from vireport.analysis.admissibility import turning_points, wall_gap
 from vireport.analysis.level_curve import largest_groups
 from vireport.analysis.orbits import Orbits, coefficients, orbits
 from vireport.analysis.roots import cubic_root, secant_root
@@ -163,6 +163,40 @@ def _evaluated(cell: Ints, u: Floats, phi: Floats, d: Floats, gbar: Floats, r: A
     orbit = replace(orbit, gbar=gbar[cell], d=d[cell])
     trace = np.asarray(return_trace(orbit, r[cell]))
     return PointwiseMotions(cell, orbit, trace, wall_gap(orbit, r[cell], n))
+
+
+def differentiated_motions(d: Any, gbar: Any, r: Any, n: int) -> PointwiseMotions:
+    """The motions of `find_motions` with their derivatives, exact, as imaginary parts.
+
+    Parameters
+    ----------
+    d, gbar, r : ndarray of complex, shape (cells,)
+        With imaginary parts of the size of `STEP`: over it, they are the derivatives with respect to something.
+    n : int
+
+    Notes
+    -----
+    How (u, phi) move follows from d(u, phi, r) and gbar(u, phi, r) by the implicit function theorem, all else from the
+    formulae. A gap to a membrane changes as the position at the time of the turning point does, where Z' is zero.
+    """
+    found = find_motions(d.real, gbar.real, r.real, n)
+    d, gbar, r, u, phi = d[found.cell], gbar[found.cell], r[found.cell], found.orbit.u, found.orbit.phi
+    along_u, along_phi, at = (
+        orbits(*x, n) for x in ((u + 1j * STEP, phi, r.real), (u, phi + 1j * STEP, r.real), (u + 0j, phi, r))
+    )
+    of_d, of_gbar = d.imag - at.d.imag, gbar.imag - at.gbar.imag
+    with np.errstate(all="ignore"):  # on a fold there is no derivative
+        determinant = (along_u.d.imag * along_phi.gbar.imag - along_phi.d.imag * along_u.gbar.imag) / STEP
+        u = u + 1j * (of_d * along_phi.gbar.imag - of_gbar * along_phi.d.imag) / determinant
+        phi = phi + 1j * (of_gbar * along_u.d.imag - of_d * along_u.gbar.imag) / determinant
+    orbit = replace(orbits(u, phi, r, n), gbar=gbar, d=d)
+    gap = d.copy()
+    for turn in turning_points(found.orbit, r.real, n, nearest=True):
+        way = orbit.flights(r)[0 if turn.upward else 1].select(turn.index)
+        angle = np.pi * turn.time
+        covered = way.covered(turn.time, way.turned(np.sin(angle), np.cos(angle))[1])
+        np.minimum.at(gap, turn.index, np.minimum(covered, way.d - covered))
+    return PointwiseMotions(found.cell, orbit, return_trace(orbit, r), gap)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

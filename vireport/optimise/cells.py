@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import HIGHEST_RESTITUTION, UNSTABLE, PointwiseMotions, classify, find_motions
+from vireport.analysis import (
+    HIGHEST_RESTITUTION,
+    UNSTABLE,
+    PointwiseMotions,
+    classify,
+    differentiated_motions,
+    find_motions,
+)
 from vireport.optimise.problem import ACCELERATION, FIELD, STROKE, Problem, quantities
-from vireport.physics import Device, Membrane, conversion, voltages
+from vireport.physics import Device, Dielectric, Membrane, conversion, magnitude, voltages
 from vireport.scenario import DesignInput, Parameter
+from vireport.tolerances import FACTOR_OF, devices_off
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -52,24 +62,22 @@ class Cells:
 
 
 def evaluate(problem: Problem, t: Floats) -> Cells:
-    """Evaluate designs t, shape (cells, inputs), by the closed form, as exactly as doubles allow."""
+    """Evaluate designs t, shape (cells, inputs), by the closed form, as exactly as doubles allow.
+
+    Complex ones give derivatives, see `analysis.differentiated_motions`.
+    """
     device, membrane = problem.at(t)
     count = len(t)
-    found, rows, r = _stable(device, count)
+    found, r = _motions(device, count)
+    rows = np.flatnonzero(_is_stable(found, r))
     cell = found.cell[rows]
-    first = np.flatnonzero(np.diff(cell, prepend=-1))
 
     def worst(values: Floats, least: bool) -> Floats:
-        whole = np.full(count, np.nan)
-        reduce = np.minimum.reduceat if least else np.maximum.reduceat
-        whole[cell[first]] = reduce(values, first) if cell.size else values
-        return whole
+        return _extreme(values, cell, count, np.minimum if least else np.maximum)
 
     with np.errstate(all="ignore"):
         columns = _of_motions(device, membrane, found, rows, r)
-        trace = found.trace[rows]
-        slack = [worst(1 - np.abs(trace) / (1 + r[cell] ** 4), True)]
-        slack.append(worst(found.wall_gap[rows] / found.orbit.d[rows], True))
+        slack = [worst(part[rows], True) for part in _slack(found, r)]
         for quantity, least, limit in problem.limits:
             if quantity in (ACCELERATION, STROKE):
                 shaker = device.shaker(Parameter.LENGTH, device.length_m)
@@ -78,7 +86,7 @@ def evaluate(problem: Problem, t: Floats) -> Cells:
             else:
                 ratio = worst(columns[quantity], least) / limit
                 slack.append(ratio - 1 if least else 1 - ratio)
-    nothing = np.full(count, np.nan)
+    nothing = np.full_like(slack[0], np.nan)
     value = worst(columns[problem.objective], True) if problem.objective in columns else nothing
     stable = np.isfinite(slack[0])
     return Cells(stable, value, np.where(stable[:, None], np.stack(slack, axis=1), np.nan))
@@ -99,22 +107,67 @@ def keeps_motion(problem: Problem, t: Floats, share: float) -> Mask:
             moved = np.flatnonzero(value <= high)  # beyond it no margin is looked for
             device, _ = problem.at(t[rows[moved]])
             changed: dict[str, Any] = {varied: value[moved]}
-            found, stable, _ = _stable(replace(device, **changed), len(moved))
+            found, r = _motions(replace(device, **changed), len(moved))
             there = np.zeros(len(moved), dtype=bool)
-            there[found.cell[stable]] = True
+            there[found.cell[_is_stable(found, r)]] = True
             kept[rows[moved]] = there
     return kept
 
 
-def _stable(device: Device, count: int) -> tuple[PointwiseMotions, Ints, Floats]:
-    """All motions of devices, which rows of them are stable, and the restitution of each device."""
-    x, r = device.groups(Parameter.LENGTH, device.length_m), np.asarray(device.restitution, dtype=float)
-    d, gbar = (np.array(np.broadcast_to(np.asarray(one, dtype=float), count)) for one in x)
+def corner_slack(problem: Problem, t: Floats, share: float = 1.0) -> Floats:
+    """How far the devices at the corners of the tolerances are from the end of stable motion, shape (cells, corners).
+
+    Of the motion that is farthest from it: the lesser of its slacks of stability and gap, as in `Cells`; negative where
+    none is stable, NaN where there is none. Every device within the tolerances has stable motion only if all corners
+    have.
+
+    Parameters
+    ----------
+    problem : Problem
+    t : ndarray, shape (cells, inputs)
+        May be complex, see `evaluate`.
+    share : float
+        Of the tolerances.
+    """
+    device, _ = problem.at(t)
+    widths = problem.half_widths(device)
+    factors = sorted({FACTOR_OF[varied] for varied in widths})
+    ends = np.array(list(product((-share, share), repeat=len(factors)))).T if widths else np.empty((0, 0))
+    slack = []
+    for end in ends.T:
+        steps = np.array([end[factors.index(FACTOR_OF[x])] * (-1 if x is DesignInput.AMPLITUDE else 1) for x in widths])
+        found, r = _motions(devices_off(device, widths, np.tile(steps[:, None], len(t))), len(t))
+        with np.errstate(all="ignore"):
+            slack.append(_extreme(np.minimum(*_slack(found, r)), found.cell, len(t), np.maximum))
+    return np.stack(slack, axis=1) if slack else np.empty((len(t), 0))
+
+
+def _motions(device: Device, count: int) -> tuple[PointwiseMotions, Floats]:
+    """All motions of devices, and the restitution of each device; with derivatives where an input is complex."""
+    r, (d, gbar) = np.asarray(device.restitution), device.groups(Parameter.LENGTH, device.length_m)
+    kind = np.result_type(d, gbar, r, float)
+    d, gbar, whole = (np.array(np.broadcast_to(x, count), dtype=kind) for x in (d, gbar, r))
     with np.errstate(all="ignore"):
-        found = find_motions(d, gbar, r if r.ndim else float(r), device.period_ratio)
-        r = np.broadcast_to(r, count)
-        stable = found.admissible & (classify(found.trace, r[found.cell]) != UNSTABLE)
-    return found, np.flatnonzero(stable), r
+        if np.iscomplexobj(d):
+            return differentiated_motions(d, gbar, whole, device.period_ratio), whole
+        return find_motions(d, gbar, whole if r.ndim else float(r), device.period_ratio), whole
+
+
+def _is_stable(found: PointwiseMotions, r: Floats) -> Mask:
+    """Which of some motions are admissible and stable, for the restitution of each device."""
+    return np.asarray((found.wall_gap.real > 0) & (classify(found.trace.real, r.real[found.cell]) != UNSTABLE))
+
+
+def _slack(found: PointwiseMotions, r: Floats) -> tuple[Floats, Floats]:
+    """How far motions are from losing their stability, over 1 + r^4, and from grazing, over d."""
+    return 1 - magnitude(found.trace) / (1 + r[found.cell] ** 4), found.wall_gap / found.orbit.d
+
+
+def _extreme(values: Floats, cell: Ints, count: int, of: np.ufunc) -> Floats:
+    """Least or largest value of the motions of each cell, which are in order; NaN where there is none."""
+    whole, first = np.full(count, np.nan, dtype=values.dtype), np.flatnonzero(np.diff(cell, prepend=-1))
+    whole[cell[first]] = of.reduceat(values, first) if cell.size else values
+    return whole
 
 
 def _of_motions(
@@ -125,12 +178,12 @@ def _of_motions(
     gap = np.minimum(found.wall_gap[rows], orbit.d)
 
     def of_cell(x: Any) -> Floats:
-        return np.broadcast_to(np.asarray(x, dtype=float), len(r))[cell]
+        return np.broadcast_to(np.asarray(x), len(r))[cell]
 
     period = of_cell(device.period_ratio / device.frequency_hz)
     if membrane is None:
         return quantities(orbit.velocity_bottom, gap, None, None, period)
-    membrane = replace(membrane, ball_mass_kg=of_cell(membrane.ball_mass_kg))  # type: ignore[arg-type]
+    membrane = _each(membrane, of_cell)
     unit = of_cell(device.velocity_unit(Parameter.LENGTH, device.length_m))
     speeds = unit * orbit.velocity_bottom, unit * orbit.velocity_top
     volts, dielectric = voltages(*speeds, membrane), membrane.dielectric
@@ -140,3 +193,12 @@ def _of_motions(
     converted = conversion(gains, speeds, membrane, dielectric, of_cell(r), period)
     columns = quantities(orbit.velocity_bottom, gap, volts, converted, period)
     return columns | {FIELD: 100 * converted.field_v_m / dielectric.breakdown_field_v_m}
+
+
+def _each(membrane: Membrane, of_cell: Callable[[Any], Any]) -> Membrane:
+    """A membrane whose numbers are arrays, one for each motion."""
+    parts = {one.name: getattr(membrane, one.name) for one in fields(Membrane)}
+    dielectric: Dielectric | None = parts.pop("dielectric")
+    if dielectric is not None:
+        dielectric = Dielectric(*(of_cell(getattr(dielectric, one.name)) for one in fields(Dielectric)))
+    return Membrane(**{name: of_cell(x) for name, x in parts.items()}, dielectric=dielectric)

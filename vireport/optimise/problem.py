@@ -6,6 +6,7 @@ A design is a point t of the unit cube, 0 and 1 in each coordinate being the end
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any, cast
 
 import numpy as np
@@ -14,8 +15,8 @@ from numpy.typing import NDArray
 
 from vireport.analysis import CriticalKind, DesignPoint
 from vireport.errors import UsageError
-from vireport.physics import Conversion, Device, Membrane, Voltages
-from vireport.scenario import AxisPath, Design, DesignInput, Loaded, Objective, loads, to_dict
+from vireport.physics import Conversion, Device, Membrane, Voltages, magnitude
+from vireport.scenario import Design, DesignInput, DesignPath, Loaded, Objective, loads, to_dict
 from vireport.study import Study, Task, analyse, device_of, membrane_of
 
 Floats = NDArray[np.float64]
@@ -75,7 +76,7 @@ class Problem:
         return self.design.maximise
 
     @property
-    def paths(self) -> tuple[AxisPath, ...]:
+    def paths(self) -> tuple[DesignPath, ...]:
         """The inputs that vary."""
         return tuple(varied.path for varied in self.design.vary)
 
@@ -88,6 +89,25 @@ class Problem:
     def share(self) -> float:
         """The margin required to critical points of any kind; 0 where none is."""
         return max((share for kinds, share in self.margins if len(kinds) == len(CriticalKind)), default=0.0)
+
+    @property
+    def proves(self) -> bool:
+        """Whether every device within the tolerances must be proved to work: without a smaller yield required."""
+        required = self.loaded.scenario.requirements
+        share = None if required is None else required.yield_at_least_percent
+        return self.loaded.scenario.tolerances is not None and share in (None, 100)
+
+    def half_widths(self, device: Device) -> dict[DesignInput, Any]:
+        """By how much each input may be off for every device to work, in its unit, for devices as arrays."""
+        tolerances = self.loaded.scenario.tolerances
+        if tolerances is None or not self.proves:
+            return {}
+        off = {varied: tolerances.off(varied) for varied in DesignInput}
+        return {
+            varied: np.maximum(fixed, getattr(device, varied) * percent / 100)
+            for varied, (fixed, percent) in off.items()
+            if fixed or percent
+        }
 
     def with_margin(self, share: float) -> Problem:
         """The same search with another margin required to critical points of any kind."""
@@ -103,12 +123,14 @@ class Problem:
         """Device and membrane of designs (cells, inputs), the inputs as arrays; of a design (inputs,), as numbers."""
         device, membrane = device_of(self.loaded.scenario), membrane_of(self.loaded.scenario)
         for path, column in zip(self.paths, self.values(t).T, strict=True):
-            name, value = path.rpartition(".")[2], column if column.ndim else float(column)
-            changed: dict[str, Any] = {name: value}
-            if path is not AxisPath.BALL_MASS:
+            name = path.rpartition(".")[2]
+            changed: dict[str, Any] = {name: column if column.ndim else float(column)}
+            if hasattr(device, name):
                 device = replace(device, **changed)
-            elif membrane is not None:
-                membrane = replace(membrane, **changed)
+            elif hasattr(membrane, name):
+                membrane = replace(cast(Membrane, membrane), **changed)
+            elif membrane is not None and membrane.dielectric is not None:
+                membrane = replace(membrane, dielectric=replace(membrane.dielectric, **changed))
         return device, membrane
 
     def scenario_text(self, t: Floats, lean: bool = False) -> str:
@@ -116,8 +138,8 @@ class Problem:
         data = to_dict(self.loaded.scenario)
         data["design"] = None
         for path, value in zip(self.paths, self.values(t), strict=True):
-            block, _, key = path.rpartition(".")
-            (data[block] if block else data)[key] = float(value)
+            *blocks, key = path.split(".")
+            reduce(dict.__getitem__, blocks, data)[key] = float(value)
         required = data["requirements"] or {}
         for block, keys in NEEDED.items() if lean else ():
             if all(required.get(key) is None for key in keys):
@@ -168,7 +190,7 @@ def quantities(
         both = volts.bottom_v + volts.top_v
         columns |= {Objective.U_AVE: volts.average_v, Objective.VOLTAGE_RATE: both / period_s}
         columns |= {Objective.U_BOTTOM: volts.bottom_v, Objective.U_TOP: volts.top_v}
-        columns |= {U_DIFFERENCE: np.abs(volts.bottom_v - volts.top_v), DEFLECTION: volts.deflection_m}
+        columns |= {U_DIFFERENCE: magnitude(volts.bottom_v - volts.top_v), DEFLECTION: volts.deflection_m}
     if converted is not None:
         columns |= {Objective.POWER: converted.power_mw, Objective.EFFICIENCY: converted.efficiency}
     return columns
@@ -179,8 +201,8 @@ def smallest_margin(design: DesignPoint, kinds: tuple[CriticalKind, ...] = ()) -
     return min((abs(one.relative) for one in design.endings(*kinds) if one.relative is not None), default=np.inf)
 
 
-def design_input(path: AxisPath) -> DesignInput | None:
-    """The same input among those that have margins; None of the ball's mass, on which no motion depends."""
+def design_input(path: DesignPath) -> DesignInput | None:
+    """The same input among those that have margins; None of one on which no motion depends."""
     return next((varied for varied in DesignInput if varied.path == path), None)
 
 

@@ -16,7 +16,18 @@ from vireport.physics.energy import (
     generated_voltage,
     voltages,
 )
-from vireport.physics.numbers import ARRAYS, COMPLEX, DIGITS, FLOATS, FUNCTION, UNIT, DecimalOps, Rounded, RoundedOps
+from vireport.physics.numbers import (
+    ARRAYS,
+    COMPLEX,
+    DIGITS,
+    FLOATS,
+    FUNCTION,
+    UNIT,
+    DecimalOps,
+    Rounded,
+    RoundedOps,
+    magnitude,
+)
 
 __all__ = [
     "ARRAYS",
@@ -49,5 +60,6 @@ __all__ = [
     "flight",
     "generated_voltage",
     "law_of",
+    "magnitude",
     "voltages",
 ]

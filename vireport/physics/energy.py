@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics.numbers import ARRAYS
+from vireport.physics.numbers import ARRAYS, magnitude
 from vireport.scenario import LARGEST, SMALLEST
 
 Floats = NDArray[np.float64]
@@ -84,7 +84,7 @@ def deflection(speed: Floats, membrane: Membrane) -> Floats:
     """
     power = membrane.exponent + 1
     scale = (power * membrane.ball_mass_kg / (2 * membrane.stiffness)) ** (1 / power)
-    return np.asarray(scale * np.abs(speed) ** (2 / power))
+    return np.asarray(scale * magnitude(speed) ** (2 / power))
 
 
 def contact_cosine(delta: Floats, membrane: Membrane) -> tuple[Floats, Floats]:
@@ -99,13 +99,13 @@ def contact_cosine(delta: Floats, membrane: Membrane) -> tuple[Floats, Floats]:
     reach = np.sqrt((active - ball) * (active + ball) + depth * depth)
     square = active * active + depth * depth
     cosine = (active * reach - ball * depth) / square
-    shallow = depth < 0
+    shallow = depth.real < 0
     sine = np.where(
         shallow,
-        delta * (2 * ball - delta) / (active * ball + np.abs(depth) * reach),
+        delta * (2 * ball - delta) / (active * ball + magnitude(depth) * reach),
         (depth * reach + active * ball) / square,
     )
-    return cosine, np.where(cosine > 0.5, sine * sine / (1 + cosine), 1 - cosine)
+    return cosine, np.where(cosine.real > 0.5, sine * sine / (1 + cosine), 1 - cosine)
 
 
 def generated_voltage(speed: Floats, membrane: Membrane) -> Floats:
@@ -156,7 +156,7 @@ def voltages(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> Vol
     """
     bottom = generated_voltage(speed_bottom, membrane)
     top = generated_voltage(speed_top, membrane)
-    faster = np.maximum(np.abs(speed_bottom), np.abs(speed_top))
+    faster = np.maximum(magnitude(speed_bottom), magnitude(speed_top))
     return Voltages(bottom, top, (bottom + top) / 2, deflection(faster, membrane))
 
 

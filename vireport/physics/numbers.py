@@ -29,6 +29,9 @@ FUNCTION = 4 * UNIT
 UNDERFLOW = 1e-307
 """Absolute error of a product that underflows."""
 
+DEGREE = math.pi / 180
+"""In radians."""
+
 ARCSINE_STEPS = 6
 """Newton steps from a double to `DIGITS`, of which two or three are needed: next to 90 degrees each gains less."""
 
@@ -68,14 +71,20 @@ class DoubleOps:
     @staticmethod
     def sin_degrees(angle: Any) -> Any:
         """Sine of 0 to 90 degrees, exact at both ends and with full relative accuracy next to them."""
-        angle = np.asarray(angle, dtype=float)
-        sine = np.where(angle <= 45, np.sin(np.radians(angle)), np.cos(np.radians(90 - angle)))
+        angle = np.asarray(angle)
+        sine = np.where(angle.real <= 45, np.sin(angle * DEGREE), np.cos((90 - angle) * DEGREE))
         return sine[()]
 
     @staticmethod
     def arcsin_degrees(sine: Any) -> Any:
         """Angle in degrees; 90 of a sine that rounding has taken beyond 1."""
         return np.degrees(np.arctan2(sine, np.sqrt(np.maximum((1 - sine) * (1 + sine), 0.0))))
+
+
+def magnitude(x: Any) -> Any:
+    """The size of real numbers; of those with an imaginary step, the size that the step moves as it moves them."""
+    x = np.asarray(x)
+    return np.where(x.real < 0, -x, x)
 
 
 ARRAYS, FLOATS, COMPLEX = DoubleOps(np), DoubleOps(math), DoubleOps(cmath)

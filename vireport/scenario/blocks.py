@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vireport.scenario.parameters import LARGEST, LARGEST_RESTITUTION, SMALLEST, DesignInput, Parameter
+from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput, Parameter
 
 LONGEST_TITLE = 200
 LARGEST_PERIOD_RATIO = 20
+LARGEST_EXPONENT = 20.0  # of a membrane's force
 WIDEST_MARGIN = 75.0  # per cent: as far as is looked from a design point without a sweep, and no further
 WIDEST_TOLERANCE = 50.0  # per cent
 FEWEST_AXES, MOST_AXES = 2, 6
@@ -75,7 +76,9 @@ class Membrane(Block):
     stiffness: float = _positive(
         4.0847e5, "Stiffness", "N/m^h", "Coefficient K of the membrane's restoring force K delta^h."
     )
-    exponent: float = _key(2.6, "Exponent", "1", "Exponent h of the restoring force K delta^h.", gt=0.0, le=20.0)
+    exponent: float = _key(
+        2.6, "Exponent", "1", "Exponent h of the restoring force K delta^h.", gt=0.0, le=LARGEST_EXPONENT
+    )
     active_radius_m: float = _positive(6.3e-3, "Active radius", "m", "Radius Rc of the membrane's active area.")
     ball_radius_m: float = _positive(5.0e-3, "Ball radius", "m", "Radius rb of the ball; smaller than active_radius_m.")
     bias_voltage_v: float = _positive(2000.0, "Bias voltage", "V", "Voltage Uin applied to the undeformed membrane.")
@@ -333,9 +336,14 @@ class Tolerances(Block):
         4096, "Samples", "1", "Random devices from which the yield is estimated; a power of 2.", ge=64, le=2**20
     )
 
+    def off(self, varied: DesignInput) -> tuple[float, float]:
+        """By how much an input may be off, in its unit and in per cent: 0 where that is not given."""
+        return getattr(self, varied) or 0.0, getattr(self, percent_key(varied)) or 0.0
+
     def half_width(self, varied: DesignInput, value: float) -> float:
         """By how much an input with this value may be off, in its unit; 0 where it has no tolerance."""
-        return max(getattr(self, varied) or 0.0, value * (getattr(self, percent_key(varied)) or 0.0) / 100)
+        fixed, percent = self.off(varied)
+        return max(fixed, value * percent / 100)
 
 
 def percent_key(varied: DesignInput) -> str:
@@ -362,23 +370,52 @@ class Accuracy(Block):
     )
 
 
-class AxisPath(StrEnum):
-    """What a map or a design can vary; the value is its path in a scenario, `limits` its smallest and largest value."""
+class VariedPath(StrEnum):
+    """The path of an input in a scenario; `limits` are its smallest and largest value."""
 
     limits: tuple[float, float]
 
-    def __new__(cls, path: str, limits: tuple[float, float] = (SMALLEST, LARGEST)) -> AxisPath:
+    def __new__(cls, path: str, limits: tuple[float, float] = (SMALLEST, LARGEST)) -> Self:
         """Make the member whose value is `path`."""
         member = str.__new__(cls, path)
         member._value_, member.limits = path, limits
         return member
 
-    INCLINATION = Parameter.INCLINATION.path, Parameter.INCLINATION.limits
+
+_VARIED_INCLINATION = Parameter.INCLINATION.path, Parameter.INCLINATION.limits
+_VARIED_RESTITUTION = DesignInput.RESTITUTION.path, DesignInput.RESTITUTION.limits
+_BALL_MASS = "device.ball_mass_kg"
+
+
+class AxisPath(VariedPath):
+    """What a map can vary."""
+
+    INCLINATION = _VARIED_INCLINATION
     LENGTH = Parameter.LENGTH.path
     AMPLITUDE = Parameter.AMPLITUDE.path
     FREQUENCY = Parameter.FREQUENCY.path
-    RESTITUTION = "device.restitution", (0.0, LARGEST_RESTITUTION)
-    BALL_MASS = "device.ball_mass_kg"
+    RESTITUTION = _VARIED_RESTITUTION
+    BALL_MASS = _BALL_MASS
+
+
+class DesignPath(VariedPath):
+    """What a design can vary: all that the device, its membranes and its excitation are given by."""
+
+    INCLINATION = _VARIED_INCLINATION
+    LENGTH = Parameter.LENGTH.path
+    AMPLITUDE = Parameter.AMPLITUDE.path
+    FREQUENCY = Parameter.FREQUENCY.path
+    RESTITUTION = _VARIED_RESTITUTION
+    CAPSULE_MASS = DesignInput.CAPSULE_MASS.path
+    BALL_MASS = _BALL_MASS
+    STIFFNESS = "device.membrane.stiffness"
+    EXPONENT = "device.membrane.exponent", (SMALLEST, LARGEST_EXPONENT)
+    ACTIVE_RADIUS = "device.membrane.active_radius_m"
+    BALL_RADIUS = "device.membrane.ball_radius_m"
+    BIAS_VOLTAGE = "device.membrane.bias_voltage_v"
+    THICKNESS = "device.membrane.thickness_m"
+    PERMITTIVITY = "device.membrane.relative_permittivity"
+    BREAKDOWN_FIELD = "device.membrane.breakdown_field_v_m"
 
 
 class Objective(StrEnum):
@@ -413,7 +450,7 @@ class Objective(StrEnum):
 class Varied(Block):
     """An input of the design that may vary, and between what."""
 
-    path: AxisPath = _key(REQUIRED, "Path", "", "The input.", example="device.length_m", strict=False)
+    path: DesignPath = _key(REQUIRED, "Path", "", "The input.", example="device.length_m", strict=False)
     from_: float = _key(REQUIRED, "From", UNIT_OF_VARIED, "One end of its range.", example=0.6, alias="from")
     to: float = _key(REQUIRED, "To", UNIT_OF_VARIED, "The other end of its range.", example=0.9)
 

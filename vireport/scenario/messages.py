@@ -14,7 +14,7 @@ from vireport.scenario import hints
 from vireport.scenario.blocks import UNIT_OF_SWEPT, Scenario
 from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import Parameter
-from vireport.scenario.rules import Finding, Kind, axes_of, axis_path, swept, varied_of
+from vireport.scenario.rules import Finding, Kind, axes_of, design_path, swept, varied_of
 from vireport.scenario.schema import keys
 from vireport.text import visible
 
@@ -83,7 +83,7 @@ class _Words:
         steps = path.split(".")
         rows = {"map.axes": axes_of, "design.vary": varied_of}.get(".".join(steps[:2]))
         if rows is not None and steps[3:4] in (["from"], ["to"], ["values"]) and "array" not in _kinds(key):
-            varied = axis_path(rows(self.document.data)[int(steps[2])])
+            varied = design_path(rows(self.document.data)[int(steps[2])])
             return key if varied is None else self.keys[varied.value]
         return key
 

@@ -12,7 +12,7 @@ from collections.abc import Set as AbstractSet
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
-from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Objective, Sampling, Scenario, percent_key
+from vireport.scenario.blocks import AxisPath, DesignPath, MapFile, Membrane, Objective, Sampling, Scenario, percent_key
 from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import DesignInput, Parameter
 
@@ -23,6 +23,11 @@ STIFFEST = 1e12
 """Largest factor on a membrane's stiffness."""
 
 MOST_CELLS = 10**11
+
+MEMBRANE = "device.membrane."
+
+LARGER = {DesignPath.BALL_MASS: DesignPath.CAPSULE_MASS, DesignPath.BALL_RADIUS: DesignPath.ACTIVE_RADIUS}
+"""What an input must be below."""
 
 MARGINS = ("margin_period_doubling_percent", "margin_grazing_percent", "margin_any_percent")
 ELECTRICAL = "power_at_least_mw", "field_at_most_percent"
@@ -121,8 +126,16 @@ def axes_of(data: Any) -> list[Any]:
 
 def axis_path(axis: object) -> AxisPath | None:
     """What an axis of a map varies; None where that cannot be known."""
-    named = axis.get("path") if isinstance(axis, dict) else None
-    return next((path for path in AxisPath if path == named), None)
+    return next((path for path in AxisPath if path == _named(axis)), None)
+
+
+def design_path(varied: object) -> DesignPath | None:
+    """Which input of a design varies; None where that cannot be known."""
+    return next((path for path in DesignPath if path == _named(varied)), None)
+
+
+def _named(row: object) -> Any:
+    return row.get("path") if isinstance(row, dict) else None
 
 
 def is_number(value: Any) -> bool:
@@ -187,10 +200,10 @@ def _radii(tree: _Tree) -> Iterator[Finding]:
     ball, active = "device.membrane.ball_radius_m", "device.membrane.active_radius_m"
     if not isinstance(tree.at("device.membrane"), dict):
         return
-    sizes = []
-    for path in (ball, active):
-        default = getattr(Membrane(), path.rpartition(".")[2])
-        sizes.append(default if tree.at(path) is None and path not in tree.wrong else tree.number(path))
+    sizes = [
+        default_of(path) if tree.at(path) is None and path not in tree.wrong else tree.number(path)
+        for path in (ball, active)
+    ]
     small, large = sizes
     if small is None or large is None or small < large:
         return
@@ -297,22 +310,21 @@ def _at_design(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
 def _design(tree: _Tree) -> Iterator[Finding]:
     """The best design is looked for among values that each input can have, by what the scenario evaluates."""
     rows = varied_of(tree.data)
-    paths = [axis_path(row) for row in rows]
+    paths = [design_path(row) for row in rows]
     for k, (row, path) in enumerate(zip(rows, paths, strict=True)):
         here = f"design.vary.{k}"
         if path is None or not isinstance(row, dict):
             continue
         if path in paths[:k]:
             yield _rule(f"{here}.path", f"{path} is varied already (each input once)")
-        if tree.absent(path):
+        if path.startswith(MEMBRANE) and tree.absent("device.ball_mass_kg"):
+            yield _rule(f"{here}.path", "membranes are evaluated where device.ball_mass_kg is given (give it)")
+        elif tree.absent(path) and default_of(path) is None:
             yield _rule(f"{here}.path", f"{path} is not given (give the value that the design has now)")
         yield from _axis_limits(row, here, path)
         if is_number(row.get("from")) and row["from"] == row.get("to"):
             yield _rule(f"{here}.to", f"got {row['to']:.12g}, the same as from (a different value)")
-        capsule = tree.number("device.capsule_mass_kg")
-        for end in ("from", "to") if path is AxisPath.BALL_MASS and capsule is not None else ():
-            if is_number(row.get(end)) and row[end] >= capsule:
-                yield _rule(f"{here}.{end}", f"got {row[end]:.12g}, which is too large (below capsule_mass_kg)")
+    yield from _design_sizes(tree, {path: (f"design.vary.{k}", rows[k]) for k, path in enumerate(paths)})
     if rows and tree.swept is not None and tree.absent(tree.swept.path):
         yield _rule("design", f"the design point is not given (give {tree.swept.path}, or delete this block)")
     objective, needed = tree.at("design.maximise"), None
@@ -322,6 +334,32 @@ def _design(tree: _Tree) -> Iterator[Finding]:
         needed = "device.ball_mass_kg"
     if needed is not None and tree.absent(needed):
         yield _rule("design.maximise", f"{objective} needs {needed}, which is not given (give it, or something else)")
+
+
+def _design_sizes(tree: _Tree, rows: dict[DesignPath | None, tuple[str, Any]]) -> Iterator[Finding]:
+    """The ball of every design is lighter than its capsule, and smaller than the membrane; `rows` are what varies."""
+    for smaller, larger in LARGER.items():
+        most, least = (_ends_of(tree, path, *rows.get(path, ("", None))) for path in (smaller, larger))
+        if rows.keys().isdisjoint((smaller, larger)) or not (most and least):
+            continue
+        (high_at, high), (low_at, low) = max(most, key=lambda end: end[1]), min(least, key=lambda end: end[1])
+        if high >= low and smaller in rows:
+            yield _rule(high_at, f"got {high:.12g}, which is too large (below {larger.rpartition('.')[2]}, {low:.12g})")
+        elif high >= low:
+            yield _rule(low_at, f"got {low:.12g}, which is too small (above {smaller.rpartition('.')[2]}, {high:.12g})")
+
+
+def _ends_of(tree: _Tree, path: DesignPath, here: str, row: Any) -> list[tuple[str, float]]:
+    """Where the ends of an input's range are given, and what they are; of one that does not vary, its value."""
+    if row is not None:
+        return [(f"{here}.{end}", row[end]) for end in ("from", "to") if is_number(row.get(end))]
+    value = default_of(path) if tree.at(path) is None else tree.number(path)
+    return [] if value is None else [(path, value)]
+
+
+def default_of(path: str) -> float | None:
+    """What a key of the membrane is where it is not given; None of others."""
+    return getattr(Membrane(), path.removeprefix(MEMBRANE)) if path.startswith(MEMBRANE) else None
 
 
 def varied_of(data: Any) -> list[Any]:
@@ -407,11 +445,11 @@ def _axis_keys(axis: dict[str, Any], here: str, sampling: object) -> Iterator[Fi
             yield _rule(f"{here}.count", f"with {sampling} map.samples says how many points there are (delete it)")
 
 
-def _axis_limits(axis: dict[str, Any], here: str, path: AxisPath) -> Iterator[Finding]:
+def _axis_limits(axis: dict[str, Any], here: str, path: AxisPath | DesignPath) -> Iterator[Finding]:
     low, high = path.limits
     ends = [(f"{here}.{end}", axis.get(end)) for end in ("from", "to")]
     for place, value in [*ends, *_elements(f"{here}.values", axis.get("values"))]:
-        if path is AxisPath.RESTITUTION and is_number(value) and high < value <= 1:
+        if path == AxisPath.RESTITUTION and is_number(value) and high < value <= 1:
             limits = f"a number from {low:g} to {high:.12g} where it is varied"
             yield _rule(place, f"got {value:.12g}, which is too large ({limits})")
         elif is_number(value) and not low <= value <= high:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vireport.analysis import Orbits, find_motions
-from vireport.physics import ARRAYS, Device
+from vireport.physics import ARRAYS, Device, magnitude
 from vireport.scenario import DesignInput, Parameter
 from vireport.tolerances.affine import Affine, AffineOps, Floats, Ints, between
 
@@ -136,13 +136,16 @@ def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:
     return found.cell[stable], found.orbit.select(stable)
 
 
-def devices_off(device: Device, half_widths: Mapping[DesignInput, float], steps: Floats) -> Device:
-    """Devices whose inputs are off by multiples of their tolerances, shape (tolerances, k)."""
+def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: Floats) -> Device:
+    """Devices whose inputs are off by multiples of their tolerances, shape (tolerances, k).
+
+    The inputs of the device, and the tolerances, may be arrays (k,).
+    """
     changed: dict[str, Any] = {
-        varied: np.full(steps.shape[1], float(getattr(device, varied))) for varied in DesignInput
+        varied: np.broadcast_to(getattr(device, varied), steps.shape[1]) for varied in DesignInput
     }
     for (varied, width), step in zip(half_widths.items(), steps, strict=True):
         changed[varied] = changed[varied] + width * step
-    inclination = np.abs(changed[DesignInput.INCLINATION])
+    inclination = magnitude(changed[DesignInput.INCLINATION])
     changed[DesignInput.INCLINATION] = np.minimum(inclination, 180 - inclination)
     return replace(device, **changed)
