@@ -30,6 +30,10 @@ Ints = NDArray[np.intp]
 OF_MOTION = 2
 """Slacks in front of those of the limits: of stability, and of the gap to a membrane."""
 
+AT_FOLD = 2.5
+"""Power of a trace's distance from a fold, which itself goes with the root of the inputs' distance. With more than 2 a
+search that takes the power for linear nears the fold from inside; beyond it there is no motion to return by."""
+
 RINGS = 1.0, 0.5
 """Shares of a margin at which a motion is looked for: a device with the margin has one at each."""
 
@@ -159,8 +163,13 @@ def _is_stable(found: PointwiseMotions, r: Floats) -> Mask:
 
 
 def _slack(found: PointwiseMotions, r: Floats) -> tuple[Floats, Floats]:
-    """How far motions are from losing their stability, over 1 + r^4, and from grazing, over d."""
-    return 1 - magnitude(found.trace) / (1 + r[found.cell] ** 4), found.wall_gap / found.orbit.d
+    """How far motions are from losing their stability and from grazing.
+
+    By the trace over 1 + r^4, with a power of its distance from a fold, see `AT_FOLD`; by the gap over d.
+    """
+    share = found.trace / (1 + r[found.cell] ** 4)
+    to_fold = (1 - share) * magnitude(1 - share) ** (AT_FOLD - 1)
+    return np.minimum(1 + share, to_fold), found.wall_gap / found.orbit.d
 
 
 def _extreme(values: Floats, cell: Ints, count: int, of: np.ufunc) -> Floats:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from vireport.optimise.search import Point, Result
 from vireport.scenario import Objective
 from vireport.study import Provenance, json_bytes
-from vireport.text import Table, capital, numbers, plain_text, significant, texts
+from vireport.text import Table, capital, numbers, percent, plain_text, significant, texts
+from vireport.tolerances import Tolerances
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,6 +47,9 @@ def optimise_json(result: Result, provenance: Provenance) -> bytes:
                 "cells": list(evidence.counts),
                 "stable": evidence.stable,
                 "within_limits": evidence.within,
+                "tolerated": evidence.tolerated,
+                "no_cell_tolerates_percent": None if evidence.tolerances == 1 else 100 * evidence.tolerances,
+                "judged": evidence.judged,
                 "best_cell": evidence.best_cell,
                 "largest_step": evidence.step,
                 "no_cell_has_margin_percent": None if evidence.widest is None else 100 * evidence.widest,
@@ -80,7 +84,17 @@ def shortcoming(result: Result) -> str:
         for one in result.nearest.study.criteria
         if not one.passed
     ]
+    if not result.nearest.tolerated:
+        failed.append(_beyond_tolerances(cast(Tolerances, result.nearest.study.tolerances)))
     return f"no design found in the ranges meets the requirements; the nearest fails {'; '.join(failed)}"
+
+
+def _beyond_tolerances(found: Tolerances) -> str:
+    """How far the tolerances of a design may not go."""
+    if found.worst is None:
+        return f"tolerances: not proved for {percent(found.proof.open_share if found.proof else 1.0)} of their volume"
+    device = ", ".join(f"{one.quantity} {one.show(found.worst.values[one])}" for one in found.region.ranges)
+    return f"tolerances: towards {device} stable motion ends at {percent(found.worst.share)} of them"
 
 
 def text(result: Result) -> str:
@@ -123,6 +137,12 @@ def _evidence_text(result: Result) -> str:
         f"Evaluated: {' x '.join(map(str, evidence.counts))} designs on a grid, by the closed form; {evidence.stable} "
         f"have a stable motion, {evidence.within} of them meet the limits on voltage, energy and shaker."
     )
+    if evidence.tolerated is not None:
+        share = "" if evidence.tolerances == 1 else f" even {percent(evidence.tolerances)} of"
+        said += (
+            f" {evidence.tolerated or 'None'} of these keep stable motion at all corners of{share} the tolerances; for "
+            f"each design judged in full, {evidence.judged}, the proof over the tolerances was tried."
+        )
     if evidence.widest is not None:
         said += f" None of these has a margin of {significant(100 * evidence.widest, 4)} %."
     if evidence.best_cell is None:

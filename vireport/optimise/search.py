@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from itertools import islice
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import DesignPoint
-from vireport.optimise.cells import Cells, evaluate, keeps_motion
+from vireport.optimise.cells import Cells, corner_slack, evaluate, keeps_motion
 from vireport.optimise.problem import Problem, smallest_margin
 from vireport.optimise.refine import refine
 from vireport.progress import Progress
@@ -42,9 +43,16 @@ class Point:
     value: float
 
     @property
+    def tolerated(self) -> bool:
+        """Whether every device within the tolerances is proved to work, as far as no smaller yield is required."""
+        required, found = self.study.scenario.requirements, self.study.tolerances
+        least = None if required is None else required.yield_at_least_percent
+        return found is None or found.proved or least not in (None, 100)
+
+    @property
     def met(self) -> bool:
-        """Whether all requirements are met."""
-        return all(criterion.passed for criterion in self.study.criteria)
+        """Whether all requirements are met, and the tolerances."""
+        return self.tolerated and all(criterion.passed for criterion in self.study.criteria)
 
     @property
     def margin(self) -> float:
@@ -62,6 +70,12 @@ class Evidence:
         Cells along each input.
     stable, within : int
         Cells with a stable motion, and those of them that meet the limits that every cell is judged by.
+    tolerated : int or None
+        Those of the latter with stable motion at all corners of the tolerances; None where no proof is required.
+    tolerances : float
+        Where there are none, a share of the tolerances at which there are none either; else 1.
+    judged : int
+        Designs judged as a run judges them, with the proof over the tolerances.
     best_cell : float or None
         Objective of the best cell that meets all requirements, None where there is none.
     step : float
@@ -76,6 +90,9 @@ class Evidence:
     counts: tuple[int, ...]
     stable: int
     within: int
+    tolerated: int | None = None
+    tolerances: float = 1.0
+    judged: int = 0
     best_cell: float | None = None
     step: float = 0.0
     widest: float | None = None
@@ -107,12 +124,13 @@ class Result:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """The cells of a search: designs t (cells, inputs) on a regular grid, ends included."""
+    """The cells of a search: designs t (cells, inputs) on a regular grid, ends included; and what was judged of it."""
 
     problem: Problem
     counts: tuple[int, ...]
     t: Floats
     cells: Cells
+    judged: list[Floats] = field(default_factory=list)
 
     @property
     def spacing(self) -> Floats:
@@ -124,6 +142,20 @@ class Grid:
         rows = np.flatnonzero(self.cells.stable & (np.nan_to_num(self.cells.slack, nan=-1.0) >= 0).all(axis=1))
         value = self.cells.value[rows]
         return rows if np.isnan(value).all() else rows[np.argsort(-value, kind="stable")]
+
+    def tolerated(self, rows: Ints, share: float = 1.0) -> Ints:
+        """Those of some cells that have stable motion at all corners of a share of the tolerances."""
+        slack = corner_slack(self.problem, self.t[rows], share)
+        return rows[(np.nan_to_num(slack, nan=-1.0) >= 0).all(axis=1)]
+
+    def judge(self, t: Floats) -> Point | None:
+        """The results of a design; None where it has no stable motion."""
+        study = self.problem.study(t)
+        self.judged.append(t)
+        design = study.solution.design
+        if design is None or not design.motions.stable.any():
+            return None
+        return Point(t, study, self.problem.value_of(study))
 
     def near(self, point: Point) -> NDArray[np.bool_]:
         """Cells within `APART` of a design."""
@@ -166,17 +198,24 @@ def optimise(problem: Problem, progress: Progress | None = None) -> Result:
     say = progress or (lambda what: None)
     say("evaluating the grid")
     grid = grid_of(problem)
-    order = grid.within()
+    within = grid.within()
+    order, share = grid.tolerated(within), 1.0
     say("looking for the best design")
     by_margin = problem.objective is Objective.MARGIN
     ranked, widest = _widest(grid, order) if by_margin else (order, None)
     best, tried, left = _climbed(grid, ranked)
-    evidence = Evidence(grid.counts, int(grid.cells.stable.sum()), len(order), widest=widest)
+    tolerated = len(order) if problem.proves else None
+    evidence = Evidence(grid.counts, int(grid.cells.stable.sum()), len(within), tolerated, widest=widest)
     if best is None:
         ranked, widest = _widest(grid, order) if problem.share else (order, None)
+        if not order.size:
+            ranked, share = _halved(within, 1.0, grid.tolerated)
         best = _nearest(grid, ranked)
         if best is None or not best.met:
-            return Result(problem, None, best, (), replace(evidence, widest=widest))
+            return Result(
+                problem, None, best, (), replace(evidence, widest=widest, tolerances=share, judged=len(grid.judged))
+            )
+    evidence = replace(evidence, judged=len(grid.judged))
     if by_margin or not tried:
         return Result(problem, best, None, (), evidence)
     step = 2 * float(grid.changes()[grid.near(best)].max(initial=0.0))
@@ -187,16 +226,19 @@ def optimise(problem: Problem, progress: Progress | None = None) -> Result:
 
 def _climbed(grid: Grid, ranked: Ints) -> tuple[Point | None, list[int], list[int]]:
     """The best of the designs refined from cells, these cells, and cells that might hold a better one."""
-    starts, tried = _starts(grid, ranked), list[int]()
+    tried: list[int] = []
     best: Point | None = None
     left: list[int] = []
-    while starts:
-        point = _refined(grid.problem, grid.t[starts[0]], grid.spacing)
+    starts = _starts(grid, ranked)
+    while len(tried) < MOST_REFINED and (row := next(starts, None)) is not None:
+        point = _refined(grid, grid.t[row])
         best = point if best is None or (point is not None and point.value > best.value) else best
-        tried, starts = [*tried, starts[0]], starts[1:]
-        if not starts and best is not None and grid.problem.objective is not Objective.MARGIN:
+        tried.append(row)
+        if len(tried) >= STARTS and best is not None and grid.problem.objective is not Objective.MARGIN:
             left = _regions(grid, ranked, best, tried)
-            starts = left[: MOST_REFINED - len(tried)][:1]
+            starts = iter(left[:1])
+        elif len(tried) >= STARTS and best is not None:
+            break
     return best, tried, left
 
 
@@ -207,49 +249,43 @@ def _passing(grid: Grid, rows: Ints, share: float) -> Iterator[int]:
         yield from part if share <= 0 else part[keeps_motion(grid.problem, grid.t[part], share)]
 
 
-def _starts(grid: Grid, ranked: Ints) -> list[int]:
-    """The first cells that keep the margin required and are some cells apart."""
+def _starts(grid: Grid, ranked: Ints) -> Iterator[int]:
+    """Cells that keep the margin required and are some cells apart, the best first."""
     starts: list[int] = []
-    for tried, row in enumerate(_passing(grid, ranked, grid.problem.share)):
+    for row in islice(_passing(grid, ranked, grid.problem.share), CHUNK):
         away = [np.max(np.abs(grid.t[row] - grid.t[other]) / grid.spacing) for other in starts]
         if all(distance >= APART for distance in away):
             starts.append(row)
-        if len(starts) == STARTS or tried > CHUNK:
-            break
-    return starts
+            yield row
 
 
 def _widest(grid: Grid, rows: Ints) -> tuple[Ints, float | None]:
     """The cells with the largest margins, to within `HALVINGS` halvings, and a margin that none has."""
-    if not rows.size:
-        return rows, None
-    low, high = 0.0, WIDEST_MARGIN / 100
-    for _ in range(HALVINGS):
+    most = WIDEST_MARGIN / 100
+    rows, high = _halved(rows, most, lambda some, share: np.array(list(_passing(grid, some, share)), dtype=np.intp))
+    return rows, high if high < most else None
+
+
+def _halved(rows: Ints, most: float, passing: Callable[[Ints, float], Ints]) -> tuple[Ints, float]:
+    """Those of some cells that pass at the largest share, to within `HALVINGS` halvings, and one at which none does."""
+    low, high = 0.0, most
+    for _ in range(HALVINGS if rows.size else 0):
         middle = (low + high) / 2
-        passing = np.array(list(_passing(grid, rows, middle)), dtype=np.intp)
-        if passing.size:
-            rows, low = passing, middle
+        passed = passing(rows, middle)
+        if passed.size:
+            rows, low = passed, middle
         else:
             high = middle
-    return rows, high if 100 * high < WIDEST_MARGIN else None
+    return rows, high
 
 
-def _refined(problem: Problem, start: Floats, spacing: Floats) -> Point | None:
+def _refined(grid: Grid, start: Floats) -> Point | None:
     """The design refined from a cell, or else the cell's own, if it meets all requirements."""
-    for t in (refine(problem, start, spacing), start):
-        point = None if t is None else _judged(problem, t)
+    for t in (refine(grid.problem, start, grid.spacing), start):
+        point = None if t is None else grid.judge(t)
         if point is not None and point.met:
             return point
     return None
-
-
-def _judged(problem: Problem, t: Floats) -> Point | None:
-    """The results of a design; None where it has no stable motion."""
-    study = problem.study(t)
-    design = study.solution.design
-    if design is None or not design.motions.stable.any():
-        return None
-    return Point(t, study, problem.value_of(study))
 
 
 def _nearest(grid: Grid, ranked: Ints) -> Point | None:
@@ -259,7 +295,7 @@ def _nearest(grid: Grid, ranked: Ints) -> Point | None:
         return None
     start = int(ranked[0] if ranked.size else stable[np.argmax(grid.cells.slack[stable].min(axis=1))])
     refined = refine(grid.problem, grid.t[start], grid.spacing, worst_case=True)
-    return _judged(grid.problem, grid.t[start] if refined is None else refined)
+    return grid.judge(grid.t[start] if refined is None else refined)
 
 
 def _front(grid: Grid, order: Ints) -> tuple[Point, ...]:
@@ -277,8 +313,8 @@ def _front(grid: Grid, order: Ints) -> tuple[Point, ...]:
             continue
         problem = grid.problem.with_margin(level)
         t = refine(problem, grid.t[row], grid.spacing)
-        point = None if t is None else _judged(problem, t)
-        if point is not None and point.margin >= level:
+        point = None if t is None else grid.judge(t)
+        if point is not None and point.tolerated and point.margin >= level:
             points.append(point)
     return tuple(points)
 
