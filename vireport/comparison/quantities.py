@@ -36,16 +36,16 @@ Axis = ScalarInput | Literal["d"]
 
 
 class Group(StrEnum):
-    """Kinds of what is compared, in the order of the report."""
+    """Kinds of what is compared, what matters most to a design first."""
 
     SCENARIO = "scenario"
+    REQUIREMENT = "requirement"
     DESIGN_POINT = "design point"
-    CRITICAL_POINT = "critical point"
     STABLE_RANGE = "stable range"
     MARGIN = "margin"
     VOLTAGE = "voltage"
+    CRITICAL_POINT = "critical point"
     ALERT = "alert"
-    REQUIREMENT = "requirement"
 
 
 @dataclass(frozen=True, slots=True)
