@@ -70,7 +70,7 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
         axis = "Over d, as the sweeps are of different parameters"
     drawn = (
         "impact velocity on the bottom membrane and U_ave of the branches with stable 1:1 motion, or of all where none "
-        "is stable; numbers are ranks in order"
+        "is stable, numbered as they are ranked"
     )
     missing = f" Not drawn: {listed(others)}." if others else ""
     outside = any(not one.study.solution.within_membrane for one in shown)

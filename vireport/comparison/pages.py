@@ -6,17 +6,17 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vireport.alerts import Severity
-from vireport.comparison.comparison import ACROSS, FEW_NAMES, FIGURES, Comparison, Setting, columns, left_out
+from vireport.comparison.comparison import ACROSS, FEW_NAMES, FIGURES, Comparison, columns, left_out
 from vireport.comparison.differences import Difference, digits_apart, listed
 from vireport.comparison.quantities import Entry, Group
 from vireport.comparison.ranking import margins_table, ranking_table
 from vireport.gate import SWEEP_END, Verdict
 from vireport.scenario import Parameter
 from vireport.study import Provenance
-from vireport.text import ABSENT, Column, Table, capital, exact, numbers, significant, texts, words
+from vireport.text import ABSENT, Table, capital, exact, numbers, significant, texts, words
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -156,21 +156,22 @@ def _reasons(names: Sequence[str], part: slice, chosen: Sequence[Difference]) ->
 
 
 def _settings(comparison: Comparison) -> Iterator[Table]:
-    names = comparison.names
-    for chosen in columns(len(names)) if comparison.settings else ():
-        rows = tuple((setting.path, *_written(setting, chosen)) for setting in comparison.settings)
-        head = (Column("Key", "code"), *numbers(*map(_plain, names[chosen])))
-        yield Table("Values that are not the same in all scenarios", head, rows)
+    """The values by which scenarios differ, a scenario in each row."""
+    for part in columns(len(comparison.settings)):
+        settings = comparison.settings[part]
+        rows = (
+            (name, *(_written(setting.values[k]) for setting in settings)) for k, name in enumerate(comparison.names)
+        )
+        head = (*texts("Scenario"), *numbers(*(setting.path for setting in settings)))
+        yield _inert(Table("Values that are not the same in all scenarios", head, tuple(rows)))
 
 
-def _written(setting: Setting, chosen: slice) -> Iterator[str]:
-    for value in setting.values[chosen]:
-        if value is None:
-            yield ABSENT
-        elif isinstance(value, float):
-            yield exact(value)
-        else:
-            yield ", ".join(map(exact, value)) if isinstance(value, list) else str(value)
+def _written(value: Any) -> str:
+    if value is None:
+        return ABSENT
+    if isinstance(value, float):
+        return exact(value)
+    return ", ".join(map(exact, value)) if isinstance(value, list) else str(value)
 
 
 def _alerts(comparison: Comparison) -> Table | None:
