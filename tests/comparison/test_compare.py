@@ -136,7 +136,7 @@ def test_requirements_come_before_stability_and_stability_before_margin() -> Non
 
 def test_voltage_that_costs_margin_is_told() -> None:
     assert [one.name for one in three().ranking] == ["horizontal", "inclined", "inclined-forcing"]
-    assert "inclined-forcing has the highest mean voltage (60.67 kV, +66 %) with a smaller margin" in three().headline
+    assert "inclined-forcing has the highest mean voltage (60.67 kV, +66 %) and a margin of 0.20 %" in three().headline
 
 
 def test_without_a_design_point_the_widest_stable_range_is_best() -> None:
@@ -145,12 +145,18 @@ def test_without_a_design_point_the_widest_stable_range_is_best() -> None:
     assert "the stable range is the widest (0.59 m ≤ s ≤ 0.75 m; next" in ranges.headline
 
 
+def test_a_scenario_without_a_design_point_comes_after_those_with_a_margin() -> None:
+    mixed = compare([study("inclined", "device.length_m="), study("inclined")], names=("range", "point"))
+    assert [one.name for one in mixed.ranking] == ["point", "range"]
+    assert "No design point, and so no margin to compare: range." in mixed.headline
+
+
 def test_equals_share_a_rank_and_where_nothing_is_stable_nothing_is_best() -> None:
     same = compare([study("horizontal"), study("horizontal")], names=("one", "two"))
     assert [one.rank for one in same.ranking] == [1, 1]
     assert same.headline.startswith("one and two are equally good")
     none = compare([study("inclined", "inclination_deg=60"), study("inclined", "inclination_deg=75")])
-    assert none.headline.startswith("None is good: there is no stable 1:1 motion at the design point.")
+    assert none.headline.startswith("No scenario has stable 1:1 motion at the design point.")
 
 
 def test_sentences_have_the_scenarios_and_their_numbers() -> None:
@@ -465,7 +471,7 @@ def test_studies_and_comparisons_show_themselves() -> None:
     assert "<script>" not in text
     assert "<td>B1</td><td>period doubling</td>" in text
     assert "Stable" in text
-    assert "<td>0.417960</td>" in three()._repr_html_()
+    assert "<td>inclined</td><td>2</td><td>Stable</td><td>4.7 % in frequency</td>" in three()._repr_html_()
 
 
 def test_rows_are_the_motions_by_the_names_of_the_files() -> None:

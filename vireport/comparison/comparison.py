@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 from vireport.comparison.differences import SAME, Difference, differences
 from vireport.comparison.quantities import Axes, axes_of, quantities_of, same_setting, settings_of
-from vireport.comparison.ranking import Ranked, headline, ranking
+from vireport.comparison.ranking import Ranked, headline, ranking, ranking_table
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.errors import NumericalError, UsageError
 from vireport.scenario import to_dict
 from vireport.study import SCHEMA_VERSION, Study, analyse
-from vireport.text import ABSENT, html_table, significant
+from vireport.text import html_table
 
 if TYPE_CHECKING:
     from vireport.progress import Progress
@@ -31,9 +31,6 @@ FIGURES = ("figure-2", "figure-4", "figure-7")
 
 OVERLAY = "figure-variants"
 """All scenarios on one axis."""
-
-MOST_ROWS = 20
-"""Differences shown in a notebook; `Comparison.rows` has all."""
 
 ACROSS = 4
 """Scenarios beside one another in a table or a figure; of more there are several."""
@@ -132,16 +129,10 @@ class Comparison:
         ]
 
     def _repr_html_(self) -> str:
-        """Which scenario is best, and what differs, for a notebook."""
-        rows = []
-        for difference in self.differences[:MOST_ROWS]:
-            cells = [ABSENT if value is None else significant(value) for value in difference.values]
-            rows.append((difference.heading, *cells, difference.apart))
-        table = html_table(("Quantity", *self.names, "Apart"), rows) if rows else ""
-        count = len(self.differences)
-        more = f"<p>{count - len(rows)} more differ.</p>" if count > len(rows) else ""
-        lead = escape(f"{count} of {len(self.quantities)} quantities differ.")
-        return f"<p><strong>{escape(self.headline)}</strong></p>\n<p>{lead}</p>\n{table}{more}"
+        """Which scenario is best and why, and the ranking, for a notebook."""
+        table = ranking_table(self.ranking)
+        head = html_table([column.title for column in table.columns], table.rows)
+        return f"<p><strong>{escape(self.headline)}</strong></p>\n{head}"
 
 
 def compare(

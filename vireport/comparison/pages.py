@@ -80,18 +80,36 @@ class ComparisonReport:
         return _side_by_side(self.comparison, "Stable ranges, margins and voltages", groups)
 
     def settings(self) -> Iterator[Table]:
-        """The values by which the scenarios differ."""
-        return _settings(self.comparison)
+        """The values by which scenarios differ, a scenario in each row."""
+        names = self.comparison.names
+        for part in columns(len(self.comparison.settings)):
+            settings = self.comparison.settings[part]
+            rows = tuple((name, *(_written(one.values[k]) for one in settings)) for k, name in enumerate(names))
+            head = (*texts("Scenario"), *numbers(*(one.path for one in settings)))
+            yield _inert(Table("Values that are not the same in all scenarios", head, rows))
 
     def alerts(self) -> Table | None:
         """The alerts with the scenarios that raise them; None where there is none."""
-        return _alerts(self.comparison)
+        names: dict[tuple[bool, str, str, str], list[str]] = {}
+        for name, study in zip(self.comparison.names, self.comparison.studies, strict=True):
+            for alert in study.alerts:
+                key = (alert.severity is not Severity.WARNING, alert.code, capital(alert.severity), words(alert.title))
+                names.setdefault(key, []).append(name)
+        rows = tuple((*key[1:], _plain(listed(whose))) for key, whose in sorted(names.items()))
+        note = "The report of a scenario by itself has the cause with its numbers, and the remedy."
+        return (
+            Table("Alerts of the scenarios", texts("Code", "Severity", "Alert", "Scenarios"), rows, note)
+            if rows
+            else None
+        )
 
-    def left_out(self) -> list[tuple[str, str]]:
+    def left_out(self) -> Iterator[tuple[str, str]]:
         """What is not in the report, and why."""
-        return [
-            (f"{capital(x)} of {name}", capital(why)) for x in FIGURES for name, why in left_out(self.comparison, x)
-        ]
+        for figure in FIGURES:
+            names: dict[str, list[str]] = {}
+            for name, why in left_out(self.comparison, figure):
+                names.setdefault(why, []).append(name)
+            yield from ((f"{capital(figure)} of {listed(whose)}", capital(why)) for why, whose in names.items())
 
     def origins(self) -> Iterator[tuple[str, str, str, str]]:
         """Name, file, what was set over it, and hash of each scenario."""
@@ -155,36 +173,12 @@ def _reasons(names: Sequence[str], part: slice, chosen: Sequence[Difference]) ->
     return f"A dash: {texts}." if texts else ""
 
 
-def _settings(comparison: Comparison) -> Iterator[Table]:
-    """The values by which scenarios differ, a scenario in each row."""
-    for part in columns(len(comparison.settings)):
-        settings = comparison.settings[part]
-        rows = (
-            (name, *(_written(setting.values[k]) for setting in settings)) for k, name in enumerate(comparison.names)
-        )
-        head = (*texts("Scenario"), *numbers(*(setting.path for setting in settings)))
-        yield _inert(Table("Values that are not the same in all scenarios", head, tuple(rows)))
-
-
 def _written(value: Any) -> str:
     if value is None:
         return ABSENT
     if isinstance(value, float):
         return exact(value)
     return ", ".join(map(exact, value)) if isinstance(value, list) else str(value)
-
-
-def _alerts(comparison: Comparison) -> Table | None:
-    names: dict[tuple[bool, str, str, str], list[str]] = {}
-    for name, study in zip(comparison.names, comparison.studies, strict=True):
-        for alert in study.alerts:
-            key = (alert.severity is not Severity.WARNING, alert.code, capital(alert.severity), words(alert.title))
-            names.setdefault(key, []).append(name)
-    if not names:
-        return None
-    rows = tuple((*key[1:], _plain(listed(whose))) for key, whose in sorted(names.items()))
-    note = "The report of a scenario by itself has the cause with its numbers, and the remedy."
-    return Table("Alerts of the scenarios", texts("Code", "Severity", "Alert", "Scenarios"), rows, note)
 
 
 def _file(name: str) -> str:

@@ -28,8 +28,8 @@ class Merit(StrEnum):
 
     REQUIREMENTS = "requirements"
     STABILITY = "stability"
-    RANGE = "stable range"
     MARGIN = "smallest margin"
+    RANGE = "stable range"
     VOLTAGE = "mean voltage"
     RATE = "voltage per second"
 
@@ -58,9 +58,9 @@ class Ranked:
         To the nearest end of stable motion over all inputs; None where the design point has no stable motion, or it
         ends nowhere, or where is not known.
     merits : mapping of Merit to float or None
-        Requirements not met, as a negative number; 1 for stable motion that no simulation contradicts, else 0; width of
-        the widest stable range, where there is no margin; smallest margin [1], infinite where stable motion ends
-        nowhere; U_ave [V] and voltage per second [V/s] of the stable motion at the design point.
+        Requirements not met, as a negative number; 1 for stable motion that no simulation contradicts, else 0; smallest
+        margin [1], infinite where stable motion ends nowhere; width of the widest stable range, where there is no
+        margin; U_ave [V] and voltage per second [V/s] of the stable motion at the design point.
     """
 
     name: str
@@ -145,8 +145,8 @@ def _merits(study: Study, alike: bool) -> tuple[Margin | None, dict[Merit, float
     return margin, {
         Merit.REQUIREMENTS: float(sum(criterion.passed for criterion in study.criteria) - len(study.criteria)),
         Merit.STABILITY: float(stable and (check is None or check.passed)),
-        Merit.RANGE: max(widths, default=None) if room is None else None,
         Merit.MARGIN: room,
+        Merit.RANGE: max(widths, default=None) if room is None else None,
         Merit.VOLTAGE: voltage,
         Merit.RATE: None if voltage is None else per_second * voltage,
     }
@@ -176,8 +176,8 @@ def _best(ranked: Sequence[Ranked]) -> str:
     following = ranked[len(names)] if len(names) < len(ranked) else None
     reasons = [_reason(first, following) if following is not None else "margin and voltage are the same"]
     if not any(one.stable for one in ranked):
-        lead = f"None is good: there is no stable 1:1 motion{_where(first)}."
-        return lead if following is None else f"{lead} First is {listed(names)}: {reasons[0]}."
+        lead = f"No scenario has stable 1:1 motion{_where(first)}."
+        return lead if following is None else f"{lead} Of them {listed(names)} ranks first: {reasons[0]}."
     if first.stable:
         reasons.insert(0, f"there is stable 1:1 motion{_where(first)}")
     if first.study.criteria and (following is None or _decisive(first, following) is not Merit.REQUIREMENTS):
@@ -202,8 +202,8 @@ def _reason(one: Ranked, following: Ranked) -> str:
         return f"there is none in {following.name}"
     what = {
         Merit.REQUIREMENTS: "more requirements are met",
-        Merit.RANGE: "the stable range is the widest",
         Merit.MARGIN: "the smallest margin is the largest",
+        Merit.RANGE: "the stable range is the widest",
         Merit.VOLTAGE: f"of those with a margin of {one.show(Merit.MARGIN)} the mean voltage is the highest",
         Merit.RATE: f"of those with a margin of {one.show(Merit.MARGIN)} the impacts are the most frequent",
     }[merit]
@@ -217,12 +217,12 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
     told = {first.name}
     for merit in (Merit.VOLTAGE, Merit.RATE):
         top = max(rivals, key=lambda one: one.merits[merit] or 0.0)
-        mine, most = first.merits[merit], top.merits[merit]
-        if mine and most and top.name not in told and round(most / mine - 1, DIGITS) > 0:
+        mine, most = first.merits[merit] or 0.0, top.merits[merit] or 0.0
+        if mine > 0 and round(most / mine - 1, DIGITS) > 0 and top.name not in told:
             told.add(top.name)
             more = percent(most / mine - 1, signed=True)
             margin = top.show(Merit.MARGIN)
-            yield f"{top.name} has the highest {merit} ({top.show(merit)}, {more}) with a smaller margin ({margin})."
+            yield f"{top.name} has the highest {merit} ({top.show(merit)}, {more}) and a margin of {margin}."
 
 
 def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +15,7 @@ from vireport.figures.curves import Curve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     ACROSS,
+    LETTER,
     MARGIN_X,
     Entry,
     blank,
@@ -74,7 +76,7 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
             fit_vertically([axes])
         _dress(panels[-1, 0], shown, along)
         figure.align_ylabels(panels[:, 0])
-        names = (f"{k} {literal(name)}" for k, name in enumerate(drawings, 1))
+        names = (fill(f"{k} {literal(name)}", int(ACROSS / LETTER)) for k, name in enumerate(drawings, 1))
         scenarios: list[Entry] = [(name, look | WIDTH) for name, look in zip(names, looks, strict=False)]
         legends = [scenarios, [*stability_legend(shown), *point_legend(shown)]]
         return finished(figure, HEIGHT * len(rows) + AXIS, [], legends, labels)
