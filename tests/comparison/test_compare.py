@@ -24,7 +24,10 @@ from vireport.comparison.differences import Difference, listed
 from vireport.comparison.figures import compare_figure, compare_pictures
 from vireport.comparison.outputs import comparison_provenance, render_comparison, summary
 from vireport.comparison.pages import ComparisonReport
+from vireport.comparison.quantities import Group
+from vireport.comparison.ranking import Merit
 from vireport.errors import NumericalError, ScenarioError, UsageError
+from vireport.figures import COLORS
 from vireport.report import render_html
 from vireport.study.study import Study
 
@@ -93,13 +96,67 @@ def test_a_scenario_is_no_different_from_itself() -> None:
     assert all(x.change in (0.0, None) for x in same.quantities)
 
 
-def test_what_only_some_have_comes_first_and_then_what_changed_most() -> None:
-    changes = [x.change for x in three().differences]
-    first = changes.index(next(x for x in changes if x is not None))
-    assert first == 6  # A1, A2, A3, C1, G1, G2
-    assert None not in changes[first:]
-    assert changes[first:] == sorted(changes[first:], reverse=True)
-    assert all(not x.differs for x in three().quantities[len(changes) :])
+def test_what_matters_comes_first_and_of_it_what_only_some_have_and_what_changed_most() -> None:
+    groups = [x.group for x in three().quantities]
+    assert list(dict.fromkeys(groups)) == ["design point", "stable range", "margin", "voltage", "critical point"]
+    assert groups == sorted(groups, key=list(Group).index)
+    changes = [x.change for x in three().differences if x.group == "critical point"]
+    assert changes[:6] == [None] * 6  # A1, A2, A3, C1, G1, G2
+    assert changes[6:] == sorted(changes[6:], reverse=True)
+
+
+# Ranking
+
+
+def test_the_largest_smallest_margin_is_best_and_numbers_are_those_of_the_studies() -> None:
+    ranked = inclinations().ranking
+    assert [one.name for one in ranked] == [f"inclination_deg = {angle}" for angle in (0, 5, 15, 30, 45)]
+    for one in ranked:
+        design = one.study.solution.design
+        ends = [abs(end.relative) for end in design.endings() if end.relative is not None]
+        assert one.merits[Merit.MARGIN] == min(ends)
+        assert one.merits[Merit.VOLTAGE] == design.voltages.average_v[0]
+        assert one.merits[Merit.RATE] == 2 * 2.0 * design.voltages.average_v[0]  # two impacts a period of 2 Hz
+    assert "next inclination_deg = 5" in inclinations().headline
+    data = json.loads(json.dumps(inclinations().to_dict()["ranking"], allow_nan=False))
+    assert [one["rank"] for one in data] == [1, 2, 3, 4, 5]
+    assert data[-1]["smallest_margin"] == pytest.approx(0.04722322153840652, rel=1e-9)
+    assert (data[-1]["margin_parameter"], data[-1]["margin_kind"]) == ("frequency_hz", "period_doubling")
+
+
+def test_requirements_come_before_stability_and_stability_before_margin() -> None:
+    strict = study("inclined", "requirements.margin_any_percent=10")
+    unstable = study("inclined", "inclination_deg=60")
+    ranked = compare([strict, unstable, study("inclined")], names=("strict", "unstable", "plain")).ranking
+    assert [(one.name, one.rank) for one in ranked] == [("plain", 1), ("unstable", 2), ("strict", 3)]
+    two = compare([unstable, study("inclined")], names=("unstable", "plain"))
+    reason = "there is stable 1:1 motion at the design point, and there is none in unstable"
+    assert two.headline.startswith(f"plain is best: {reason}")
+
+
+def test_voltage_that_costs_margin_is_told() -> None:
+    assert [one.name for one in three().ranking] == ["horizontal", "inclined", "inclined-forcing"]
+    assert "inclined-forcing has the highest mean voltage (60.67 kV, +66 %) and a margin of 0.20 %" in three().headline
+
+
+def test_without_a_design_point_the_widest_stable_range_is_best() -> None:
+    ranges = compare([study("inclined", "device.length_m=", f"device.restitution={r}") for r in (0.5, 0.6)])
+    assert [one.merits[Merit.RANGE] for one in ranges.ranking] == [pytest.approx(0.16), pytest.approx(0.120542859)]
+    assert "the stable range is the widest (0.59 m ≤ s ≤ 0.75 m; next" in ranges.headline
+
+
+def test_a_scenario_without_a_design_point_comes_after_those_with_a_margin() -> None:
+    mixed = compare([study("inclined", "device.length_m="), study("inclined")], names=("range", "point"))
+    assert [one.name for one in mixed.ranking] == ["point", "range"]
+    assert "No design point, and so no margin to compare: range." in mixed.headline
+
+
+def test_equals_share_a_rank_and_where_nothing_is_stable_nothing_is_best() -> None:
+    same = compare([study("horizontal"), study("horizontal")], names=("one", "two"))
+    assert [one.rank for one in same.ranking] == [1, 1]
+    assert same.headline.startswith("one and two are equally good")
+    none = compare([study("inclined", "inclination_deg=60"), study("inclined", "inclination_deg=75")])
+    assert none.headline.startswith("No scenario has stable 1:1 motion at the design point.")
 
 
 def test_sentences_have_the_scenarios_and_their_numbers() -> None:
@@ -295,13 +352,29 @@ def test_a_row_holds_the_values_of_every_scenario() -> None:
 
 
 @pytest.mark.slow
+def test_scenarios_on_one_axis_are_drawn_in_the_order_of_their_ranks() -> None:
+    figure = compare_pictures(three())[0].figure
+    speed, voltage = figure.axes
+    for axes in (speed, voltage):
+        solid = [line for line in axes.lines if line.get_linestyle() == "-" and line.get_color() == COLORS[1]]
+        inclined = next(line for line in solid if len(line.get_xdata()) > 2)
+        x, y = inclined.get_data()
+        assert (x[0], x[-1]) == (pytest.approx(0.4179595416, rel=1e-9), pytest.approx(0.498, rel=1e-9))
+        design = study("inclined").solution.design
+        at = float(design.motions.d[0])
+        value = {speed: 6.0518, voltage: design.voltages.average_v[0] / 1e3}[axes]
+        assert np.interp(at, x, y) == pytest.approx(value, rel=1e-3)
+
+
+@pytest.mark.slow
 def test_more_scenarios_than_fit_across_make_several_figures() -> None:
     names = [picture.name for picture in compare_pictures(inclinations())]
-    assert names == ["figure-2", "figure-2-2", "figure-4", "figure-4-2", "figure-7", "figure-7-2"]
+    assert names == ["figure-variants", "figure-2", "figure-2-2", "figure-4", "figure-4-2", "figure-7", "figure-7-2"]
 
 
 def test_captions_have_the_conditions_of_the_papers_captions() -> None:
-    two, four, seven = compare_pictures(three())
+    overlaid, two, four, seven = compare_pictures(three())
+    assert overlaid.caption.startswith("Over d, as the sweeps are of different parameters")
     for picture, letters in ((two, "(a)–(c)"), (four, "(a)–(b)"), (seven, "(a)")):
         caption = picture.caption
         assert (
@@ -321,8 +394,10 @@ def test_captions_have_the_conditions_of_the_papers_captions() -> None:
 
 def test_the_files_read_back() -> None:
     assert "0.417960 in inclined" in summary(three())
-    files = render_comparison(three(), {"json", "csv"}, "vireport compare a b c", None, lambda what: None)
-    assert sorted(files) == ["compare.csv", "compare.json"]
+    formats = {"json", "csv", "markdown"}
+    files = render_comparison(three(), formats, "vireport compare a b c", None, lambda what: None)
+    assert sorted(files) == ["compare.csv", "compare.json", "summary.md"]
+    assert b"| inclined-forcing | 3 | Stable, margin small | 0.20 % in frequency | 60.67 kV |" in files["summary.md"]
     data = json.loads(files["compare.json"])
     assert [x["name"] for x in data["scenarios"]] == list(THREE)
     assert data["provenance"]["command"] == "vireport compare a b c"
@@ -344,7 +419,7 @@ def test_the_report_says_what_differs_and_is_the_same_every_time() -> None:
     again = render_comparison(compare([study(name) for name in THREE]), {"html", "pdf"}, "vireport compare", None, say)
     assert files == again
     page = files["report.html"].decode()
-    assert "d = 0.187053 in horizontal, 0.417960 in inclined" in page
+    assert "horizontal is best: there is stable 1:1 motion at the design point" in page
     assert "outside the membrane" in page
     assert files["report.pdf"].startswith(b"%PDF-")
 
@@ -396,7 +471,7 @@ def test_studies_and_comparisons_show_themselves() -> None:
     assert "<script>" not in text
     assert "<td>B1</td><td>period doubling</td>" in text
     assert "Stable" in text
-    assert "<td>0.417960</td>" in three()._repr_html_()
+    assert "<td>inclined</td><td>2</td><td>Stable</td><td>4.7 % in frequency</td>" in three()._repr_html_()
 
 
 def test_rows_are_the_motions_by_the_names_of_the_files() -> None:

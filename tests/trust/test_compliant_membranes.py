@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from math import hypot, pi
 
@@ -14,8 +15,10 @@ from vireport import analyse, loads
 from vireport.errors import NumericalError
 from vireport.figures.stiffness import alt_text, caption, figure_stiffness
 from vireport.physics.contact import contacts, damping_number
+from vireport.report import Report, render_html
 from vireport.scenario.parameters import Parameter
-from vireport.text import Table, plain_text
+from vireport.study import provenance_of
+from vireport.text import plain_text
 from vireport.trust.compliance import Compliance, compliance, compliance_data
 from vireport.trust.compliance_section import comparison_with_rigid, findings, solvers_on_stiff_membranes, verdict
 from vireport.trust.compliant import BOTTOM, TOP, compliant_model, contact, find_orbit, flight, lap, linearised
@@ -204,7 +207,12 @@ def test_fixed_steps_fail_where_contacts_fall_between_them(made) -> None:
     assert runs[3000, 1e8].outcome is not Outcome.SOLVED
     assert runs[30000, 1e6].outcome is Outcome.SOLVED
     assert runs[30000, 1].error < 1e-3 * runs[3000, 1].error
-    assert any(line.startswith("RK4 with 300 steps per period fails at K times") for line in findings(made))
+    told = findings(made)
+    failed = {(solver, setting): dict(ways) for solver, setting, ways in told.failed}
+    assert 1e8 in failed["RK4", 300]
+    assert 1 not in failed["RK4", 300]
+    assert 1 < told.steps < 10  # in the shorter contact, which is how often a fixed step has to see it
+    assert told.shorter == pytest.approx((told.last / told.first) ** (1 / 3.6), rel=1e-12)
 
 
 @pytest.mark.slow
@@ -214,6 +222,7 @@ def test_adaptive_explicit_methods_survive_the_ladder(made) -> None:
         assert all(run.outcome is Outcome.SOLVED for run in runs.values())
         assert runs[1e-10, 1e8].evaluations < 3 * runs[1e-10, 1].evaluations
         assert runs[1e-10, 1e8].error < 1e-5
+        assert findings(made).growths[name] < 3
 
 
 def test_jacobian_is_the_derivative_of_the_equation(models, found) -> None:
@@ -275,8 +284,17 @@ def test_figure_and_words_tell_of_failures_and_rates(made) -> None:
     assert len(figure.axes) == 2
     assert "RK4" in alt_text(made)
     assert "−0.278" in caption(made)
-    parts = [*comparison_with_rigid(made), *solvers_on_stiff_membranes(made)]
-    tables = {block.caption: block for block in parts if isinstance(block, Table)}
+    tables = {table.caption: table for table in (*comparison_with_rigid(made), *solvers_on_stiff_membranes(made))}
     ladder = tables["Distance from the rigid model"]
     assert ladder.rows[-1][-1] == "−0.2778"
     assert any("overflow" in cell for row in tables["Error at the end of the period"].rows for cell in row)
+
+
+@pytest.mark.slow
+def test_the_report_says_what_the_runs_come_to(study, made) -> None:
+    report = Report(replace(study, compliance=made), {}, provenance_of(study.loaded, ""))
+    text = re.sub(r"\s+", " ", re.sub(r"<[^>]*>", "", render_html(report).decode()))
+    assert verdict(made) in text
+    assert "RK4 with 300 steps per period fails at K times 10" in text
+    assert "the steps it needs per period grow as K0.278" in text
+    assert f"Fastest to an error below 10⁻⁴ at K times 10⁸: {findings(made).fastest[0][0]} " in text

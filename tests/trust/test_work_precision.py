@@ -19,7 +19,7 @@ from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.reference import reference_critical, reference_orbit, reference_voltage
 from vireport.scenario.parameters import Parameter
-from vireport.text import Table, plain_text
+from vireport.text import plain_text
 from vireport.trust import measurements, ranking
 from vireport.trust.benchmark import Benchmark, Guess, MethodTask, Motion, Target, benchmark_of
 from vireport.trust.flights import Budget, Model, explicit, integrated, runge_kutta, simulated
@@ -313,8 +313,7 @@ def test_the_fastest_run_that_is_accurate_enough() -> None:
 
 
 def test_report_and_figure_name_every_method(work) -> None:
-    parts = [*measurements(work), *ranking(work)]
-    tables = {part.caption: part for part in parts if isinstance(part, Table)}
+    tables = {table.caption: table for table in (*measurements(work), *ranking(work))}
     methods = {run.method for run in work.runs}
     assert methods == {*NAMES} - {"SciPy Radau", "SciPy LSODA"}
     assert {row[0] for row in tables["Time to an accuracy: the motion"].rows} == methods
@@ -324,8 +323,6 @@ def test_report_and_figure_name_every_method(work) -> None:
     factors = tables["Times over that of the fastest method"]
     assert {row[0] for row in factors.rows} == methods
     assert all("1" in column for column in list(zip(*factors.rows, strict=True))[1 : len(ACCURACIES)])
-    text = " ".join(part for part in parts if isinstance(part, str))
-    assert "only numbers of this section that differ from run to run" in text
     assert all(method in alt_text(work) for method in methods)
     assert len(figure_accuracy(work).axes) == len(work.quantities)
 
@@ -353,5 +350,6 @@ def test_nothing_to_compare_is_said(tmp_path) -> None:
     found = measure(analyse(load(scenario)).solution, 1)
     assert found.nothing
     assert found.runs == ()
-    assert "no stable" in plain_text(measurements(found))
+    assert "no stable" in found.nothing
+    assert not list(measurements(found))
     assert not list(ranking(found))

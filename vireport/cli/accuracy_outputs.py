@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from vireport.scenario import Accuracy, Loaded
 from vireport.study import Study, Task, analyse
-from vireport.text import Table, plain_text
+from vireport.text import Table, capital, plain_text
 from vireport.trust import (
     accuracy_data,
     comparison_with_rigid,
@@ -17,6 +17,7 @@ from vireport.trust import (
     measurements,
     ranking,
     solvers_on_stiff_membranes,
+    verdict,
 )
 
 if TYPE_CHECKING:
@@ -46,13 +47,15 @@ def text(study: Study, every: bool = False) -> str:
 def _parts(study: Study, every: bool) -> Iterator[str | Table]:
     if study.work is None:
         return
+    if study.work.nothing:
+        yield capital(study.work.nothing)
     yield from measurements(study.work, every)
     yield from ranking(study.work)
     if study.compliance is None:
         why = next(step.why for step in study.plan.steps if step.task is Task.COMPLIANT)
         yield f"Compliant membranes: left out ({why})"
         return
-    yield "Compliant membranes"
+    yield f"Compliant membranes: {verdict(study.compliance)}"
     yield from comparison_with_rigid(study.compliance)
     yield from solvers_on_stiff_membranes(study.compliance)
 

@@ -280,7 +280,7 @@ def compare(
     templates: Templates = None,
     quiet: Quiet = False,
 ) -> None:
-    """Compare scenarios, or variants of one. Figures have shared axes; what differs most comes first."""
+    """Compare scenarios, or variants of one. Says which is best, and why; figures have shared axes."""
     _refuse_files_beside_json(json, "comparison", output, format_)
     from vireport.cli.outputs import compare_outcome
     from vireport.comparison import compare as compare_scenarios

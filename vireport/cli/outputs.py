@@ -14,7 +14,6 @@ from vireport.cli.outcome import Outcome
 from vireport.scenario import Loaded
 from vireport.study import (
     FIGURES,
-    FORMATS,
     Study,
     Task,
     analyse,
@@ -158,7 +157,7 @@ def compare_outcome(
 
     files = outputs.render_comparison(comparison, set(formats), command, templates, say)
     stale = outputs.file_names(formats)
-    beside = tuple(name for name in outputs.file_names(FORMATS) if name not in stale)
+    beside = tuple(name for name in outputs.file_names(outputs.NAMES) if name not in stale)
     return Outcome(files=files, stale=stale, beside=beside, summary=outputs.summary(comparison))
 
 

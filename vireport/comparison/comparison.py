@@ -1,4 +1,4 @@
-"""Scenarios side by side: their critical points, stable ranges, margins and voltages, what changed most first.
+"""Scenarios side by side: which is best, and their stable ranges, margins, voltages and critical points.
 
 What is compared is what scenarios have in common. A swept value stands beside another only where both scenarios
 sweep the same parameter; across lengths, forces and frequencies, places are compared in d, as the paper does.
@@ -16,20 +16,21 @@ from typing import TYPE_CHECKING, Any
 
 from vireport.comparison.differences import SAME, Difference, differences
 from vireport.comparison.quantities import Axes, axes_of, quantities_of, same_setting, settings_of
+from vireport.comparison.ranking import Ranked, headline, ranking, ranking_table
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.errors import NumericalError, UsageError
 from vireport.scenario import to_dict
 from vireport.study import SCHEMA_VERSION, Study, analyse
-from vireport.text import ABSENT, html_table, significant
+from vireport.text import html_table
 
 if TYPE_CHECKING:
     from vireport.progress import Progress
 
 FIGURES = ("figure-2", "figure-4", "figure-7")
-"""Those of which there is one for all scenarios."""
+"""Those of each scenario, beside one another."""
 
-MOST_ROWS = 20
-"""Differences shown in a notebook; `Comparison.rows` has all."""
+OVERLAY = "figure-variants"
+"""All scenarios on one axis."""
 
 ACROSS = 4
 """Scenarios beside one another in a table or a figure; of more there are several."""
@@ -66,7 +67,7 @@ class Comparison:
     axes : Axes
         In what places along the sweeps are compared.
     quantities : tuple of Difference
-        All that is compared, what changed most first.
+        All that is compared, by groups; in each what changed most first.
     settings : tuple of Setting
         The values by which the scenarios differ.
     """
@@ -81,6 +82,16 @@ class Comparison:
     def differences(self) -> tuple[Difference, ...]:
         """The quantities that differ by more than rounding."""
         return tuple(quantity for quantity in self.quantities if quantity.differs)
+
+    @cached_property
+    def ranking(self) -> tuple[Ranked, ...]:
+        """The scenarios, the best first."""
+        return ranking(self.names, self.studies)
+
+    @property
+    def headline(self) -> str:
+        """Which scenario is best, and why."""
+        return headline(self.ranking)
 
     def to_dict(self) -> dict[str, Any]:
         """The comparison as plain data, ready for JSON."""
@@ -98,6 +109,7 @@ class Comparison:
             "schema_version": SCHEMA_VERSION,
             "scenarios": scenarios,
             "settings": [{"path": setting.path, "values": list(setting.values)} for setting in self.settings],
+            "ranking": [one.to_dict() for one in self.ranking],
             "quantities": [quantity.to_dict() for quantity in self.quantities],
         }
 
@@ -117,16 +129,10 @@ class Comparison:
         ]
 
     def _repr_html_(self) -> str:
-        """What differs, the largest first, for a notebook."""
-        rows = []
-        for difference in self.differences[:MOST_ROWS]:
-            cells = [ABSENT if value is None else significant(value) for value in difference.values]
-            rows.append((difference.heading, *cells, difference.apart))
-        table = html_table(("Quantity", *self.names, "Apart"), rows) if rows else ""
-        count = len(self.differences)
-        more = f"<p>{count - len(rows)} more differ.</p>" if count > len(rows) else ""
-        lead = escape(f"{count} of {len(self.quantities)} quantities differ.")
-        return f"<p><strong>{lead}</strong></p>\n{table}{more}"
+        """Which scenario is best and why, and the ranking, for a notebook."""
+        table = ranking_table(self.ranking)
+        head = html_table([column.title for column in table.columns], table.rows)
+        return f"<p><strong>{escape(self.headline)}</strong></p>\n{head}"
 
 
 def compare(

@@ -97,7 +97,7 @@ class Difference:
 
 
 def differences(members: Mapping[str, Quantities], axes: Axes, tolerance: float = SAME) -> tuple[Difference, ...]:
-    """Compare all that can be compared: what only some scenarios have first, then what changed most.
+    """Compare all that can be compared, by groups: in each what only some scenarios have first, then what changed most.
 
     Parameters
     ----------
@@ -121,10 +121,10 @@ def differences(members: Mapping[str, Quantities], axes: Axes, tolerance: float 
     return tuple(sorted(compared, key=lambda x: (*_rank(x), x.of.subject, order.index(x.of.axis))))
 
 
-def _rank(difference: Difference) -> tuple[bool, bool, float, int]:
-    """Order: what only some scenarios have, then what changed most, then what did not."""
+def _rank(difference: Difference) -> tuple[int, bool, bool, float]:
+    """Order: by groups; in each what only some scenarios have, then what changed most, then what did not."""
     differs, change = difference.differs, difference.change
-    return not (differs and change is None), not differs, -(change or 0.0), list(Group).index(difference.group)
+    return list(Group).index(difference.group), not (differs and change is None), not differs, -(change or 0.0)
 
 
 def _difference(of: Quantity, entries: Mapping[str, Entry], tolerance: float) -> Difference:

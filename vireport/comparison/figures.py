@@ -1,4 +1,4 @@
-"""Figures 2, 4 and 7 of several scenarios: a column for each, rows on shared axes, as the paper prints them."""
+"""Several scenarios on one axis, and their figures 2, 4 and 7 with a column for each, as the paper prints them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from dataclasses import replace
 from matplotlib.figure import Figure
 
 from vireport.alerts import AlertCode
-from vireport.comparison.comparison import Comparison, columns, left_out
+from vireport.comparison.comparison import OVERLAY, Comparison, columns, left_out
 from vireport.comparison.differences import listed
+from vireport.comparison.ranking import Merit
 from vireport.figures import (
     ABOUT,
+    COLORS,
     OUTSIDE,
     TITLES,
     Color,
@@ -23,10 +25,12 @@ from vireport.figures import (
     held,
     letter_of,
     literal,
+    overlay,
     simulated_points,
     sweep_figure,
     swept_range,
 )
+from vireport.scenario import Parameter
 from vireport.study import Task
 from vireport.text import capital
 
@@ -39,14 +43,55 @@ Columns = dict[str, Drawing]
 
 
 def compare_pictures(comparison: Comparison) -> tuple[Picture, ...]:
-    """Draw figures 2, 4 and 7 of a comparison, at most four scenarios in each.
+    """Draw all scenarios on one axis, and figures 2, 4 and 7 with at most four of them beside one another.
 
     Parameters
     ----------
     comparison : Comparison
         Scenarios without a sweep are left out, and from figure 7 those without a ball mass.
     """
-    return tuple(
+    return (*_overlaid(comparison), *_side_by_side(comparison))
+
+
+def _overlaid(comparison: Comparison) -> Iterator[Picture]:
+    """All scenarios on one axis, or the best of them."""
+    along = comparison.axes.always[0]
+    swept = [one for one in comparison.ranking if one.study.solution.sweep is not None]
+    if along == "d":  # which a sweep of the inclination holds
+        swept = [one for one in swept if one.study.solution.parameter is not Parameter.INCLINATION]
+    shown, others = swept[: len(COLORS)], [one.name for one in comparison.ranking if one not in swept[: len(COLORS)]]
+    if len(shown) < 2:
+        return
+    parameter = along if isinstance(along, Parameter) else None
+    figure = overlay({one.name: _with_stable(drawing_of(one.study)) for one in shown}, parameter)
+    if parameter is not None:
+        axis = f"Over the {parameter.quantity}, which all sweep"
+    else:
+        axis = "Over d, as the sweeps are of different parameters"
+    drawn = (
+        "impact velocity on the bottom membrane and U_ave of the branches with stable 1:1 motion, or of all where none "
+        "is stable, numbered as they are ranked"
+    )
+    missing = f" Not drawn: {listed(others)}." if others else ""
+    outside = any(not one.study.solution.within_membrane for one in shown)
+    note = f" Voltages {OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})." if outside else ""
+    ranges = "; ".join(f"{one.name}: {one.show(Merit.RANGE)}" for one in shown)
+    alt = f"Line charts of {len(shown)} scenarios. {axis}: {drawn}. Stable ranges: {ranges}."
+    yield Picture(OVERLAY, "All scenarios on one axis", f"{axis}: {drawn}.{missing}{note}", alt, figure)
+
+
+def _with_stable(drawing: Drawing) -> Drawing:
+    """A drawing without the branches and critical points that have no stable motion, where others have one."""
+    branches = {part.branch.number for part in drawing.parts if part.stable}
+    if not branches:
+        return drawing
+    parts = [part for part in drawing.parts if part.branch.number in branches]
+    events = [event for event in drawing.events if any(branch.number in branches for branch, _ in event.places)]
+    return replace(drawing, parts=parts, events=events)
+
+
+def _side_by_side(comparison: Comparison) -> Iterator[Picture]:
+    return (
         Picture(
             figure if number == 1 else f"{figure}-{number}",
             TITLES[figure],

@@ -9,9 +9,11 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.comparison.comparison import FEW_NAMES, FIGURES, Comparison
+from vireport.comparison.comparison import FEW_NAMES, FIGURES, OVERLAY, Comparison
+from vireport.comparison.ranking import ranking_table
 from vireport.comparison.variants import MOST
 from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of, with_pages
+from vireport.text import markdown_of, markdown_text, plain_text
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -21,6 +23,7 @@ FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""
 
 _FIGURES = [f"{name}{f'-{page}' if page > 1 else ''}" for name in FIGURES for page in range(1, MOST + 1)]
+_FIGURES.append(OVERLAY)
 
 NAMES = {
     Task.HTML: ("report.html",),
@@ -29,6 +32,7 @@ NAMES = {
     Task.SVG: tuple(f"{name}.svg" for name in _FIGURES),
     Task.JSON: ("compare.json",),
     Task.CSV: ("compare.csv",),
+    Task.MARKDOWN: ("summary.md",),
 }
 """Files that a comparison may write, by their formats."""
 
@@ -62,10 +66,19 @@ def _compared_in(folder: Path) -> str | None:
 
 
 def summary(comparison: Comparison) -> str:
-    """What differs, a line for each difference, the largest first."""
-    if not comparison.differences:
-        return f"No difference in {len(comparison.quantities)} quantities."
-    return "\n".join(difference.sentence for difference in comparison.differences)
+    """Which scenario is best and why, the ranking, and a line for each difference."""
+    count = f"{len(comparison.differences)} of {len(comparison.quantities)} quantities differ"
+    lines = [f"{count}:", *(difference.sentence for difference in comparison.differences)]
+    parts = (comparison.headline, ranking_table(comparison.ranking))
+    return f"{plain_text(parts)}\n\n" + ("\n".join(lines) if comparison.differences else f"{count}.")
+
+
+def compare_markdown(comparison: Comparison, provenance: Provenance) -> str:
+    """Which scenario is best and why, and the ranking, as Markdown for a pull request."""
+    name, version = (markdown_text(x) for x in (provenance.scenario_name, provenance.version))
+    origin = f"vireport {version}, {name}, SHA-256 `{provenance.scenario_sha256}`\n"
+    ranked = markdown_of(ranking_table(comparison.ranking))
+    return "\n".join((f"{markdown_text(comparison.headline)}\n", ranked, origin))
 
 
 def render_comparison(
@@ -98,6 +111,8 @@ def render_comparison(
         files["compare.json"] = compare_json(comparison, provenance)
     if "csv" in formats:
         files["compare.csv"] = compare_csv(comparison)
+    if "markdown" in formats:
+        files["summary.md"] = compare_markdown(comparison, provenance).encode()
     return files
 
 

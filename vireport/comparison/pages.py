@@ -1,22 +1,22 @@
-"""What the templates of a comparison know: what differs in a sentence each, all numbers side by side, the settings."""
+"""What the templates of a comparison know: the ranking, all numbers side by side, the settings."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vireport.alerts import Severity
-from vireport.comparison.comparison import ACROSS, FEW_NAMES, FIGURES, Comparison, Setting, columns, left_out
+from vireport.comparison.comparison import ACROSS, FEW_NAMES, FIGURES, Comparison, columns, left_out
 from vireport.comparison.differences import Difference, digits_apart, listed
-from vireport.comparison.quantities import Entry
-from vireport.gate import SWEEP_END, Fact, Status, Verdict
+from vireport.comparison.quantities import Entry, Group
+from vireport.comparison.ranking import margins_table, ranking_table
+from vireport.gate import SWEEP_END, Verdict
 from vireport.scenario import Parameter
 from vireport.study import Provenance
-from vireport.text import ABSENT, Column, Table, capital, exact, numbers, significant, texts, words
+from vireport.text import ABSENT, Table, capital, exact, numbers, significant, texts, words
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -47,17 +47,22 @@ class ComparisonReport:
         names = self.comparison.names
         return f"Comparison of {listed(names) if len(names) <= FEW_NAMES else f'{len(names)} scenarios'}"
 
-    @cached_property
-    def verdict(self) -> Verdict:
-        """What the comparison comes to."""
-        return comparison_verdict(self.comparison)
-
     @property
-    def outside(self) -> str:
-        """The scenarios whose voltages are outside the membrane's geometry."""
-        pairs = zip(self.comparison.names, self.comparison.studies, strict=True)
-        names = [name for name, study in pairs if not study.solution.within_membrane]
-        return "all scenarios" if len(names) == len(self.comparison.names) else listed(names)
+    def verdict(self) -> Verdict:
+        """Which scenario is best, and why."""
+        best = [one for one in self.comparison.ranking if one.rank == 1]
+        status, stable = best[0].study.verdict.status, best[0].stable
+        word = f"Best: {listed([one.name for one in best])}" if stable else "No stable motion"
+        return Verdict(status, word, self.comparison.headline, ())
+
+    def ranking(self) -> Table:
+        """The scenarios, the best first."""
+        return _inert(ranking_table(self.comparison.ranking))
+
+    def margins(self) -> Table | None:
+        """The nearest end of stable motion along each input; None where no scenario has one."""
+        table = margins_table(self.comparison.ranking)
+        return None if table is None else _inert(table)
 
     @property
     def swept(self) -> list[Parameter]:
@@ -65,28 +70,46 @@ class ComparisonReport:
         studies = self.comparison.studies
         return list(dict.fromkeys(x.solution.sweep.parameter for x in studies if x.solution.sweep is not None))
 
-    def differences(self) -> Iterator[tuple[str, str]]:
-        """How far apart a quantity is, and what differs in a sentence, the largest first."""
-        for difference in self.comparison.differences:
-            yield difference.apart, _plain(difference.sentence)
+    def critical_points(self) -> Iterator[Table]:
+        """The critical points of all scenarios."""
+        return _side_by_side(self.comparison, "Critical points", [Group.CRITICAL_POINT])
 
-    def side_by_side(self) -> Iterator[Table]:
-        """All quantities of all scenarios."""
-        return _side_by_side(self.comparison)
+    def quantities(self) -> Iterator[Table]:
+        """All quantities of all scenarios but the critical points."""
+        groups = [group for group in Group if group is not Group.CRITICAL_POINT]
+        return _side_by_side(self.comparison, "Stable ranges, margins and voltages", groups)
 
     def settings(self) -> Iterator[Table]:
-        """The values by which the scenarios differ."""
-        return _settings(self.comparison)
+        """The values by which scenarios differ, a scenario in each row."""
+        names = self.comparison.names
+        for part in columns(len(self.comparison.settings)):
+            settings = self.comparison.settings[part]
+            rows = tuple((name, *(_written(one.values[k]) for one in settings)) for k, name in enumerate(names))
+            head = (*texts("Scenario"), *numbers(*(one.path for one in settings)))
+            yield _inert(Table("Values that are not the same in all scenarios", head, rows))
 
     def alerts(self) -> Table | None:
         """The alerts with the scenarios that raise them; None where there is none."""
-        return _alerts(self.comparison)
+        names: dict[tuple[bool, str, str, str], list[str]] = {}
+        for name, study in zip(self.comparison.names, self.comparison.studies, strict=True):
+            for alert in study.alerts:
+                key = (alert.severity is not Severity.WARNING, alert.code, capital(alert.severity), words(alert.title))
+                names.setdefault(key, []).append(name)
+        rows = tuple((*key[1:], _plain(listed(whose))) for key, whose in sorted(names.items()))
+        note = "The report of a scenario by itself has the cause with its numbers, and the remedy."
+        return (
+            Table("Alerts of the scenarios", texts("Code", "Severity", "Alert", "Scenarios"), rows, note)
+            if rows
+            else None
+        )
 
-    def left_out(self) -> list[tuple[str, str]]:
+    def left_out(self) -> Iterator[tuple[str, str]]:
         """What is not in the report, and why."""
-        return [
-            (f"{capital(x)} of {name}", capital(why)) for x in FIGURES for name, why in left_out(self.comparison, x)
-        ]
+        for figure in FIGURES:
+            names: dict[str, list[str]] = {}
+            for name, why in left_out(self.comparison, figure):
+                names.setdefault(why, []).append(name)
+            yield from ((f"{capital(figure)} of {listed(whose)}", capital(why)) for why, whose in names.items())
 
     def origins(self) -> Iterator[tuple[str, str, str, str]]:
         """Name, file, what was set over it, and hash of each scenario."""
@@ -104,24 +127,9 @@ class ComparisonReport:
         return "\n---\n".join(f"# {name}\n{text.rstrip()}" for name, text in files) + "\n"
 
 
-def comparison_verdict(comparison: Comparison) -> Verdict:
-    """What a comparison comes to: how much differs, what most, and the verdict on each scenario."""
-    verdicts = [(name, study.verdict) for name, study in zip(comparison.names, comparison.studies, strict=True)]
-    facts = tuple(Fact(name, verdict.word, verdict.headline, verdict.status) for name, verdict in verdicts)
-    differing, count = len(comparison.differences), len(comparison.quantities)
-    if not differing:
-        headline = f"All {count} quantities are the same in all scenarios."
-        return Verdict(Status.NEUTRAL, "No difference", headline, facts)
-    word = f"{differing} of {count} quantities differ"
-    return Verdict(Status.NEUTRAL, word, _plain(_headline(comparison.differences)), facts)
-
-
-def _headline(differences: Sequence[Difference]) -> str:
-    """What only some scenarios have, in short, and what changed most of the rest."""
-    some = list(dict.fromkeys(x.of.brief or x.of.subject for x in differences if x.change is None))
-    lead = f"In some scenarios only: {listed(some)}. " if some else ""
-    sentences = (difference.sentence for difference in differences if difference.change is not None)
-    return f"{lead}{next(sentences, '')}".strip()
+def _inert(table: Table) -> Table:
+    """A table whose rows begin with the names of scenarios, which are not markup."""
+    return replace(table, rows=tuple((_plain(name), *cells) for name, *cells in table.rows))
 
 
 def _plain(text: str) -> str:
@@ -129,18 +137,16 @@ def _plain(text: str) -> str:
     return re.sub(r"(?<!\w)([^\W\d_])_(?!ave\b)", "\\1\u2060_", text.replace("*", "\u2217"))
 
 
-def _side_by_side(comparison: Comparison) -> Iterator[Table]:
+def _side_by_side(comparison: Comparison, title: str, groups: Sequence[Group]) -> Iterator[Table]:
+    """The quantities of some groups in a row each, with as many scenarios beside one another as fit."""
     names = comparison.names
-    for chosen in columns(len(names)):
-        rows = tuple(_row(quantity, chosen) for quantity in comparison.quantities)
-        part = f": {listed(names[chosen])}" if len(names) > ACROSS else ""
-        reasons = _reasons(comparison, chosen)
-        yield Table(
-            _plain(f"Critical points, stable ranges, margins and voltages{part}"),
-            (*texts("Quantity"), *numbers(*map(_plain, names[chosen]), "Apart")),
-            rows,
-            _plain(reasons),
-        )
+    chosen = [quantity for quantity in comparison.quantities if quantity.group in groups]
+    for part in columns(len(names)) if chosen else ():
+        given = [x for x in chosen if any(entry.value is not None or entry.finding for entry in x.entries[part])]
+        rows = tuple(_row(quantity, part) for quantity in given)
+        caption = f"{title}: {listed(names[part])}" if len(names) > ACROSS else title
+        head = (*texts("Quantity"), *numbers(*map(_plain, names[part]), "Apart"))
+        yield Table(_plain(caption), head, rows, _plain(_reasons(names[part], part, given)))
 
 
 def _row(quantity: Difference, chosen: slice) -> tuple[str, ...]:
@@ -156,46 +162,23 @@ def _cell(entry: Entry, digits: int) -> str:
     return f"{significant(entry.value, digits)} ({note})" if note else significant(entry.value, digits)
 
 
-def _reasons(comparison: Comparison, chosen: slice) -> str:
+def _reasons(names: Sequence[str], part: slice, chosen: Sequence[Difference]) -> str:
     """Why there are dashes."""
     reasons: dict[str, dict[str, None]] = {}
-    for quantity in comparison.quantities:
-        for name, entry in zip(comparison.names[chosen], quantity.entries[chosen], strict=True):
+    for quantity in chosen:
+        for name, entry in zip(names, quantity.entries[part], strict=True):
             if entry.value is None and not entry.finding:
                 reasons.setdefault(entry.note, {})[name] = None
     texts = "; ".join(f"{reason} ({listed(list(names))})" for reason, names in reasons.items())
     return f"A dash: {texts}." if texts else ""
 
 
-def _settings(comparison: Comparison) -> Iterator[Table]:
-    names = comparison.names
-    for chosen in columns(len(names)) if comparison.settings else ():
-        rows = tuple((setting.path, *_written(setting, chosen)) for setting in comparison.settings)
-        head = (Column("Key", "code"), *numbers(*map(_plain, names[chosen])))
-        yield Table("Values that are not the same in all scenarios", head, rows)
-
-
-def _written(setting: Setting, chosen: slice) -> Iterator[str]:
-    for value in setting.values[chosen]:
-        if value is None:
-            yield ABSENT
-        elif isinstance(value, float):
-            yield exact(value)
-        else:
-            yield ", ".join(map(exact, value)) if isinstance(value, list) else str(value)
-
-
-def _alerts(comparison: Comparison) -> Table | None:
-    names: dict[tuple[bool, str, str, str], list[str]] = {}
-    for name, study in zip(comparison.names, comparison.studies, strict=True):
-        for alert in study.alerts:
-            key = (alert.severity is not Severity.WARNING, alert.code, capital(alert.severity), words(alert.title))
-            names.setdefault(key, []).append(name)
-    if not names:
-        return None
-    rows = tuple((*key[1:], _plain(listed(whose))) for key, whose in sorted(names.items()))
-    note = "The report of a scenario by itself has the cause with its numbers, and the remedy."
-    return Table("Alerts of the scenarios", texts("Code", "Severity", "Alert", "Scenarios"), rows, note)
+def _written(value: Any) -> str:
+    if value is None:
+        return ABSENT
+    if isinstance(value, float):
+        return exact(value)
+    return ", ".join(map(exact, value)) if isinstance(value, list) else str(value)
 
 
 def _file(name: str) -> str:

@@ -36,16 +36,16 @@ Axis = ScalarInput | Literal["d"]
 
 
 class Group(StrEnum):
-    """Kinds of what is compared, in the order of the report."""
+    """Kinds of what is compared, what matters most to a design first."""
 
     SCENARIO = "scenario"
+    REQUIREMENT = "requirement"
     DESIGN_POINT = "design point"
-    CRITICAL_POINT = "critical point"
     STABLE_RANGE = "stable range"
     MARGIN = "margin"
     VOLTAGE = "voltage"
+    CRITICAL_POINT = "critical point"
     ALERT = "alert"
-    REQUIREMENT = "requirement"
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +65,6 @@ class Quantity:
         What stands for the number, or "".
     missing : str
         What is said of scenarios that do not have it, before their names.
-    brief : str
-        The subject in fewer words, or "".
     family : str
         Of the motion that a margin's critical point is of, where the subject does not say it.
     tolerance : float
@@ -79,7 +77,6 @@ class Quantity:
     axis: Axis | None = None
     symbol: str = ""
     missing: str = ""
-    brief: str = ""
     family: str = ""
     tolerance: float = 0.0
 
@@ -218,8 +215,8 @@ def _critical_points(points: Sequence[Mapping[str, Any]], swept: Parameter) -> I
         in_d = Entry(d, held, bound=2 * bound / abs(value) * d if value else 0.0)
         along: tuple[tuple[Axis, Entry], ...] = ((swept, Entry(value, bound=bound)), ("d", in_d))
         for axis, entry in along:
-            subject, brief = f"{point['label']}, {kind} of the {point['family']} motion", f"{point['label']} {kind}"
-            yield _place(Group.CRITICAL_POINT, subject, axis, "none in the sweep of", brief), entry
+            subject = f"{point['label']}, {kind} of the {point['family']} motion"
+            yield _place(Group.CRITICAL_POINT, subject, axis, "none in the sweep of"), entry
 
 
 def _stable_ranges(parts: Sequence[Mapping[str, Any]], swept: Parameter, device: Device, several: bool) -> Items:
@@ -240,9 +237,9 @@ def _stable_ranges(parts: Sequence[Mapping[str, Any]], swept: Parameter, device:
                 yield _place(Group.STABLE_RANGE, f"{which} {word}", axis, missing), Entry(value, note, bound=bound)
 
 
-def _place(group: Group, subject: str, axis: Axis, missing: str, brief: str = "") -> Quantity:
+def _place(group: Group, subject: str, axis: Axis, missing: str) -> Quantity:
     unit, symbol = ("1", "d") if axis == "d" else (axis.unit, axis.symbol)
-    return Quantity(group, subject, unit, axis, symbol, missing, brief)
+    return Quantity(group, subject, unit, axis, symbol, missing)
 
 
 def _end(part: Mapping[str, Any], end: str) -> tuple[float, str, float]:

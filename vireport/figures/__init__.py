@@ -4,12 +4,14 @@ from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, conditio
 from vireport.figures.curves import Simulated, simulated_points
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.live import in_page, live_data
+from vireport.figures.overlay import COLORS, overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.style import Color, Look, Picture, literal, png_of, style
 from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 __all__ = [
     "ABOUT",
+    "COLORS",
     "OUTSIDE",
     "TITLES",
     "Color",
@@ -32,6 +34,7 @@ __all__ = [
     "literal",
     "live_data",
     "measured_pictures",
+    "overlay",
     "pictures",
     "png_of",
     "prefix",

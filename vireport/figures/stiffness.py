@@ -83,7 +83,9 @@ def caption(study: Compliance) -> str:
 
 def alt_text(study: Compliance) -> str:
     """A description for those who do not see it."""
-    return " ".join(["Two scatter charts with logarithmic axes.", *findings(study), f"{capital(_slopes(study))}."])
+    lost = ", ".join(dict.fromkeys(solver for solver, *_ in findings(study).failed))
+    failures = f"Some runs of {lost} failed." if lost else "No run failed."
+    return f"Two scatter charts with logarithmic axes. {failures} {capital(_slopes(study))}."
 
 
 def _slopes(study: Compliance) -> str:

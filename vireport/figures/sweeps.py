@@ -189,7 +189,7 @@ def sweep_figure(
         page.align_ylabels(panels[:, 0])
         height = HEIGHTS[figure] * len(rows) + AXES_HEIGHT
         head = _head(figure, drawings[0].study) if lines is None else lines
-        return finished(page, height, head, [*legends, _point_legend(drawings)], labels)
+        return finished(page, height, head, [*legends, point_legend(drawings)], labels)
 
 
 def _head(figure: Task, study: Study) -> list[tuple[str, str]]:
@@ -376,7 +376,7 @@ def _rows_2(drawings: Sequence[Drawing]) -> Rows:
             cut=cut if phases else None,
         )
 
-    legend: list[Entry] = [("impact k−1, bottom", BOTTOM), ("impact k, top", TOP), *_stability_legend(drawings)]
+    legend: list[Entry] = [("impact k−1, bottom", BOTTOM), ("impact k, top", TOP), *stability_legend(drawings)]
     if any(drawing.simulated for drawing in drawings):
         legend.append(("simulation", CIRCLE))
     rows = [
@@ -413,7 +413,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> Rows:
         bounds=(-1.0, 1.0),
     )
     branches: list[Entry] = [(name, {"color": color, "linewidth": THIN}) for name, color in colors.items()]
-    legend = _stability_legend(drawings)
+    legend = stability_legend(drawings)
     if any(part.focus for drawing in drawings for part in drawing.parts):
         legend.append(("Re λ", {"color": Color.GREY, "linewidth": THICK}))
     legend.append(("criterion: Δ = 0, λ = ±1", BOUND))
@@ -439,19 +439,20 @@ def _rows_7(drawings: Sequence[Drawing]) -> Rows:
         lambda simulated: scaled(simulated.voltages),
     )
     names = "Uₐᵥₑ", "Uᵢₘₚ − Uᵢₙ, bottom", "Uᵢₘₚ − Uᵢₙ, top"
-    legend: list[Entry] = [*zip(names, looks, strict=True), *_stability_legend(drawings)]
+    legend: list[Entry] = [*zip(names, looks, strict=True), *stability_legend(drawings)]
     if overlays:
         legend.append(("simulation", CIRCLE))
     return [row], [legend]
 
 
-def _stability_legend(drawings: Sequence[Drawing]) -> list[Entry]:
+def stability_legend(drawings: Sequence[Drawing]) -> list[Entry]:
+    """The lines of stable and of unstable motions, as far as they occur."""
     occurring = {part.stable for drawing in drawings for part in drawing.parts}
     styles = (("stable", True, STABLE), ("unstable", False, UNSTABLE))
     return [(name, {"color": Color.GREY, "linewidth": THIN} | look) for name, kind, look in styles if kind in occurring]
 
 
-def _point_legend(drawings: Sequence[Drawing]) -> list[Entry]:
+def point_legend(drawings: Sequence[Drawing]) -> list[Entry]:
     """The kinds of critical points that occur, and the design point."""
     kinds = {event.point.kind for drawing in drawings for event in drawing.events}
     points = [(f"{kind.letter} {kind.words}", POINT | MARKERS[kind]) for kind in kinds]

@@ -76,7 +76,7 @@ CONCERNS = {
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """A question, or in a comparison the name of a scenario, and the answer.
+    """A question and the answer.
 
     The status is neutral where there is nothing to judge; `short` is the answer as the headline has it, or "".
     """

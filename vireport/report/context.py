@@ -23,13 +23,17 @@ from vireport.study import Provenance, Study, results
 from vireport.text import Table, exact
 from vireport.trust import (
     PAPER,
+    Findings,
     PaperComparison,
     compare_with_paper,
     comparison_with_rigid,
+    findings,
+    lost,
     measurements,
     ranking,
     solvers_on_stiff_membranes,
 )
+from vireport.trust import verdict as compliance_verdict
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -280,14 +284,13 @@ class Report:
         """How many critical points are proved, in a sentence."""
         return summary(self.study.certificates or ())
 
-    def accuracy(self) -> Iterator[str | Table]:
-        """Error against run time: what was measured, and what each method reaches."""
+    def accuracy(self) -> Iterator[Table]:
+        """Error against run time: what each method reaches."""
         return measurements(self.study.work) if self.study.work is not None else iter(())
 
-    def fastest(self) -> Iterator[str | Table]:
+    def fastest(self) -> Iterator[Table]:
         """The fastest method."""
-        work = self.study.work
-        return ranking(work) if work is not None and work.benchmark is not None else iter(())
+        return ranking(self.study.work) if self.study.work is not None else iter(())
 
     def families(self) -> Table | None:
         """The families of motions of other impact sequences."""
@@ -297,11 +300,26 @@ class Report:
 
         return families_table(self.study, self.study.atlas)
 
-    def compliant(self) -> Iterator[str | Table]:
+    @property
+    def rigid_verdict(self) -> str:
+        """Whether the rigid model is good enough, in a sentence."""
+        return compliance_verdict(self.study.compliance) if self.study.compliance is not None else ""
+
+    def compliant(self) -> Iterator[Table]:
         """The motion with compliant membranes beside the rigid model."""
         return comparison_with_rigid(self.study.compliance) if self.study.compliance is not None else iter(())
 
-    def stiff(self) -> Iterator[str | Table]:
+    def lost(self) -> Iterator[tuple[float, str, str]]:
+        """Factors of the stiffness at which the motion or the critical point is lost, which of them, and why."""
+        return lost(self.study.compliance) if self.study.compliance is not None else iter(())
+
+    @property
+    def findings(self) -> Findings | None:
+        """What the runs of solvers on the equation of compliant membranes come to."""
+        compliance = self.study.compliance
+        return findings(compliance) if compliance is not None and compliance.runs else None
+
+    def stiff(self) -> Iterator[Table]:
         """Solvers on the equation of compliant membranes."""
         return solvers_on_stiff_membranes(self.study.compliance) if self.study.compliance is not None else iter(())
 

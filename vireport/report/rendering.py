@@ -30,6 +30,7 @@ from vireport.errors import UsageError, VireportError
 from vireport.gate import range_text
 from vireport.report.certificates import plus_minus
 from vireport.text import bounded, capital, error_bound, exact, percent, quantity, scaled, significant, words
+from vireport.trust import factor_text
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -261,6 +262,7 @@ FILTERS: dict[str, Callable[..., str]] = {
     "json": inert_json,
     "percent": percent,
     "plus_minus": plus_minus,
+    "power": factor_text,
     "quantity": quantity,
     "rich": rich,
     "scaled": scaled,

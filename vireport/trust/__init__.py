@@ -3,11 +3,14 @@
 from vireport.trust.accuracy_section import measurements, power, ranking, seconds, task_name
 from vireport.trust.compliance import Compliance, Grade, compliance, compliance_data
 from vireport.trust.compliance_section import (
+    Findings,
     comparison_with_rigid,
     factor_text,
     findings,
+    lost,
     quantity_label,
     solvers_on_stiff_membranes,
+    verdict,
 )
 from vireport.trust.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
 from vireport.trust.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
@@ -33,6 +36,7 @@ __all__ = [
     "ComparedRow",
     "Compliance",
     "CrossCheck",
+    "Findings",
     "Grade",
     "MethodRun",
     "MotionCount",
@@ -50,6 +54,7 @@ __all__ = [
     "factor_text",
     "findings",
     "is_one_to_one",
+    "lost",
     "measure",
     "measurements",
     "power",
@@ -59,4 +64,5 @@ __all__ = [
     "seconds",
     "solvers_on_stiff_membranes",
     "task_name",
+    "verdict",
 ]

@@ -1,4 +1,4 @@
-"""The accuracy study in paragraphs and tables, for the report and for the terminal alike."""
+"""The tables of the accuracy study, for the report and for the terminal alike; the report's template has the words."""
 
 from __future__ import annotations
 
@@ -6,27 +6,21 @@ from collections.abc import Iterator
 from itertools import groupby
 from math import isfinite
 
-from vireport.text import ABSENT, TIMES, Table, numbers, percent, significant, texts
-from vireport.text import quantity as in_unit
-from vireport.trust.benchmark import PHASE_OFF, VALUE_OFF, VELOCITY_OFF, Benchmark, MethodTask
-from vireport.trust.methods import CLOSED, NAMES, SETTLING, WHOLE
+from vireport.text import ABSENT, TIMES, Table, numbers, significant, texts
+from vireport.trust.benchmark import MethodTask
+from vireport.trust.methods import CLOSED, NAMES, WHOLE
 from vireport.trust.timing import Spread
 from vireport.trust.workprecision import ACCURACIES, MethodRun, Order, WorkPrecision
-
-SAME_LEAGUE = 3.0
-"""Factor over the closed form within which a method is said to be as fast, once it has a good guess."""
 
 NOT_TRIED = "not tried"
 
 Row = tuple[str, ...]
 
 
-def measurements(work: WorkPrecision, every: bool = False) -> Iterator[str | Table]:
-    """What was measured and how, the reference, and what each method reaches; with `every`, each run in a row."""
+def measurements(work: WorkPrecision, every: bool = False) -> Iterator[Table]:
+    """The reference, and what each method reaches; with `every`, each run in a row."""
     if work.benchmark is None:
-        yield f"Nothing is compared: {work.nothing}."
         return
-    yield _setup(work, work.benchmark)
     yield Table(
         "Quantities in 40-digit arithmetic, and the errors of the closed form",
         (*texts("Quantity"), *numbers("Reference", "Closed form", "Whole sweep, no guess")),
@@ -54,7 +48,7 @@ def measurements(work: WorkPrecision, every: bool = False) -> Iterator[str | Tab
         )
 
 
-def ranking(work: WorkPrecision) -> Iterator[str | Table]:
+def ranking(work: WorkPrecision) -> Iterator[Table]:
     """By what factors methods are slower than the fastest, fitted orders, and what failed."""
     if work.benchmark is None:
         return
@@ -65,8 +59,6 @@ def ranking(work: WorkPrecision) -> Iterator[str | Table]:
         tuple(_factor_rows(work)),
         "The fastest that starts from the guess is 1. A dash: the accuracy is not reached.",
     )
-    if sentences := list(_without_guess(work)):
-        yield " ".join(sentences)
     if work.orders:
         yield Table(
             "Orders of convergence",
@@ -77,8 +69,7 @@ def ranking(work: WorkPrecision) -> Iterator[str | Table]:
             "lets it be; coarse settings also take fewer Newton steps. LSODA varies its order.",
         )
     if failures := tuple(_failure_rows(work)):
-        yield Table("Runs that failed", texts("Method", "MethodTask", "Setting", "Reason"), failures)
-    yield _about_times(work)
+        yield Table("Runs that failed", texts("Method", "Task", "Setting", "Reason"), failures)
 
 
 def task_name(work: WorkPrecision, task: MethodTask) -> str:
@@ -114,29 +105,6 @@ def factor(value: float) -> str:
 def _bare(text: str) -> str:
     """A power of ten without the factor 1."""
     return text.removeprefix(f"1 {TIMES} ")
-
-
-def _setup(work: WorkPrecision, benchmark: Benchmark) -> str:
-    swept, offset = benchmark.motion.sweep.parameter, benchmark.offset
-    d, gbar = benchmark.motion.groups(benchmark.value)
-    what = f"the stable 1:1 motion at {swept.symbol} = {swept.show(benchmark.value, 9)}"
-    groups = f"(d = {significant(d, 7)}, ḡ = {significant(gbar, 7)})"
-    guess = (
-        f"All methods but the whole sweep start from the same guess, off by {significant(offset * PHASE_OFF, 2)} rad "
-        f"in the phase and {percent(offset * VELOCITY_OFF)} in the velocity"
-    )
-    also = ""
-    if benchmark.critical is not None:
-        also = f", and {task_name(work, MethodTask.CRITICAL)} of the sweep"
-        guess += f", and by {percent(-offset * VALUE_OFF)} in {swept.symbol} for the critical point"
-    return (
-        f"Each method finds {what} {groups}{also}. "
-        "Errors are against 40-digit arithmetic on the printed maps (3.3)–(3.6), trace (A.4) and voltage (5.1)–(5.5), "
-        f"which shares no formula with the package; they are relative, and in rad for the phase. {guess}. "
-        f"MINPACK solves the equations of all but the {SETTLING}. Methods by formula use Broyden's updates. Those "
-        "that follow a flight use Newton's method with the exact Jacobians (A.1) and (A.2), also for the trace at the "
-        "critical point, and differ in the flight alone."
-    )
 
 
 def _reference_rows(work: WorkPrecision) -> Iterator[Row]:
@@ -219,43 +187,3 @@ def _factor_rows(work: WorkPrecision) -> Iterator[Row]:
                 cells[-1] = NOT_TRIED
         if set(cells) != {NOT_TRIED}:
             yield (name, *cells)
-
-
-def _without_guess(work: WorkPrecision) -> Iterator[str]:
-    """What the guess-free solution costs and buys, beside the methods that need a guess."""
-    task = work.tasks[-1]
-    closed, whole = work.best(CLOSED, task, ACCURACIES[-1]), work.best(WHOLE, task, ACCURACIES[0])
-    if closed is not None and closed.seconds is not None:
-        limit = SAME_LEAGUE * closed.seconds.median
-        best = {name: work.best(name, task, ACCURACIES[-1]) for name in NAMES if name not in (CLOSED, WHOLE)}
-        near = [name for name, run in best.items() if run and run.seconds and run.seconds.median <= limit]
-        if near:
-            yield (
-                f"From a good guess, {', '.join(near)} take{'s' * (len(near) == 1)} at the most {SAME_LEAGUE:g} times "
-                f"as long as the closed form for {task_name(work, task)} to {power(ACCURACIES[-1])}: what the closed "
-                "form adds is that it needs no guess."
-            )
-    if whole is not None and whole.seconds is not None:
-        of = "motion and critical point of the sweep" if task is MethodTask.CRITICAL else "motion at the design point"
-        yield (
-            f"Without a guess, every {of} together take {in_unit(whole.seconds.median, 's', 3)}, with an error of "
-            f"{power(whole.error)} for {task_name(work, task)}. No other method here says how many motions there are, "
-            "or that none was missed."
-        )
-
-
-def _about_times(work: WorkPrecision) -> str:
-    """Where the times are from, and what not to read into them."""
-    m = work.machine
-    versions = ", ".join(f"{name} {version}" for name, version in m.libraries)
-    return (
-        f"Times are of one machine ({m.processor}, {m.cores} cores, {m.system}, {m.python}, {versions}): medians "
-        f"with their quartiles, where these differ, of {work.repeats} sample{'s' * (work.repeats != 1)}"
-        f"{', of fewer for the longest and of' if work.repeats > 1 else ', and of'} more for the shortest. They "
-        "are the only numbers of this section that differ from run to run; errors, evaluations and failures do not. "
-        "All methods are interpreted Python but for MINPACK, the flight of the simulation and the core of LSODA. "
-        "Compiled, an integrator would be some tens of times faster, and so would the formulae; the evaluations, of "
-        "the force or of a formula, do not depend on that. The flight is a pure quadrature, the easiest task an "
-        f"integrator can have. The {SETTLING} needs no Newton iteration, but takes ever longer towards a critical "
-        "point, which it cannot find."
-    )

@@ -172,6 +172,11 @@ class Benchmark:
         """The swept parameter, where the motion is."""
         return self.motion.guess.value
 
+    @property
+    def guess_errors(self) -> tuple[float, float, float]:
+        """By how much the guess is off: phase [rad], and velocity and critical value, relative."""
+        return self.offset * PHASE_OFF, self.offset * VELOCITY_OFF, self.offset * VALUE_OFF
+
     def errors(self, answer: Motion | float) -> dict[str, float]:
         """Errors of what a method found, by the key of the quantity."""
         if not isinstance(answer, Motion):

@@ -1,14 +1,15 @@
-"""The comparison with compliant membranes in paragraphs and tables, for the report and for the terminal alike."""
+"""The comparison with compliant membranes: verdict and tables, for the report and for the terminal, and findings."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from math import isclose, log10
-from typing import cast
+from typing import ClassVar, cast
 
 from vireport.scenario import Parameter
 from vireport.text import ABSENT, TIMES, Table, capital, numbers, percent, quantity, significant, texts, words
-from vireport.trust.compliance import Compared, Compliance, Convergence, Grade, Rigid, Unit
+from vireport.trust.compliance import Compared, Compliance, Convergence, Grade, Unit
 from vireport.trust.compliant import CompliantOrbit
 from vireport.trust.stiff_solvers import EXPLICIT, FIXED, WRONG, Outcome, SolverRun
 
@@ -50,17 +51,10 @@ def verdict(comparison: Compliance) -> str:
     return f"{head}The rigid model is {comparison.grade.words} here: {'; '.join(_moved(comparison))}."
 
 
-def comparison_with_rigid(comparison: Compliance) -> Iterator[str | Table]:
-    """The verdict, what moves from the rigid model, and the rate at which it tends to it."""
-    yield verdict(comparison)
+def comparison_with_rigid(comparison: Compliance) -> Iterator[Table]:
+    """What moves from the rigid model, and the rate at which it tends to it."""
     if comparison.own is None:
         return
-    yield (
-        "The rigid impact is the limit of a contact with the force K δ^h. Here the ball meets membranes with that "
-        "force and the damping of Hunt and Crossley, which gives each contact the restitution of the scenario where "
-        "no other force acts; gravity and the forcing act on during the contact. The motion followed is "
-        f"{cast(Rigid, comparison.rigid).chosen}."
-    )
     if comparison.quantities:
         yield Table(
             "Rigid and compliant membranes",
@@ -74,23 +68,20 @@ def comparison_with_rigid(comparison: Compliance) -> Iterator[str | Table]:
             "voltages by the deflections take the damping into account, which (5.5) does not.",
         )
     yield _ladder(comparison)
+
+
+def lost(comparison: Compliance) -> Iterator[tuple[float, str, str]]:
+    """Factors of K other than 1 with which the motion or the critical point is lost: factor, which of them, and why."""
     label = comparison.critical.label if comparison.critical is not None else ""
     for rung in comparison.rungs:
         if rung is not comparison.own and rung.reason and (rung.orbit is None or label):
-            what = "the motion" if rung.orbit is None else label
-            yield f"With K times {factor_text(rung.factor)}, {what} is {_bracketed(rung.reason)}."
+            yield rung.factor, "the motion" if rung.orbit is None else label, _bracketed(rung.reason)
 
 
-def solvers_on_stiff_membranes(comparison: Compliance) -> Iterator[str | Table]:
-    """What solvers make of the equation as it stands: findings, errors, evaluations and times."""
+def solvers_on_stiff_membranes(comparison: Compliance) -> Iterator[Table]:
+    """What solvers make of the equation as it stands: errors, evaluations and times."""
     if not comparison.runs:
         return
-    yield (
-        "Each solver takes the whole equation over one period in one go, without being told of the contacts. It starts "
-        "on the accurate motion, so that the distance from it at the end is the error. "
-        f"An error of {significant(WRONG, 2)} or more is called wrong."
-    )
-    yield from findings(comparison)
     factors = sorted({run.factor for run in comparison.runs})
     columns = (*texts("Solver"), *numbers("Setting", *(f"K times {factor_text(f)}" for f in factors)))
     runs = {(run.solver, run.setting, run.factor): run for run in comparison.runs}
@@ -117,46 +108,57 @@ def solvers_on_stiff_membranes(comparison: Compliance) -> Iterator[str | Table]:
     )
 
 
-def findings(comparison: Compliance) -> Iterator[str]:
-    """What the runs say of explicit and implicit methods, in sentences."""
-    factors = sorted({run.factor for run in comparison.runs})
-    if not factors:
-        return
-    first, last = factors[0], factors[-1]
-    failed: dict[tuple[str, float], list[SolverRun]] = {}
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """What the runs say of explicit and implicit methods.
+
+    Attributes
+    ----------
+    failed : tuple
+        Solver, setting, and the factors of K with the ways to fail in a word.
+    first, last : float
+        The least and the largest factor of K.
+    steps : float or None
+        Of the fixed-step method in the shorter contact, fewest with which it was right.
+    growths : dict
+        Of the evaluations from the first to the last factor, at the most, of adaptive explicit methods.
+    shorter : float
+        By how much a contact is shorter at the last factor.
+    fastest : tuple
+        Solvers that reach `USEFUL` at the last factor, each with its time [s], the fastest first.
+    """
+
+    wrong: ClassVar[float] = WRONG
+    useful: ClassVar[float] = USEFUL
+    failed: tuple[tuple[str, float, tuple[tuple[float, str], ...]], ...]
+    first: float
+    last: float
+    steps: float | None
+    growths: dict[str, float]
+    shorter: float
+    fastest: tuple[tuple[str, float], ...]
+
+
+def findings(comparison: Compliance) -> Findings:
+    """What the runs, of which there are some, come to."""
+    factors = [run.factor for run in comparison.runs]
+    first, last = min(factors), max(factors)
+    failed: dict[tuple[str, float], list[tuple[float, str]]] = {}
     for run in comparison.runs:
         if run.outcome is not Outcome.SOLVED:
-            failed.setdefault((run.solver, run.setting), []).append(run)
-    for (solver, setting), runs in failed.items():
-        kind = (
-            f"{setting_text(solver, setting)} steps per period"
-            if solver == FIXED
-            else f"tolerance {setting_text(solver, setting)}"
-        )
-        at = ", ".join(f"{factor_text(run.factor)} ({SHORT[run.outcome]})" for run in runs)
-        yield f"{solver} with {kind} fails at K times {at}."
+            failed.setdefault((run.solver, run.setting), []).append((run.factor, SHORT[run.outcome]))
     fixed = [run for run in comparison.runs if run.solver == FIXED and run.outcome is Outcome.SOLVED]
-    if fixed:
-        least = min(_contact_steps(comparison, run) for run in fixed)
-        yield (
-            f"{FIXED}, of fixed step, was right with {significant(least, 2)} steps or more in the shorter contact: "
-            f"the steps it needs per period grow as K^{significant(comparison.order, 3)}."
-        )
-    growths = {name: _growth(comparison, name, first, last) for name in EXPLICIT if name != FIXED}
-    grown = " and ".join(f"{significant(g, 2)} ({name})" for name, g in growths.items() if g is not None)
-    if len(factors) > 1 and grown:
-        shorter = float(f"{(last / first) ** comparison.order:.2g}")
-        yield (
-            f"From K times {factor_text(first)} to {factor_text(last)} the evaluations of adaptive explicit "
-            f"methods grow at the most by a factor of {grown}; steps of one length would have to become "
-            f"{shorter:g} times as short. They stay viable: the contact is "
-            "short, but no harder in its own time. Accuracy limits the step there, for implicit methods too, and "
-            "not stability."
-        )
+    growths = {name: _growth(comparison, name, first, last) for name in EXPLICIT if name != FIXED and first < last}
     good = [run for run in comparison.runs if run.factor == last and run.error is not None and run.error <= USEFUL]
-    if good:
-        fastest = ", ".join(f"{run.solver} {significant(1e3 * run.seconds, 2)} ms" for run in _fastest_of_each(good))
-        yield f"Fastest to an error below {factor_text(USEFUL)} at K times {factor_text(last)}: {fastest}."
+    return Findings(
+        tuple((*key, tuple(ways)) for key, ways in failed.items()),
+        first,
+        last,
+        min((_contact_steps(comparison, run) for run in fixed), default=None),
+        {name: growth for name, growth in growths.items() if growth is not None},
+        (last / first) ** comparison.order,
+        tuple((run.solver, run.seconds) for run in _fastest_of_each(good)),
+    )
 
 
 def quantity_label(comparison: Compliance, convergence: Convergence) -> str:

@@ -20,7 +20,7 @@ from vireport.errors import NumericalError, installing
 from vireport.progress import Progress
 from vireport.trust.benchmark import Benchmark, MethodTask, Quantity, Target, benchmark_of
 from vireport.trust.flights import Budget
-from vireport.trust.methods import METHODS, WHOLE, Knob, Method
+from vireport.trust.methods import CLOSED, METHODS, WHOLE, Knob, Method
 from vireport.trust.timing import Machine, Spread, machine, timed_in_turns
 
 if TYPE_CHECKING:
@@ -40,6 +40,9 @@ ASYMPTOTIC = 0.03
 
 FLOOR = 1e-13
 """Error below which rounding is seen, and a run is left out of a fitted order."""
+
+SAME_LEAGUE = 3.0
+"""Factor over the time of the closed form within which a method is said to be as fast."""
 
 LEAST_POINTS = 3
 """Of a fit."""
@@ -154,6 +157,21 @@ class WorkPrecision:
         """The fastest run of a method on a task that is as accurate as that."""
         good = (run for run in self.runs_of(method, task) if run.error <= accuracy)
         return min(good, key=lambda run: run.seconds.median if run.seconds else inf, default=None)
+
+    def as_fast(self) -> list[str]:
+        """Methods that reach the finest accuracy of the last task about as fast as the closed form, from a guess."""
+        task, finest = self.tasks[-1], ACCURACIES[-1]
+        closed = self.best(CLOSED, task, finest)
+        if closed is None or closed.seconds is None:
+            return []
+        others = (name for name in dict.fromkeys(run.method for run in self.runs) if name not in (CLOSED, WHOLE))
+        best = {name: self.best(name, task, finest) for name in others}
+        limit = SAME_LEAGUE * closed.seconds.median
+        return [name for name, run in best.items() if run and run.seconds and run.seconds.median <= limit]
+
+    def without_guess(self) -> MethodRun | None:
+        """The solution of the whole sweep, on the last task."""
+        return self.best(WHOLE, self.tasks[-1], ACCURACIES[0])
 
     def fastest(self, task: MethodTask, accuracy: float) -> float:
         """The shortest median time [s] in which a method reaches an accuracy from the guess, infinite where none does.

@@ -1,0 +1,136 @@
+"""Several scenarios on one axis: impact velocity and mean voltage along what they sweep, a colour for each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from textwrap import fill
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from vireport.analysis import Branch, DesignPoint
+from vireport.figures.curves import Curve, Floats, joined
+from vireport.figures.labels import Label
+from vireport.figures.layout import (
+    ACROSS,
+    LETTER,
+    MARGIN_X,
+    Entry,
+    blank,
+    finished,
+    fit_vertically,
+    prefix,
+    round_ticks,
+    widened,
+)
+from vireport.figures.style import Color, Look, literal, style
+from vireport.figures.sweeps import DESIGN, MARKERS, POINT, STABLE, UNSTABLE, Drawing, point_legend, stability_legend
+from vireport.scenario import Parameter
+from vireport.text import PREFIXES
+
+COLORS = (
+    *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
+    *(Color.ORANGE, Color.SKY, Color.BLACK, Color.GREY),
+)
+"""Of the scenarios; there are no more in one figure than colours that can be told apart."""
+
+HEIGHT, AXIS = 2.5, 0.55
+"""Of a panel, and of the ticks and the label below the last one [in]."""
+
+WIDTH: Look = {"linewidth": 1.6}
+LABELLED = 12
+"""Places along a curve at which its number may stand."""
+
+SMALLER: Look = {"markersize": 6.5}
+"""Of the design points, of which there are several."""
+
+Values = Callable[[Drawing, Branch | DesignPoint], Floats | None]
+
+
+def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
+    """Draw the motions of scenarios over one another, with the numbers of the legend beside the curves.
+
+    Parameters
+    ----------
+    drawings : mapping of str to Drawing
+        By the names of the scenarios; as many as `COLORS` at most.
+    along : Parameter or None
+        What all sweep; None for d.
+    """
+    shown, looks = list(drawings.values()), [{"color": color} for color in COLORS]
+    rows: list[tuple[str, Values]] = [("impact velocity, bottom [m/s]", _speed)]
+    volts = [x.average_v for one in shown for part in one.parts if (x := part.branch.voltages) is not None]
+    if volts:
+        power = prefix(volts)
+        rows.append((f"mean voltage Uₐᵥₑ [{PREFIXES[power]}V]", lambda _, motions: _voltage(motions, power)))
+    with style():
+        figure, panels = blank(len(rows), sharex="col")
+        labels = []
+        for (label, values), axes in zip(rows, panels[:, 0], strict=True):
+            axes.set_ylabel(label)
+            curves = [_draw(axes, x, along, values, look) for x, look in zip(shown, looks, strict=False)]
+            numbered = enumerate(zip(curves, COLORS, strict=False), 1)
+            labels.append((axes, [Label(str(k), x, y, color=color) for k, ((x, y), color) in numbered]))
+            fit_vertically([axes])
+        _dress(panels[-1, 0], shown, along)
+        figure.align_ylabels(panels[:, 0])
+        names = (fill(f"{k} {literal(name)}", int(ACROSS / LETTER)) for k, name in enumerate(drawings, 1))
+        scenarios: list[Entry] = [(name, look | WIDTH) for name, look in zip(names, looks, strict=False)]
+        legends = [scenarios, [*stability_legend(shown), *point_legend(shown)]]
+        return finished(figure, HEIGHT * len(rows) + AXIS, [], legends, labels)
+
+
+def _speed(drawing: Drawing, motions: Branch | DesignPoint) -> Floats:
+    device, x = drawing.study.solution.device, motions.motions
+    return np.asarray(device.velocity_unit(drawing.axis.sweep.parameter, x.sweep_value) * np.abs(x.velocity_bottom))
+
+
+def _voltage(motions: Branch | DesignPoint, power: int) -> Floats | None:
+    return None if motions.voltages is None else motions.voltages.average_v / 10.0**power
+
+
+def _at(motions: Branch | DesignPoint, along: Parameter | None) -> Floats:
+    return np.asarray(motions.motions.d if along is None else motions.motions.sweep_value)
+
+
+def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values, look: Look) -> Curve:
+    """Draw the motions of one scenario; return where its number may stand: on its longest stable stretch, if any."""
+    stretches = []
+    for stable in (False, True):
+        parts = [
+            (_at(part.branch, along)[part.rows], y[part.rows])
+            for part in drawing.parts
+            if part.stable is stable and (y := values(drawing, part.branch)) is not None
+        ]
+        if parts:
+            drawn = look | WIDTH | (STABLE if stable else UNSTABLE)
+            axes.add_artist(Line2D(*joined(parts), **drawn))
+        for x, y in parts:
+            axes.update_datalim(np.column_stack([x, y]))
+            stretches.append((stable, float(np.ptp(x)), x, y))
+    for event in drawing.events:
+        for branch, row in event.places:
+            if (y := values(drawing, branch)) is not None:
+                marker = POINT | MARKERS[event.point.kind] | look
+                axes.add_artist(Line2D([_at(branch, along)[row]], [y[row]], **marker))
+    design = drawing.study.solution.design
+    if design is not None and drawing.design_at is not None and (y := values(drawing, design)) is not None:
+        chosen = design.motions.stable
+        marker = DESIGN | SMALLER | {"markerfacecolor": look["color"]}
+        axes.add_artist(Line2D(_at(design, along)[chosen], y[chosen], **marker))
+    *_, x, y = max(stretches, key=lambda one: one[:2], default=(False, 0.0, np.empty(0), np.empty(0)))
+    step = max(len(x) // LABELLED, 1)
+    return x[::-step], y[::-step]
+
+
+def _dress(axes: Axes, drawings: Sequence[Drawing], along: Parameter | None) -> None:
+    """Give the axis along the sweeps, which holds all of them, its limits, ticks and label."""
+    sweeps = [x.axis.sweep for x in drawings]
+    ends = [(x.start, x.end) if along is not None else x.coordinate_range for x in sweeps]
+    low, high = (float(choose(np.ravel(ends))) for choose in (np.min, np.max))
+    axes.set_xlim(*widened(low, high, MARGIN_X))
+    axes.set_xticks(*round_ticks(low, high, ACROSS))
+    swept = "distance d = 4 M s f² / F [–]" if along is None else f"{along.quantity} {along.symbol} [{along.unit}]"
+    axes.set_xlabel(swept)
