@@ -9,6 +9,7 @@ from __future__ import annotations
 import json as plain_json
 import os
 import sys
+from enum import StrEnum
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -71,6 +72,16 @@ Templates = Annotated[
         help="A folder whose report templates replace ours, file by file. They are code, and run with your rights.",
     ),
 ]
+
+
+class PaperSize(StrEnum):
+    """Paper of a PDF."""
+
+    A4 = "a4"
+    LETTER = "letter"
+
+
+Paper = Annotated[PaperSize, typer.Option(help="Of the PDF.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")]
 QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing: the exit code says it.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")]
@@ -164,6 +175,7 @@ def run(
         ),
     ] = None,
     templates: Templates = None,
+    paper: Paper = PaperSize.A4,
     quiet: Quiet = False,
 ) -> None:
     """Solve a scenario and write its report, figures and results."""
@@ -184,14 +196,14 @@ def run(
 
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
     against = ("--baseline", None if baseline is None else [Path(baseline).name])
-    command = _command("run", [scenario], *options, against)
+    command = _command("run", [scenario], *options, against, _paper(paper))
     if json:
         deliver(results_outcome(loaded, command, certify, carried), quiet=quiet)
         return
     folder, formats = output or _default_folder(scenario), _formats(format_)
     require_writable(folder, file_names(formats))
     with progress(quiet) as say:
-        outcome = run_outcome(loaded, formats, command, templates, say, certify, before, carried)
+        outcome = run_outcome(loaded, formats, command, templates, say, certify, before, carried, paper)
     deliver(outcome, folder, quiet)
 
 
@@ -278,6 +290,7 @@ def compare(
     set_: Overrides = None,
     format_: Formats = None,
     templates: Templates = None,
+    paper: Paper = PaperSize.A4,
     quiet: Quiet = False,
 ) -> None:
     """Compare scenarios, or variants of one. Says which is best, and why; figures have shared axes."""
@@ -288,13 +301,13 @@ def compare(
     from vireport.files import require_writable
 
     options = (("--vary", vary), ("--json", json), ("--set", set_), ("--format", format_))
-    command, formats = _command("compare", scenarios, *options), _formats(format_)
+    command, formats = _command("compare", scenarios, *options, _paper(paper)), _formats(format_)
     if not json:
         require_writable(output or Path(outputs.FOLDER), outputs.file_names(formats))
     with progress(quiet) as say:
         comparison = compare_scenarios(scenarios, vary or None, overrides=set_ or (), progress=say)
         if not json:
-            outcome = compare_outcome(comparison, formats, command, templates, say)
+            outcome = compare_outcome(comparison, formats, command, templates, say, paper)
     if json:
         outcome = Outcome(outputs.compare_json(comparison, comparison_provenance(comparison, command)))
     deliver(outcome, output or outputs.folder_of(comparison, command), quiet)
@@ -478,6 +491,11 @@ def _command(command: str, files: list[str], *options: tuple[str, list[str] | bo
     for option, values in options:
         words += [option] if values is True else [word for value in values or [] for word in (option, visible(value))]
     return join(words)
+
+
+def _paper(paper: PaperSize) -> tuple[str, list[str] | None]:
+    """What the record says of the paper: nothing of the one by default."""
+    return "--paper", None if paper is PaperSize.A4 else [paper]
 
 
 def main(arguments: list[str]) -> int:

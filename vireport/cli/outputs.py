@@ -68,6 +68,7 @@ def run_outcome(
     certify: bool,
     baseline: Mapping[str, Any] | None = None,
     carried: Carried | None = None,
+    paper: str = "a4",
 ) -> Outcome:
     """The files of a scenario, what is for standard output beside them, and the verdict.
 
@@ -88,6 +89,8 @@ def run_outcome(
         results.json of an earlier run, as data. What has changed since is told, and has no part in the exit code.
     carried : Carried, optional
         The report that the scenario comes from: what differs from the results in it is told.
+    paper : str
+        Of the PDF: a4 or letter.
     """
     say("solving")
     study = analyse(loaded, formats, say)
@@ -105,13 +108,18 @@ def run_outcome(
 
         changed = earlier.diff(baseline, study)
         summary, changes = f"{summary}\n{earlier.diff_text(changed)}", earlier.changes_table(changed)
-    outcome = _judged(study, printed, run_files(study, command, templates, say, changes), summary)
+    outcome = _judged(study, printed, run_files(study, command, templates, say, changes, paper), summary)
     others = [task for task in NAMES if task not in formats]
     return replace(_again(outcome, study, carried), stale=file_names(formats), beside=file_names(others))
 
 
 def run_files(
-    study: Study, command: str, templates: Path | None, say: Progress, changes: Table | None = None
+    study: Study,
+    command: str,
+    templates: Path | None,
+    say: Progress,
+    changes: Table | None = None,
+    paper: str = "a4",
 ) -> dict[str, bytes]:
     """The files of a study by their names; the reports tell what has changed since a baseline, if there is one."""
     plan, provenance, files = study.plan, provenance_of(study.loaded, command), dict[str, bytes]()
@@ -128,7 +136,7 @@ def run_files(
         if plan.runs(Task.HTML):
             files["report.html"] = render_html(report, templates)
         if plan.runs(Task.PDF):
-            files["report.pdf"] = render_pdf(report, templates)
+            files["report.pdf"] = render_pdf(report, templates, paper=paper)
     if plan.runs(Task.PNG):
         files |= {f"{picture.name}.png": picture.png for picture in pictures}
     if plan.runs(Task.SVG):
@@ -150,12 +158,17 @@ def run_files(
 
 
 def compare_outcome(
-    comparison: Comparison, formats: Sequence[Task], command: str, templates: Path | None, say: Progress
+    comparison: Comparison,
+    formats: Sequence[Task],
+    command: str,
+    templates: Path | None,
+    say: Progress,
+    paper: str = "a4",
 ) -> Outcome:
     """The files of a comparison, and what differs."""
     from vireport.comparison import outputs
 
-    files = outputs.render_comparison(comparison, set(formats), command, templates, say)
+    files = outputs.render_comparison(comparison, set(formats), command, templates, say, paper)
     stale = outputs.file_names(formats)
     beside = tuple(name for name in outputs.file_names(outputs.NAMES) if name not in stale)
     return Outcome(files=files, stale=stale, beside=beside, summary=outputs.summary(comparison))

@@ -82,7 +82,12 @@ def compare_markdown(comparison: Comparison, provenance: Provenance) -> str:
 
 
 def render_comparison(
-    comparison: Comparison, formats: set[str], command: str, templates: Path | None, say: Progress
+    comparison: Comparison,
+    formats: set[str],
+    command: str,
+    templates: Path | None,
+    say: Progress,
+    paper: str = "a4",
 ) -> dict[str, bytes]:
     """The files of a comparison by their names, in memory; only what they need is imported."""
     provenance, files = comparison_provenance(comparison, command), {}
@@ -102,7 +107,7 @@ def render_comparison(
         if "html" in formats:
             files["report.html"] = render_html(report, templates)
         if "pdf" in formats:
-            files["report.pdf"] = render_pdf(report, templates)
+            files["report.pdf"] = render_pdf(report, templates, paper=paper)
     if "png" in formats:
         files |= {f"{picture.name}.png": picture.png for picture in drawn}
     if "svg" in formats:

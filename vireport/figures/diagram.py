@@ -15,7 +15,7 @@ from vireport.figures.curves import Curve, Floats, impact_pairs, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, fit_vertically, say
 from vireport.figures.portraits import short
-from vireport.figures.style import GUIDE, TEXT, Color, Look, style
+from vireport.figures.style import GUIDE, SMALL, Color, Look, style
 from vireport.figures.sweeps import AXES_HEIGHT, NO_MOTION, Drawing, drawing_of
 from vireport.simulation import Outcome
 from vireport.study import Study
@@ -109,7 +109,7 @@ def _critical_points(axes: Axes, drawing: Drawing) -> list[Label]:
         at = float(drawing.axis.of(branch.motions)[row])
         axes.axvline(at, **GUIDE)
         label = event.point.label
-        labels.append(Label(label, np.full(len(y), at), y, TEXT - 1.5, Color.GREY, link=f"#point-{label}"))
+        labels.append(Label(label, np.full(len(y), at), y, SMALL, Color.GREY, link=f"#point-{label}"))
     return labels
 
 

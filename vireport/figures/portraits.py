@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vireport.figures.curves import Curve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, fit_vertically, letter_of, round_ticks, say, widened
-from vireport.figures.style import GUIDE, TEXT, Color, Look, style
+from vireport.figures.style import GUIDE, SMALL, Color, Look, style
 from vireport.simulation import Outcome
 from vireport.study import Task
 from vireport.text import significant
@@ -158,7 +158,7 @@ def _membranes(axes: Axes, portrait: Portrait) -> list[Label]:
     """Names of the membranes, to stand anywhere along them."""
     y = np.linspace(*axes.get_ylim(), 16)[1:-1]
     half = np.full(len(y), portrait.d / 2)
-    return [Label("bottom", half, y, TEXT - 1.5, Color.GREY), Label("top", -half, y[::-1], TEXT - 1.5, Color.GREY)]
+    return [Label("bottom", half, y, SMALL, Color.GREY), Label("top", -half, y[::-1], SMALL, Color.GREY)]
 
 
 def _time_series(axes: Axes, portrait: Portrait) -> None:

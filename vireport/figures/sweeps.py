@@ -83,8 +83,11 @@ THIN, THICK = 1.5, 3.4
 
 NO_MOTION = "no admissible 1:1 motion in this sweep"
 
-HEIGHTS = {Task.FIGURE_2: 2.02, Task.FIGURE_4: 2.45, Task.FIGURE_7: 3.25}
-"""Of the panels with the letter over them [in]."""
+HEIGHTS = {Task.FIGURE_2: 1.25, Task.FIGURE_4: 2.05, Task.FIGURE_7: 2.7}
+"""Of the panels with the letter over them, up to `ROOM_FOR` critical points [in]: figure 2 fits a first page."""
+
+ROOM_FOR = 15
+"""Critical points whose labels a panel has room for; with more it is higher in proportion."""
 
 AXES_HEIGHT = 0.95
 """Of the ticks and labels along the top and the bottom [in]."""
@@ -187,7 +190,8 @@ def sweep_figure(
                 letter_panels(panels[:, k], k * len(rows))
             drawing.axis.dress(panels[:, k], len(drawings), fill(remarks[k], letters) if remarks else "")
         page.align_ylabels(panels[:, 0])
-        height = HEIGHTS[figure] * len(rows) + AXES_HEIGHT
+        crowded = max(len(drawing.events) for drawing in drawings) / ROOM_FOR
+        height = HEIGHTS[figure] * len(rows) * max(1.0, crowded) + AXES_HEIGHT
         head = _head(figure, drawings[0].study) if lines is None else lines
         return finished(page, height, head, [*legends, point_legend(drawings)], labels)
 

@@ -158,8 +158,12 @@ class Report:
 
     @property
     def facts(self) -> tuple[Fact, ...]:
-        """The verdict's answers that the first page gives: voltages only as far as the membrane's geometry has them."""
-        elsewhere = {Question.MOTION} if self.solution.within_membrane else {Question.MOTION, Question.VOLTAGE}
+        """The verdict's answers among the key numbers: voltages only as far as the membrane's geometry has them.
+
+        The first sentences and the acceptance table have the others.
+        """
+        elsewhere = {Question.MOTION, Question.REACHED, Question.ACCEPTED}
+        elsewhere |= set() if self.solution.within_membrane else {Question.VOLTAGE}
         return tuple(fact for fact in self.verdict.facts if fact.question not in elsewhere)
 
     @property

@@ -40,6 +40,9 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
 """Our own templates: inside an installed package, or at the root of a checkout."""
 
+PAPERS = {"a4": "a4", "letter": "us-letter"}
+"""Paper of a PDF, by its name on the command line, as Typst names it."""
+
 SECTIONS = "sections"
 """Folder of templates in which the sections are."""
 
@@ -127,7 +130,9 @@ def render_html(report: Document, templates: Path | None = None) -> bytes:
     return in_page(page, report.pictures.values(), report.live, TEMPLATES).encode("utf-8")
 
 
-def render_pdf(report: Document, templates: Path | None = None, standards: Iterable[str] = ()) -> bytes:
+def render_pdf(
+    report: Document, templates: Path | None = None, standards: Iterable[str] = (), paper: str = "a4"
+) -> bytes:
     """Set a report as PDF.
 
     Parameters
@@ -137,6 +142,8 @@ def render_pdf(report: Document, templates: Path | None = None, standards: Itera
         A folder whose templates come before ours.
     standards : iterable of str
         That the PDF has to conform to, e.g. "ua-1".
+    paper : str
+        A key of `PAPERS`.
 
     Raises
     ------
@@ -145,13 +152,16 @@ def render_pdf(report: Document, templates: Path | None = None, standards: Itera
     RenderError
         Where a template fails, with the line.
     """
-    return _compiled(report, _fill(report, templates), "pdf", standards)
+    return _compiled(report, _fill(report, templates), "pdf", standards, PAPERS[paper])
 
 
-def _compiled(report: Document, source: str, output: Literal["html", "pdf"], standards: Iterable[str] = ()) -> bytes:
+def _compiled(
+    report: Document, source: str, output: Literal["html", "pdf"], standards: Iterable[str] = (), paper: str = ""
+) -> bytes:
     """What Typst makes of a filled template; in a PDF, characters that its fonts lack are given by their numbers."""
     unusual = "".join(sorted(set(_UNUSUAL.findall(source)))) if output == "pdf" else ""
-    inputs = {"output": output, "lacking": "".join(f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual))}
+    lacking = "".join(f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual))
+    inputs = {"output": output, "lacking": lacking, "paper": paper}
     with _offline(), TemporaryDirectory(prefix="vireport-") as root:
         for picture in report.pictures.values():
             (Path(root) / f"{picture.name}.svg").write_bytes(picture.svg)

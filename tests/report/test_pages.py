@@ -1,0 +1,162 @@
+"""The pages of every example's PDF: filled, nothing parted that belongs together, lettering that can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+from typing import Any
+
+import pytest
+from conftest import EXAMPLES
+from pypdf import PageObject, PdfReader
+
+from vireport.cli import main
+
+NAMES = (
+    *("inclined", "horizontal", "inclined-forcing", "simulated"),
+    *("design-point", "best-design", "ci/passing", "ci/failing"),
+)
+CASES = [*((name, "a4") for name in NAMES), ("inclined", "letter")]
+EMPTY_FROM = 40.0
+"""Height without text from which it counts as empty: more than that between the ticks of a figure [pt]."""
+
+MOST_EMPTY = 1 / 3
+"""Of the height of a page between its margins."""
+
+MOST_PAGES = {"inclined": 8, "simulated": 10}
+
+PAPERS = {"a4": (595.28, 841.89), "letter": (612.0, 792.0)}
+TOP, FOOT, FOOTER = 54.0, 48.0, 32.0
+"""Margins, and below which the footer is [pt]."""
+
+HEADING, AFTER_HEADING = 20.0, 75.0
+"""Height of a heading, and within which its content begins [pt]."""
+
+LETTERING = 6.95
+"""Least size of digits [pt]."""
+
+WHOLE_UP_TO = 14
+"""Rows of a table that is never split."""
+
+
+@dataclass(frozen=True)
+class Text:
+    words: str
+    height: float
+    size: float
+    plain: bool
+    """Whether it is in the typeface of text."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """A PDF, and what is printed on each page, from the top down."""
+
+    name: str
+    paper: str
+    reader: PdfReader
+    texts: list[list[Text]]
+
+
+def texts(page: PageObject) -> list[Text]:
+    found = []
+
+    def note(words: str, outer: Any, inner: Any, font: Any, size: float) -> None:
+        if words.strip():
+            height = inner[4] * outer[1] + inner[5] * outer[3] + outer[5]
+            scale = (inner[0] * inner[3] - inner[1] * inner[2]) * (outer[0] * outer[3] - outer[1] * outer[2])
+            found.append(Text(words.strip(), height, abs(scale) ** 0.5 * size, "LibertinusSerif" in font["/BaseFont"]))
+
+    page.extract_text(visitor_text=note)
+    return sorted((text for text in found if text.height > FOOTER), key=lambda text: -text.height)
+
+
+@pytest.fixture(scope="module", params=CASES, ids=" ".join)
+def report(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Report:
+    name, paper = request.param
+    folder = tmp_path_factory.mktemp("pages")
+    options = ["--format", "pdf", "--paper", paper, "-q", "-o", str(folder)]
+    assert main(["run", str(EXAMPLES / f"{name}.yaml"), *options]) == (name == "ci/failing")
+    reader = PdfReader(folder / "report.pdf")
+    return Report(name, paper, reader, [texts(page) for page in reader.pages])
+
+
+def test_no_page_but_the_last_is_more_than_a_third_empty(report: Report) -> None:
+    width, height = PAPERS[report.paper]
+    *others, _ = report.texts
+    for number, page in enumerate(others, 1):
+        ends = [height - TOP, *(text.height for text in page if text.height < height - TOP), FOOT]
+        empty = sum(above - below for above, below in pairwise(ends) if above - below > EMPTY_FROM)
+        assert empty < MOST_EMPTY * (height - TOP - FOOT), number
+    for page in report.reader.pages:
+        assert [float(x) for x in page.mediabox] == pytest.approx([0, 0, width, height], abs=0.1)
+
+
+def test_no_heading_is_parted_from_its_content(report: Report) -> None:
+    reader, pages = report.reader, report.texts
+    for heading in flat(reader.outline):
+        page, top = pages[reader.get_destination_page_number(heading)], float(heading.top)
+        assert [text for text in page if top - AFTER_HEADING < text.height < top - HEADING], heading.title
+
+
+def flat(outline: list[Any]) -> Iterator[Any]:
+    for item in outline:
+        if isinstance(item, list):
+            yield from flat(item)
+        else:
+            yield item
+
+
+def test_a_table_is_whole_on_a_page_or_split_with_its_head_repeated(report: Report) -> None:
+    reader = report.reader
+    numbers = {page.indirect_reference.idnum: k for k, page in enumerate(reader.pages)}
+    lines = [lines_of(page) for page in report.texts]
+    tables = list(elements(reader.trailer["/Root"]["/StructTreeRoot"], "/Table"))
+    assert len(tables) > 8
+    for table in tables:
+        rows = [{numbers[page] for page in pages_of(row)} for row in elements(table, "/TR")]
+        first, *others = sorted(set().union(*rows))
+        assert len(rows) > WHOLE_UP_TO or not others
+        assert all(len(row) == 1 for row in rows)
+        for other in others:
+            assert any(len(line) > 1 for line in lines[first] & lines[other] - lines[0])
+
+
+def lines_of(page: list[Text]) -> set[tuple[str, ...]]:
+    """What stands at one height on a page, each as its words."""
+    return {tuple(text.words for text in line) for _, line in groupby(page, lambda text: round(text.height, 1))}
+
+
+def elements(node: Any, kind: str) -> Iterator[Any]:
+    """The elements of a kind in the structure tree below a node."""
+    for child in below(node):
+        if child.get("/S") == kind:
+            yield child
+        else:
+            yield from elements(child, kind)
+
+
+def below(node: Any) -> list[Any]:
+    children = node.get("/K", [])
+    found = [child.get_object() for child in (children if isinstance(children, list) else [children])]
+    return [child for child in found if isinstance(child, dict)]
+
+
+def pages_of(node: Any) -> Iterator[int]:
+    """The pages that an element of the structure tree is on."""
+    if "/Pg" in node:
+        yield node.raw_get("/Pg").idnum
+    for child in below(node):
+        yield from pages_of(child)
+
+
+def test_lettering_can_be_read(report: Report) -> None:
+    """Digits stand in figures, tables and sentences; in subscripts and equations they are of another typeface."""
+    sizes = [text.size for page in report.texts for text in page if text.plain and text.words[0].isdigit()]
+    assert len(sizes) > 150
+    assert min(sizes) > LETTERING
+
+
+def test_a_report_is_short(report: Report) -> None:
+    assert len(report.reader.pages) <= MOST_PAGES.get(report.name, 9)
