@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import csv
 import json
 
 import numpy as np
 import pytest
 
 from vireport import analyse, loads
+from vireport.physics import generated_voltage
 from vireport.sequences import generation
-from vireport.study import json_bytes
+from vireport.study import families_csv, json_bytes
 
 TEXT = """\
 schema_version: 1
@@ -35,6 +37,15 @@ def test_results_hold_every_family_with_its_ends_and_voltages(study):
         assert 0.24 <= low < high <= 0.42
         assert all(low <= part["from"] < part["to"] <= high for part in family["stable_range"])
         assert len(family["sweep_value"]) == len(family["velocity"]) == len(family["stable"]) == len(family["d"])
+        np.testing.assert_allclose(np.mod(np.pi * np.array(family["time"]), 2 * np.pi), family["phase_rad"])
+        real, imaginary = (np.array(family["multipliers"][part], dtype=float) for part in ("real", "imaginary"))
+        np.testing.assert_allclose(real.sum(axis=1), np.array(family["trace"], dtype=float), rtol=1e-12)
+        product = np.prod(real + 1j * imaginary, axis=1)
+        np.testing.assert_allclose(product[~np.isnan(product)], family["determinant"])
+        size = np.hypot(real, imaginary).max(axis=1)
+        middle = len(size) // 2
+        assert family["stable"][middle] == (size[middle] < 1)
+        assert np.max(family["error_bounds"]["velocity"]) < 1e-10
         for end in (family["begins_with"], family["ends_with"]):
             assert (end["label"] is None) == (end["kind"] == "sweep_end")
             assert all(number in families for number in end["families"])
@@ -47,6 +58,20 @@ def test_results_hold_every_family_with_its_ends_and_voltages(study):
     labels = {p["label"]: p["sweep_value"] for f in families.values() for p in f["critical_points"]}
     for point in data["critical_points"]:
         assert point["kind"] == "node_focus" or labels[point["label"]] == point["sweep_value"]
+
+
+def test_the_table_of_families_has_a_row_for_each_impact(study):
+    rows = list(csv.DictReader(families_csv(study).decode().splitlines()))
+    assert len(rows) == sum(family.velocity.size for family in study.atlas.families)
+    (family,) = [f for f in study.atlas.families if f.sequence.word == "BBT" and f.stable_runs]
+    mine = [row for row in rows if row["family"] == str(family.number)]
+    assert [row["wall"] for row in mine[:3]] == ["bottom", "bottom", "top"]
+    assert [float(row["velocity"]) for row in mine] == family.velocity.ravel().tolist()
+    assert [row["stable"] == "true" for row in mine[::3]] == family.stable.tolist()
+    unit = float(study.solution.device.velocity_unit("length_m", 0.0))
+    for row in mine[:3]:
+        volts = generated_voltage(np.array([unit * float(row["velocity"])]), study.solution.membrane)
+        assert float(row["u_v"]) == pytest.approx(float(volts[0]))
 
 
 def test_families_of_1_1_motions_generate_what_the_branches_do(study):

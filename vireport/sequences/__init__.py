@@ -2,8 +2,8 @@
 
 from vireport.sequences.atlas import atlas
 from vireport.sequences.continuation import Curve, Event
-from vireport.sequences.data import families_data
-from vireport.sequences.energy import Generation, generation
+from vireport.sequences.data import families_data, family_rows
+from vireport.sequences.energy import Generation, generation, impact_rate
 from vireport.sequences.equations import Model, linearised, residuals, trace
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
 from vireport.sequences.motions import Motion, Sequence, motion_of_cycle, turns
@@ -25,7 +25,9 @@ __all__ = [
     "Vertex",
     "atlas",
     "families_data",
+    "family_rows",
     "generation",
+    "impact_rate",
     "linearised",
     "motion_of_cycle",
     "residuals",

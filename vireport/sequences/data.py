@@ -1,16 +1,21 @@
-"""The families of motions as plain data, for results.json."""
+"""The families of motions as plain data, for results.json and families.csv."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import isfinite
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from vireport.analysis import NO_BOUND, rounded_up
 from vireport.physics import Membrane
-from vireport.sequences.energy import generation
+from vireport.sequences.energy import generation, impact_rate
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
 from vireport.sequences.polish import PolishedPoint
+
+Floats = NDArray[np.float64]
 
 
 def families_data(atlas: Atlas, membrane: Membrane | None) -> list[dict[str, Any]]:
@@ -36,10 +41,69 @@ def _family(family: Family, membrane: Membrane | None) -> dict[str, Any]:
         "d": family.d.tolist(),
         "velocity": family.velocity.tolist(),
         "phase_rad": family.phase.tolist(),
-        "trace": [float(x) if isfinite(x) else None for x in family.trace],
+        "time": family.time.tolist(),
+        "trace": _finite(family.trace),
         "determinant": family.determinant,
+        "multipliers": {
+            "real": [_finite(row) for row in family.multipliers.real],
+            "imaginary": [_finite(row) for row in family.multipliers.imag],
+        },
         "stable": family.stable.tolist(),
+        "impacts_per_s": impact_rate(family).tolist(),
+        **({} if membrane is None else _voltages(family, membrane)),
+        "error_bounds": _bounds(family),
     }
+
+
+def _finite(values: Floats) -> list[float | None]:
+    return [x if isfinite(x) else None for x in values.tolist()]
+
+
+def _voltages(family: Family, membrane: Membrane) -> dict[str, Any]:
+    whole = generation(family, membrane)
+    return {
+        "u_impacts_v": whole.impacts_v.tolist(),
+        "u_ave_v": whole.average_v.tolist(),
+        "u_per_second_v": whole.per_second_v.tolist(),
+    }
+
+
+def _bounds(family: Family) -> dict[str, Any]:
+    bounds = family.error_bounds
+    return {
+        "sweep_value": rounded_up(bounds["sweep_value"][None])[0],
+        "velocity": rounded_up(bounds["velocity"]),
+        "phase_rad": rounded_up(bounds["phase"]),
+        "null_means": NO_BOUND,
+    }
+
+
+def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
+    """Every impact of every motion of a family, by the names of families.csv."""
+    data, sequence = _family(family, membrane), family.sequence
+    volts, bounds, walls = data.get("u_impacts_v"), data["error_bounds"], sequence.walls
+    for row, value in enumerate(data["sweep_value"]):
+        for i, wall in enumerate(walls):
+            yield {
+                "family": family.number,
+                "word": sequence.word,
+                "n": walls.count(1),
+                "m": walls.count(-1),
+                "periods": sequence.periods,
+                "sample": row,
+                "sweep_value": value,
+                "impact": i,
+                "wall": "bottom" if wall > 0 else "top",
+                "time": data["time"][row][i],
+                "phase_rad": data["phase_rad"][row][i],
+                "velocity": data["velocity"][row][i],
+                **({} if volts is None else {"u_v": volts[row][i]}),
+                "stable": data["stable"][row],
+                "admissible": True,
+                "sweep_value_error_bound": bounds["sweep_value"][row],
+                "phase_rad_error_bound": bounds["phase_rad"][row][i],
+                "velocity_error_bound": bounds["velocity"][row][i],
+            }
 
 
 def _end(mark: Mark) -> dict[str, Any]:

@@ -40,9 +40,14 @@ class Generation:
 
 def generation(family: Family, membrane: Membrane) -> Generation:
     """Evaluate Eqs. (5.1)-(5.5) for the motions of a family."""
-    sweep, count = family.sweep, len(family.sequence)
+    sweep = family.sweep
     unit = np.broadcast_to(sweep.device.velocity_unit(sweep.parameter, family.sweep_value), len(family.sweep_value))
     impacts = generated_voltage(unit[:, None] * family.velocity, membrane)
-    at = sweep.device.at(sweep.parameter, family.sweep_value)
-    rate = count / family.sequence.periods * np.broadcast_to(at[Parameter.FREQUENCY], len(impacts))
-    return Generation(impacts, impacts.mean(axis=1), rate)
+    return Generation(impacts, impacts.mean(axis=1), impact_rate(family))
+
+
+def impact_rate(family: Family) -> Floats:
+    """Impacts in a second of the motions of a family, N f/k, (n,) [1/s]."""
+    at = family.sweep.device.at(family.sweep.parameter, family.sweep_value)
+    frequency = np.broadcast_to(at[Parameter.FREQUENCY], len(family.x))
+    return np.asarray(len(family.sequence) / family.sequence.periods * frequency)

@@ -5,18 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from math import pi
+from math import isfinite, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import STABILITIES, Stability, Sweep, classify
+from vireport.analysis import STABILITIES, Stability, Sweep, classify, value_bound
+from vireport.physics import GROUP_ERROR, UNIT, Rounded
 from vireport.sequences.continuation import Curve, Event
+from vireport.sequences.error_bounds import error_bounds
 from vireport.sequences.motions import Motion, Sequence
 from vireport.sequences.polish import PolishedPoint
 from vireport.sequences.switching import Limits
 
 Floats = NDArray[np.float64]
+
+TURNS = 3 * pi
+"""Roundings of a phase from a time [rad per t_c]: of the product with pi, of pi, and of the remainder."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +103,12 @@ class Family:
     @property
     def phase(self) -> Floats:
         """At each impact of each motion, (n, N) [rad], in [0, 2 pi)."""
-        return np.mod(pi * self.x[:, len(self.sequence) : -1], 2 * pi)
+        return np.mod(pi * self.time, 2 * pi)
+
+    @property
+    def time(self) -> Floats:
+        """Of each impact of each motion, (n, N) [t_c], from a beginning of the forcing period on."""
+        return self.x[:, len(self.sequence) : -1]
 
     @property
     def d(self) -> Floats:
@@ -150,6 +160,40 @@ class Family:
     def determinant(self) -> float:
         """Of the product of the flights' Jacobians, r^(2N)."""
         return float(self.curve.model.r ** (2 * len(self.sequence)))
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Of each motion, (n, 2), the one of larger modulus first; nan where a velocity is zero."""
+        trace = self.trace.astype(complex)
+        root = np.sqrt(trace * trace - 4 * self.determinant)
+        large = (trace + np.where(self.trace < 0, -root, root)) / 2
+        with np.errstate(invalid="ignore"):  # of nan
+            return np.stack([large, self.determinant / np.where(large == 0, 1, large)], axis=1)
+
+    @cached_property
+    def error_bound(self) -> Floats:
+        """How far an exact motion of the family is from each at most, in `x`; inf where it is not known.
+
+        Where families cross it is the point where they do, which was solved for in decimals.
+        """
+        bounds = error_bounds(self.curve, self.x)
+        for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
+            if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound):
+                motion, exact = self.curve.motion(self.x[row]), point.motion
+                exact = exact.times(len(self.sequence) // len(exact.sequence))
+                away = motion.distance(exact, mirror=self.curve.model.level.horizontal)
+                bounds[row] = max(away, abs(motion.coordinate - exact.coordinate)) + np.spacing(self.x[row]).max()
+        return bounds
+
+    @cached_property
+    def error_bounds(self) -> dict[str, Floats]:
+        """The same of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]."""
+        bounds, count = self.error_bound, len(self.sequence)
+        groups = self.curve.model.groups(Rounded(self.x[:, -1], bounds[:, -1]))
+        d, gbar = (x if isinstance(x, Rounded) else Rounded(x, 2 * GROUP_ERROR * abs(x)) for x in groups)
+        phase = pi * bounds[:, count:-1] + TURNS * UNIT * np.abs(self.time)
+        value = value_bound(self.sweep, self.sweep_value, d, gbar)
+        return {"sweep_value": value, "velocity": bounds[:, :count], "phase": phase}
 
     def at(self, coordinate: float) -> list[Motion]:
         """Its motions at a value of the coordinate that orders the sweep."""
