@@ -10,7 +10,7 @@ import pytest
 
 from vireport import analyse, loads
 from vireport.physics import generated_voltage
-from vireport.sequences import generation
+from vireport.sequences import generation, ladder
 from vireport.study import families_csv, json_bytes
 
 TEXT = """\
@@ -83,6 +83,20 @@ def test_families_of_1_1_motions_generate_what_the_branches_do(study):
     np.testing.assert_allclose(volts, np.interp(family.sweep_value, value, average), rtol=1e-3)
 
 
+def test_the_ladder_has_the_best_of_each_word(study):
+    membrane = study.solution.membrane
+    rungs = {(rung.sequence.word, rung.sequence.periods): rung for rung in ladder(study.atlas, membrane)}
+    assert {("BT", 1), ("BBT", 1)} <= rungs.keys()
+    assert list(rungs.values()) == sorted(rungs.values(), key=lambda rung: -rung.per_second_v)
+    for (word, periods), rung in rungs.items():
+        families = [f for f in study.atlas.families if (f.sequence.word, f.sequence.periods) == (word, periods)]
+        volts = [generation(f, membrane).impacts_v[row] for f in families for row in np.flatnonzero(f.stable)]
+        assert rung.average_v == pytest.approx(max(map(np.mean, volts)))
+        assert rung.per_second_v == pytest.approx(max(map(np.sum, volts)) * 2.5 / periods)
+        assert rung.impacts_per_s == (2.5 * len(word) / periods,) * 2
+        assert any(low <= rung.average_at <= high for low, high in rung.ranges)
+
+
 def test_motions_at_a_value_are_found_with_their_families(study):
     words = {family.sequence.word for family, _ in study.atlas.at(0.3)}
     assert {"BT", "BBT"} <= words
@@ -103,7 +117,11 @@ def test_figure_and_section_name_the_words(study):
     from vireport.figures import pictures
     from vireport.report.motions import families_table
 
-    (picture,) = [picture for picture in pictures(study) if picture.name == "figure-atlas"]
+    drawn = {picture.name: picture for picture in pictures(study)}
+    picture, rungs = drawn["figure-atlas"], drawn["figure-ladder"].figure.axes
+    assert [axes.get_ylabel() for axes in rungs] == ["mean Uₐᵥₑ [kV]", "per second [kV/s]", "impacts [1/s]"]
+    (rate,) = {y for line in rungs[2].lines if line.get_linewidth() == 1.8 for y in np.unique(line.get_ydata())} - {5.0}
+    assert rate == 7.5  # of BBT, 2.5 Hz
     (axes,) = picture.figure.axes
     solid = [line for line in axes.lines if line.get_linewidth() == 1.8 and len(line.get_xdata())]
     assert solid

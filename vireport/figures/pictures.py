@@ -62,10 +62,15 @@ def _simulated(study: Study) -> Iterator[Picture]:
 
 def _atlas(study: Study) -> Iterator[Picture]:
     """The families of motions of all impact sequences."""
-    if study.plan.runs(Task.FIGURE_ATLAS) and study.atlas is not None:
-        from vireport.figures import atlas
+    found, membrane = study.atlas, study.solution.membrane
+    if found is None:
+        return
+    from vireport.figures import atlas
 
-        yield atlas.picture(study, study.atlas)
+    if study.plan.runs(Task.FIGURE_ATLAS):
+        yield atlas.picture(study, found)
+    if study.plan.runs(Task.FIGURE_LADDER) and membrane is not None:
+        yield atlas.ladder_picture(study, found, membrane)
 
 
 def _device(study: Study) -> Iterator[Picture]:

@@ -33,6 +33,7 @@ from vireport.trust import (
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
+    from vireport.sequences import Rung
 
 SYMBOLS = {
     "device.capsule_mass_kg": "*M*",
@@ -296,6 +297,14 @@ class Report:
         from vireport.report.motions import families_table
 
         return families_table(self.study, self.study.atlas)
+
+    def rungs(self) -> tuple[Rung, ...]:
+        """What the stable motions of each impact sequence generate at most, the most per second first."""
+        if self.study.atlas is None:
+            return ()
+        from vireport.sequences import ladder
+
+        return ladder(self.study.atlas, self.solution.membrane)
 
     def compliant(self) -> Iterator[str | Table]:
         """The motion with compliant membranes beside the rigid model."""

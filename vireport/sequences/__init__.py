@@ -3,7 +3,7 @@
 from vireport.sequences.atlas import atlas
 from vireport.sequences.continuation import Curve, Event
 from vireport.sequences.data import families_data, family_rows
-from vireport.sequences.energy import Generation, generation, impact_rate
+from vireport.sequences.energy import Generation, Rung, generation, ladder
 from vireport.sequences.equations import Model, linearised, residuals, trace
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
 from vireport.sequences.motions import Motion, Sequence, motion_of_cycle, turns
@@ -21,13 +21,14 @@ __all__ = [
     "Model",
     "Motion",
     "PolishedPoint",
+    "Rung",
     "Sequence",
     "Vertex",
     "atlas",
     "families_data",
     "family_rows",
     "generation",
-    "impact_rate",
+    "ladder",
     "linearised",
     "motion_of_cycle",
     "residuals",

@@ -56,6 +56,7 @@ class Task(StrEnum):
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
     FIGURE_ATLAS = "figure-atlas", "families of motions of all impact sequences"
+    FIGURE_LADDER = "figure-ladder", "voltage and impacts per second of each impact sequence"
     REQUIREMENTS = "requirements", "the acceptance table"
     OPTIMISE = "optimise", "the best design"
     HTML = "html", "output: report.html"
@@ -73,6 +74,7 @@ FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS),
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_ATLAS),
+    Task.FIGURE_LADDER,
 )
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
@@ -191,6 +193,7 @@ STEPS = (
     Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "the scenario has a motions block", (MOTIONS,)),
+    Row(Task.FIGURE_LADDER, (SWEEP, BALL, PICTURES), "the scenario has a motions block", (MOTIONS,)),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
