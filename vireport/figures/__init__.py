@@ -1,7 +1,7 @@
 """Every figure of a study, drawn from its numbers, with caption and alternative text."""
 
 from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, conditions, held, swept_range
-from vireport.figures.curves import Simulated, simulated_points
+from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.live import in_page, live_data
 from vireport.figures.pictures import measured_pictures, pictures
@@ -16,8 +16,8 @@ __all__ = [
     "Drawing",
     "Entry",
     "Look",
+    "PairedImpacts",
     "Picture",
-    "Simulated",
     "alt_text",
     "blank",
     "conditions",

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from vireport.figures.captions import TITLES, alt_text, caption, conditions
-from vireport.figures.curves import Simulated
+from vireport.figures.curves import PairedImpacts
 from vireport.figures.style import Picture
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
 from vireport.study import Study, Task
 
 
-def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture, ...]:
+def pictures(study: Study, simulated: PairedImpacts | None = None) -> tuple[Picture, ...]:
     """Draw the figures that a study's plan runs, in the order of their names.
 
     Parameters
     ----------
     study : Study
-    simulated : Simulated, optional
+    simulated : PairedImpacts, optional
         Motions from a simulation, drawn over the analytic ones.
     """
     drawn = [*_along_sweep(study, simulated), *_simulated(study), *_atlas(study), *_device(study), *_margins(study)]
@@ -25,7 +25,7 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
-def _along_sweep(study: Study, simulated: Simulated | None) -> Iterator[Picture]:
+def _along_sweep(study: Study, simulated: PairedImpacts | None) -> Iterator[Picture]:
     draw = {
         Task.FIGURE_2: lambda: figure_2(study, simulated),
         Task.FIGURE_4: lambda: figure_4(study),

@@ -231,3 +231,14 @@ class Atlas:
         """Every motion at a value of the swept parameter, with its family."""
         coordinate = float(self.sweep.coordinate_of(value))
         return [(family, motion) for family in self.families for motion in family.at(coordinate)]
+
+    def doubled(self, periods: int) -> list[Family]:
+        """The families that come of the 1:1 motions in some forcing periods by period doublings, one after another."""
+        found = [family for family in self.families if family.sequence == Sequence((1, -1), periods)]
+        count = len(found)
+        for parent in found:  # to which their own doubled ones are added on the way
+            for vertex in self.vertices:
+                if vertex.event is Event.PERIOD_DOUBLING and parent.number in vertex.families:
+                    there = (self.families[number - 1] for number in vertex.families)
+                    found += [x for x in there if len(x.sequence) == 2 * len(parent.sequence) and x not in found]
+        return found[count:]
