@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from vireport.figures.captions import TITLES, alt_text, caption, conditions
 from vireport.figures.curves import PairedImpacts
 from vireport.figures.style import Picture
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
 from vireport.study import Study, Task
+
+if TYPE_CHECKING:
+    from vireport.sequences import Atlas
 
 
 def pictures(study: Study, simulated: PairedImpacts | None = None) -> tuple[Picture, ...]:
@@ -71,6 +75,21 @@ def _atlas(study: Study) -> Iterator[Picture]:
         yield atlas.picture(study, found)
     if study.plan.runs(Task.FIGURE_LADDER) and membrane is not None:
         yield atlas.ladder_picture(study, found, membrane)
+    if study.plan.runs(Task.FIGURE_PORTRAITS) and study.scenario.motions is not None:
+        yield from _named(study, found, study.scenario.motions.portraits)
+
+
+def _named(study: Study, found: Atlas, names: tuple[str, ...]) -> Iterator[Picture]:
+    """The motions that a scenario names, as far as there are such."""
+    from vireport.figures.portraits import portraits_picture
+    from vireport.sequences import Model, portrait_of
+
+    model, swept = Model(found.sweep.level, float(found.sweep.device.restitution)), found.sweep.parameter
+    named = ((name, found.named(name)) for name in names)
+    chosen = ((f"{name}, {swept.symbol} = {swept.show(at[0])}", at[1]) for name, at in named if at is not None)
+    shown = [portrait_of(model, motion, label) for label, motion in chosen]
+    if shown:
+        yield portraits_picture(shown, conditions(study))
 
 
 def _device(study: Study) -> Iterator[Picture]:

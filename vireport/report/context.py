@@ -298,6 +298,12 @@ class Report:
 
         return families_table(self.study, self.study.atlas)
 
+    @property
+    def not_found(self) -> list[str]:
+        """The motions that `motions.portraits` names and that are not among those found."""
+        atlas, asked = self.study.atlas, self.study.scenario.motions
+        return [] if atlas is None or asked is None else [x for x in asked.portraits if atlas.named(x) is None]
+
     def rungs(self) -> tuple[Rung, ...]:
         """What the stable motions of each impact sequence generate at most, the most per second first."""
         if self.study.atlas is None:
@@ -318,7 +324,7 @@ class Report:
 def _written(value: object) -> str:
     """A value as a scenario has it."""
     if isinstance(value, tuple):
-        return ", ".join(map(exact, value)) or "none"
+        return ", ".join(x if isinstance(x, str) else exact(x) for x in value) or "none"
     if isinstance(value, bool):
         return str(value).lower()
     return exact(value) if isinstance(value, float) else str(value)

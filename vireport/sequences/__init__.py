@@ -8,6 +8,7 @@ from vireport.sequences.equations import Model, linearised, residuals, trace
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
 from vireport.sequences.motions import Motion, Sequence, motion_of_cycle, turns
 from vireport.sequences.polish import PolishedPoint
+from vireport.sequences.portraits import portrait_of
 from vireport.sequences.switching import Limits
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "ladder",
     "linearised",
     "motion_of_cycle",
+    "portrait_of",
     "residuals",
     "trace",
     "turns",

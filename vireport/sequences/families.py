@@ -164,11 +164,7 @@ class Family:
     @property
     def multipliers(self) -> NDArray[np.complex128]:
         """Of each motion, (n, 2), the one of larger modulus first; nan where a velocity is zero."""
-        trace = self.trace.astype(complex)
-        root = np.sqrt(trace * trace - 4 * self.determinant)
-        large = (trace + np.where(self.trace < 0, -root, root)) / 2
-        with np.errstate(invalid="ignore"):  # of nan
-            return np.stack([large, self.determinant / np.where(large == 0, 1, large)], axis=1)
+        return multipliers(self.trace, self.determinant)
 
     @cached_property
     def error_bound(self) -> Floats:
@@ -208,6 +204,14 @@ class Family:
         return found
 
 
+def multipliers(trace: Floats, determinant: float) -> NDArray[np.complex128]:
+    """Eigenvalues of matrices, (n, 2), that of larger modulus first; the other from their product, the determinant."""
+    root = np.sqrt(trace.astype(complex) ** 2 - 4 * determinant)
+    large = (trace + np.where(trace < 0, -root, root)) / 2
+    with np.errstate(invalid="ignore"):  # of nan
+        return np.stack([large, determinant / np.where(large == 0, 1, large)], axis=1)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Atlas:
     """The families of motions along a sweep, and where they meet.
@@ -231,6 +235,26 @@ class Atlas:
         """Every motion at a value of the swept parameter, with its family."""
         coordinate = float(self.sweep.coordinate_of(value))
         return [(family, motion) for family in self.families for motion in family.at(coordinate)]
+
+    def named(self, name: str) -> tuple[float, Motion] | None:
+        """The motion of a vertex by its label, or of a word, with the value of the swept parameter.
+
+        Of a word it is the one in the middle of its widest stable stretch, or where none is stable of its widest
+        family.
+        """
+        for vertex in self.vertices:
+            if vertex.label == name:
+                return vertex.point.sweep_value, vertex.point.motion
+        families = [family for family in self.families if family.sequence.word == name]
+        pieces = [(family, run) for family in families for run in family.stable_runs]
+        best: tuple[float, float, Motion] | None = None
+        for family, (first, last) in pieces or [(family, (0, len(family.x) - 1)) for family in families]:
+            value = family.sweep_value[first : last + 1]
+            middle = (value.min() + value.max()) / 2
+            row = first + int(np.argmin(np.abs(value - middle)))
+            if best is None or np.ptp(value) > best[0]:
+                best = float(np.ptp(value)), float(family.sweep_value[row]), family.curve.motion(family.x[row])
+        return None if best is None else best[1:]
 
     def doubled(self, periods: int) -> list[Family]:
         """The families that come of the 1:1 motions in some forcing periods by period doublings, one after another."""

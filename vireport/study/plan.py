@@ -57,6 +57,7 @@ class Task(StrEnum):
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
     FIGURE_ATLAS = "figure-atlas", "families of motions of all impact sequences"
     FIGURE_LADDER = "figure-ladder", "voltage and impacts per second of each impact sequence"
+    FIGURE_PORTRAITS = "figure-portraits", "paths and phase portraits of chosen motions"
     REQUIREMENTS = "requirements", "the acceptance table"
     OPTIMISE = "optimise", "the best design"
     HTML = "html", "output: report.html"
@@ -74,7 +75,7 @@ FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS),
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_ATLAS),
-    Task.FIGURE_LADDER,
+    *(Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
@@ -157,6 +158,7 @@ PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "sim
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
 DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
 MOTIONS = Condition(lambda x, _: x.motions, "the scenario has no motions block")
+NAMED = Condition(lambda x, _: x.motions and x.motions.portraits, "motions.portraits is empty")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
 TOLERANCES = Condition(lambda x, _: x.tolerances, "the scenario has no tolerances block")
@@ -194,6 +196,7 @@ STEPS = (
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "the scenario has a motions block", (MOTIONS,)),
     Row(Task.FIGURE_LADDER, (SWEEP, BALL, PICTURES), "the scenario has a motions block", (MOTIONS,)),
+    Row(Task.FIGURE_PORTRAITS, (SWEEP, NAMED, PICTURES), "motions.portraits names motions", (MOTIONS,)),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
