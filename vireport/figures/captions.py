@@ -10,6 +10,7 @@ from vireport.alerts import AlertCode
 from vireport.analysis import eigenvalues
 from vireport.figures.curves import Floats, PairedImpacts, Stretch, impact_pairs, stretches, swept_solution
 from vireport.gate import range_text
+from vireport.physics import Device
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
 from vireport.text import capital, exact, quantity, scaled, significant
@@ -52,7 +53,11 @@ def conditions(study: Study, varied: Parameter | None = None) -> str:
 def held(study: Study, varied: Parameter | None = None) -> list[str]:
     """The parameters that are held along the sweep, each with its value and unit."""
     solution = study.solution
-    device, swept = solution.device, varied or (solution.parameter if solution.sweep else None)
+    return held_by(solution.device, varied or (solution.parameter if solution.sweep else None))
+
+
+def held_by(device: Device, swept: Parameter | None) -> list[str]:
+    """The parameters of a device but the one that is swept."""
     parameters = [
         f"{name.symbol} = {name.with_unit(exact(value))}"
         for name in Parameter

@@ -2,7 +2,7 @@
 
 from vireport.sequences.atlas import atlas
 from vireport.sequences.continuation import Curve, Event
-from vireport.sequences.data import families_data, family_rows
+from vireport.sequences.data import families_data, families_of, family_rows, motion_data
 from vireport.sequences.energy import Generation, Rung, generation, ladder
 from vireport.sequences.equations import Model, linearised, residuals, trace
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
@@ -27,10 +27,12 @@ __all__ = [
     "Vertex",
     "atlas",
     "families_data",
+    "families_of",
     "family_rows",
     "generation",
     "ladder",
     "linearised",
+    "motion_data",
     "motion_of_cycle",
     "portrait_of",
     "residuals",

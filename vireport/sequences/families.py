@@ -129,6 +129,10 @@ class Family:
             ends = self.x[[first, last]]
             x = self.curve.at(ends.mean(axis=0), float(ends[:, -1].mean()))
             trace = float(self.trace[[first, last]].mean()) if x is None else self.curve.trace(x)
+        return self.type_of(trace)
+
+    def type_of(self, trace: float) -> Stability:
+        """Type of a motion with this trace."""
         return STABILITIES[int(classify(trace, self.curve.model.r ** (len(self.sequence) / 2)))]
 
     @property

@@ -12,7 +12,7 @@ from vireport.study.results import (
     results_json,
     worst_scenario,
 )
-from vireport.study.study import Study, analyse, device_of, membrane_of, recheck, with_certificates
+from vireport.study.study import Study, analyse, device_of, membrane_of, recheck, sweep_of, with_certificates
 
 __all__ = [
     "ALL_FORMATS",
@@ -34,6 +34,7 @@ __all__ = [
     "recheck",
     "results",
     "results_json",
+    "sweep_of",
     "with_certificates",
     "with_pages",
     "worst_scenario",
