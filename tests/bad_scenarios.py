@@ -301,6 +301,9 @@ UNKNOWN = (
     key(14, "simulation.portraits.0", "simulation: {portraits: [.nan]}", "got .nan, which is not a finite number"),
     key(14, "simulation.portraits.0", "simulation: {portraits: [-0.6]}", "got -0.6, which is not positive"),
     key(14, "simulation.portraits.0", "simulation: {portraits: [*a]}", "aliases are not read"),
+    key(14, "motions.portraits.1", "motions: {portraits: [BBT, v3]}", "got 'v3' (a word such as BBT, or a label such"),
+    key(14, "motions.portraits", "motions: {portraits: BBT}", "where a list belongs (a list of at most 8 names: a wo"),
+    key(14, "motions.portraits.0", "motions: {portraits: [3]}", "got 3, which is not text; put it in quotes"),
     key(14, "simulation.start", "simulation: {start: 4}", "did you mean 'starts'?"),
     key(14, "simulation.tol", "simulation: {tol: 1e-9}", "did you mean 'tolerance'?"),
     bad(

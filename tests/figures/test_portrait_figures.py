@@ -17,7 +17,7 @@ from figure_cases import PAPER, ROOT, assert_readable, motion, of_look, simulate
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from vireport.figures import Simulated, figure_2, figure_7, pictures, png_of, simulated_points
+from vireport.figures import PairedImpacts, figure_2, figure_7, pictures, png_of, simulated_points
 from vireport.figures.curves import stretches
 from vireport.figures.diagram import WORDS, diagram_caption, figure_diagram, groups
 from vireport.figures.portraits import (
@@ -249,7 +249,9 @@ def test_impacts_without_a_partner_are_drawn_without_warnings() -> None:
     points = simulated_points(study)
     alone = np.array([[0.5], [np.nan]])
     pairs = (np.append(pair, alone, axis=1) for pair in (points.velocity, points.phase, points.flight))
-    (speed, *_) = figure_2(study, Simulated(np.append(points.sweep_value, 4.98), np.append(points.d, 0.3), *pairs)).axes
+    (speed, *_) = figure_2(
+        study, PairedImpacts(np.append(points.sweep_value, 4.98), np.append(points.d, 0.3), *pairs)
+    ).axes
     circles = [line for line in speed.lines if line.get_zorder() == 3.5]
     bottom, top = (int(np.isfinite(line.get_ydata()).sum()) for line in circles)
     assert bottom == top + 1

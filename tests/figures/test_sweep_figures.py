@@ -20,7 +20,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.path import Path as MplPath
 from PIL import Image
 
-from vireport.figures import Simulated, figure_2, figure_7, pictures
+from vireport.figures import PairedImpacts, figure_2, figure_7, pictures, simulated_points
 from vireport.figures.curves import TURN, phase_curve, phase_cut, stretches
 from vireport.figures.labels import LEADER
 from vireport.figures.style import figure_css
@@ -265,7 +265,7 @@ def test_simulated_motions_are_drawn_over() -> None:
     d = np.array([0.42, 0.45, 0.48])
     velocity, phase, flight = (np.outer(pair, np.ones(3)) for pair in ((0.9, -0.45), (0.5, 3.5), (0.6, 0.4)))
     volts = Voltages(np.full(3, 4e4), np.full(3, 3e4), np.full(3, 3.5e4), np.full(3, 0.01))
-    simulated = Simulated(d / 0.664, d, velocity, phase, flight, volts)
+    simulated = PairedImpacts(d / 0.664, d, velocity, phase, flight, volts)
     study = study_of("inclined")
     for panel in figure_2(study, simulated).axes:
         circles = [line for line in panel.lines if line.get_zorder() == 3.5]
@@ -466,3 +466,27 @@ def test_eigenvalue_curves_are_the_eigenvalues() -> None:
         expected = [trace / 2] if part.focus else np.roots([1, -trace, r**4])
         for value in expected:
             assert any(x == d and y == pytest.approx(value, rel=1e-9, abs=1e-12) for x, y in drawn)
+
+
+@pytest.mark.slow
+def test_beyond_the_period_doubling_simulated_motions_lie_on_curves(example) -> None:
+    changes = ["sweep.from=5.3", "simulation.samples=4", "simulation.starts=2", "simulation.diagram=false"]
+    study = analyse(load(example("simulated"), [*changes, "motions.impacts=4", "motions.periods=2"]))
+    simulated = simulated_points(study)
+    drawn = {picture.name: picture for picture in pictures(study, simulated)}
+    assert "period doublings (BTBT)" in drawn["figure-2"].caption
+    checked = 0
+    for name in ("figure-2", "figure-7"):
+        for axes in drawn[name].figure.axes[: 3 if name == "figure-2" else 1]:
+            thin = [line for line in axes.lines if line.get_linewidth() == 0.9 and line.get_linestyle() == "-"]
+            circles = [line for line in axes.lines if line.get_zorder() == 3.5]
+            assert len(thin) % len(circles) == 0 < len(thin)
+            # Both are in the same order: the average of figure 7, then the bottom and the top.
+            for k, points in enumerate(circles):
+                x, y = np.concatenate([line.get_xydata() for line in thin[k :: len(circles)]]).T
+                for at, value in zip(*points.get_data(), strict=True):
+                    if at < np.nanmax(x) and not np.isnan(value):
+                        near = np.hypot((x - at) / np.ptp(x[~np.isnan(x)]), (y - value) / value)
+                        assert np.nanmin(near) < 0.02
+            checked += len(thin)
+    assert checked >= 16

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import csv
 import json
 
 import numpy as np
 import pytest
 
 from vireport import analyse, loads
-from vireport.sequences import generation
-from vireport.study import json_bytes
+from vireport.physics import generated_voltage
+from vireport.sequences import generation, ladder
+from vireport.study import families_csv, json_bytes
 
 TEXT = """\
 schema_version: 1
@@ -35,6 +37,15 @@ def test_results_hold_every_family_with_its_ends_and_voltages(study):
         assert 0.24 <= low < high <= 0.42
         assert all(low <= part["from"] < part["to"] <= high for part in family["stable_range"])
         assert len(family["sweep_value"]) == len(family["velocity"]) == len(family["stable"]) == len(family["d"])
+        np.testing.assert_allclose(np.mod(np.pi * np.array(family["time"]), 2 * np.pi), family["phase_rad"])
+        real, imaginary = (np.array(family["multipliers"][part], dtype=float) for part in ("real", "imaginary"))
+        np.testing.assert_allclose(real.sum(axis=1), np.array(family["trace"], dtype=float), rtol=1e-12)
+        product = np.prod(real + 1j * imaginary, axis=1)
+        np.testing.assert_allclose(product[~np.isnan(product)], family["determinant"])
+        size = np.hypot(real, imaginary).max(axis=1)
+        middle = len(size) // 2
+        assert family["stable"][middle] == (size[middle] < 1)
+        assert np.max(family["error_bounds"]["velocity"]) < 1e-10
         for end in (family["begins_with"], family["ends_with"]):
             assert (end["label"] is None) == (end["kind"] == "sweep_end")
             assert all(number in families for number in end["families"])
@@ -49,6 +60,20 @@ def test_results_hold_every_family_with_its_ends_and_voltages(study):
         assert point["kind"] == "node_focus" or labels[point["label"]] == point["sweep_value"]
 
 
+def test_the_table_of_families_has_a_row_for_each_impact(study):
+    rows = list(csv.DictReader(families_csv(study).decode().splitlines()))
+    assert len(rows) == sum(family.velocity.size for family in study.atlas.families)
+    (family,) = [f for f in study.atlas.families if f.sequence.word == "BBT" and f.stable_runs]
+    mine = [row for row in rows if row["family"] == str(family.number)]
+    assert [row["wall"] for row in mine[:3]] == ["bottom", "bottom", "top"]
+    assert [float(row["velocity"]) for row in mine] == family.velocity.ravel().tolist()
+    assert [row["stable"] == "true" for row in mine[::3]] == family.stable.tolist()
+    unit = float(study.solution.device.velocity_unit("length_m", 0.0))
+    for row in mine[:3]:
+        volts = generated_voltage(np.array([unit * float(row["velocity"])]), study.solution.membrane)
+        assert float(row["u_v"]) == pytest.approx(float(volts[0]))
+
+
 def test_families_of_1_1_motions_generate_what_the_branches_do(study):
     branch = max(study.solution.branches, key=lambda branch: branch.motions.sweep_value[branch.motions.stable].max())
     (family,) = [f for f in study.atlas.families if f.sequence.word == "BT" and f.stable[-1]]
@@ -56,6 +81,20 @@ def test_families_of_1_1_motions_generate_what_the_branches_do(study):
     order = np.argsort(branch.motions.sweep_value)
     value, average = branch.motions.sweep_value[order], branch.voltages.average_v[order]
     np.testing.assert_allclose(volts, np.interp(family.sweep_value, value, average), rtol=1e-3)
+
+
+def test_the_ladder_has_the_best_of_each_word(study):
+    membrane = study.solution.membrane
+    rungs = {(rung.sequence.word, rung.sequence.periods): rung for rung in ladder(study.atlas, membrane)}
+    assert {("BT", 1), ("BBT", 1)} <= rungs.keys()
+    assert list(rungs.values()) == sorted(rungs.values(), key=lambda rung: -rung.per_second_v)
+    for (word, periods), rung in rungs.items():
+        families = [f for f in study.atlas.families if (f.sequence.word, f.sequence.periods) == (word, periods)]
+        volts = [generation(f, membrane).impacts_v[row] for f in families for row in np.flatnonzero(f.stable)]
+        assert rung.average_v == pytest.approx(max(map(np.mean, volts)))
+        assert rung.per_second_v == pytest.approx(max(map(np.sum, volts)) * 2.5 / periods)
+        assert rung.impacts_per_s == (2.5 * len(word) / periods,) * 2
+        assert any(low <= rung.average_at <= high for low, high in rung.ranges)
 
 
 def test_motions_at_a_value_are_found_with_their_families(study):
@@ -78,7 +117,11 @@ def test_figure_and_section_name_the_words(study):
     from vireport.figures import pictures
     from vireport.report.motions import families_table
 
-    (picture,) = [picture for picture in pictures(study) if picture.name == "figure-atlas"]
+    drawn = {picture.name: picture for picture in pictures(study)}
+    picture, rungs = drawn["figure-atlas"], drawn["figure-ladder"].figure.axes
+    assert [axes.get_ylabel() for axes in rungs] == ["mean Uₐᵥₑ [kV]", "per second [kV/s]", "impacts [1/s]"]
+    (rate,) = {y for line in rungs[2].lines if line.get_linewidth() == 1.8 for y in np.unique(line.get_ydata())} - {5.0}
+    assert rate == 7.5  # of BBT, 2.5 Hz
     (axes,) = picture.figure.axes
     solid = [line for line in axes.lines if line.get_linewidth() == 1.8 and len(line.get_xdata())]
     assert solid

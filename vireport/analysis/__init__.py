@@ -22,7 +22,7 @@ from vireport.analysis.design import (
     stable_ranges,
 )
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
-from vireport.analysis.error_bounds import NO_BOUND, rounded_up, undecided
+from vireport.analysis.error_bounds import NO_BOUND, rounded_up, undecided, value_bound
 from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import sample
 from vireport.analysis.margins import HIGHEST_RESTITUTION, Margin
@@ -107,5 +107,6 @@ __all__ = [
     "touch_condition",
     "touches",
     "undecided",
+    "value_bound",
     "value_condition",
 ]

@@ -21,7 +21,7 @@ from vireport.analysis.branches import Branch
 from vireport.analysis.design import DesignPoint, around_length
 from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.motions import Motions
-from vireport.analysis.orbits import Orbits, coefficients, orbits_above
+from vireport.analysis.orbits import coefficients, orbits_above
 from vireport.analysis.stability import discriminant, return_trace
 from vireport.analysis.sweep import Held, Level, Sweep, level_terms
 from vireport.physics import (
@@ -192,8 +192,9 @@ def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None
         + 8 * UNIT * (period * speed + period**2 * m.gbar + 0.3 + period / np.pi)
     )
     at_rest = (m.velocity_bottom == 0) | (m.velocity_top == 0)
+    value = np.zeros(len(m)) if given is not None else value_bound(sweep, m.sweep_value, orbit.d, orbit.gbar)
     return {
-        "sweep_value": np.zeros(len(m)) if given is not None else _value_bound(sweep, m, orbit),
+        "sweep_value": value,
         "d": d,
         "gbar": gbar,
         "q": delta_u + UNIT * m.q,
@@ -240,17 +241,26 @@ def _distance(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
     return delta_u, delta_phi
 
 
-def _value_bound(sweep: Sweep, m: Motions, orbit: Orbits) -> Floats:
-    """Bound of the swept value: that of d (of gbar for a sweep over the inclination), in its unit."""
-    x = sweep.coordinate(orbit)
-    away = np.abs(np.asarray(sweep.value(orbit.d.value, orbit.gbar.value)) - m.sweep_value)
+def value_bound(sweep: Sweep, stored: Floats, d: Any, gbar: Any) -> Floats:
+    """Bound the error of the swept value of motions, from those of their groups.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    stored : ndarray
+        Its values as they are given.
+    d, gbar : Rounded
+        Of the motions.
+    """
+    x = gbar if sweep.parameter is Parameter.INCLINATION else d
+    away = np.abs(np.asarray(sweep.value(d.value, gbar.value)) - stored)
     if sweep.parameter is Parameter.INCLINATION:
         error = x.error + GROUP_ERROR * np.abs(x.value)
-        ends = [np.asarray(sweep.value(orbit.d.value, x.value + sign * error)) for sign in (-1, 1)]
-        moved = np.maximum(*(np.abs(end - m.sweep_value) for end in ends))
-        return np.asarray(moved + away + 2 * FUNCTION * m.sweep_value)
+        ends = [np.asarray(sweep.value(d.value, x.value + sign * error)) for sign in (-1, 1)]
+        moved = np.maximum(*(np.abs(end - stored) for end in ends))
+        return np.asarray(moved + away + 2 * FUNCTION * stored)
     share = x.error / np.abs(x.value) * (0.5 if sweep.parameter is Parameter.FREQUENCY else 1.0)
-    return np.asarray((share + GROUP_ERROR) * m.sweep_value + away)
+    return np.asarray((share + GROUP_ERROR) * stored + away)
 
 
 def voltage_bounds(bottom: Rounded, top: Rounded, membrane: Membrane) -> dict[str, Floats]:

@@ -406,6 +406,35 @@ def optimise(
 
 
 @app.command()
+def portrait(
+    results: Annotated[
+        str, typer.Argument(metavar="RESULTS.json", help="The results.json of a run; - is standard input.")
+    ],
+    at: Annotated[
+        str,
+        typer.Option(
+            metavar="VALUE[,VELOCITY]",
+            help="Value of the swept parameter, in its unit, and dimensionless velocity of an impact.",
+        ),
+    ],
+    output: Folder = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Draw the motions behind a point of a diagram. With a velocity, only the one that is nearest to it."""
+    _refuse_files_beside_json(json, "motions", output, None)
+    from vireport.cli.portrait_outputs import NAMES, portrait_outcome
+    from vireport.comparison import baseline
+    from vireport.files import require_writable
+
+    folder = output or _default_folder(results, "-portrait")
+    if not json:
+        require_writable(folder, NAMES)
+    outcome = portrait_outcome(baseline.read_baseline(results), Path(results).name, at, json)
+    deliver(outcome, folder, quiet)
+
+
+@app.command()
 def sweep(
     map_file: Annotated[str, typer.Argument(metavar="MAP", help="A YAML file with a map block.")],
     output: Folder = None,

@@ -1,11 +1,12 @@
 """Every figure of a study, drawn from its numbers, with caption and alternative text."""
 
-from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, conditions, held, swept_range
-from vireport.figures.curves import Simulated, simulated_points
+from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, conditions, held, held_by, swept_range
+from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.live import in_page, live_data
 from vireport.figures.overlay import COLORS, overlay
 from vireport.figures.pictures import measured_pictures, pictures
+from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Color, Look, Picture, literal, png_of, style
 from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
@@ -18,8 +19,8 @@ __all__ = [
     "Drawing",
     "Entry",
     "Look",
+    "PairedImpacts",
     "Picture",
-    "Simulated",
     "alt_text",
     "blank",
     "conditions",
@@ -29,6 +30,7 @@ __all__ = [
     "figure_7",
     "finished",
     "held",
+    "held_by",
     "in_page",
     "letter_of",
     "literal",
@@ -37,6 +39,7 @@ __all__ = [
     "overlay",
     "pictures",
     "png_of",
+    "portraits_picture",
     "prefix",
     "round_ticks",
     "simulated_points",

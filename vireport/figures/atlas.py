@@ -1,4 +1,4 @@
-"""The families of motions of all impact sequences along the sweep, with the points where they meet."""
+"""The families of motions of all impact sequences along the sweep: where they meet, and what they generate."""
 
 from __future__ import annotations
 
@@ -8,68 +8,149 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from vireport.figures.captions import conditions
-from vireport.figures.curves import Curve, joined
+from vireport.figures.captions import OUTSIDE, conditions
+from vireport.figures.curves import Curve, Floats, joined
 from vireport.figures.labels import Label
-from vireport.figures.layout import Entry, SweepAxis, blank, finished, fit_vertically, sweep_axis
+from vireport.figures.layout import (
+    Entry,
+    SweepAxis,
+    blank,
+    finished,
+    fit_vertically,
+    letter_panels,
+    prefix,
+    sweep_axis,
+)
 from vireport.figures.style import DASHED, TEXT, Color, Look, Picture, style
-from vireport.sequences import Atlas, Family
+from vireport.physics import Membrane
+from vireport.sequences import Atlas, Family, generation, ladder
 from vireport.study import Study, Task
+from vireport.text import PREFIXES, capital, quantity
 
 TITLE = "Motions of all impact sequences"
+LADDER_TITLE = "Voltage and impacts of each impact sequence"
 
-HEIGHT = 4.6
-"""Of the panel with its axes [in]."""
+HEIGHT, RUNG_HEIGHT = 4.6, 2.0
+"""Of the atlas with its axes, and of a panel of the ladder with its letter [in]."""
+
+AXES_HEIGHT = 0.95
+"""Of the ticks and labels along the top and the bottom [in]."""
 
 COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
-    *(Color.ORANGE, Color.SKY, Color.BLACK, Color.WARNING),
+    *(Color.ORANGE, Color.SKY, Color.BLACK),
 )
-"""Of the words, the shortest first; other words are grey."""
+"""Of the words, those with stable motions first and the shortest of them before others; then the colours again."""
+
+SHAPES = ("s", "^", "D", "v", "P", "X", "<", ">")
+"""Markers on the curves of the words; their number differs from that of the colours, so that pairs differ longer."""
+
+MOST_LOOKS = 14
+"""Words that have a colour and a marker of their own; others are grey."""
 
 OTHER = "other words"
+APART = 0.22
+"""Share of the axis from one marker of a curve to the next."""
+
 STABLE: Look = {"linewidth": 1.8, "zorder": 2.6}
-UNSTABLE: Look = {"linewidth": 0.8, "linestyle": DASHED, "zorder": 2.4}
+UNSTABLE: Look = {"linewidth": 0.7, "linestyle": DASHED, "zorder": 2.4}
+ON_STABLE: Look = {"linestyle": "none", "markersize": 5.0, "markeredgecolor": "white", "markeredgewidth": 0.5}
+ON_UNSTABLE: Look = {"linestyle": "none", "markersize": 3.0, "markerfacecolor": "white", "markeredgewidth": 0.6}
 VERTEX: Look = {"linestyle": "none", "marker": "o", "markersize": 2.6, "color": Color.BLACK, "zorder": 3.0}
 SIMULATED: Look = {"linestyle": "none", "marker": "o", "markersize": 5.0, "color": Color.LIGHT, "zorder": 2.0}
 
 
 def picture(study: Study, atlas: Atlas) -> Picture:
     """Velocities of all impacts of the families, stable and unstable, with their vertices; simulated ones beneath."""
-    axis, colors = sweep_axis(atlas.sweep), _colors(atlas)
+    axis, looks = sweep_axis(atlas.sweep), _looks(atlas)
     simulated = list(_simulated(study, axis))
     with style():
         figure, ((axes,),) = blank(1)
         for family in atlas.families:
-            _draw(axes, axis, family, colors.get(family.sequence.word, Color.GREY))
+            _draw(axes, axis, family, np.abs(family.velocity), looks)
         if simulated:
             axes.add_artist(Line2D(*(np.concatenate(column) for column in zip(*simulated, strict=True)), **SIMULATED))
         labels = _vertices(axes, axis, atlas)
         axes.set_ylabel("impact velocity |Ż| [–]")
         fit_vertically([axes])
         axis.dress([axes])
-        drawn = finished(
-            figure, HEIGHT, [(conditions(study), Color.BLACK)], _legends(colors, atlas, simulated), [(axes, labels)]
-        )
+        notes: list[Entry] = [("families meet", VERTEX), *([("simulation", SIMULATED)] if simulated else [])]
+        legends = _legends(looks, atlas, notes)
+        drawn = finished(figure, HEIGHT, [(conditions(study), Color.BLACK)], legends, [(axes, labels)])
     held = f"{conditions(study)}."
     return Picture(Task.FIGURE_ATLAS, TITLE, f"{_caption(study, atlas)} {held}", _alt(atlas), drawn)
 
 
-def _colors(atlas: Atlas) -> dict[str, str]:
-    """Colours of the words that have one: those with stable motions first, then the shortest."""
+def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane) -> Picture:
+    """Mean voltage of the impacts, voltage per second and impacts per second of the families along the sweep."""
+    axis, looks = sweep_axis(atlas.sweep), _looks(atlas)
+    volts = [generation(family, membrane) for family in atlas.families]
+    power = prefix(one.average_v for one in volts)
+    unit, scale = f"{PREFIXES[power]}V", 10.0**power
+    rows = (
+        (f"mean Uₐᵥₑ [{unit}]", [one.average_v / scale for one in volts]),
+        (f"per second [{unit}/s]", [one.per_second_v / scale for one in volts]),
+        ("impacts [1/s]", [one.impacts_per_s for one in volts]),
+    )
+    outside = [] if study.solution.within_membrane else [(capital(OUTSIDE), Color.WARNING)]
+    with style():
+        figure, panels = blank(len(rows), sharex="col")
+        for (label, values), axes in zip(rows, panels[:, 0], strict=True):
+            for family, y in zip(atlas.families, values, strict=True):
+                _draw(axes, axis, family, y[:, None], looks)
+            axes.set_ylabel(label)
+            fit_vertically([axes])
+        letter_panels(panels[:, 0], 0)
+        axis.dress(panels[:, 0])
+        figure.align_ylabels(panels[:, 0])
+        height = RUNG_HEIGHT * len(rows) + AXES_HEIGHT
+        head = [(conditions(study), Color.BLACK), *outside]
+        drawn = finished(figure, height, head, _legends(looks, atlas, []))
+    caption = (
+        "U_ave, the mean over the impacts of the voltage U_imp − U_in, its sum over the impacts of a second, and the "
+        f"number of these, by the word of the motion. {conditions(study)}."
+    )
+    best = ladder(atlas, membrane)[:1]
+    most = "".join(
+        f" {rung.sequence.word} generates most, up to {quantity(rung.per_second_v, 'V', 4)}/s." for rung in best
+    )
+    alt = f"Three line charts of voltage and impacts over the {atlas.sweep.parameter.quantity}.{most}"
+    return Picture(Task.FIGURE_LADDER, LADDER_TITLE, caption, alt, drawn)
+
+
+def _looks(atlas: Atlas) -> dict[str, Look]:
+    """Colour and marker of the words: those with stable motions first, then the shortest."""
     stable = {family.sequence.word for family in atlas.families if family.stable_runs}
     words = {family.sequence.word for family in atlas.families}
-    return dict(zip(sorted(words, key=lambda word: (word not in stable, len(word), word)), COLORS, strict=False))
+    ordered = sorted(words, key=lambda word: (word not in stable, len(word), word))[:MOST_LOOKS]
+    return {
+        word: {"color": COLORS[k % len(COLORS)], "marker": SHAPES[k % len(SHAPES)]} for k, word in enumerate(ordered)
+    }
 
 
-def _draw(axes: Axes, axis: SweepAxis, family: Family, color: str) -> None:
-    """Draw every impact of a family, each stretch as stable or not."""
-    x, speed = axis.of(family), np.abs(family.velocity)
-    for first, last, kind in family.segments:
-        rows = slice(first, last + 1)
-        look = (STABLE if kind.attracts else UNSTABLE) | {"color": color}
-        axes.add_artist(Line2D(*joined([(x[rows], y[rows]) for y in speed.T]), **look))
-    axes.update_datalim(np.column_stack([np.tile(x, speed.shape[1]), speed.T.ravel()]))
+def _draw(axes: Axes, axis: SweepAxis, family: Family, values: Floats, looks: dict[str, Look]) -> None:
+    """Draw quantities of a family, an array (n, curves), each stretch as stable or not and with its word's marker."""
+    x, look = axis.of(family), looks.get(family.sequence.word, {"color": Color.GREY})
+    spans = {(first, last): abs(x[last] - x[first]) for first, last, _ in family.segments}
+    for stable, of_line, of_marker in ((True, STABLE, ON_STABLE), (False, UNSTABLE, ON_UNSTABLE)):
+        parts = [part[:2] for part in family.segments if part[2].attracts == stable]
+        longest = max(parts, key=lambda part: spans[part], default=None)
+        for first, last in parts:
+            rows = slice(first, last + 1)
+            curves = [(x[rows], y[rows]) for y in values.T]
+            axes.add_artist(Line2D(*joined(curves), **of_line, color=look["color"]))
+            count = max(round(spans[first, last] / (axis.high - axis.low) / APART), int((first, last) == longest))
+            if "marker" in look and count:
+                on = {"zorder": of_line["zorder"] + 0.1}
+                axes.add_artist(Line2D(*joined([_spaced(curve, count) for curve in curves]), **look | of_marker | on))
+    axes.update_datalim(np.column_stack([np.tile(x, values.shape[1]), values.T.ravel()]))
+
+
+def _spaced(curve: Curve, count: int) -> Curve:
+    """Points on a curve between two events, where it does not turn back, at even distances along the axis."""
+    x, y = (part if curve[0][-1] > curve[0][0] else part[::-1] for part in curve)
+    at = x[0] + (np.arange(count) + 0.5) / count * (x[-1] - x[0])
+    return at, np.interp(at, x, y)
 
 
 def _vertices(axes: Axes, axis: SweepAxis, atlas: Atlas) -> list[Label]:
@@ -91,13 +172,14 @@ def _simulated(study: Study, axis: SweepAxis) -> Iterator[Curve]:
             yield np.full(len(cycle.velocity), axis.of_value(float(value))), np.abs(cycle.velocity)
 
 
-def _legends(colors: dict[str, str], atlas: Atlas, simulated: list[Curve]) -> list[list[Entry]]:
-    words: list[Entry] = [(word, {"color": color, "linewidth": 1.8}) for word, color in colors.items()]
-    if len({family.sequence.word for family in atlas.families}) > len(colors):
+def _legends(looks: dict[str, Look], atlas: Atlas, notes: list[Entry]) -> list[list[Entry]]:
+    words: list[Entry] = [
+        (word, ON_STABLE | look | {"linestyle": "-", "linewidth": 1.8}) for word, look in looks.items()
+    ]
+    if len({family.sequence.word for family in atlas.families}) > len(looks):
         words.append((OTHER, {"color": Color.GREY, "linewidth": 1.8}))
     grey = {"color": Color.GREY}
-    notes: list[Entry] = [("stable", STABLE | grey), ("unstable", UNSTABLE | grey), ("families meet", VERTEX)]
-    return [words, notes + ([("simulation", SIMULATED)] if simulated else [])]
+    return [words, [("stable", STABLE | grey), ("unstable", UNSTABLE | grey), *notes]]
 
 
 def _caption(study: Study, atlas: Atlas) -> str:

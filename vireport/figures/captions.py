@@ -8,8 +8,9 @@ import numpy as np
 
 from vireport.alerts import AlertCode
 from vireport.analysis import eigenvalues
-from vireport.figures.curves import Floats, Simulated, Stretch, impact_pairs, stretches, swept_solution
+from vireport.figures.curves import Floats, PairedImpacts, Stretch, impact_pairs, stretches, swept_solution
 from vireport.gate import range_text
+from vireport.physics import Device
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
 from vireport.text import capital, exact, quantity, scaled, significant
@@ -52,7 +53,11 @@ def conditions(study: Study, varied: Parameter | None = None) -> str:
 def held(study: Study, varied: Parameter | None = None) -> list[str]:
     """The parameters that are held along the sweep, each with its value and unit."""
     solution = study.solution
-    device, swept = solution.device, varied or (solution.parameter if solution.sweep else None)
+    return held_by(solution.device, varied or (solution.parameter if solution.sweep else None))
+
+
+def held_by(device: Device, swept: Parameter | None) -> list[str]:
+    """The parameters of a device but the one that is swept."""
     parameters = [
         f"{name.symbol} = {name.with_unit(exact(value))}"
         for name in Parameter
@@ -62,7 +67,7 @@ def held(study: Study, varied: Parameter | None = None) -> list[str]:
     return parameters + ([f"n = {device.period_ratio}"] if device.period_ratio != 1 else [])
 
 
-def caption(study: Study, figure: Task, simulated: Simulated | None = None) -> str:
+def caption(study: Study, figure: Task, simulated: PairedImpacts | None = None) -> str:
     """The caption of a figure: what is drawn, and what is to be known of the scenario for it."""
     remarks = [f"{conditions(study)}; {swept_range(study)}", *_remarks(study, figure)]
     return f"{ABOUT[figure]}. {'; '.join([*remarks, *_overlay(figure, simulated)])}."
@@ -87,11 +92,13 @@ def _remarks(study: Study, figure: Task) -> Iterator[str]:
             yield f"{OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})"
     if _level(study):
         yield "both impacts of a motion are equally fast"
+    if words := _doubled(study):
+        yield f"thin: motions that come of period doublings ({', '.join(words)})"
     if figure == Task.FIGURE_2 and _mirrored(study):
         yield "each asymmetric motion is drawn with its mirror image"
 
 
-def alt_text(study: Study, figure: Task, simulated: Simulated | None = None) -> str:
+def alt_text(study: Study, figure: Task, simulated: PairedImpacts | None = None) -> str:
     """A description of a figure for those who do not see it."""
     parts = stretches(study.solution)
     head = f"{CHARTS[figure]} over {swept_range(study)}"
@@ -107,6 +114,12 @@ def alt_text(study: Study, figure: Task, simulated: Simulated | None = None) -> 
     )
 
 
+def _doubled(study: Study) -> list[str]:
+    """The words of the motions that the 1:1 motions become by period doublings."""
+    found = [] if study.atlas is None else study.atlas.doubled(study.solution.device.period_ratio)
+    return list(dict.fromkeys(family.sequence.word for family in found))
+
+
 def _level(study: Study) -> bool:
     """Whether gravity has no part along the capsule."""
     return study.solution.device.inclination_deg == 0 and study.solution.parameter is not Parameter.INCLINATION
@@ -117,7 +130,7 @@ def _mirrored(study: Study) -> bool:
     return any(part.branch.mirror_of is not None for part in stretches(study.solution))
 
 
-def _overlay(figure: Task, simulated: Simulated | None) -> list[str]:
+def _overlay(figure: Task, simulated: PairedImpacts | None) -> list[str]:
     """What is drawn over the curves from the simulation, and how many points."""
     if simulated is None or not len(simulated.d) or figure == Task.FIGURE_4:
         return []

@@ -40,8 +40,8 @@ NO_PARTNER = np.nan
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Simulated:
-    """Periodic motions from a simulation, to be drawn over the analytic ones.
+class PairedImpacts:
+    """Impacts of motions of any word, each on the bottom beside the one on the top that follows it.
 
     Attributes
     ----------
@@ -63,6 +63,23 @@ class Simulated:
     def pairs(self, cut: float = 0.0) -> tuple[Floats, Floats, Floats]:
         """What figure 2 shows of them, the phases from `cut` on [rad]."""
         return np.abs(self.velocity), cut + (self.phase - cut) % TURN, self.flight
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Doubled:
+    """Motions next to one another on a branch that comes of period doublings, with each of their pairs of impacts.
+
+    Attributes
+    ----------
+    impacts : PairedImpacts
+        Those of one pair after those of another.
+    pairs : int
+    stable : bool
+    """
+
+    impacts: PairedImpacts
+    pairs: int
+    stable: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,6 +150,33 @@ def events(solution: Solution) -> list[Event]:
     return [Event(point, tuple(rows)) for point, rows in places.items() if rows]
 
 
+def doubled(study: Study) -> list[Doubled]:
+    """The motions that the 1:1 ones become by period doublings, with their mirror images where they have one."""
+    atlas, solution = study.atlas, study.solution
+    if atlas is None:
+        return []
+    pieces, horizontal = [], atlas.sweep.level.horizontal
+    for family in atlas.doubled(solution.device.period_ratio):
+        # From an impact on the top on, it is the mirror image that is counted from the bottom.
+        first = np.arange(0, len(family.sequence), 1 if horizontal else 2)
+        sides = np.stack([first, (first + 1) % len(family.sequence)], axis=1)
+        turned = (first % 2)[:, None]
+        after = np.diff(family.time, axis=1, append=family.time[:, :1] + 2 * family.sequence.periods)
+        of_pairs = (
+            (1 - 2 * turned) * family.velocity[:, sides],
+            (family.phase[:, sides] + np.pi * turned) % TURN,
+            after[:, sides] / 2,
+        )
+        for start, end, kind in family.segments:
+            rows = slice(start, end + 1)
+            velocity, phase, flight = (x[rows].transpose(2, 1, 0).reshape(2, -1) for x in of_pairs)
+            value, d = (np.tile(x[rows], len(first)) for x in (family.sweep_value, family.d))
+            voltages = _paired_voltages(solution, value, velocity, np.tile(np.arange(end + 1 - start), len(first)))
+            impacts = PairedImpacts(value, d, velocity, phase, flight, voltages)
+            pieces.append(Doubled(impacts, len(first), kind.attracts))
+    return sorted(pieces, key=lambda piece: piece.stable)
+
+
 def impact_pairs(motions: Motions, period_ratio: int, cut: float = 0.0) -> ImpactPairs:
     """What figure 2 shows of motions, at the bottom and at the top.
 
@@ -180,7 +224,7 @@ def joined(parts: Sequence[Curve]) -> Curve:
     return x[:-1], y[:-1]
 
 
-def simulated_points(study: Study) -> Simulated | None:
+def simulated_points(study: Study) -> PairedImpacts | None:
     """Every periodic motion that the simulation of a sweep found, once at each value; None where there is no sweep.
 
     An impact on the bottom shares a row with the impact on the top that follows it.
@@ -197,8 +241,8 @@ def simulated_points(study: Study) -> Simulated | None:
             rows += [(value, d, impact) for impact in impacts]
     values, d = np.array([row[:2] for row in rows]).reshape(-1, 2).T
     velocity, phase, flight = np.moveaxis(np.array([row[2] for row in rows]).reshape(-1, 2, 3), 0, -1).swapaxes(0, 1)
-    voltages = _simulated_voltages(study.solution, values, velocity, np.array(motion, dtype=np.intp))
-    return Simulated(values, d, velocity, phase, flight, voltages)
+    voltages = _paired_voltages(study.solution, values, velocity, np.array(motion, dtype=np.intp))
+    return PairedImpacts(values, d, velocity, phase, flight, voltages)
 
 
 def _distinct(attractors: Sequence[Attractor]) -> list[Cycle]:
@@ -220,10 +264,8 @@ def _paired(cycle: Cycle) -> Iterator[Floats]:
             yield np.stack([nothing, impact[i]])
 
 
-def _simulated_voltages(
-    solution: Solution, values: Floats, velocity: Floats, motion: NDArray[np.intp]
-) -> Voltages | None:
-    """Voltages of the simulated impacts; the average is over all impacts of a motion, as in Eq. (5.1)."""
+def _paired_voltages(solution: Solution, values: Floats, velocity: Floats, motion: NDArray[np.intp]) -> Voltages | None:
+    """Voltages of impacts in pairs; the average is over all impacts of a motion, as in Eq. (5.1)."""
     if solution.membrane is None:
         return None
     unit = np.asarray(solution.device.velocity_unit(solution.parameter, values))

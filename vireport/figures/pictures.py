@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from vireport.figures.captions import TITLES, alt_text, caption, conditions
-from vireport.figures.curves import Simulated
+from vireport.figures.curves import PairedImpacts
 from vireport.figures.style import Picture
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
 from vireport.study import Study, Task
 
+if TYPE_CHECKING:
+    from vireport.sequences import Atlas
 
-def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture, ...]:
+
+def pictures(study: Study, simulated: PairedImpacts | None = None) -> tuple[Picture, ...]:
     """Draw the figures that a study's plan runs, in the order of their names.
 
     Parameters
     ----------
     study : Study
-    simulated : Simulated, optional
+    simulated : PairedImpacts, optional
         Motions from a simulation, drawn over the analytic ones.
     """
     drawn = [*_along_sweep(study, simulated), *_simulated(study), *_atlas(study), *_device(study), *_margins(study)]
@@ -25,7 +29,7 @@ def pictures(study: Study, simulated: Simulated | None = None) -> tuple[Picture,
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
-def _along_sweep(study: Study, simulated: Simulated | None) -> Iterator[Picture]:
+def _along_sweep(study: Study, simulated: PairedImpacts | None) -> Iterator[Picture]:
     draw = {
         Task.FIGURE_2: lambda: figure_2(study, simulated),
         Task.FIGURE_4: lambda: figure_4(study),
@@ -62,10 +66,30 @@ def _simulated(study: Study) -> Iterator[Picture]:
 
 def _atlas(study: Study) -> Iterator[Picture]:
     """The families of motions of all impact sequences."""
-    if study.plan.runs(Task.FIGURE_ATLAS) and study.atlas is not None:
-        from vireport.figures import atlas
+    found, membrane = study.atlas, study.solution.membrane
+    if found is None:
+        return
+    from vireport.figures import atlas
 
-        yield atlas.picture(study, study.atlas)
+    if study.plan.runs(Task.FIGURE_ATLAS):
+        yield atlas.picture(study, found)
+    if study.plan.runs(Task.FIGURE_LADDER) and membrane is not None:
+        yield atlas.ladder_picture(study, found, membrane)
+    if study.plan.runs(Task.FIGURE_PORTRAITS) and study.scenario.motions is not None:
+        yield from _named(study, found, study.scenario.motions.portraits)
+
+
+def _named(study: Study, found: Atlas, names: tuple[str, ...]) -> Iterator[Picture]:
+    """The motions that a scenario names, as far as there are such."""
+    from vireport.figures.portraits import portraits_picture
+    from vireport.sequences import Model, portrait_of
+
+    model, swept = Model(found.sweep.level, float(found.sweep.device.restitution)), found.sweep.parameter
+    named = ((name, found.named(name)) for name in names)
+    chosen = ((f"{name}, {swept.symbol} = {swept.show(at[0])}", at[1]) for name, at in named if at is not None)
+    shown = [portrait_of(model, motion, label) for label, motion in chosen]
+    if shown:
+        yield portraits_picture(shown, conditions(study))
 
 
 def _device(study: Study) -> Iterator[Picture]:

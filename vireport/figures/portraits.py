@@ -1,8 +1,8 @@
-"""Figures 3 and 6: simulated motions in full, as phase portraits, time series and displacements, with their words."""
+"""Single motions in full, as phase portraits, time series and paths, with their words: figures 3 and 6, and others."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vireport.figures.curves import Curve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, fit_vertically, letter_of, round_ticks, say, widened
-from vireport.figures.style import GUIDE, SMALL, Color, Look, style
+from vireport.figures.style import GUIDE, SMALL, Color, Look, Picture, style
 from vireport.simulation import Outcome
 from vireport.study import Task
 from vireport.text import significant
@@ -67,13 +67,25 @@ BOTTOM_IMPACT: Look = MARK | {"color": Color.BLUE, "marker": "o", "markersize": 
 TOP_IMPACT: Look = MARK | {"color": Color.GREEN, "marker": "^", "markersize": 6.0}
 IMPACTS: list[Entry] = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT)]
 
-TITLES = {Task.FIGURE_3: "Phase portraits and time series", Task.FIGURE_6: "Displacement of the capsule and the ball"}
+TITLES = {
+    Task.FIGURE_3: "Phase portraits and time series",
+    Task.FIGURE_6: "Displacement of the capsule and the ball",
+    Task.FIGURE_PORTRAITS: "Portraits of motions",
+}
+
+CHARTS = {
+    Task.FIGURE_3: "phase portrait and time series of {} simulated motion{}",
+    Task.FIGURE_6: "displacement of capsule and ball over time of {} simulated motion{}",
+    Task.FIGURE_PORTRAITS: "phase portrait and path of {} motion{}",
+}
 
 ABOUT = {
     Task.FIGURE_3: "Simulated motions: relative velocity Ż over relative position Z = X − x (left) and over time "
     "(right), in units of F/(2 M f) and F/(4 M f²)",
     Task.FIGURE_6: "Simulated motions: displacement of the capsule\u2019s ends X ± d/2 and of the ball x in units of "
     "F/(4 M f²), X without drift",
+    Task.FIGURE_PORTRAITS: "Solved motions over their period: relative velocity Ż over relative position Z = X − x "
+    "(left) and the position over time (right), in units of F/(2 M f) and F/(4 M f²)",
 }
 
 
@@ -86,17 +98,41 @@ def figure_3(portraits: Sequence[Portrait], held: str = "") -> Figure:
     held : str
         The parameters that they share, in words.
     """
+    return _beside_phase_portraits(portraits, held, _time_series)
+
+
+def figure_portraits(portraits: Sequence[Portrait], held: str = "") -> Figure:
+    """Phase portraits and paths of motions: a row for each. Parameters are those of `figure_3`."""
+    return _beside_phase_portraits(portraits, held, _path, "Z [–]")
+
+
+def portraits_picture(portraits: Sequence[Portrait], held: str) -> Picture:
+    """`figure_portraits` with its words."""
+    name = Task.FIGURE_PORTRAITS
+    words = TITLES[name], portrait_caption(name, portraits, held), portrait_alt(name, portraits)
+    return Picture(name, *words, figure_portraits(portraits, held))
+
+
+def _beside_phase_portraits(
+    portraits: Sequence[Portrait], held: str, draw: Callable[[Axes, Portrait], None], label: str = ""
+) -> Figure:
+    """A row of two panels for each motion; that on the right shares the vertical axis, or has one with a label."""
     height, ticks = _row_height(len(portraits))
     with style():
-        figure, panels = blank(len(portraits), 2, sharey="row", width_ratios=(LEFT, RIGHT))
+        figure, panels = blank(len(portraits), 2, sharey="none" if label else "row", width_ratios=(LEFT, RIGHT))
         labels = []
         for k, (portrait, (left, right)) in enumerate(zip(portraits, panels, strict=True)):
             left.set_title(f"({letter_of(2 * k)}) {setting(portrait)}", loc="left")
             right.set_title(f"({letter_of(2 * k + 1)}) {motion_words(portrait)}", loc="left")
             left.set_ylabel("velocity Ż [–]" if height > WORDS_FROM else "Ż [–]")
             _phase_portrait(left, portrait)
-            _time_series(right, portrait)
-            fit_vertically([left, right], ticks)
+            draw(right, portrait)
+            if label:
+                right.set_ylabel(label)
+                fit_vertically([left], ticks)
+                fit_vertically([right], ticks)
+            else:
+                fit_vertically([left, right], ticks)
             if moves(portrait):
                 labels.append((left, _membranes(left, portrait)))
         left.set_xlabel("relative position Z [–]")
@@ -151,6 +187,8 @@ def _phase_portrait(axes: Axes, portrait: Portrait) -> None:
     _lines(axes, [(z[[i, i]], v[[i, i + 1]]) for i in rebounds(portrait)], REBOUND)
     rows = arrivals(portrait)
     cycle = portrait.attractor.cycle
+    if cycle is not None and not cycle.sticks:  # it begins after the impact that it ends with
+        _lines(axes, [(z[[-1, 0]], v[[-1, 0]])], REBOUND)
     _impacts(axes, portrait, rows[-len(cycle.wall) :] if cycle is not None and not cycle.sticks else rows, z, v)
 
 
@@ -172,6 +210,14 @@ def _time_series(axes: Axes, portrait: Portrait) -> None:
     _lines(axes, [(t[[i, i + 1]], np.zeros(2)) for i in rides(portrait)], MOTION)
     _lines(axes, [(t[[i, i]], v[[i, i + 1]]) for i in rebounds(portrait)], REBOUND)
     _impacts(axes, portrait, arrivals(portrait), t, v)
+
+
+def _path(axes: Axes, portrait: Portrait) -> None:
+    _time_axis(axes, portrait, RIGHT)
+    for wall in (-portrait.d / 2, portrait.d / 2):
+        axes.axhline(wall, **WALL)
+    _lines(axes, [(periods(portrait.time), portrait.position)], MOTION)
+    _impacts(axes, portrait, arrivals(portrait), periods(portrait.time), portrait.position)
 
 
 def _displacement(axes: Axes, portrait: Portrait) -> None:
@@ -301,7 +347,7 @@ def short(word: str) -> str:
 
 
 def portrait_caption(figure: Task, portraits: Sequence[Portrait], held: str) -> str:
-    """The caption of figure 3 or 6: what is drawn, and each motion in numbers.
+    """The caption of one of these figures: what is drawn, and each motion in numbers.
 
     Parameters
     ----------
@@ -314,16 +360,15 @@ def portrait_caption(figure: Task, portraits: Sequence[Portrait], held: str) -> 
 
 
 def portrait_alt(figure: Task, portraits: Sequence[Portrait]) -> str:
-    """A description of figure 3 or 6 for those who do not see it."""
-    kind = "phase portrait and time series" if figure == Task.FIGURE_3 else "displacement of capsule and ball over time"
-    count = f"{len(portraits)} simulated motion{'s' * (len(portraits) != 1)}"
-    return f"Line charts, {kind} of {count}. {'; '.join(_motions(figure, portraits))}."
+    """A description of one of these figures for those who do not see it."""
+    chart = CHARTS[figure].format(len(portraits), "s" * (len(portraits) != 1))
+    return f"Line charts, {chart}. {'; '.join(_motions(figure, portraits))}."
 
 
 def _motions(figure: Task, portraits: Sequence[Portrait]) -> Iterator[str]:
     """Each motion in numbers, with the letters of its panels."""
     for k, portrait in enumerate(portraits):
-        panels = f"{letter_of(2 * k)}, {letter_of(2 * k + 1)}" if figure == Task.FIGURE_3 else letter_of(k)
+        panels = f"{letter_of(2 * k)}, {letter_of(2 * k + 1)}" if figure != Task.FIGURE_6 else letter_of(k)
         yield f"({panels}) {setting(portrait)}: {motion_words(portrait)}{_numbers(portrait)}"
 
 
@@ -342,5 +387,5 @@ def _numbers(portrait: Portrait) -> str:
         low, high = (significant(float(end), 4) for end in (speeds.min(), speeds.max()))
         velocities = f"{len(speeds)} impacts, |Ż| from {low} to {high}"
     phase, residual = significant(float(cycle.phase[first]), 5), significant(cycle.residual, 2)
-    growth = "" if cycle.sticks else f", largest |λ| = {significant(cycle.growth, 3)}"
+    growth = "" if cycle.sticks or not np.isfinite(cycle.growth) else f", largest |λ| = {significant(cycle.growth, 3)}"
     return f", {velocities}, φ = {phase} rad, residual {residual}{growth}"

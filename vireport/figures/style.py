@@ -103,7 +103,17 @@ def style() -> Iterator[None]:
         yield
 
 
-NUMBERS = {"device": "1", "variants": "1", "margins": "8", "accuracy": "9", "stiffness": "10", "diagram": "11"}
+NUMBERS = {
+    "device": "1",
+    "variants": "1",
+    "margins": "8",
+    "accuracy": "9",
+    "stiffness": "10",
+    "diagram": "11",
+    "atlas": "12",
+    "ladder": "13",
+    "portraits": "14",
+}
 """Of the figures that are not named after the paper's."""
 
 

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from vireport.analysis import Branch, CriticalKind, DesignPoint, eigenvalues
 from vireport.figures import curves
 from vireport.figures.captions import LAMBDA_LIMIT, OUTSIDE, conditions
-from vireport.figures.curves import BESIDE, TURN, Curve, Event, Floats, Simulated, Stretch
+from vireport.figures.curves import BESIDE, TURN, Curve, Doubled, Event, Floats, PairedImpacts, Stretch
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     ACROSS,
@@ -81,6 +81,9 @@ BRANCH_COLORS = (Color.BLACK, Color.PURPLE, Color.SKY, Color.ORANGE, Color.GREY)
 THIN, THICK = 1.5, 3.4
 """Widths of curves in figure 4 [pt]; thick where the eigenvalues are complex."""
 
+DOUBLED = 0.9
+"""Width of the curves of motions that come of period doublings [pt]."""
+
 NO_MOTION = "no admissible 1:1 motion in this sweep"
 
 HEIGHTS = {Task.FIGURE_2: 1.25, Task.FIGURE_4: 2.05, Task.FIGURE_7: 2.7}
@@ -106,7 +109,8 @@ class Drawing:
     axis: SweepAxis
     parts: list[Stretch]
     events: list[Event]
-    simulated: Simulated | None
+    doubled: list[Doubled]
+    simulated: PairedImpacts | None
     branches: dict[int, str]
 
     @property
@@ -117,7 +121,7 @@ class Drawing:
         return at if self.parts and self.axis.low <= at <= self.axis.high else None
 
 
-def drawing_of(study: Study, simulated: Simulated | None = None) -> Drawing:
+def drawing_of(study: Study, simulated: PairedImpacts | None = None) -> Drawing:
     """Prepare a study for its figures; a ValueError says that it has no sweep."""
     solution, sweep = curves.swept_solution(study)
     parts = curves.stretches(solution)
@@ -126,10 +130,11 @@ def drawing_of(study: Study, simulated: Simulated | None = None) -> Drawing:
         for branch in solution.branches
         if branch.mirror_of is None and any(part.branch is branch for part in parts)
     }
-    return Drawing(study, sweep_axis(sweep), parts, curves.events(solution), simulated, branches)
+    events, doubled = curves.events(solution), curves.doubled(study)
+    return Drawing(study, sweep_axis(sweep), parts, events, doubled, simulated, branches)
 
 
-def figure_2(study: Study, simulated: Simulated | None = None) -> Figure:
+def figure_2(study: Study, simulated: PairedImpacts | None = None) -> Figure:
     """Impact velocity, phase and half the flight time along the sweep, as in Fig. 2; with simulated motions, if any."""
     return sweep_figure(Task.FIGURE_2, [drawing_of(study, simulated)])
 
@@ -139,7 +144,7 @@ def figure_4(study: Study) -> Figure:
     return sweep_figure(Task.FIGURE_4, [drawing_of(study)])
 
 
-def figure_7(study: Study, simulated: Simulated | None = None) -> Figure:
+def figure_7(study: Study, simulated: PairedImpacts | None = None) -> Figure:
     """The voltages at the impacts and their average along the sweep, as in Fig. 7; with simulated ones, if any."""
     return sweep_figure(Task.FIGURE_7, [drawing_of(study, simulated)])
 
@@ -213,10 +218,10 @@ class _Row:
         Of the motions of a branch or of the design point: an array for each of its curves.
     look : callable
         Of a curve on a stretch.
-    design : tuple of str
-        Colours of the design point's markers, one for each curve.
-    simulated : callable
-        The points of a simulation.
+    colors : tuple of str
+        Of the design point's markers and of the motions that come of period doublings, one for each curve.
+    paired : callable
+        The same of motions of any word: of these, and of the points of a simulation.
     limits : tuple of float
         Range beyond which nothing needs to be seen.
     bounds : tuple of float
@@ -228,8 +233,8 @@ class _Row:
     label: str
     values: Callable[[Drawing, Branch | DesignPoint], Sequence[Floats]]
     look: Callable[[Drawing, Stretch, int], Look]
-    design: tuple[str, ...]
-    simulated: Callable[[Simulated], Iterable[Floats]] = lambda simulated: ()
+    colors: tuple[str, ...]
+    paired: Callable[[PairedImpacts], Iterable[Floats]] = lambda impacts: ()
     limits: tuple[float, float] = EVERYTHING
     bounds: tuple[float, ...] = ()
     cut: float | None = None
@@ -242,10 +247,16 @@ def _draw(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
     if not drawing.parts:
         say(axes, NO_MOTION)
     _draw_curves(axes, row, drawing)
+    for part in drawing.doubled:
+        look = {"linewidth": DOUBLED} | (STABLE if part.stable else UNSTABLE)
+        x = np.split(drawing.axis.of(part.impacts), part.pairs)
+        for values, color in zip(row.paired(part.impacts), row.colors, strict=False):
+            pieces = [y if row.cut is None else curves.phase_curve(y) for y in np.split(values, part.pairs)]
+            _plot(axes, list(zip(x, pieces, strict=True)), look | {"color": color})
     if drawing.simulated:
         scale = _marker_scale(drawing.simulated)
         look = CIRCLE | {key: CIRCLE[key] * scale for key in ("markersize", "markeredgewidth")}
-        for y in row.simulated(drawing.simulated):
+        for y in row.paired(drawing.simulated):
             _plot(axes, [(drawing.axis.of(drawing.simulated), y)], look)
     _mark_design(axes, row, drawing)
     return _mark_critical_points(axes, row, drawing, linked)
@@ -318,7 +329,7 @@ def _plot(axes: Axes, parts: Sequence[Curve], look: Look, limits: tuple[float, f
             axes.update_datalim(np.column_stack([x, np.clip(y, low, high)]))
 
 
-def _marker_scale(simulated: Simulated) -> float:
+def _marker_scale(simulated: PairedImpacts) -> float:
     """Size of simulated points, smaller where they are many so that the curve beneath is seen."""
     count = max(len(np.unique(simulated.sweep_value)), 1)
     return float(np.clip((FULL_SIZE_UP_TO / count) ** 0.5, 0.4, 1.0))
@@ -331,7 +342,7 @@ def _mark_design(axes: Axes, row: _Row, drawing: Drawing) -> None:
         return
     axes.axvline(at, **DESIGN_LINE)
     motions = design.motions
-    for values, color in zip(row.values(drawing, design), row.design, strict=True):
+    for values, color in zip(row.values(drawing, design), row.colors, strict=True):
         for chosen, face in ((motions.admissible & ~motions.stable, "white"), (motions.stable, color)):
             points = np.full(int(chosen.sum()), at), values[chosen]
             _plot(axes, [points], DESIGN | {"markerfacecolor": face}, row.limits)
@@ -376,11 +387,12 @@ def _rows_2(drawings: Sequence[Drawing]) -> Rows:
             lambda x, branch: curves.impact_pairs(branch.motions, x.study.solution.device.period_ratio, cut)[k],
             lambda x, part, side: (BOTTOM, TOP)[side] | (STABLE if part.stable else UNSTABLE),
             (Color.BLUE, Color.GREEN),
-            lambda simulated: simulated.pairs(cut)[k],
+            lambda impacts: impacts.pairs(cut)[k],
             cut=cut if phases else None,
         )
 
     legend: list[Entry] = [("impact k−1, bottom", BOTTOM), ("impact k, top", TOP), *stability_legend(drawings)]
+    legend += _doubled_legend(drawings)
     if any(drawing.simulated for drawing in drawings):
         legend.append(("simulation", CIRCLE))
     rows = [
@@ -440,10 +452,11 @@ def _rows_7(drawings: Sequence[Drawing]) -> Rows:
         lambda x, branch: scaled(branch.voltages),
         lambda x, part, k: looks[k] | (STABLE if part.stable else UNSTABLE),
         (Color.VERMILION, Color.BLUE, Color.GREEN),
-        lambda simulated: scaled(simulated.voltages),
+        lambda impacts: scaled(impacts.voltages),
     )
     names = "Uₐᵥₑ", "Uᵢₘₚ − Uᵢₙ, bottom", "Uᵢₘₚ − Uᵢₙ, top"
     legend: list[Entry] = [*zip(names, looks, strict=True), *stability_legend(drawings)]
+    legend += _doubled_legend(drawings)
     if overlays:
         legend.append(("simulation", CIRCLE))
     return [row], [legend]
@@ -454,6 +467,12 @@ def stability_legend(drawings: Sequence[Drawing]) -> list[Entry]:
     occurring = {part.stable for drawing in drawings for part in drawing.parts}
     styles = (("stable", True, STABLE), ("unstable", False, UNSTABLE))
     return [(name, {"color": Color.GREY, "linewidth": THIN} | look) for name, kind, look in styles if kind in occurring]
+
+
+def _doubled_legend(drawings: Sequence[Drawing]) -> list[Entry]:
+    if not any(drawing.doubled for drawing in drawings):
+        return []
+    return [("period-doubled", {"color": Color.GREY, "linewidth": DOUBLED})]
 
 
 def point_legend(drawings: Sequence[Drawing]) -> list[Entry]:

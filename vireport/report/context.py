@@ -37,6 +37,7 @@ from vireport.trust import verdict as compliance_verdict
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
+    from vireport.sequences import Rung
 
 SYMBOLS = {
     "device.capsule_mass_kg": "*M*",
@@ -309,6 +310,20 @@ class Report:
         """Whether the rigid model is good enough, in a sentence."""
         return compliance_verdict(self.study.compliance) if self.study.compliance is not None else ""
 
+    @property
+    def not_found(self) -> list[str]:
+        """The motions that `motions.portraits` names and that are not among those found."""
+        atlas, asked = self.study.atlas, self.study.scenario.motions
+        return [] if atlas is None or asked is None else [x for x in asked.portraits if atlas.named(x) is None]
+
+    def rungs(self) -> tuple[Rung, ...]:
+        """What the stable motions of each impact sequence generate at most, the most per second first."""
+        if self.study.atlas is None:
+            return ()
+        from vireport.sequences import ladder
+
+        return ladder(self.study.atlas, self.solution.membrane)
+
     def compliant(self) -> Iterator[Table]:
         """The motion with compliant membranes beside the rigid model."""
         return comparison_with_rigid(self.study.compliance) if self.study.compliance is not None else iter(())
@@ -331,7 +346,7 @@ class Report:
 def _written(value: object) -> str:
     """A value as a scenario has it."""
     if isinstance(value, tuple):
-        return ", ".join(map(exact, value)) or "none"
+        return ", ".join(x if isinstance(x, str) else exact(x) for x in value) or "none"
     if isinstance(value, bool):
         return str(value).lower()
     return exact(value) if isinstance(value, float) else str(value)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from enum import StrEnum
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -284,11 +284,25 @@ class Requirements(Block):
     )
 
 
+MotionName = Annotated[
+    str, Field(pattern=r"^([BT]{1,16}|[BCG][1-9][0-9]{0,3})$", description="a word such as BBT, or a label such as B1")
+]
+
+
 class Motions(Block):
     """The families of motions with other sequences of impacts than one on each membrane."""
 
     impacts: int = _key(6, "Impacts", "1", "Most impacts in one period of a motion.", ge=1, le=16)
     periods: int = _key(4, "Periods", "1", "Most forcing periods that a motion takes.", ge=1, le=16)
+    portraits: tuple[MotionName, ...] = _key(
+        (),
+        "Portraits of motions",
+        "",
+        "Motions that are drawn in full: a word, or the label of a point where families meet.",
+        example=["BBT", "B1"],
+        max_length=8,
+        strict=False,
+    )
 
 
 def _off(varied: DesignInput, most: float = LARGEST) -> Any:

@@ -2,12 +2,13 @@
 
 from vireport.sequences.atlas import atlas
 from vireport.sequences.continuation import Curve, Event
-from vireport.sequences.data import families_data
-from vireport.sequences.energy import Generation, generation
+from vireport.sequences.data import families_data, families_of, family_rows, motion_data
+from vireport.sequences.energy import Generation, Rung, generation, ladder
 from vireport.sequences.equations import Model, linearised, residuals, trace
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
 from vireport.sequences.motions import Motion, Sequence, motion_of_cycle, turns
 from vireport.sequences.polish import PolishedPoint
+from vireport.sequences.portraits import portrait_of
 from vireport.sequences.switching import Limits
 
 __all__ = [
@@ -21,13 +22,19 @@ __all__ = [
     "Model",
     "Motion",
     "PolishedPoint",
+    "Rung",
     "Sequence",
     "Vertex",
     "atlas",
     "families_data",
+    "families_of",
+    "family_rows",
     "generation",
+    "ladder",
     "linearised",
+    "motion_data",
     "motion_of_cycle",
+    "portrait_of",
     "residuals",
     "trace",
     "turns",

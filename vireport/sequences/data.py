@@ -1,16 +1,25 @@
-"""The families of motions as plain data, for results.json."""
+"""The families of motions as plain data, for results.json and families.csv, and from results.json again."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from math import isfinite
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from vireport.analysis import NO_BOUND, Sweep, rounded_up
 from vireport.physics import Membrane
-from vireport.sequences.energy import generation
+from vireport.sequences.continuation import Curve
+from vireport.sequences.energy import generation, impact_rate
+from vireport.sequences.equations import Model
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
+from vireport.sequences.motions import Motion, Sequence
 from vireport.sequences.polish import PolishedPoint
+
+Floats = NDArray[np.float64]
 
 
 def families_data(atlas: Atlas, membrane: Membrane | None) -> list[dict[str, Any]]:
@@ -32,14 +41,80 @@ def _family(family: Family, membrane: Membrane | None) -> dict[str, Any]:
         "stable_range": [dict(zip(("from", "to"), pair, strict=True)) for pair in family.stable_ranges],
         "critical_points": [_point(mark, mark.point) for mark in family.marks if mark.point is not None],
         "generation": [] if membrane is None else _generation(family, membrane),
-        "sweep_value": value.tolist(),
+        "determinant": family.determinant,
+        "stable": family.stable.tolist(),
+        "multipliers": {
+            "real": [_finite(row) for row in family.multipliers.real],
+            "imaginary": [_finite(row) for row in family.multipliers.imag],
+        },
+        **_along(family, membrane),
+    }
+
+
+def _along(family: Family, membrane: Membrane | None) -> dict[str, Any]:
+    """What has a value, or a list of them, for each motion."""
+    return {
+        "sweep_value": family.sweep_value.tolist(),
         "d": family.d.tolist(),
         "velocity": family.velocity.tolist(),
         "phase_rad": family.phase.tolist(),
-        "trace": [float(x) if isfinite(x) else None for x in family.trace],
-        "determinant": family.determinant,
-        "stable": family.stable.tolist(),
+        "time": family.time.tolist(),
+        "trace": _finite(family.trace),
+        "impacts_per_s": impact_rate(family).tolist(),
+        **({} if membrane is None else _voltages(family, membrane)),
+        "error_bounds": _bounds(family),
     }
+
+
+def _finite(values: Floats) -> list[float | None]:
+    return [x if isfinite(x) else None for x in values.tolist()]
+
+
+def _voltages(family: Family, membrane: Membrane) -> dict[str, Any]:
+    whole = generation(family, membrane)
+    return {
+        "u_impacts_v": whole.impacts_v.tolist(),
+        "u_ave_v": whole.average_v.tolist(),
+        "u_per_second_v": whole.per_second_v.tolist(),
+    }
+
+
+def _bounds(family: Family) -> dict[str, Any]:
+    bounds = family.error_bounds
+    return {
+        "sweep_value": rounded_up(bounds["sweep_value"][None])[0],
+        "velocity": rounded_up(bounds["velocity"]),
+        "phase_rad": rounded_up(bounds["phase"]),
+        "null_means": NO_BOUND,
+    }
+
+
+def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
+    """Every impact of every motion of a family, by the names of families.csv."""
+    data, sequence = _family(family, membrane), family.sequence
+    volts, bounds, walls = data.get("u_impacts_v"), data["error_bounds"], sequence.walls
+    for row, value in enumerate(data["sweep_value"]):
+        for i, wall in enumerate(walls):
+            yield {
+                "family": family.number,
+                "word": sequence.word,
+                "n": walls.count(1),
+                "m": walls.count(-1),
+                "periods": sequence.periods,
+                "sample": row,
+                "sweep_value": value,
+                "impact": i,
+                "wall": "bottom" if wall > 0 else "top",
+                "time": data["time"][row][i],
+                "phase_rad": data["phase_rad"][row][i],
+                "velocity": data["velocity"][row][i],
+                **({} if volts is None else {"u_v": volts[row][i]}),
+                "stable": data["stable"][row],
+                "admissible": True,
+                "sweep_value_error_bound": bounds["sweep_value"][row],
+                "phase_rad_error_bound": bounds["phase_rad"][row][i],
+                "velocity_error_bound": bounds["velocity"][row][i],
+            }
 
 
 def _end(mark: Mark) -> dict[str, Any]:
@@ -80,3 +155,64 @@ def _generation(family: Family, membrane: Membrane) -> list[dict[str, Any]]:
         }
         for row in rows
     ]
+
+
+def families_of(results: Mapping[str, Any], sweep: Sweep) -> list[Family]:
+    """The families in results.json, to find motions on; where it has none, the admissible 1:1 motions.
+
+    Parameters
+    ----------
+    results : mapping
+        Content of a results.json.
+    sweep : Sweep
+        Of its scenario.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If something that is needed is not there.
+    """
+    if results["families"] is not None:
+        return [
+            _known(sweep, x["number"], Sequence.of(x["word"], x["periods"]), *(x[name] for name in KNOWN))
+            for x in results["families"]
+        ]
+    periods, found = sweep.device.period_ratio, []
+    for branch in results["branches"]:
+        q, phase = np.array(branch["q"]), np.unwrap(branch["phi_bottom_rad"]) / np.pi
+        time = np.stack([phase, phase + 2 * periods * q], axis=1)
+        velocity = np.stack([branch["velocity_bottom"], branch["velocity_top"]], axis=1)
+        columns = velocity, time, np.array(branch["trace"], dtype=float), np.array(branch["sweep_value"])
+        breaks = np.flatnonzero(np.diff(branch["admissible"], prepend=False, append=False))
+        for first, last in breaks.reshape(-1, 2):
+            of_rows = (column[first:last] for column in columns)
+            found.append(_known(sweep, branch["number"], Sequence.of("BT", periods), *of_rows))
+    return found
+
+
+KNOWN = "velocity", "time", "trace", "sweep_value"
+"""What a family is made of again."""
+
+
+def _known(sweep: Sweep, number: int, sequence: Sequence, velocity: Any, time: Any, trace: Any, value: Any) -> Family:
+    values = np.array(value, dtype=float)
+    x = np.column_stack([velocity, time, sweep.coordinate_of(values)])
+    curve = Curve(sequence, Model(sweep.level, float(sweep.device.restitution)), *sweep.coordinate_range)
+    return Family(number, sweep, curve, x, np.array(trace, dtype=float), values, ())
+
+
+def motion_data(family: Family, motion: Motion, value: float, membrane: Membrane | None) -> dict[str, Any]:
+    """One motion of a family at a value of the swept parameter, by the names of the families."""
+    x = family.curve.vector(motion)[None]
+    alone = replace(family, x=x, trace=np.array([family.curve.trace(x[0])]), sweep_value=np.array([value]), marks=())
+    data = _along(alone, membrane)
+    bounds = data.pop("error_bounds")
+    return {
+        "family": family.number,
+        "word": family.sequence.word,
+        "ratio": family.sequence.ratio,
+        "periods": family.sequence.periods,
+        "stability": family.type_of(float(alone.trace[0])),
+        **{name: values[0] for name, values in data.items()},
+        "error_bounds": {name: values[0] for name, values in bounds.items() if name != "null_means"},
+    }

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.physics import Membrane, generated_voltage
 from vireport.scenario import Parameter
-from vireport.sequences.families import Family
+from vireport.sequences.families import Atlas, Family
+from vireport.sequences.motions import Sequence
 
 Floats = NDArray[np.float64]
 
@@ -40,9 +42,68 @@ class Generation:
 
 def generation(family: Family, membrane: Membrane) -> Generation:
     """Evaluate Eqs. (5.1)-(5.5) for the motions of a family."""
-    sweep, count = family.sweep, len(family.sequence)
+    sweep = family.sweep
     unit = np.broadcast_to(sweep.device.velocity_unit(sweep.parameter, family.sweep_value), len(family.sweep_value))
     impacts = generated_voltage(unit[:, None] * family.velocity, membrane)
-    at = sweep.device.at(sweep.parameter, family.sweep_value)
-    rate = count / family.sequence.periods * np.broadcast_to(at[Parameter.FREQUENCY], len(impacts))
-    return Generation(impacts, impacts.mean(axis=1), rate)
+    return Generation(impacts, impacts.mean(axis=1), impact_rate(family))
+
+
+def impact_rate(family: Family) -> Floats:
+    """Impacts in a second of the motions of a family, N f/k, (n,) [1/s]."""
+    at = family.sweep.device.at(family.sweep.parameter, family.sweep_value)
+    frequency = np.broadcast_to(at[Parameter.FREQUENCY], len(family.x))
+    return np.asarray(len(family.sequence) / family.sequence.periods * frequency)
+
+
+@dataclass(frozen=True, slots=True)
+class Rung:
+    """What the stable motions of one sequence of impacts generate at most.
+
+    Attributes
+    ----------
+    sequence : Sequence
+    ranges : tuple of (float, float)
+        Of the swept parameter, over which they are stable, family by family.
+    average_v, average_at : float
+        Largest mean voltage of the impacts [V], and where it is; nan without a membrane.
+    per_second_v, per_second_at : float
+        The same of the sum over the impacts of a second [V/s].
+    impacts_per_s : (float, float)
+        Least and largest [1/s].
+    """
+
+    sequence: Sequence
+    ranges: tuple[tuple[float, float], ...]
+    average_v: float
+    average_at: float
+    per_second_v: float
+    per_second_at: float
+    impacts_per_s: tuple[float, float]
+
+
+def ladder(atlas: Atlas, membrane: Membrane | None) -> tuple[Rung, ...]:
+    """The sequences that have stable motions: what generates most per second first, or has the most impacts."""
+    sequences = dict.fromkeys(family.sequence for family in atlas.families if family.stable_runs)
+    rungs = (_rung([f for f in atlas.families if f.sequence == x and f.stable_runs], membrane) for x in sequences)
+    key = "impacts_per_s" if membrane is None else "per_second_v"
+    return tuple(sorted(rungs, key=lambda rung: getattr(rung, key), reverse=True))
+
+
+def _rung(families: list[Family], membrane: Membrane | None) -> Rung:
+    value, rate = (
+        np.concatenate([values(family)[family.stable] for family in families])
+        for values in (lambda family: family.sweep_value, impact_rate)
+    )
+    average = np.full(len(value), nan)
+    if membrane is not None:
+        average = np.concatenate([generation(family, membrane).average_v[family.stable] for family in families])
+    best, most = int(np.argmax(average)), int(np.argmax(average * rate))
+    return Rung(
+        families[0].sequence,
+        tuple(sorted(part for family in families for part in family.stable_ranges)),
+        float(average[best]),
+        float(value[best]),
+        float(average[most] * rate[most]),
+        float(value[most]),
+        (float(rate.min()), float(rate.max())),
+    )

@@ -5,18 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from math import pi
+from math import isfinite, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import STABILITIES, Stability, Sweep, classify
+from vireport.analysis import STABILITIES, Stability, Sweep, classify, value_bound
+from vireport.physics import GROUP_ERROR, UNIT, Rounded
 from vireport.sequences.continuation import Curve, Event
+from vireport.sequences.error_bounds import error_bounds
 from vireport.sequences.motions import Motion, Sequence
 from vireport.sequences.polish import PolishedPoint
 from vireport.sequences.switching import Limits
 
 Floats = NDArray[np.float64]
+
+TURNS = 3 * pi
+"""Roundings of a phase from a time [rad per t_c]: of the product with pi, of pi, and of the remainder."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +103,12 @@ class Family:
     @property
     def phase(self) -> Floats:
         """At each impact of each motion, (n, N) [rad], in [0, 2 pi)."""
-        return np.mod(pi * self.x[:, len(self.sequence) : -1], 2 * pi)
+        return np.mod(pi * self.time, 2 * pi)
+
+    @property
+    def time(self) -> Floats:
+        """Of each impact of each motion, (n, N) [t_c], from a beginning of the forcing period on."""
+        return self.x[:, len(self.sequence) : -1]
 
     @property
     def d(self) -> Floats:
@@ -119,6 +129,10 @@ class Family:
             ends = self.x[[first, last]]
             x = self.curve.at(ends.mean(axis=0), float(ends[:, -1].mean()))
             trace = float(self.trace[[first, last]].mean()) if x is None else self.curve.trace(x)
+        return self.type_of(trace)
+
+    def type_of(self, trace: float) -> Stability:
+        """Type of a motion with this trace."""
         return STABILITIES[int(classify(trace, self.curve.model.r ** (len(self.sequence) / 2)))]
 
     @property
@@ -151,6 +165,36 @@ class Family:
         """Of the product of the flights' Jacobians, r^(2N)."""
         return float(self.curve.model.r ** (2 * len(self.sequence)))
 
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Of each motion, (n, 2), the one of larger modulus first; nan where a velocity is zero."""
+        return multipliers(self.trace, self.determinant)
+
+    @cached_property
+    def error_bound(self) -> Floats:
+        """How far an exact motion of the family is from each at most, in `x`; inf where it is not known.
+
+        Where families cross it is the point where they do, which was solved for in decimals.
+        """
+        bounds = error_bounds(self.curve, self.x)
+        for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
+            if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound):
+                motion, exact = self.curve.motion(self.x[row]), point.motion
+                exact = exact.times(len(self.sequence) // len(exact.sequence))
+                away = motion.distance(exact, mirror=self.curve.model.level.horizontal)
+                bounds[row] = max(away, abs(motion.coordinate - exact.coordinate)) + np.spacing(self.x[row]).max()
+        return bounds
+
+    @cached_property
+    def error_bounds(self) -> dict[str, Floats]:
+        """The same of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]."""
+        bounds, count = self.error_bound, len(self.sequence)
+        groups = self.curve.model.groups(Rounded(self.x[:, -1], bounds[:, -1]))
+        d, gbar = (x if isinstance(x, Rounded) else Rounded(x, 2 * GROUP_ERROR * abs(x)) for x in groups)
+        phase = pi * bounds[:, count:-1] + TURNS * UNIT * np.abs(self.time)
+        value = value_bound(self.sweep, self.sweep_value, d, gbar)
+        return {"sweep_value": value, "velocity": bounds[:, :count], "phase": phase}
+
     def at(self, coordinate: float) -> list[Motion]:
         """Its motions at a value of the coordinate that orders the sweep."""
         c = self.x[:, -1]
@@ -162,6 +206,14 @@ class Family:
             if x is not None:
                 found.append(self.curve.motion(x))
         return found
+
+
+def multipliers(trace: Floats, determinant: float) -> NDArray[np.complex128]:
+    """Eigenvalues of matrices, (n, 2), that of larger modulus first; the other from their product, the determinant."""
+    root = np.sqrt(trace.astype(complex) ** 2 - 4 * determinant)
+    large = (trace + np.where(trace < 0, -root, root)) / 2
+    with np.errstate(invalid="ignore"):  # of nan
+        return np.stack([large, determinant / np.where(large == 0, 1, large)], axis=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,3 +239,34 @@ class Atlas:
         """Every motion at a value of the swept parameter, with its family."""
         coordinate = float(self.sweep.coordinate_of(value))
         return [(family, motion) for family in self.families for motion in family.at(coordinate)]
+
+    def named(self, name: str) -> tuple[float, Motion] | None:
+        """The motion of a vertex by its label, or of a word, with the value of the swept parameter.
+
+        Of a word it is the one in the middle of its widest stable stretch, or where none is stable of its widest
+        family.
+        """
+        for vertex in self.vertices:
+            if vertex.label == name:
+                return vertex.point.sweep_value, vertex.point.motion
+        families = [family for family in self.families if family.sequence.word == name]
+        pieces = [(family, run) for family in families for run in family.stable_runs]
+        best: tuple[float, float, Motion] | None = None
+        for family, (first, last) in pieces or [(family, (0, len(family.x) - 1)) for family in families]:
+            value = family.sweep_value[first : last + 1]
+            middle = (value.min() + value.max()) / 2
+            row = first + int(np.argmin(np.abs(value - middle)))
+            if best is None or np.ptp(value) > best[0]:
+                best = float(np.ptp(value)), float(family.sweep_value[row]), family.curve.motion(family.x[row])
+        return None if best is None else best[1:]
+
+    def doubled(self, periods: int) -> list[Family]:
+        """The families that come of the 1:1 motions in some forcing periods by period doublings, one after another."""
+        found = [family for family in self.families if family.sequence == Sequence((1, -1), periods)]
+        count = len(found)
+        for parent in found:  # to which their own doubled ones are added on the way
+            for vertex in self.vertices:
+                if vertex.event is Event.PERIOD_DOUBLING and parent.number in vertex.families:
+                    there = (self.families[number - 1] for number in vertex.families)
+                    found += [x for x in there if len(x.sequence) == 2 * len(parent.sequence) and x not in found]
+        return found[count:]

@@ -51,6 +51,11 @@ class Sequence:
     walls: tuple[int, ...]
     periods: int
 
+    @classmethod
+    def of(cls, word: str, periods: int) -> Sequence:
+        """The impacts of a word in a number of forcing periods."""
+        return cls(tuple(1 if letter == "B" else -1 for letter in word), periods)
+
     def __len__(self) -> int:
         """Return the number of impacts, N."""
         return len(self.walls)

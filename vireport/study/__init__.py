@@ -6,12 +6,13 @@ from vireport.study.results import (
     SCHEMA_VERSION,
     branches_csv,
     csv_bytes,
+    families_csv,
     json_bytes,
     results,
     results_json,
     worst_scenario,
 )
-from vireport.study.study import Study, analyse, device_of, membrane_of, recheck, with_certificates
+from vireport.study.study import Study, analyse, device_of, membrane_of, recheck, sweep_of, with_certificates
 
 __all__ = [
     "ALL_FORMATS",
@@ -25,6 +26,7 @@ __all__ = [
     "branches_csv",
     "csv_bytes",
     "device_of",
+    "families_csv",
     "json_bytes",
     "membrane_of",
     "plan",
@@ -32,6 +34,7 @@ __all__ = [
     "recheck",
     "results",
     "results_json",
+    "sweep_of",
     "with_certificates",
     "with_pages",
     "worst_scenario",

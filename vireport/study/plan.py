@@ -56,6 +56,8 @@ class Task(StrEnum):
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
     FIGURE_ATLAS = "figure-atlas", "families of motions of all impact sequences"
+    FIGURE_LADDER = "figure-ladder", "voltage and impacts per second of each impact sequence"
+    FIGURE_PORTRAITS = "figure-portraits", "paths and phase portraits of chosen motions"
     REQUIREMENTS = "requirements", "the acceptance table"
     OPTIMISE = "optimise", "the best design"
     HTML = "html", "output: report.html"
@@ -63,7 +65,7 @@ class Task(StrEnum):
     PNG = "png", "output: the figures as PNG files"
     SVG = "svg", "output: the figures as SVG files"
     JSON = "json", "output: results.json"
-    CSV = "csv", "output: branches.csv"
+    CSV = "csv", "output: branches.csv, and families.csv where families are followed"
     JUNIT = "junit", "output: junit.xml, the requirements as test cases"
     MARKDOWN = "markdown", "output: summary.md, for the page of a job"
     GITHUB = "github", "output: annotations on standard output"
@@ -73,6 +75,7 @@ FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS),
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_ATLAS),
+    *(Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
@@ -155,6 +158,7 @@ PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "sim
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
 DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
 MOTIONS = Condition(lambda x, _: x.motions, "the scenario has no motions block")
+NAMED = Condition(lambda x, _: x.motions and x.motions.portraits, "motions.portraits is empty")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
 TOLERANCES = Condition(lambda x, _: x.tolerances, "the scenario has no tolerances block")
@@ -191,6 +195,8 @@ STEPS = (
     Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "the scenario has a motions block", (MOTIONS,)),
+    Row(Task.FIGURE_LADDER, (SWEEP, BALL, PICTURES), "the scenario has a motions block", (MOTIONS,)),
+    Row(Task.FIGURE_PORTRAITS, (SWEEP, NAMED, PICTURES), "motions.portraits names motions", (MOTIONS,)),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),

@@ -1,4 +1,4 @@
-"""Results for machines: results.json and branches.csv, by the names that scripts rely on.
+"""Results for machines: results.json, branches.csv and families.csv, by the names that scripts rely on.
 
 Numbers are written so that they read back exactly. There is no NaN and no Infinity: what was not computed is null,
 and `left_out` says why.
@@ -106,6 +106,16 @@ def branches_csv(study: Study) -> bytes:
         head = ["branch", "family", *columns]
         rows += [[branch.number, branch.family, *row] for row in zip(*columns.values(), strict=True)]
     return csv_bytes(head, rows) if head else b""
+
+
+def families_csv(study: Study) -> bytes:
+    """Every impact of every motion of the families as a row of a table; empty where there are none."""
+    if study.atlas is None or not study.atlas.families:
+        return b""
+    from vireport.sequences import family_rows
+
+    rows = [row for family in study.atlas.families for row in family_rows(family, study.solution.membrane)]
+    return csv_bytes(list(rows[0]), [list(row.values()) for row in rows])
 
 
 def json_bytes(data: Mapping[str, Any]) -> bytes:

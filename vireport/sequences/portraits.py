@@ -1,0 +1,49 @@
+"""A motion over its period, as figures show it."""
+
+from __future__ import annotations
+
+from math import nan
+
+import numpy as np
+
+from vireport.sequences.equations import Model, residuals, trace
+from vireport.sequences.families import multipliers
+from vireport.sequences.motions import Motion
+from vireport.simulation import Attractor, Cycle, Impact, Outcome, Portrait, Trajectory, path
+
+
+def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
+    """The path of a motion over its period, in closed form, whether it is stable or not.
+
+    Parameters
+    ----------
+    model : Model
+    motion : Motion
+    label : str
+        See `Portrait`.
+    """
+    sequence, count = motion.sequence, len(motion.sequence)
+    x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
+    wall, none = np.array(sequence.walls, dtype=np.int8), np.zeros(count)
+    flight = np.diff(motion.time, prepend=motion.time[-1] - 2 * sequence.periods)
+    at_rest = not motion.velocity.all()  # where the trace has a pole
+    pair = multipliers(np.array([nan if at_rest else trace(sequence, x, model)]), model.r ** (2 * count))[0]
+    cycle = Cycle(
+        word=sequence.canonical().word,
+        period=sequence.periods,
+        wall=wall,
+        phase=motion.phase,
+        flight=flight,
+        velocity=motion.velocity,
+        settling=none,
+        riding=none,
+        residual=max(map(abs, residuals(sequence, x, model))),
+        multipliers=(complex(pair[0]), complex(pair[1])),
+    )
+    start = Impact(sequence.walls[0], float(motion.velocity[0]), float(motion.phase[0]))
+    phase, duration, velocity = (np.roll(column, -1) for column in (motion.phase, flight, motion.velocity))
+    d, gbar = (float(group) for group in model.groups(motion.coordinate))
+    impacts = np.roll(wall, -1), phase, duration, velocity
+    whole = Trajectory(d, gbar, model.r, start, *impacts, (), Outcome.PERIODIC, cycle, 0)
+    attractor = Attractor(Outcome.PERIODIC, cycle, nan if at_rest else cycle.lyapunov, 0.0, count)
+    return Portrait(label, d, gbar, model.r, attractor, start.phase, *path(whole))
