@@ -149,6 +149,14 @@ class Sweep(Block):
     to: float = _key(REQUIRED, "To", UNIT_OF_SWEPT, "Last value; not equal to the first.", example=0.75)
 
 
+class Direction(StrEnum):
+    """Which way a sweep is gone through where each value starts from the state that the last one ended in."""
+
+    UP = "up"
+    DOWN = "down"
+    BOTH = "both"
+
+
 class Simulation(Block):
     """The simulation beside the solution: where it is asked for, and from how many starts."""
 
@@ -169,6 +177,15 @@ class Simulation(Block):
     )
     diagram: bool = _key(
         False, "Diagram", "", "Whether to draw a bifurcation diagram from simulation alone.", example=True
+    )
+    follow: Direction | None = _key(
+        None,
+        "Follow",
+        "",
+        "Direction in which the sweep is gone through slowly, each value from the state that the last one ended in: "
+        "up, down, or both, one after the other. Left out, it is not.",
+        example="both",
+        strict=False,
     )
     # Lists become tuples as they are read, which strictly no list is.
     portraits: tuple[float, ...] = _key(

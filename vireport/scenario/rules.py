@@ -218,6 +218,8 @@ def _sweep(tree: _Tree) -> Iterator[Finding]:
 def _simulation(tree: _Tree) -> Iterator[Finding]:
     if tree.at("simulation.diagram") is True and tree.absent("sweep"):
         yield _rule("simulation.diagram", "a bifurcation diagram needs a sweep (add one, or set it to false)")
+    if tree.at("simulation.follow") is not None and tree.absent("sweep"):
+        yield _rule("simulation.follow", "there is no sweep to go through (add one, or leave this out)")
     for path in ("simulation.portraits", "simulation.displacement"):
         yield from _out_of_range(tree, _elements(path, tree.at(path)))
 

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from typing import NamedTuple
 
 from vireport.errors import installing
-from vireport.scenario import Parameter, Scenario
+from vireport.scenario import Direction, Parameter, Scenario
 
 
 class Task(StrEnum):
@@ -55,6 +55,7 @@ class Task(StrEnum):
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
+    FIGURE_HYSTERESIS = "figure-hysteresis", "the motions of a slow sweep, with their jumps"
     FIGURE_ATLAS = "figure-atlas", "families of motions of all impact sequences"
     REQUIREMENTS = "requirements", "the acceptance table"
     OPTIMISE = "optimise", "the best design"
@@ -72,7 +73,8 @@ class Task(StrEnum):
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS),
-    *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_ATLAS),
+    *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM),
+    *(Task.FIGURE_HYSTERESIS, Task.FIGURE_ATLAS),
 )
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
@@ -154,6 +156,7 @@ SIMULATION = Condition(lambda x, _: x.simulation, "the scenario has no simulatio
 PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
 DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
+FOLLOW = Condition(lambda x, _: x.simulation and x.simulation.follow, "simulation.follow is not given")
 MOTIONS = Condition(lambda x, _: x.motions, "the scenario has no motions block")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
@@ -190,6 +193,7 @@ STEPS = (
     Row(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
     Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
+    Row(Task.FIGURE_HYSTERESIS, (PICTURES,), "simulation.follow is given", (FOLLOW,)),
     Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "the scenario has a motions block", (MOTIONS,)),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
@@ -231,6 +235,9 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
     return Plan(tuple(steps))
 
 
+FOLLOWED = 20
+"""Times the impacts of a start that it takes to follow a motion from one value to the next: an estimate."""
+
 IMPACTS_PER_SECOND = 2e6
 """Of the simulation on one core of a common machine, for what a plan says of its cost."""
 
@@ -244,13 +251,16 @@ def _cost(scenario: Scenario) -> str:
     if asked is None:
         return Task.SIMULATION.what
     values = asked.samples if scenario.sweep is not None else 1
-    impacts = values * asked.starts * asked.impacts * (2 if asked.diagram else 1)
+    starts = asked.starts * (2 if asked.diagram else 1)
+    ways = 0 if asked.follow is None else 2 if asked.follow is Direction.BOTH else 1
+    impacts = values * asked.impacts * (starts + FOLLOWED * ways)
     cost = f"about {impacts / IMPACTS_PER_SECOND:.1g} s and, the first time, a few seconds to compile"
     if find_spec("numba") is None:
         cost = (
             f"about {impacts / INTERPRETED_PER_SECOND:.1g} s, interpreted, as numba is missing: {installing('numba')}"
         )
-    return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, {cost}"
+    slowly = f", then followed from value to value ({asked.follow})" if asked.follow is not None else ""
+    return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts{slowly}, {cost}"
 
 
 def _methods() -> str:

@@ -218,9 +218,12 @@ def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None
         return study
     if progress is not None:
         progress("following motions of other impact sequences")
-    pairs = [] if check is None else zip(sweep.coordinate_of(check.values), check.found, strict=True)
-    cycles = ((float(at), end.cycle) for at, ends in pairs for end in ends)
-    simulated = (motion_of_cycle(cycle, at) for at, cycle in cycles if cycle is not None and not cycle.sticks)
+    ends = () if check is None else check.attractors()
+    simulated = (
+        motion_of_cycle(end.cycle, float(sweep.coordinate_of(value)))
+        for value, end in ends
+        if end.cycle is not None and not end.cycle.sticks
+    )
     return replace(study, atlas=atlas(sweep, Limits(asked.impacts, asked.periods), simulated))
 
 

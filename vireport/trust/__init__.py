@@ -10,6 +10,7 @@ from vireport.trust.compliance_section import (
     solvers_on_stiff_membranes,
 )
 from vireport.trust.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
+from vireport.trust.hysteresis import Hysteresis, Loop
 from vireport.trust.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
 from vireport.trust.paper import PAPER, ComparedRow, PaperComparison, compare_with_paper
 from vireport.trust.reproduction import Reproduction, reproduce
@@ -34,6 +35,8 @@ __all__ = [
     "Compliance",
     "CrossCheck",
     "Grade",
+    "Hysteresis",
+    "Loop",
     "MethodRun",
     "MotionCount",
     "Outcome",
