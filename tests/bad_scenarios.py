@@ -294,8 +294,9 @@ UNKNOWN = (
     ),
     bad(
         "simulation without a sweep",
-        without(16, 17, 18, 19) + "simulation: {diagram: true, portraits: [-1]}\n",
+        without(16, 17, 18, 19) + "simulation: {diagram: true, follow: up, portraits: [-1]}\n",
         (16, "simulation.diagram", "a bifurcation diagram needs a sweep"),
+        (16, "simulation.follow", "there is no sweep to go through"),
         (16, "simulation.portraits.0", "got -1, which is not positive (a number from 1e-15 to 1e15, in m)"),
     ),
     bad(
