@@ -8,7 +8,7 @@ import pytest
 from vireport import analyse, load, loads
 from vireport.scenario import Direction, Simulation
 from vireport.simulation import BOTTOM, Conditions, Outcome, course
-from vireport.study import Source, coexisting, ends_at, results
+from vireport.study.coexistence import Source, ends_at
 from vireport.study.study import sweep_of
 from vireport.trust.hysteresis import follow_sweep
 
@@ -90,8 +90,7 @@ def test_stable_motions_are_left_where_their_family_ends(name: str, example):
 @pytest.mark.slow
 def test_results_and_coexisting_motions(example):
     study = analyse(load(example("hysteresis")), ("json",))
-    check = study.crosscheck
-    (bbt, bbbt) = coexisting(check, study.atlas)
+    (bbt, bbbt) = study.coexisting
     assert (bbt.name, bbbt.name) == ("BBT every forcing period", "BBBT every forcing period")
     ((_, last),) = bbbt.ranges[Source.UP]
     ((_, last_down),) = bbbt.ranges[Source.DOWN]

@@ -19,7 +19,7 @@ from vireport.physics import DIGITS, Device
 from vireport.report.certificates import summary
 from vireport.report.voltages import MassEffect, Place, mass_effects, places
 from vireport.scenario import LARGEST, SMALLEST, UNIT_OF_SWEPT, Parameter, ScalarInput, inputs
-from vireport.study import Coexisting, Provenance, Study, coexisting, ends_at, results
+from vireport.study import Provenance, Study, results
 from vireport.text import Table, exact
 from vireport.trust import (
     PAPER,
@@ -33,8 +33,6 @@ from vireport.trust import (
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
-    from vireport.sequences import Vertex
-    from vireport.simulation import Jump
 
 SYMBOLS = {
     "device.capsule_mass_kg": "*M*",
@@ -298,16 +296,6 @@ class Report:
         from vireport.report.motions import families_table
 
         return families_table(self.study, self.study.atlas)
-
-    def coexisting(self) -> tuple[Coexisting, ...]:
-        """The motions found along a sweep that was gone through slowly, and where."""
-        check = self.study.crosscheck
-        return coexisting(check, self.study.atlas) if check is not None else ()
-
-    def ending(self, jump: Jump) -> Vertex | None:
-        """Where the motion before a jump ceases to be stable, within the distance of two values, if that is known."""
-        check, atlas = self.study.crosscheck, self.study.atlas
-        return ends_at(jump, atlas, check.step) if check is not None and atlas is not None else None
 
     def compliant(self) -> Iterator[str | Table]:
         """The motion with compliant membranes beside the rigid model."""

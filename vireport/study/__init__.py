@@ -1,6 +1,5 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
-from vireport.study.coexistence import Coexisting, Source, coexisting, ends_at
 from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import (
@@ -19,17 +18,13 @@ __all__ = [
     "FIGURES",
     "FORMATS",
     "SCHEMA_VERSION",
-    "Coexisting",
     "Provenance",
-    "Source",
     "Study",
     "Task",
     "analyse",
     "branches_csv",
-    "coexisting",
     "csv_bytes",
     "device_of",
-    "ends_at",
     "json_bytes",
     "membrane_of",
     "plan",

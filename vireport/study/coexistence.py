@@ -59,7 +59,7 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
     rows: dict[tuple[Outcome, str, int], dict[Source, list[Range]]] = {}
 
     def add(kind: tuple[Outcome, str, int], source: Source, ranges: Iterable[Range]) -> None:
-        rows.setdefault(kind, {}).setdefault(source, []).extend(ranges)
+        rows.setdefault(kind, {each: [] for each in Source})[source].extend(ranges)
 
     order = sorted(range(len(check.values)), key=lambda i: float(check.values[i]))
     values = [float(check.values[i]) for i in order]
@@ -73,11 +73,11 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
             add(kind, source, _runs(values, [kind in own for own in kinds]))
     for family in atlas.families if atlas is not None else ():
         if family.stable_runs:
-            word = _named(family.sequence, slowly.mirror).word
+            word = family.sequence.canonical(slowly.mirror).word
             add((Outcome.PERIODIC, word, family.sequence.periods), Source.FAMILIES, family.stable_ranges)
-    listed = (
-        Coexisting(*kind, {source: sorted(own) for source, own in ranges.items()}) for kind, ranges in rows.items()
-    )
+    for ranges in rows.values():
+        ranges[Source.FAMILIES].sort()
+    listed = (Coexisting(*kind, ranges) for kind, ranges in rows.items())
     return tuple(sorted(listed, key=lambda one: (one.outcome is not Outcome.PERIODIC, len(one.word), one.name)))
 
 
@@ -87,8 +87,8 @@ def ends_at(jump: Jump, atlas: Atlas, within: float) -> Vertex | None:
     if attractor.cycle is None or attractor.cycle.sticks:
         return None
     mirror = atlas.sweep.level.horizontal
-    sequence = _named(_sequence(attractor), mirror)
-    families = (family for family in atlas.families if _named(family.sequence, mirror) == sequence)
+    sequence = Sequence.of(attractor.word, attractor.period).canonical(mirror)
+    families = (family for family in atlas.families if family.sequence.canonical(mirror) == sequence)
     vertices = [vertex for family in families for vertex in _ends(family)]
     distances = [abs(vertex.point.sweep_value - jump.value) for vertex in vertices]
     nearest = min(range(len(vertices)), key=distances.__getitem__, default=None)
@@ -101,20 +101,10 @@ def _ends(family: Family) -> Iterator[Vertex]:
     return (mark.vertex for mark in family.marks if mark.row in rows and mark.vertex is not None)
 
 
-def _sequence(attractor: Attractor) -> Sequence:
-    return Sequence(tuple(1 if letter == "B" else -1 for letter in attractor.word), attractor.period)
-
-
-def _named(sequence: Sequence, mirror: bool) -> Sequence:
-    """The sequence as it is called, counted from where its word is the first one."""
-    own = sequence.canonical()
-    return min(own, sequence.mirrored().canonical(), key=lambda one: one.word) if mirror else own
-
-
 def _kind(attractor: Attractor, mirror: bool) -> tuple[Outcome, str, int]:
     word = attractor.word
     if attractor.outcome is Outcome.PERIODIC:
-        word = _named(_sequence(attractor), mirror).word
+        word = Sequence.of(word, attractor.period).canonical(mirror).word
     return attractor.outcome, word, attractor.period
 
 

@@ -32,7 +32,6 @@ from vireport.analysis import (
 from vireport.gate import SWEEP_END
 from vireport.physics import Conversion, Fitting, Membrane, Shaker, Voltages
 from vireport.scenario import Scenario, to_dict
-from vireport.study.coexistence import Source, coexisting, ends_at
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study
 from vireport.text import inert_cell
@@ -75,7 +74,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "shaker": _shaker(solution.shaker),
         "fits_membrane": _fitting(solution.fitting),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
-        "simulation": None if study.crosscheck is None else _simulation(study.crosscheck, study.atlas),
+        "simulation": None if study.crosscheck is None else _simulation(study, study.crosscheck),
         "families": None if study.atlas is None else _families(study.atlas, study.solution.membrane),
         "accuracy": None if study.work is None else _accuracy(study.work),
         "compliant": None if study.compliance is None else _compliant(study.compliance),
@@ -360,7 +359,7 @@ DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
 """What a row of Table 1 gives of its ends, and the column it is from."""
 
 
-def _simulation(check: CrossCheck, atlas: Atlas | None) -> dict[str, Any]:
+def _simulation(study: Study, check: CrossCheck) -> dict[str, Any]:
     share = check.share
     return {
         "passed": check.passed,
@@ -392,15 +391,15 @@ def _simulation(check: CrossCheck, atlas: Atlas | None) -> dict[str, Any]:
                 check.values, check.d, check.gbar, check.start_speed, check.found, strict=True
             )
         ],
-        "follow": None if check.hysteresis is None else _follow(check, check.hysteresis, atlas),
+        "follow": None if check.hysteresis is None else _follow(study, check.hysteresis),
     }
 
 
-def _follow(check: CrossCheck, slowly: Hysteresis, atlas: Atlas | None) -> dict[str, Any]:
+def _follow(study: Study, slowly: Hysteresis) -> dict[str, Any]:
     """What is met where the sweep is gone through slowly."""
     return {
         **dict.fromkeys(("up", "down")),
-        **{str(way): _course(course, check, atlas) for way, course in slowly.courses.items()},
+        **{str(way): _course(study, course) for way, course in slowly.courses.items()},
         "loops": [
             {"from": loop.low, "to": loop.high, "width": loop.width, "up": _kind(loop.up), "down": _kind(loop.down)}
             for loop in slowly.loops
@@ -410,16 +409,15 @@ def _follow(check: CrossCheck, slowly: Hysteresis, atlas: Atlas | None) -> dict[
                 "outcome": one.outcome.name.lower(),
                 "word": one.word or None,
                 "period": one.period or None,
-                **{source: [list(part) for part in one.ranges.get(source, ())] for source in Source},
+                **{source: list(map(list, ranges)) for source, ranges in one.ranges.items()},
             }
-            for one in coexisting(check, atlas)
+            for one in study.coexisting
         ],
     }
 
 
-def _course(course: Course, check: CrossCheck, atlas: Atlas | None) -> dict[str, Any]:
+def _course(study: Study, course: Course) -> dict[str, Any]:
     """The motions at the values in their order, and the jumps between them."""
-    vertices = [None if atlas is None else ends_at(jump, atlas, check.step) for jump in course.jumps]
     return {
         "samples": [
             {
@@ -441,7 +439,7 @@ def _course(course: Course, check: CrossCheck, atlas: Atlas | None) -> dict[str,
                 if vertex is None
                 else {"label": vertex.label, "kind": vertex.event, "sweep_value": vertex.point.sweep_value},
             }
-            for jump, vertex in zip(course.jumps, vertices, strict=True)
+            for jump, vertex in ((jump, study.ending(jump)) for jump in course.jumps)
         ],
     }
 

@@ -22,7 +22,9 @@ from vireport.text import bounded, html_table, significant, visible
 
 if TYPE_CHECKING:
     from vireport.proofs import Certificate
-    from vireport.sequences import Atlas
+    from vireport.sequences import Atlas, Vertex
+    from vireport.simulation import Jump
+    from vireport.study.coexistence import Coexisting
     from vireport.tolerances import Tolerances
     from vireport.trust import Compliance, CrossCheck, Reproduction, WorkPrecision
 
@@ -79,6 +81,20 @@ class Study:
     def verdict(self) -> Verdict:
         """What the study comes to."""
         return verdict_of(self.solution, self.crosscheck, self.compliance, self.tolerances, self.criteria)
+
+    @cached_property
+    def coexisting(self) -> tuple[Coexisting, ...]:
+        """The motions found along a sweep that was gone through slowly, and where; () where it was not."""
+        from vireport.study.coexistence import coexisting
+
+        return coexisting(self.crosscheck, self.atlas) if self.crosscheck is not None else ()
+
+    def ending(self, jump: Jump) -> Vertex | None:
+        """Where the motion before a jump ceases to be stable, within the distance of two values, if that is known."""
+        from vireport.study.coexistence import ends_at
+
+        check = self.crosscheck
+        return ends_at(jump, self.atlas, check.step) if check is not None and self.atlas is not None else None
 
     @cached_property
     def reproduction(self) -> Reproduction | None:
