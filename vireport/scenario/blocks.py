@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -227,6 +227,11 @@ def _percent(title: str, kind: str) -> Any:
     return _key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
 
 
+LONGEST_WORD = 16
+WORD = Annotated[str, Field(pattern="^[BT]+$", max_length=LONGEST_WORD, strict=True)]
+"""Impacts of one period in their order, B on the bottom and T on the top."""
+
+
 class Requirements(Block):
     """What the design must meet: each is a line of the acceptance table, and one that fails makes the exit code 1."""
 
@@ -237,6 +242,24 @@ class Requirements(Block):
     margin_period_doubling_percent: float | None = _percent("Margin to period doubling", "period doubling")
     margin_grazing_percent: float | None = _percent("Margin to grazing", "grazing point")
     margin_any_percent: float | None = _percent("Margin", "critical point of any kind")
+    word: WORD | None = _key(
+        None,
+        "Word",
+        "",
+        "Impacts of one period, B on the bottom and T on the top, of every motion that may be stable at the design "
+        "point; one must be.",
+        example="BT",
+    )
+    words: tuple[WORD, ...] | None = _key(
+        None,
+        "Words",
+        "",
+        "The same, where several motions may be stable.",
+        example=["BT", "BBT"],
+        min_length=1,
+        max_length=8,
+        strict=False,
+    )
     u_ave_at_least_v: float | None = _positive(
         None, "U_ave at least", "V", "Least U_ave of the stable motions at the design point.", example=1000.0
     )
@@ -296,6 +319,11 @@ class Requirements(Block):
     crosscheck_passed: bool | None = _key(
         None, "Cross-check", "", "Whether the simulation must agree with the solution.", example=True
     )
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        """Words of the motions that may be stable; () where no motion is required."""
+        return self.words or ((self.word,) if self.word is not None else ())
 
 
 class Motions(Block):
@@ -512,6 +540,15 @@ class Scenario(Block):
     design: Design | None = _key(
         None, "Design", "", "What the best design is looked for in. It makes no difference to a run."
     )
+
+    @property
+    def motion_limits(self) -> Motions | None:
+        """Limits of the motions that are followed: those given, or what requirements need; None where none is."""
+        allowed = self.requirements.allowed if self.requirements is not None else ()
+        if self.motions is not None or not allowed:
+            return self.motions
+        least = Motions()
+        return Motions(impacts=max(least.impacts, *map(len, allowed)), periods=max(least.periods, self.period_ratio))
 
     @property
     def parameter(self) -> Parameter:

@@ -108,6 +108,8 @@ def _wrong(path: str, value: object, written: str, key: Schema) -> str:
     if "enum" in key:
         return _wrong_choice(path, str(value), key["enum"])
     if isinstance(value, str):
+        if "pattern" in key:
+            return ", which is no word of at most {maxLength} letters B and T".format(**key)
         if "string" in kinds:
             return f", which has {len(value)} characters" if value else ", which is empty"
         quoted = written[:1] in ("'", '"')
@@ -158,9 +160,12 @@ def allowed(key: Schema) -> str:
         return f"a list of {key['minItems']} to {key['maxItems']} blocks of keys"
     if "array" in kinds:
         least, most = key.get("minItems", 0), key["maxItems"]
-        return f"a list of {f'{least} to' if least else 'at most'} {most} numbers{unit}"
+        noun = "words" if key["items"].get("type") == "string" else "numbers"
+        return f"a list of {f'{least} to' if least else 'at most'} {most} {noun}{unit}"
     if "boolean" in kinds:
         return "true or false"
+    if "pattern" in key:
+        return f"1 to {key['maxLength']} impacts in order, B on the bottom and T on the top"
     if "string" in kinds:
         return f"text on one line, 1 to {key['maxLength']} characters"
     if key.get("minimum") is not None and key["minimum"] == key.get("maximum"):

@@ -26,8 +26,10 @@ MOST_CELLS = 10**11
 
 MARGINS = ("margin_period_doubling_percent", "margin_grazing_percent", "margin_any_percent")
 ELECTRICAL = "power_at_least_mw", "field_at_most_percent"
+WORDS = "word", "words"
 AT_DESIGN = (
     *MARGINS,
+    *WORDS,
     *("u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m", "yield_at_least_percent"),
     *ELECTRICAL,
 )
@@ -40,7 +42,10 @@ VOLTAGE = (
     "deflection_at_most_m",
 )
 NEEDS = {
-    "sweep": (("stable_from", "stable_to", "u_ave_difference_at_most_v"), "a range of the swept parameter needs"),
+    "sweep": (
+        ("stable_from", "stable_to", "u_ave_difference_at_most_v", *WORDS),
+        "a range of the swept parameter, or a motion that is followed along it, needs",
+    ),
     "device.ball_mass_kg": (VOLTAGE, "voltage and deflection need"),
     "device.membrane.thickness_m": (ELECTRICAL, "power and field need"),
     "tolerances": (("yield_at_least_percent",), "a yield needs"),
@@ -278,6 +283,8 @@ def _requirements(tree: _Tree) -> Iterator[Finding]:
         for key in keys:
             if key in given and tree.absent(needed):
                 yield _rule(given[key], f"{what} {needed}, which is not given (give it, or leave this out)")
+    if set(WORDS) <= set(given):
+        yield _rule(given["word"], "words are given as well (one of the two)")
     if block.get("crosscheck_passed") is False:
         yield _rule(given["crosscheck_passed"], "got false, which requires nothing (true, or leave it out)")
     yield from _at_design(tree, given)

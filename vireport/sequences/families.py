@@ -10,11 +10,12 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import STABILITIES, Stability, Sweep, classify
+from vireport.analysis import Stability, Sweep
 from vireport.sequences.continuation import Curve, Event
 from vireport.sequences.motions import Motion, Sequence
 from vireport.sequences.polish import PolishedPoint
 from vireport.sequences.switching import Limits
+from vireport.simulation import Outcome, motion_name
 
 Floats = NDArray[np.float64]
 
@@ -85,6 +86,11 @@ class Family:
         return self.curve.sequence
 
     @property
+    def name(self) -> str:
+        """The word of its motions and their period, such as BBT every forcing period."""
+        return motion_name(Outcome.PERIODIC, self.sequence.word, self.sequence.periods)
+
+    @property
     def ends(self) -> tuple[Mark, Mark]:
         """What it begins and ends with; twice the same on a closed curve."""
         first, last = self.marks[0], self.marks[-1]
@@ -119,7 +125,7 @@ class Family:
             ends = self.x[[first, last]]
             x = self.curve.at(ends.mean(axis=0), float(ends[:, -1].mean()))
             trace = float(self.trace[[first, last]].mean()) if x is None else self.curve.trace(x)
-        return STABILITIES[int(classify(trace, self.curve.model.r ** (len(self.sequence) / 2)))]
+        return self.curve.stability(trace)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -187,3 +193,11 @@ class Atlas:
         """Every motion at a value of the swept parameter, with its family."""
         coordinate = float(self.sweep.coordinate_of(value))
         return [(family, motion) for family in self.families for motion in family.at(coordinate)]
+
+    def stable_at(self, value: float) -> list[tuple[Family, Motion]]:
+        """Every stable motion at a value of the swept parameter, with its family."""
+
+        def trace(family: Family, motion: Motion) -> float:
+            return family.curve.trace(family.curve.vector(motion))
+
+        return [pair for pair in self.at(value) if pair[0].curve.stability(trace(*pair)).attracts]

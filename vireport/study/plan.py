@@ -157,7 +157,7 @@ PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "sim
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
 DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
 FOLLOW = Condition(lambda x, _: x.simulation and x.simulation.follow, "simulation.follow is not given")
-MOTIONS = Condition(lambda x, _: x.motions, "the scenario has no motions block")
+MOTIONS = Condition(lambda x, _: x.motion_limits, "the scenario has no motions block")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
 TOLERANCES = Condition(lambda x, _: x.tolerances, "the scenario has no tolerances block")
@@ -185,7 +185,7 @@ STEPS = (
     Row(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
     Row(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     Row(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
-    Row(Task.MOTIONS, (MOTIONS, SWEEP), "the scenario has a motions block"),
+    Row(Task.MOTIONS, (MOTIONS, SWEEP), "a motions block, or a word that is required, asks for them"),
     Row(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     Row(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
@@ -194,7 +194,7 @@ STEPS = (
     Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     Row(Task.FIGURE_HYSTERESIS, (PICTURES,), "simulation.follow is given", (FOLLOW,)),
-    Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "the scenario has a motions block", (MOTIONS,)),
+    Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "motions of other impact sequences are followed", (MOTIONS,)),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
     Row(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
     Row(Task.HTML, (_format(Task.HTML),), "asked for"),
@@ -228,7 +228,7 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 what = _cost(scenario)
             elif runs and row.task is Task.ACCURACY:
                 what = _methods()
-            elif runs and row.task is Task.MOTIONS and (limits := scenario.motions):
+            elif runs and row.task is Task.MOTIONS and (limits := scenario.motion_limits):
                 most = f"at most {limits.impacts} impacts in {limits.periods} forcing periods"
                 what = f"{Task.MOTIONS.what}, {most}: seconds to minutes"
             steps.append(Step(row.task, runs, what, why))

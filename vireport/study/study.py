@@ -80,7 +80,8 @@ class Study:
     @cached_property
     def verdict(self) -> Verdict:
         """What the study comes to."""
-        return verdict_of(self.solution, self.crosscheck, self.compliance, self.tolerances, self.criteria)
+        evidence = self.crosscheck, self.compliance, self.tolerances, self.atlas
+        return verdict_of(self.solution, *evidence, self.criteria)
 
     @cached_property
     def coexisting(self) -> tuple[Coexisting, ...]:
@@ -209,14 +210,14 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     study = Study(loaded, steps, solution)
     if scenario.simulation is not None:
         study = _with_simulation(study, scenario.simulation, progress)
-    if scenario.motions is not None and steps.runs(Task.MOTIONS):
-        study = _with_motions(study, scenario.motions, progress)
+    if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
+        study = _with_motions(study, scenario.motion_limits, progress)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
     if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
         study = _with_tolerances(study, scenario.tolerances, progress)
     if scenario.requirements is not None:
-        study = replace(study, criteria=assess(loaded, solution, study.crosscheck, study.tolerances))
+        study = replace(study, criteria=assess(loaded, solution, study.crosscheck, study.tolerances, study.atlas))
     return study
 
 
