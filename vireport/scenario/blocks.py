@@ -152,6 +152,7 @@ class Sweep(Block):
 class Direction(StrEnum):
     """Which way a sweep is gone through where each value starts from the state that the last one ended in."""
 
+    NONE = "none"
     UP = "up"
     DOWN = "down"
     BOTH = "both"
@@ -178,13 +179,12 @@ class Simulation(Block):
     diagram: bool = _key(
         False, "Diagram", "", "Whether to draw a bifurcation diagram from simulation alone.", example=True
     )
-    follow: Direction | None = _key(
-        None,
+    follow: Direction = _key(
+        Direction.NONE,
         "Follow",
         "",
         "Direction in which the sweep is gone through slowly, each value from the state that the last one ended in: "
-        "up, down, or both, one after the other. Left out, it is not.",
-        example="both",
+        "up, down, or both, one after the other.",
         strict=False,
     )
     # Lists become tuples as they are read, which strictly no list is.
@@ -254,7 +254,7 @@ class Requirements(Block):
         None,
         "Words",
         "",
-        "The same, where several motions may be stable.",
+        "The same of further motions that may be stable.",
         example=["BT", "BBT"],
         min_length=1,
         max_length=8,
@@ -323,7 +323,7 @@ class Requirements(Block):
     @property
     def allowed(self) -> tuple[str, ...]:
         """Words of the motions that may be stable; () where no motion is required."""
-        return self.words or ((self.word,) if self.word is not None else ())
+        return (*((self.word,) if self.word is not None else ()), *(self.words or ()))
 
 
 class Motions(Block):

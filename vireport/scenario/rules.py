@@ -12,7 +12,7 @@ from collections.abc import Set as AbstractSet
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
-from vireport.scenario.blocks import AxisPath, MapFile, Membrane, Objective, Sampling, Scenario, percent_key
+from vireport.scenario.blocks import AxisPath, Direction, MapFile, Membrane, Objective, Sampling, Scenario, percent_key
 from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import DesignInput, Parameter
 
@@ -223,7 +223,8 @@ def _sweep(tree: _Tree) -> Iterator[Finding]:
 def _simulation(tree: _Tree) -> Iterator[Finding]:
     if tree.at("simulation.diagram") is True and tree.absent("sweep"):
         yield _rule("simulation.diagram", "a bifurcation diagram needs a sweep (add one, or set it to false)")
-    if tree.at("simulation.follow") is not None and tree.absent("sweep"):
+    ways = (Direction.UP, Direction.DOWN, Direction.BOTH)
+    if tree.at("simulation.follow") in ways and tree.absent("sweep"):
         yield _rule("simulation.follow", "there is no sweep to go through (add one, or leave this out)")
     for path in ("simulation.portraits", "simulation.displacement"):
         yield from _out_of_range(tree, _elements(path, tree.at(path)))
@@ -283,8 +284,6 @@ def _requirements(tree: _Tree) -> Iterator[Finding]:
         for key in keys:
             if key in given and tree.absent(needed):
                 yield _rule(given[key], f"{what} {needed}, which is not given (give it, or leave this out)")
-    if set(WORDS) <= set(given):
-        yield _rule(given["word"], "words are given as well (one of the two)")
     if block.get("crosscheck_passed") is False:
         yield _rule(given["crosscheck_passed"], "got false, which requires nothing (true, or leave it out)")
     yield from _at_design(tree, given)

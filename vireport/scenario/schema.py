@@ -12,7 +12,7 @@ from typing import Any
 
 from vireport.scenario.blocks import Scenario, percent_key
 from vireport.scenario.parameters import DesignInput, Parameter
-from vireport.scenario.rules import DIELECTRIC, NEEDS, RANGES, WORDS, judged_at_design
+from vireport.scenario.rules import DIELECTRIC, NEEDS, RANGES, judged_at_design
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -147,7 +147,6 @@ def _requirements() -> Iterator[dict[str, Any]]:
         yield {"if": unknown, "then": _of_requirements(dict.fromkeys(judged_at_design(parameter), null))}
     for ends in RANGES:
         yield _all_or_none("requirements", ends)
-    yield {"not": {"allOf": [_given(f"requirements.{key}") for key in WORDS]}}
     something = {"anyOf": [null, {"not": {"additionalProperties": null}}]}
     yield {"properties": {"requirements": something}}
     yield _of_requirements({"crosscheck_passed": {"not": {"const": False}}})

@@ -19,6 +19,9 @@ from vireport.simulation import Outcome, motion_name
 
 Floats = NDArray[np.float64]
 
+ROUNDING = 1e-9
+"""Share of the sweep up to which a value beyond the end of a family is that end."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Vertex:
@@ -159,8 +162,10 @@ class Family:
 
     def at(self, coordinate: float) -> list[Motion]:
         """Its motions at a value of the coordinate that orders the sweep."""
-        c = self.x[:, -1]
-        found = []
+        c, found = self.x[:, -1], []
+        nearest = float(np.clip(coordinate, c.min(), c.max()))
+        if abs(coordinate - nearest) < ROUNDING * (self.curve.high - self.curve.low):
+            coordinate = nearest
         for i in np.flatnonzero((c[:-1] - coordinate) * (c[1:] - coordinate) <= 0):
             step = c[i + 1] - c[i]
             share = (coordinate - c[i]) / step if step else 0.5

@@ -156,7 +156,7 @@ SIMULATION = Condition(lambda x, _: x.simulation, "the scenario has no simulatio
 PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
 DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
-FOLLOW = Condition(lambda x, _: x.simulation and x.simulation.follow, "simulation.follow is not given")
+FOLLOW = Condition(lambda x, _: x.simulation and x.simulation.follow is not Direction.NONE, "simulation.follow is none")
 MOTIONS = Condition(lambda x, _: x.motion_limits, "the scenario has no motions block")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
@@ -252,14 +252,14 @@ def _cost(scenario: Scenario) -> str:
         return Task.SIMULATION.what
     values = asked.samples if scenario.sweep is not None else 1
     starts = asked.starts * (2 if asked.diagram else 1)
-    ways = 0 if asked.follow is None else 2 if asked.follow is Direction.BOTH else 1
+    ways = {Direction.NONE: 0, Direction.BOTH: 2}.get(asked.follow, 1)
     impacts = values * asked.impacts * (starts + FOLLOWED * ways)
     cost = f"about {impacts / IMPACTS_PER_SECOND:.1g} s and, the first time, a few seconds to compile"
     if find_spec("numba") is None:
         cost = (
             f"about {impacts / INTERPRETED_PER_SECOND:.1g} s, interpreted, as numba is missing: {installing('numba')}"
         )
-    slowly = f", then followed from value to value ({asked.follow})" if asked.follow is not None else ""
+    slowly = f", then followed from value to value ({asked.follow})" if ways else ""
     return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts{slowly}, {cost}"
 
 

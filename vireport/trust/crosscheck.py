@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.analysis import BifurcationDiagram, Motions, Solution, find_motions, motions_of
 from vireport.physics import Device
-from vireport.scenario import Parameter, Simulation
+from vireport.scenario import Direction, Parameter, Simulation
 from vireport.simulation import (
     BOTTOM,
     Attractor,
@@ -221,7 +221,7 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     displacements = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.displacement]
     drawn = diagram(d, gbar, r, starts, asked.impacts) if asked.diagram else None
     slowly = None
-    if asked.follow is not None and solution.sweep is not None:
+    if asked.follow is not Direction.NONE and solution.sweep is not None:
         say("following the motion from value to value")
         slowly = follow_sweep(solution.sweep, values.tolist(), asked)
     return CrossCheck(
