@@ -323,8 +323,9 @@ UNKNOWN = (
     ),
     bad(
         "simulation without a sweep",
-        without(16, 17, 18, 19) + "simulation: {diagram: true, portraits: [-1]}\n",
+        without(16, 17, 18, 19) + "simulation: {diagram: true, follow: up, portraits: [-1]}\n",
         (16, "simulation.diagram", "a bifurcation diagram needs a sweep"),
+        (16, "simulation.follow", "there is no sweep to go through"),
         (16, "simulation.portraits.0", "got -1, which is not positive (a number from 1e-15 to 1e15, in m)"),
     ),
     bad(
@@ -416,9 +417,17 @@ REQUIREMENTS = (
     required(
         "u_ave_difference_at_most_v: 5",
         "u_ave_difference_at_most_v",
-        "a range of the swept parameter needs sweep",
+        "a range of the swept parameter, or a motion that is followed along it, needs sweep",
         NO_SWEEP,
     ),
+    required("word: BX", "word", "got 'BX', which is no word of at most 16 letters B and T (1 to 16 impacts in order"),
+    required("word: [BT]", "word", "got a list, where one value belongs"),
+    required("word: 5", "word", "which is not text"),
+    required("words: BT", "words", "got 'BT', where a list belongs (a list of 1 to 8 words)"),
+    required("words: [BT, b]", "words.1", "got 'b', which is no word"),
+    required("words: []", "words", "got a list of 0 values (a list of 1 to 8 words)"),
+    required("word: BT", "word", "a motion that is followed along it, needs sweep", NO_SWEEP),
+    required("words: [BT]", "words", "judged at is not given (give device.length_m,", NO_LENGTH),
     required(
         "deflection_at_most_m: 5",
         "deflection_at_most_m",

@@ -22,6 +22,7 @@ COMMANDS = {
     "horizontal": ("run", "horizontal.yaml"),
     "inclined-forcing": ("run", "inclined-forcing.yaml"),
     "simulated": ("run", "simulated.yaml"),
+    "hysteresis": ("run", "hysteresis.yaml"),
     "design-point": ("run", "design-point.yaml"),
     "compare": ("compare", "horizontal.yaml", "inclined.yaml", "inclined-forcing.yaml"),
     "map": ("sweep", "maps/map.yaml"),
@@ -32,6 +33,7 @@ SHOWN = {
     "inclined-forcing-figure-7": "inclined-forcing/figure-7",
     "simulated-figure-2": "simulated/figure-2",
     "simulated-figure-3": "simulated/figure-3",
+    "hysteresis": "hysteresis/figure-hysteresis",
     "compare-figure-2": "compare/figure-2",
     "map-stability": "map/map-stability",
 }

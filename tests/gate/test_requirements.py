@@ -20,11 +20,13 @@ from vireport import analyse, load, loads
 from vireport.cli.app import main
 from vireport.gate.requirements import REQUIREMENTS, Criterion, Limit, LimitKind, assess, held, unmet, with_peaks
 from vireport.gate.verdict import CONCERNS, Question, Status
+from vireport.physics import generated_voltage
 from vireport.report import Report, render_html
 from vireport.report.ci_formats import github, junit, markdown
 from vireport.scenario import Requirements
 from vireport.scenario.document import read
-from vireport.study.plan import ALL_FORMATS, FORMATS
+from vireport.simulation import attractors, random_starts
+from vireport.study.plan import ALL_FORMATS, FORMATS, Task, plan
 from vireport.study.provenance import provenance_of
 from vireport.study.results import results
 
@@ -212,6 +214,83 @@ def test_peaks_of_a_parabola_are_exact() -> None:
         assert height.max() == pytest.approx(3, abs=1e-14)
         assert where[height.argmax()] == pytest.approx(sign * 0.7, abs=1e-14)
     assert len(with_peaks(x, x)[0]) == 4
+
+
+HYSTERESIS = """\
+schema_version: 1
+device: {{capsule_mass_kg: 0.1245, ball_mass_kg: 0.0041, restitution: 0.5, length_m: {length}}}
+excitation: {{amplitude_n: 5, frequency_hz: 2.5}}
+inclination_deg: 30
+sweep: {{parameter: length_m, from: 0.21, to: 0.25}}
+motions: {{impacts: 4, periods: 1}}
+requirements: {{words: {words}, u_ave_at_least_v: {least}, margin_any_percent: 1}}
+"""
+"""2:1 motion is stable above 0.2210 m, 3:1 motion below 0.2280 m."""
+
+
+def in_hysteresis(length: float, words: str, least: float = 1) -> dict[str, Criterion]:
+    study = analyse(loads(HYSTERESIS.format(length=length, words=words, least=least)), ("json",))
+    return {one.key: one for one in study.criteria}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("length", "words", "passed"),
+    [
+        (0.23, "[BBT]", True),
+        (0.23, "[TBB, BT]", True),
+        (0.23, "[BT]", False),
+        (0.225, "[BBT]", False),
+        (0.225, "[BBT, BBBT]", True),
+        (0.22, "[BBBT]", True),
+    ],
+)
+def test_every_stable_motion_is_one_of_the_words(length: float, words: str, passed: bool) -> None:
+    criteria = in_hysteresis(length, words)
+    assert criteria["word"].passed is passed
+    assert criteria["word"].outcome.margin is None
+    assert ("not allowed" in criteria["word"].outcome.why) is not passed
+    # Margins are of the 1:1 motion, which is not stable here.
+    assert criteria["margin_any_percent"].outcome.why == "there is no stable 1:1 motion at the design point"
+
+
+@pytest.mark.slow
+def test_voltages_are_those_of_the_stable_motion() -> None:
+    study = analyse(loads(HYSTERESIS.format(length=0.23, words="[BBT]", least=1)), ("json",))
+    d, gbar = (float(x) for x in study.solution.device.groups(study.solution.parameter, 0.23))
+    end = attractors([d], gbar, 0.5, random_starts([d], 1.0, 1, 1))[0][0]
+    assert end.word == "BBT"
+    unit = float(study.solution.device.velocity_unit(study.solution.parameter, 0.23))
+    mean = float(generated_voltage(unit * end.cycle.velocity, study.solution.membrane).mean())
+    value = next(one for one in study.criteria if one.key == "u_ave_at_least_v").outcome.value
+    assert value == pytest.approx(mean, rel=1e-9)
+    assert in_hysteresis(0.23, "[BBT]", 0.999 * mean)["u_ave_at_least_v"].passed
+    assert not in_hysteresis(0.23, "[BBT]", 1.001 * mean)["u_ave_at_least_v"].passed
+
+
+@pytest.mark.slow
+def test_a_word_alone_has_the_motions_followed_and_the_verdict_says_which_is_stable() -> None:
+    text = HYSTERESIS.format(length=0.23, words="[BBT]", least=1)
+    text = text.replace("motions: {impacts: 4, periods: 1}\n", "").replace(", margin_any_percent: 1", "")
+    loaded = loads(text)
+    assert plan(loaded.scenario, ("json",)).runs(Task.MOTIONS)
+    study = analyse(loaded, ("json",))
+    assert (study.atlas.limits.impacts, study.atlas.limits.periods) == (6, 4)
+    assert (study.verdict.status, study.verdict.word) == ("good", "Stable")
+    assert (
+        study.verdict.instead == "the ball strikes the bottom membrane twice and the top once per forcing period (BBT)"
+    )
+    assert study.verdict.instead in study.verdict.headline
+
+
+def test_a_1_1_motion_is_judged_by_its_error_bounds_where_it_alone_is_stable(example) -> None:
+    over = {"motions.impacts": 2, "motions.periods": 1, "sweep.from": 0.68, "sweep.to": 0.7}
+    given = load(example("inclined"), over | {"requirements.word": "TB", "requirements.u_ave_at_least_v": 1})
+    study = analyse(given, ("json",))
+    word, volt = study.criteria
+    assert (word.passed, word.outcome.text, word.limit.text) == (True, "BT every forcing period", "only TB")
+    assert volt.outcome.value == volts(study)["u_ave_at_least_v"]
+    assert word.to_dict()["limit_value"] is None
 
 
 def test_without_stable_motion_nothing_is_met() -> None:

@@ -18,7 +18,7 @@ ELECTRICAL = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_fiel
 SIMULATION = "simulation: {portraits: [0.7], displacement: [0.7], diagram: true}\n"
 OTHERS = "motions: {portraits: [BBT]}\naccuracy: {}\ntolerances: {length_percent: 1}\n"
 OTHERS += "requirements: {margin_any_percent: 5}\n"
-EVERYTHING = f"{DESIGN}{SWEEP}{SIMULATION}{OTHERS}"
+EVERYTHING = f"{DESIGN}{SWEEP}{SIMULATION}{OTHERS}".replace("diagram: true", "diagram: true, follow: up")
 EVERYTHING += "design: {maximise: u_ave_v, vary: [{path: device.length_m, from: 0.6, to: 0.8}]}\n"
 
 

@@ -62,6 +62,10 @@ def _simulated(study: Study) -> Iterator[Picture]:
         about = study, points, check.values
         words = bifurcation.diagram_caption(*about), bifurcation.diagram_alt(*about)
         yield Picture(name, bifurcation.TITLE, *words, bifurcation.figure_diagram(*about, check.d))
+    if study.plan.runs(Task.FIGURE_HYSTERESIS) and check.hysteresis is not None:
+        from vireport.figures import hysteresis
+
+        yield hysteresis.picture(study, check.hysteresis)
 
 
 def _atlas(study: Study) -> Iterator[Picture]:

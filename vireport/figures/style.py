@@ -113,6 +113,7 @@ NUMBERS = {
     "atlas": "12",
     "ladder": "13",
     "portraits": "14",
+    "hysteresis": "15",
 }
 """Of the figures that are not named after the paper's."""
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -29,10 +29,11 @@ from vireport.analysis import (
     stable_ranges,
 )
 from vireport.errors import NumericalError
-from vireport.physics import UNIT, Conversion, Dielectric, Membrane, Voltages, voltages
+from vireport.physics import UNIT, Conversion, Dielectric, Membrane, Voltages, deflection, generated_voltage, voltages
 from vireport.scenario import Loaded, Parameter, Requirements
 
 if TYPE_CHECKING:
+    from vireport.sequences import Atlas, Family, Motion
     from vireport.tolerances import Tolerances
     from vireport.trust import CrossCheck
 
@@ -50,6 +51,10 @@ ROUNDING = 1e-12
 SHAKER_ERROR = 10 * UNIT
 """Relative rounding of what the shaker must do: of at most ten operations."""
 
+FOLLOWED_ERROR = 1e-9
+"""Relative error of what an impact of a motion that is followed comes to: its velocity is known to some 1e-12, and that
+grows with less than its tenth power."""
+
 DISAGREEMENT = "the simulation does not agree with the solution"
 """Why nothing is met where the cross-check fails."""
 
@@ -61,20 +66,22 @@ class LimitKind(Enum):
     AT_MOST = "at most {0:.12g} {unit}"
     RANGE = "from {0:.12g} to {1:.12g} {unit}"
     AGREEMENT = "every stable orbit found again to {0:.12g}"
+    WORDS = "only {words}"
 
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """What is required: a number or the ends of a range, ascending, with their unit."""
+    """What is required: a number or the ends of a range, ascending, with their unit, or the words of motions."""
 
     kind: LimitKind
     numbers: tuple[float, ...]
     unit: str
+    words: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
         """The limit in words, with its unit."""
-        return self.kind.value.format(*self.numbers, unit=self.unit)
+        return self.kind.value.format(*self.numbers, unit=self.unit, words=" or ".join(self.words))
 
     @property
     def value(self) -> float:
@@ -150,7 +157,7 @@ class Criterion:
             "key": self.key,
             "title": self.title,
             "limit": limit.text,
-            "limit_value": limit.value,
+            "limit_value": limit.value if limit.numbers else None,
             "unit": limit.unit,
             "value": outcome.value,
             "value_text": outcome.text,
@@ -170,6 +177,31 @@ class Results:
     required: Requirements
     crosscheck: CrossCheck | None
     tolerances: Tolerances | None
+    atlas: Atlas | None
+
+    @cached_property
+    def stable(self) -> list[tuple[Family, Motion]]:
+        """The stable motions that are known at the design point, with their families.
+
+        Raises
+        ------
+        NumericalError
+            Where none were followed there.
+        """
+        design, sweep = self.solution.design, self.solution.sweep
+        if self.atlas is None or design is None or sweep is None:
+            raise NumericalError("no motions were followed")
+        if not min(sweep.start, sweep.end) <= design.value <= max(sweep.start, sweep.end):
+            raise NumericalError("the design point is not within the sweep, along which motions are followed")
+        return self.atlas.stable_at(design.value)
+
+    @property
+    def only_one_to_one(self) -> bool:
+        """Whether no motion but 1:1 is to be judged: no other is allowed, or stable at the design point."""
+        one_to_one = "BT", self.solution.device.period_ratio
+        return not self.required.allowed or all(
+            (family.sequence.word, family.sequence.periods) == one_to_one for family, _ in self.stable
+        )
 
     @property
     def design(self) -> DesignPoint:
@@ -213,6 +245,9 @@ class Requirement:
 
     def limit(self, results: Results) -> Limit | None:
         """What the scenario requires; None where it does not."""
+        if self.kind is LimitKind.WORDS:
+            allowed = results.required.allowed
+            return Limit(self.kind, (), "", allowed) if allowed else None
         given = [getattr(results.required, key) for key in self.keys]
         if self.kind is LimitKind.AGREEMENT:
             given = [results.crosscheck.tolerance if given[0] and results.crosscheck is not None else None]
@@ -224,13 +259,17 @@ class Requirement:
 
 
 def assess(
-    loaded: Loaded, solution: Solution, crosscheck: CrossCheck | None, tolerances: Tolerances | None = None
+    loaded: Loaded,
+    solution: Solution,
+    crosscheck: CrossCheck | None,
+    tolerances: Tolerances | None = None,
+    atlas: Atlas | None = None,
 ) -> tuple[Criterion, ...]:
     """Hold results against what their scenario requires; () where that is nothing."""
     required = loaded.scenario.requirements
     if required is None:
         return ()
-    results = Results(solution, required, crosscheck, tolerances)
+    results = Results(solution, required, crosscheck, tolerances, atlas)
     criteria = []
     for requirement in REQUIREMENTS:
         limit = requirement.limit(results)
@@ -369,6 +408,41 @@ def _at_design(
     return held(float(values.min() if least else values.max()), limit, which, bound)
 
 
+def _words(results: Results, limit: Limit) -> Outcome:
+    """Every stable motion that is known at the design point is an allowed one, in whatever number of periods."""
+    from vireport.sequences import Sequence as Impacts
+
+    mirror = results.solution.horizontal
+    allowed = {Impacts.of(word).canonical(mirror).word for word in limit.words}
+    names = dict.fromkeys(family.name for family, _ in results.stable)
+    others = dict.fromkeys(
+        family.name for family, _ in results.stable if family.sequence.canonical(mirror).word not in allowed
+    )
+    if not names:
+        raise NumericalError("no stable motion is known at the design point")
+    why = (f"stable there, and not allowed: {', '.join(others)}",) if others else ()
+    return Outcome(None, ", ".join(names), None, not others, why)
+
+
+def _by_impacts(
+    results: Results,
+    limit: Limit,
+    one_to_one: Callable[[Results, Limit], Outcome],
+    of: Callable[[Floats, Membrane], Floats],
+    over: Callable[[Floats], float],
+) -> Outcome:
+    """As for the 1:1 motion; where other motions are allowed, the worst of those that are stable, by their impacts."""
+    if results.only_one_to_one:
+        return one_to_one(results, limit)
+    solution, design = results.solution, cast(DesignPoint, results.solution.design)
+    unit = float(solution.device.velocity_unit(design.parameter, design.value))
+    each = [of(unit * motion.velocity, cast(Membrane, solution.membrane)) for _, motion in results.stable]
+    values = [float(over(own)) for own in each]
+    value = (min if limit.kind is LimitKind.AT_LEAST else max)(values)
+    remark = (f"of {results.stable[values.index(value)][0].name}",)
+    return held(value, limit, remark, FOLLOWED_ERROR * max(float(own.max()) for own in each))
+
+
 def _volts(design: DesignPoint) -> Voltages:
     return cast(Voltages, design.voltages)
 
@@ -478,13 +552,28 @@ MARGINS = {
 }
 """Titles of the margins, and the kinds of critical point that they are to, by their keys."""
 
-AT_LEAST, AT_MOST, RANGE, AGREEMENT = LimitKind
+AT_LEAST, AT_MOST, RANGE, AGREEMENT, WORDS = LimitKind
 
-U_AVE = partial(_at_design, of=lambda x: _volts(x).average_v, bounded_by=("average_v",))
-END_DIFFERENCE = partial(
-    _at_design, of=lambda x: np.abs(_volts(x).bottom_v - _volts(x).top_v), bounded_by=("bottom_v", "top_v")
+U_AVE = partial(
+    _by_impacts,
+    one_to_one=partial(_at_design, of=lambda x: _volts(x).average_v, bounded_by=("average_v",)),
+    of=generated_voltage,
+    over=np.mean,
 )
-DEFLECTION = partial(_at_design, of=lambda x: _volts(x).deflection_m, bounded_by=("deflection_m",))
+END_DIFFERENCE = partial(
+    _by_impacts,
+    one_to_one=partial(
+        _at_design, of=lambda x: np.abs(_volts(x).bottom_v - _volts(x).top_v), bounded_by=("bottom_v", "top_v")
+    ),
+    of=generated_voltage,
+    over=np.ptp,
+)
+DEFLECTION = partial(
+    _by_impacts,
+    one_to_one=partial(_at_design, of=lambda x: _volts(x).deflection_m, bounded_by=("deflection_m",)),
+    of=deflection,
+    over=np.max,
+)
 POWER = partial(_at_design, of=lambda x: _converted(x).power_mw, bounded_by=("power_mw",))
 
 REQUIREMENTS = (
@@ -500,6 +589,7 @@ REQUIREMENTS = (
         Requirement((key,), title, AT_LEAST, "%", partial(_margin, kinds=kinds))
         for key, (title, kinds) in MARGINS.items()
     ),
+    Requirement(("word", "words"), "Stable motion at the design point", WORDS, "", _words),
     Requirement(("u_ave_at_least_v",), "U_ave", AT_LEAST, "V", U_AVE),
     Requirement(
         ("u_ave_difference_at_most_v",), "Difference of U_ave over the stable range", AT_MOST, "V", _u_ave_difference

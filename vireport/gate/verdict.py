@@ -18,6 +18,7 @@ from vireport.scenario import DesignInput, Parameter
 from vireport.text import capital, percent, quantity, significant
 
 if TYPE_CHECKING:
+    from vireport.sequences import Atlas, Sequence
     from vireport.tolerances import Tolerances
     from vireport.trust import Compliance, CrossCheck, Grade, MotionCount
 
@@ -55,6 +56,7 @@ class Question(StrEnum):
 
 
 CONCERNS = {
+    "word": Question.MOTION,
     "stable_from": Question.WHERE,
     "inclination_from_deg": Question.WHERE,
     "margin_period_doubling_percent": Question.MARGIN,
@@ -93,13 +95,15 @@ class Verdict:
     """What a study comes to.
 
     The status is that of the motion, at the design point where one is given; the word says it in a few words, and the
-    headline in one or two sentences of plain text.
+    headline in one or two sentences of plain text. `instead` says what the ball does at the design point where no 1:1
+    motion is stable and others are known that are, without a full stop; "" else.
     """
 
     status: Status
     word: str
     headline: str
     facts: tuple[Fact, ...]
+    instead: str = ""
 
 
 def range_text(part: StableInterval) -> str:
@@ -114,10 +118,12 @@ def verdict_of(
     crosscheck: CrossCheck | None,
     compliance: Compliance | None,
     tolerances: Tolerances | None,
+    atlas: Atlas | None,
     criteria: tuple[Criterion, ...],
 ) -> Verdict:
     """Judge what was found out about a scenario; without criteria nothing is required."""
-    motion = _motion(solution)
+    instead = _instead(solution, atlas)
+    motion = _motion(solution, instead)
     stable = motion.status is Status.GOOD
     where = _where(solution) if solution.sweep is not None or stable else None
     margin = _margin(solution, solution.design) if solution.design is not None and stable else None
@@ -125,6 +131,8 @@ def verdict_of(
     reached = _reached(crosscheck) if stable else None
     voltage = _voltage(solution)
     accepted = _accepted(criteria) if criteria else None
+    if instead and any(criterion.passed for criterion in _judged(Question.MOTION, criteria)):
+        motion = replace(motion, status=Status.GOOD)
     rigid = _rigid(compliance.grade) if compliance is not None and compliance.grade is not None else None
     simulated = _simulated(crosscheck) if crosscheck is not None else None
     headline = _headline(solution, motion, where, (margin, reached, voltage, simulated))
@@ -136,7 +144,7 @@ def verdict_of(
     facts = (accepted, motion, where, margin, tolerated, reached, voltage, shaker, rigid, simulated)
     margin_word = "small" if solution.design is None or not solution.design.unresolved else "not known"
     status, word = _status(motion, margin, margin_word, accepted, rigid, simulated)
-    return Verdict(status, word, headline, tuple(_held(fact, criteria) for fact in facts if fact is not None))
+    return Verdict(status, word, headline, tuple(_held(fact, criteria) for fact in facts if fact is not None), instead)
 
 
 def _judged(question: str, criteria: tuple[Criterion, ...]) -> list[Criterion]:
@@ -177,6 +185,8 @@ def _status(
         return Status.BAD, "Not stable"
     if bad(accepted):
         return Status.BAD, "Requirements not met"
+    if motion.status is Status.CAUTION:
+        return Status.CAUTION, "Stable, but not 1:1"
     if margin is not None and margin.status is Status.CAUTION:
         return Status.CAUTION, f"Stable, margin {margin_word}"
     if bad(rigid):
@@ -241,7 +251,34 @@ def _accepted(criteria: tuple[Criterion, ...]) -> Fact:
     return Fact(Question.ACCEPTED, answer, f"{met} of {count}: see the acceptance table", status)
 
 
-def _motion(solution: Solution) -> Fact:
+TIMES = "once", "twice", "three times", "four times", "five times", "six times", "seven times", "eight times"
+"""How often, by the number less one."""
+
+
+def _instead(solution: Solution, atlas: Atlas | None) -> str:
+    """What the ball does at the design point where no 1:1 motion is stable, as far as families say."""
+    design = solution.design
+    if atlas is None or design is None or design.motions.stable.any():
+        return ""
+    families = (family for family, _ in atlas.stable_at(design.value))
+    return ", or ".join(dict.fromkeys(_strikes(family.sequence) for family in families))
+
+
+def _strikes(sequence: Sequence) -> str:
+    """How often the ball strikes which membrane."""
+    bottom, top = (_times(sequence.walls.count(wall)) for wall in (1, -1))
+    often = "per forcing period" if sequence.periods == 1 else f"in {sequence.periods} forcing periods"
+    if not bottom or not top:
+        return f"the ball strikes only the {'bottom' if bottom else 'top'} membrane, {bottom or top} {often}"
+    both = "each membrane " + bottom if bottom == top else f"the bottom membrane {bottom} and the top {top}"
+    return f"the ball strikes {both} {often} ({sequence.word})"
+
+
+def _times(count: int) -> str:
+    return "" if not count else TIMES[count - 1] if count <= len(TIMES) else f"{count} times"
+
+
+def _motion(solution: Solution, instead: str) -> Fact:
     design = solution.design
     if design is None:
         types = {part.stability for branch in solution.branches for part in branch.segments() if part.stable}
@@ -254,6 +291,9 @@ def _motion(solution: Solution) -> Fact:
     at, stable = _design_words(solution), design.motions.stable
     count, admissible = int(stable.sum()), int(design.motions.admissible.sum())
     if not count:
+        if instead:
+            short = f"no stable 1:1 motion; {instead}"
+            return Fact(Question.MOTION, "Not 1:1", f"{capital(instead)} at {at}", Status.CAUTION, short)
         detail = f"{admissible} admissible 1:1 motion{'s' * (admissible != 1)} at {at}, none of them stable"
         detail = detail if admissible else f"No admissible 1:1 motion at {at}"
         return Fact(Question.MOTION, "No", detail, Status.BAD, "no stable motion")

@@ -42,7 +42,7 @@ MARGINS = {
 """Requirements on margins, and the kinds of critical point that they are to; that to any kind is the last."""
 
 NEEDED = {
-    "sweep": ("stable_from", "u_ave_difference_at_most_v"),
+    "sweep": ("stable_from", "u_ave_difference_at_most_v", "word", "words"),
     "simulation": ("crosscheck_passed",),
     "accuracy": (),
 }

@@ -152,6 +152,15 @@ class Sweep(Block):
     to: float = _key(REQUIRED, "To", UNIT_OF_SWEPT, "Last value; not equal to the first.", example=0.75)
 
 
+class Direction(StrEnum):
+    """Which way a sweep is gone through where each value starts from the state that the last one ended in."""
+
+    NONE = "none"
+    UP = "up"
+    DOWN = "down"
+    BOTH = "both"
+
+
 class Simulation(Block):
     """The simulation beside the solution: where it is asked for, and from how many starts."""
 
@@ -172,6 +181,14 @@ class Simulation(Block):
     )
     diagram: bool = _key(
         False, "Diagram", "", "Whether to draw a bifurcation diagram from simulation alone.", example=True
+    )
+    follow: Direction = _key(
+        Direction.NONE,
+        "Follow",
+        "",
+        "Direction in which the sweep is gone through slowly, each value from the state that the last one ended in: "
+        "up, down, or both, one after the other.",
+        strict=False,
     )
     # Lists become tuples as they are read, which strictly no list is.
     portraits: tuple[float, ...] = _key(
@@ -213,6 +230,11 @@ def _percent(title: str, kind: str) -> Any:
     return _key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
 
 
+LONGEST_WORD = 16
+WORD = Annotated[str, Field(pattern="^[BT]+$", max_length=LONGEST_WORD, strict=True)]
+"""Impacts of one period in their order, B on the bottom and T on the top."""
+
+
 class Requirements(Block):
     """What the design must meet: each is a line of the acceptance table, and one that fails makes the exit code 1."""
 
@@ -223,6 +245,24 @@ class Requirements(Block):
     margin_period_doubling_percent: float | None = _percent("Margin to period doubling", "period doubling")
     margin_grazing_percent: float | None = _percent("Margin to grazing", "grazing point")
     margin_any_percent: float | None = _percent("Margin", "critical point of any kind")
+    word: WORD | None = _key(
+        None,
+        "Word",
+        "",
+        "Impacts of one period, B on the bottom and T on the top, of every motion that may be stable at the design "
+        "point; one must be.",
+        example="BT",
+    )
+    words: tuple[WORD, ...] | None = _key(
+        None,
+        "Words",
+        "",
+        "The same of further motions that may be stable.",
+        example=["BT", "BBT"],
+        min_length=1,
+        max_length=8,
+        strict=False,
+    )
     u_ave_at_least_v: float | None = _positive(
         None, "U_ave at least", "V", "Least U_ave of the stable motions at the design point.", example=1000.0
     )
@@ -282,6 +322,11 @@ class Requirements(Block):
     crosscheck_passed: bool | None = _key(
         None, "Cross-check", "", "Whether the simulation must agree with the solution.", example=True
     )
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        """Words of the motions that may be stable; () where no motion is required."""
+        return (*((self.word,) if self.word is not None else ()), *(self.words or ()))
 
 
 MotionName = Annotated[
@@ -546,6 +591,15 @@ class Scenario(Block):
     design: Design | None = _key(
         None, "Design", "", "What the best design is looked for in. It makes no difference to a run."
     )
+
+    @property
+    def motion_limits(self) -> Motions | None:
+        """Limits of the motions that are followed: those given, or what requirements need; None where none is."""
+        allowed = self.requirements.allowed if self.requirements is not None else ()
+        if self.motions is not None or not allowed:
+            return self.motions
+        least = Motions()
+        return Motions(impacts=max(least.impacts, *map(len, allowed)), periods=max(least.periods, self.period_ratio))
 
     @property
     def parameter(self) -> Parameter:

@@ -109,7 +109,9 @@ def _wrong(path: str, value: object, written: str, key: Schema) -> str:
         return _wrong_choice(path, str(value), key["enum"])
     if isinstance(value, str):
         if "pattern" in key:
-            return ""
+            return (
+                ", which is no word of at most {maxLength} letters B and T".format(**key) if "maxLength" in key else ""
+            )
         if "string" in kinds:
             return f", which has {len(value)} characters" if value else ", which is empty"
         quoted = written[:1] in ("'", '"')
@@ -160,12 +162,16 @@ def allowed(key: Schema) -> str:
         return f"a list of {key['minItems']} to {key['maxItems']} blocks of keys"
     if "array" in kinds:
         least, most = key.get("minItems", 0), key["maxItems"]
-        what = f"numbers{unit}" if "pattern" not in key["items"] else f"names: {key['items']['description']}"
+        what = f"numbers{unit}"
+        if "pattern" in key["items"]:
+            what = f"names: {key['items']['description']}" if "description" in key["items"] else "words"
         return f"a list of {f'{least} to' if least else 'at most'} {most} {what}"
     if "boolean" in kinds:
         return "true or false"
-    if "pattern" in key:
+    if "pattern" in key and "maxLength" not in key:
         return str(key["description"])
+    if "pattern" in key:
+        return f"1 to {key['maxLength']} impacts in order, B on the bottom and T on the top"
     if "string" in kinds:
         return f"text on one line, 1 to {key['maxLength']} characters"
     if key.get("minimum") is not None and key["minimum"] == key.get("maximum"):

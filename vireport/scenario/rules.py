@@ -12,7 +12,17 @@ from collections.abc import Set as AbstractSet
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
-from vireport.scenario.blocks import AxisPath, DesignPath, MapFile, Membrane, Objective, Sampling, Scenario, percent_key
+from vireport.scenario.blocks import (
+    AxisPath,
+    DesignPath,
+    Direction,
+    MapFile,
+    Membrane,
+    Objective,
+    Sampling,
+    Scenario,
+    percent_key,
+)
 from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import DesignInput, Parameter
 
@@ -31,8 +41,10 @@ LARGER = {DesignPath.BALL_MASS: DesignPath.CAPSULE_MASS, DesignPath.BALL_RADIUS:
 
 MARGINS = ("margin_period_doubling_percent", "margin_grazing_percent", "margin_any_percent")
 ELECTRICAL = "power_at_least_mw", "field_at_most_percent"
+WORDS = "word", "words"
 AT_DESIGN = (
     *MARGINS,
+    *WORDS,
     *("u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m", "yield_at_least_percent"),
     *ELECTRICAL,
 )
@@ -45,7 +57,10 @@ VOLTAGE = (
     "deflection_at_most_m",
 )
 NEEDS = {
-    "sweep": (("stable_from", "stable_to", "u_ave_difference_at_most_v"), "a range of the swept parameter needs"),
+    "sweep": (
+        ("stable_from", "stable_to", "u_ave_difference_at_most_v", *WORDS),
+        "a range of the swept parameter, or a motion that is followed along it, needs",
+    ),
     "device.ball_mass_kg": (VOLTAGE, "voltage and deflection need"),
     "device.membrane.thickness_m": (ELECTRICAL, "power and field need"),
     "tolerances": (("yield_at_least_percent",), "a yield needs"),
@@ -231,6 +246,9 @@ def _sweep(tree: _Tree) -> Iterator[Finding]:
 def _simulation(tree: _Tree) -> Iterator[Finding]:
     if tree.at("simulation.diagram") is True and tree.absent("sweep"):
         yield _rule("simulation.diagram", "a bifurcation diagram needs a sweep (add one, or set it to false)")
+    ways = (Direction.UP, Direction.DOWN, Direction.BOTH)
+    if tree.at("simulation.follow") in ways and tree.absent("sweep"):
+        yield _rule("simulation.follow", "there is no sweep to go through (add one, or leave this out)")
     for path in ("simulation.portraits", "simulation.displacement"):
         yield from _out_of_range(tree, _elements(path, tree.at(path)))
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import bracketed_root
+from vireport.analysis import STABILITIES, Stability, bracketed_root, classify
 from vireport.errors import NumericalError
 from vireport.sequences.equations import Model, linearised, trace
 from vireport.sequences.motions import IMAGE, Motion, Sequence
@@ -172,6 +172,10 @@ class Curve:
     def trace(self, x: Floats) -> float:
         """The trace of a motion; nan where a velocity is zero."""
         return float(trace(self.sequence, x.tolist(), self.model)) if np.all(x[: len(self.sequence)] != 0) else nan
+
+    def stability(self, trace: float) -> Stability:
+        """Type of a motion with this trace."""
+        return STABILITIES[int(classify(trace, self.model.r ** (len(self.sequence) / 2)))]
 
     def tangent(self, x: Floats) -> Floats:
         """The direction of the curve, of either sign."""

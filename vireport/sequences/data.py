@@ -212,7 +212,7 @@ def motion_data(family: Family, motion: Motion, value: float, membrane: Membrane
         "word": family.sequence.word,
         "ratio": family.sequence.ratio,
         "periods": family.sequence.periods,
-        "stability": family.type_of(float(alone.trace[0])),
+        "stability": family.curve.stability(float(alone.trace[0])),
         **{name: values[0] for name, values in data.items()},
         "error_bounds": {name: values[0] for name, values in bounds.items() if name != "null_means"},
     }

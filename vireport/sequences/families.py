@@ -10,18 +10,21 @@ from math import isfinite, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import STABILITIES, Stability, Sweep, classify, value_bound
+from vireport.analysis import Stability, Sweep, value_bound
 from vireport.physics import GROUP_ERROR, UNIT, Rounded
 from vireport.sequences.continuation import Curve, Event
 from vireport.sequences.error_bounds import error_bounds
 from vireport.sequences.motions import Motion, Sequence
 from vireport.sequences.polish import PolishedPoint
 from vireport.sequences.switching import Limits
+from vireport.simulation import Outcome, motion_name
 
 Floats = NDArray[np.float64]
 
 TURNS = 3 * pi
 """Roundings of a phase from a time [rad per t_c]: of the product with pi, of pi, and of the remainder."""
+ROUNDING = 1e-9
+"""Share of the sweep up to which a value beyond the end of a family is that end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,6 +93,11 @@ class Family:
         return self.curve.sequence
 
     @property
+    def name(self) -> str:
+        """The word of its motions and their period, such as BBT every forcing period."""
+        return motion_name(Outcome.PERIODIC, self.sequence.word, self.sequence.periods)
+
+    @property
     def ends(self) -> tuple[Mark, Mark]:
         """What it begins and ends with; twice the same on a closed curve."""
         first, last = self.marks[0], self.marks[-1]
@@ -129,11 +137,7 @@ class Family:
             ends = self.x[[first, last]]
             x = self.curve.at(ends.mean(axis=0), float(ends[:, -1].mean()))
             trace = float(self.trace[[first, last]].mean()) if x is None else self.curve.trace(x)
-        return self.type_of(trace)
-
-    def type_of(self, trace: float) -> Stability:
-        """Type of a motion with this trace."""
-        return STABILITIES[int(classify(trace, self.curve.model.r ** (len(self.sequence) / 2)))]
+        return self.curve.stability(trace)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -197,8 +201,10 @@ class Family:
 
     def at(self, coordinate: float) -> list[Motion]:
         """Its motions at a value of the coordinate that orders the sweep."""
-        c = self.x[:, -1]
-        found = []
+        c, found = self.x[:, -1], []
+        nearest = float(np.clip(coordinate, c.min(), c.max()))
+        if abs(coordinate - nearest) < ROUNDING * (self.curve.high - self.curve.low):
+            coordinate = nearest
         for i in np.flatnonzero((c[:-1] - coordinate) * (c[1:] - coordinate) <= 0):
             step = c[i + 1] - c[i]
             share = (coordinate - c[i]) / step if step else 0.5
@@ -270,3 +276,11 @@ class Atlas:
                     there = (self.families[number - 1] for number in vertex.families)
                     found += [x for x in there if len(x.sequence) == 2 * len(parent.sequence) and x not in found]
         return found[count:]
+
+    def stable_at(self, value: float) -> list[tuple[Family, Motion]]:
+        """Every stable motion at a value of the swept parameter, with its family."""
+
+        def trace(family: Family, motion: Motion) -> float:
+            return family.curve.trace(family.curve.vector(motion))
+
+        return [pair for pair in self.at(value) if pair[0].curve.stability(trace(*pair)).attracts]

@@ -52,7 +52,7 @@ class Sequence:
     periods: int
 
     @classmethod
-    def of(cls, word: str, periods: int) -> Sequence:
+    def of(cls, word: str, periods: int = 1) -> Sequence:
         """The impacts of a word in a number of forcing periods."""
         return cls(tuple(1 if letter == "B" else -1 for letter in word), periods)
 
@@ -74,9 +74,10 @@ class Sequence:
         """The same impacts, counted from another."""
         return Sequence(self.walls[first:] + self.walls[:first], self.periods)
 
-    def canonical(self) -> Sequence:
-        """The same impacts, counted so that the word is the alphabetically first one."""
-        return min((self.rotated(i) for i in range(len(self))), key=lambda sequence: sequence.word)
+    def canonical(self, mirror: bool = False) -> Sequence:
+        """The same impacts, or with `mirror` their mirror image, so that the word is the alphabetically first one."""
+        each = (self, self.mirrored()) if mirror else (self,)
+        return min((one.rotated(i) for one in each for i in range(len(self))), key=lambda sequence: sequence.word)
 
     def mirrored(self) -> Sequence:
         """Bottom and top exchanged."""

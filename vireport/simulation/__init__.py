@@ -1,6 +1,6 @@
 """The rigid-impact model simulated from event to event; knows nothing of the analytic solution."""
 
-from vireport.simulation.attractors import Attractor, Diagram, Outcome, attractors, diagram, find_attractor
+from vireport.simulation.attractors import Attractor, Diagram, Outcome, attractors, diagram, find_attractor, motion_name
 from vireport.simulation.cycles import Cycle, growth_bound
 from vireport.simulation.events import (
     BOTTOM,
@@ -14,15 +14,18 @@ from vireport.simulation.events import (
     follow_one,
     start_of,
 )
+from vireport.simulation.following import CLOSE, RESOLUTION, Conditions, Course, Jump, Stage, course
 from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
 from vireport.simulation.starts import random_starts, start_speed
 from vireport.simulation.trajectories import Portrait, Trajectory, path, portrait, simulate
 
 __all__ = [
     "BOTTOM",
+    "CLOSE",
     "FLIGHT",
     "FREE",
     "PHASE",
+    "RESOLUTION",
     "REST",
     "RIDING",
     "RUNNING",
@@ -32,22 +35,28 @@ __all__ = [
     "VELOCITY",
     "WALL",
     "Attractor",
+    "Conditions",
+    "Course",
     "Cycle",
     "Diagram",
     "Impact",
     "InFlight",
+    "Jump",
     "Outcome",
     "Portrait",
+    "Stage",
     "Start",
     "Trajectory",
     "attractors",
     "check_model",
     "check_start",
+    "course",
     "diagram",
     "find_attractor",
     "follow",
     "follow_one",
     "growth_bound",
+    "motion_name",
     "path",
     "portrait",
     "random_starts",

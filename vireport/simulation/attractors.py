@@ -53,6 +53,13 @@ class Outcome(StrEnum):
     UNRESOLVED = "not resolved: flights so long that rounding loses the forcing phase"
 
 
+def motion_name(outcome: Outcome, word: str, period: int) -> str:
+    """The word of a motion and its period, or what the motion is where it has none."""
+    if not word:
+        return outcome.value
+    return f"{word} every {f'{period} forcing periods' if period > 1 else 'forcing period'}"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Attractor:
     """What a start leads to.
@@ -88,6 +95,11 @@ class Attractor:
     def period(self) -> int:
         """In forcing periods; 0 if it is not periodic."""
         return self.cycle.period if self.cycle else 0
+
+    @property
+    def name(self) -> str:
+        """The word and its period, or what the motion is where it has none."""
+        return motion_name(self.outcome, self.word, self.period)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,7 +140,7 @@ def find_attractor(d: float, gbar: float, r: float, start: Start, budget: int = 
     """
     model = check_model(d, gbar, r)[0]
     rows, summary = follow_one(model, check_start(start, d), min(BLOCK, budget), KEPT)
-    return _search(model, rows, summary, (budget, budget), [])
+    return search(model, rows, summary, (budget, budget), [])[0]
 
 
 def attractors(
@@ -162,7 +174,7 @@ def attractors(
         known: list[Cycle] = []
         reached.append(
             tuple(
-                _search(model[i], _happened(rows[i, j], summary[i, j]), summary[i, j], (budget, budget), known)
+                search(model[i], _happened(rows[i, j], summary[i, j]), summary[i, j], (budget, budget), known)[0]
                 for j in range(rows.shape[1])
             )
         )
@@ -193,7 +205,7 @@ def diagram(
         drawn: set[int] = set()
         for j in range(rows.shape[1]):
             own = _happened(rows[i, j], summary[i, j])
-            attractor = _search(model[i], own, summary[i, j], (impacts, budget), known)
+            attractor, _ = search(model[i], own, summary[i, j], (impacts, budget), known)
             label = labels.setdefault(attractor.word or attractor.outcome, len(labels))
             cycle = attractor.cycle
             if cycle is None and attractor.outcome is Outcome.APERIODIC:
@@ -213,21 +225,23 @@ def diagram(
     )
 
 
-def _search(model: Array, rows: Array, summary: Array, limits: tuple[int, int], known: list[Cycle]) -> Attractor:
-    """Continue a trajectory until it is known what it leads to; `known` collects the cycles of one parameter.
+def search(
+    model: Array, rows: Array, summary: Array, limits: tuple[int, int], known: list[Cycle]
+) -> tuple[Attractor, Array]:
+    """Continue a trajectory until it is known what it leads to, and return that with the last impacts.
 
     `limits` are the impacts to spend while nothing periodic is in sight, and while a cycle is being
-    approached.
+    approached; `known` collects the cycles of one parameter.
     """
     used, block = int(summary[0]), BLOCK
     patience, budget = limits
     while summary[2] == RUNNING:
         if unresolved(rows):
-            return Attractor(Outcome.UNRESOLVED, None, nan, inf, used)
+            return Attractor(Outcome.UNRESOLVED, None, nan, inf, used), rows
         near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
         cycle = near[0] if near else cycles.sticking(model, rows) or cycles.approached(model, rows)
         if cycle is not None and cycle.sticks:
-            return Attractor(Outcome.STICKING, _remembered(cycle, known), -inf, 0.0, used)
+            return Attractor(Outcome.STICKING, _remembered(cycle, known), -inf, 0.0, used), rows
         if cycle is not None and cycle.growth >= 1:
             rows = rows.copy()
             rows[-1, VELOCITY] *= 1 + NUDGE  # on an orbit that repels: rounding alone might keep it there
@@ -240,15 +254,15 @@ def _search(model: Array, rows: Array, summary: Array, limits: tuple[int, int], 
                 distance = cycle.distance(rows[-1])
             if distance <= SETTLED or (used >= budget and distance < max(SLOWER * before, BESIDE)):
                 cycle = _remembered(cycle, known)
-                return Attractor(Outcome.PERIODIC, cycle, cycle.lyapunov, distance, used)
+                return Attractor(Outcome.PERIODIC, cycle, cycle.lyapunov, distance, used), rows
         if used >= min(patience, budget):
-            return Attractor(Outcome.APERIODIC, None, cycles.exponent(model, rows), inf, used)
+            return Attractor(Outcome.APERIODIC, None, cycles.exponent(model, rows), inf, used), rows
         rows, summary = follow_one(model, as_start(rows[-1]), min(block, budget - used), KEPT)
         used += int(summary[0])
         block *= 2
     if summary[2] == REST:
-        return Attractor(Outcome.REST, None, -inf, 0.0, used)
-    return Attractor(Outcome.FREE, None, nan, 0.0, used)
+        return Attractor(Outcome.REST, None, -inf, 0.0, used), rows
+    return Attractor(Outcome.FREE, None, nan, 0.0, used), rows
 
 
 def unresolved(rows: Array) -> bool:

@@ -101,7 +101,7 @@ class Cycle:
 
     def distance(self, row: Array) -> float:
         """From an impact to the nearest of the cycle on its wall, in phase [rad] and velocity [y_c]."""
-        apart = _apart(self.phase - row[PHASE], self.velocity - row[VELOCITY])
+        apart = separation(self.phase - row[PHASE], self.velocity - row[VELOCITY])
         return float(np.min(apart[self.wall == row[WALL]], initial=inf))
 
 
@@ -196,7 +196,7 @@ def exponent(model: Array, rows: Array) -> float:
 def recurrences(rows: Array) -> list[int]:
     """Numbers of impacts, ascending, after which the last impact came close to where it had been."""
     last, past = rows[-1], rows[-2 : -MAX_IMPACTS - 2 : -1]
-    apart = _apart(past[:, PHASE] - last[PHASE], past[:, VELOCITY] - last[VELOCITY])
+    apart = separation(past[:, PHASE] - last[PHASE], past[:, VELOCITY] - last[VELOCITY])
     lengths: list[int] = (np.flatnonzero((apart < NEAR) & (past[:, WALL] == last[WALL])) + 1).tolist()
     return lengths[:CANDIDATES]
 
@@ -328,13 +328,14 @@ def _divisor(lap: Array) -> int:
     for length in range(1, n):
         if n % length == 0:
             a, b = lap[:-length], lap[length:]
-            apart = _apart(a[:, PHASE] - b[:, PHASE], a[:, VELOCITY] - b[:, VELOCITY])
+            apart = separation(a[:, PHASE] - b[:, PHASE], a[:, VELOCITY] - b[:, VELOCITY])
             if np.array_equal(a[:, WALL], b[:, WALL]) and apart.max() < SAME:
                 return length
     return n
 
 
-def _apart(phase: Array, velocity: Array) -> Array:
+def separation(phase: Array, velocity: Array) -> Array:
+    """The larger of two differences, of phases [rad] around the circle and of velocities."""
     apart: Array = np.maximum(np.abs(_wrap(phase)), np.abs(velocity))
     return apart
 

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from typing import NamedTuple
 
 from vireport.errors import installing
-from vireport.scenario import Parameter, Scenario
+from vireport.scenario import Direction, Parameter, Scenario
 
 
 class Task(StrEnum):
@@ -55,6 +55,7 @@ class Task(StrEnum):
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
+    FIGURE_HYSTERESIS = "figure-hysteresis", "the motions of a slow sweep, with their jumps"
     FIGURE_ATLAS = "figure-atlas", "families of motions of all impact sequences"
     FIGURE_LADDER = "figure-ladder", "voltage and impacts per second of each impact sequence"
     FIGURE_PORTRAITS = "figure-portraits", "paths and phase portraits of chosen motions"
@@ -74,8 +75,8 @@ class Task(StrEnum):
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS),
-    *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_ATLAS),
-    *(Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
+    *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
+    *(Task.FIGURE_ATLAS, Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
@@ -157,7 +158,8 @@ SIMULATION = Condition(lambda x, _: x.simulation, "the scenario has no simulatio
 PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
 DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
 DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
-MOTIONS = Condition(lambda x, _: x.motions, "the scenario has no motions block")
+FOLLOW = Condition(lambda x, _: x.simulation and x.simulation.follow is not Direction.NONE, "simulation.follow is none")
+MOTIONS = Condition(lambda x, _: x.motion_limits, "the scenario has no motions block")
 NAMED = Condition(lambda x, _: x.motions and x.motions.portraits, "motions.portraits is empty")
 ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
 COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
@@ -186,7 +188,7 @@ STEPS = (
     Row(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
     Row(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     Row(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
-    Row(Task.MOTIONS, (MOTIONS, SWEEP), "the scenario has a motions block"),
+    Row(Task.MOTIONS, (MOTIONS, SWEEP), "a motions block, or a word that is required, asks for them"),
     Row(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     Row(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
@@ -194,7 +196,8 @@ STEPS = (
     Row(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
     Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
-    Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "the scenario has a motions block", (MOTIONS,)),
+    Row(Task.FIGURE_HYSTERESIS, (PICTURES,), "simulation.follow is given", (FOLLOW,)),
+    Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "motions of other impact sequences are followed", (MOTIONS,)),
     Row(Task.FIGURE_LADDER, (SWEEP, BALL, PICTURES), "the scenario has a motions block", (MOTIONS,)),
     Row(Task.FIGURE_PORTRAITS, (SWEEP, NAMED, PICTURES), "motions.portraits names motions", (MOTIONS,)),
     Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
@@ -230,12 +233,15 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 what = _cost(scenario)
             elif runs and row.task is Task.ACCURACY:
                 what = _methods()
-            elif runs and row.task is Task.MOTIONS and (limits := scenario.motions):
+            elif runs and row.task is Task.MOTIONS and (limits := scenario.motion_limits):
                 most = f"at most {limits.impacts} impacts in {limits.periods} forcing periods"
                 what = f"{Task.MOTIONS.what}, {most}: seconds to minutes"
             steps.append(Step(row.task, runs, what, why))
     return Plan(tuple(steps))
 
+
+FOLLOWED = 20
+"""Times the impacts of a start that it takes to follow a motion from one value to the next: an estimate."""
 
 IMPACTS_PER_SECOND = 2e6
 """Of the simulation on one core of a common machine, for what a plan says of its cost."""
@@ -250,13 +256,16 @@ def _cost(scenario: Scenario) -> str:
     if asked is None:
         return Task.SIMULATION.what
     values = asked.samples if scenario.sweep is not None else 1
-    impacts = values * asked.starts * asked.impacts * (2 if asked.diagram else 1)
+    starts = asked.starts * (2 if asked.diagram else 1)
+    ways = {Direction.NONE: 0, Direction.BOTH: 2}.get(asked.follow, 1)
+    impacts = values * asked.impacts * (starts + FOLLOWED * ways)
     cost = f"about {impacts / IMPACTS_PER_SECOND:.1g} s and, the first time, a few seconds to compile"
     if find_spec("numba") is None:
         cost = (
             f"about {impacts / INTERPRETED_PER_SECOND:.1g} s, interpreted, as numba is missing: {installing('numba')}"
         )
-    return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, {cost}"
+    slowly = f", then followed from value to value ({asked.follow})" if ways else ""
+    return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts{slowly}, {cost}"
 
 
 def _methods() -> str:

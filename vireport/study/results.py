@@ -39,9 +39,9 @@ from vireport.text import inert_cell
 if TYPE_CHECKING:
     from vireport.gate import Criterion
     from vireport.sequences import Atlas
-    from vireport.simulation import Attractor
+    from vireport.simulation import Attractor, Course, Stage
     from vireport.tolerances import Failure, Tolerances
-    from vireport.trust import Compliance, CrossCheck, MotionCount, WorkPrecision
+    from vireport.trust import Compliance, CrossCheck, Hysteresis, MotionCount, WorkPrecision
 
 SCHEMA_VERSION = 1
 
@@ -74,7 +74,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "shaker": _shaker(solution.shaker),
         "fits_membrane": _fitting(solution.fitting),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
-        "simulation": None if study.crosscheck is None else _simulation(study.crosscheck),
+        "simulation": None if study.crosscheck is None else _simulation(study, study.crosscheck),
         "families": None if study.atlas is None else _families(study.atlas, study.solution.membrane),
         "accuracy": None if study.work is None else _accuracy(study.work),
         "compliant": None if study.compliance is None else _compliant(study.compliance),
@@ -369,7 +369,7 @@ DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
 """What a row of Table 1 gives of its ends, and the column it is from."""
 
 
-def _simulation(check: CrossCheck) -> dict[str, Any]:
+def _simulation(study: Study, check: CrossCheck) -> dict[str, Any]:
     share = check.share
     return {
         "passed": check.passed,
@@ -401,7 +401,62 @@ def _simulation(check: CrossCheck) -> dict[str, Any]:
                 check.values, check.d, check.gbar, check.start_speed, check.found, strict=True
             )
         ],
+        "follow": None if check.hysteresis is None else _follow(study, check.hysteresis),
     }
+
+
+def _follow(study: Study, slowly: Hysteresis) -> dict[str, Any]:
+    """What is met where the sweep is gone through slowly."""
+    return {
+        **dict.fromkeys(("up", "down")),
+        **{str(way): _course(study, course) for way, course in slowly.courses.items()},
+        "loops": [
+            {"from": loop.low, "to": loop.high, "width": loop.width, "up": _kind(loop.up), "down": _kind(loop.down)}
+            for loop in slowly.loops
+        ],
+        "coexisting": [
+            {
+                "outcome": one.outcome.name.lower(),
+                "word": one.word or None,
+                "period": one.period or None,
+                **{source: list(map(list, ranges)) for source, ranges in one.ranges.items()},
+            }
+            for one in study.coexisting
+        ],
+    }
+
+
+def _course(study: Study, course: Course) -> dict[str, Any]:
+    """The motions at the values in their order, and the jumps between them."""
+    return {
+        "samples": [
+            {
+                "sweep_value": stage.value,
+                **_kind(stage),
+                "wall": stage.impacts[:, 0].astype(int).tolist(),
+                "phase_rad": stage.impacts[:, 1].tolist(),
+                "velocity": stage.impacts[:, 2].tolist(),
+            }
+            for stage in course.stages
+        ],
+        "jumps": [
+            {
+                "from": jump.before.value,
+                "to": jump.after.value,
+                "before": _kind(jump.before),
+                "after": _kind(jump.after),
+                "vertex": None
+                if vertex is None
+                else {"label": vertex.label, "kind": vertex.event, "sweep_value": vertex.point.sweep_value},
+            }
+            for jump, vertex in ((jump, study.ending(jump)) for jump in course.jumps)
+        ],
+    }
+
+
+def _kind(stage: Stage) -> dict[str, Any]:
+    end = stage.attractor
+    return {"outcome": end.outcome.name.lower(), "word": end.word or None, "period": end.period or None}
 
 
 def _motion_count(motion: MotionCount) -> dict[str, Any]:

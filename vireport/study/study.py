@@ -22,7 +22,9 @@ from vireport.text import bounded, html_table, significant, visible
 
 if TYPE_CHECKING:
     from vireport.proofs import Certificate
-    from vireport.sequences import Atlas
+    from vireport.sequences import Atlas, Vertex
+    from vireport.simulation import Jump
+    from vireport.study.coexistence import Coexisting
     from vireport.tolerances import Tolerances
     from vireport.trust import Compliance, CrossCheck, Reproduction, WorkPrecision
 
@@ -78,7 +80,22 @@ class Study:
     @cached_property
     def verdict(self) -> Verdict:
         """What the study comes to."""
-        return verdict_of(self.solution, self.crosscheck, self.compliance, self.tolerances, self.criteria)
+        evidence = self.crosscheck, self.compliance, self.tolerances, self.atlas
+        return verdict_of(self.solution, *evidence, self.criteria)
+
+    @cached_property
+    def coexisting(self) -> tuple[Coexisting, ...]:
+        """The motions found along a sweep that was gone through slowly, and where; () where it was not."""
+        from vireport.study.coexistence import coexisting
+
+        return coexisting(self.crosscheck, self.atlas) if self.crosscheck is not None else ()
+
+    def ending(self, jump: Jump) -> Vertex | None:
+        """Where the motion before a jump ceases to be stable, within the distance of two values, if that is known."""
+        from vireport.study.coexistence import ends_at
+
+        check = self.crosscheck
+        return ends_at(jump, self.atlas, check.step) if check is not None and self.atlas is not None else None
 
     @cached_property
     def reproduction(self) -> Reproduction | None:
@@ -193,14 +210,14 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     study = Study(loaded, steps, solution)
     if scenario.simulation is not None:
         study = _with_simulation(study, scenario.simulation, progress)
-    if scenario.motions is not None and steps.runs(Task.MOTIONS):
-        study = _with_motions(study, scenario.motions, progress)
+    if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
+        study = _with_motions(study, scenario.motion_limits, progress)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
     if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
         study = _with_tolerances(study, scenario.tolerances, progress)
     if scenario.requirements is not None:
-        study = replace(study, criteria=assess(loaded, solution, study.crosscheck, study.tolerances))
+        study = replace(study, criteria=assess(loaded, solution, study.crosscheck, study.tolerances, study.atlas))
     return study
 
 
@@ -218,9 +235,12 @@ def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None
         return study
     if progress is not None:
         progress("following motions of other impact sequences")
-    pairs = [] if check is None else zip(sweep.coordinate_of(check.values), check.found, strict=True)
-    cycles = ((float(at), end.cycle) for at, ends in pairs for end in ends)
-    simulated = (motion_of_cycle(cycle, at) for at, cycle in cycles if cycle is not None and not cycle.sticks)
+    ends = () if check is None else check.attractors()
+    simulated = (
+        motion_of_cycle(end.cycle, float(sweep.coordinate_of(value)))
+        for value, end in ends
+        if end.cycle is not None and not end.cycle.sticks
+    )
     return replace(study, atlas=atlas(sweep, Limits(asked.impacts, asked.periods), simulated))
 
 

@@ -13,6 +13,7 @@ from vireport.trust.compliance_section import (
     verdict,
 )
 from vireport.trust.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
+from vireport.trust.hysteresis import Hysteresis, Loop
 from vireport.trust.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
 from vireport.trust.paper import PAPER, ComparedRow, PaperComparison, compare_with_paper
 from vireport.trust.reproduction import Reproduction, reproduce
@@ -38,6 +39,8 @@ __all__ = [
     "CrossCheck",
     "Findings",
     "Grade",
+    "Hysteresis",
+    "Loop",
     "MethodRun",
     "MotionCount",
     "Outcome",

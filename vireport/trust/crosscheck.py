@@ -5,7 +5,7 @@ The simulation knows nothing of the formulae: that both agree is evidence.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.analysis import BifurcationDiagram, Motions, Solution, find_motions, motions_of
 from vireport.physics import Device
-from vireport.scenario import Parameter, Simulation
+from vireport.scenario import Direction, Parameter, Simulation
 from vireport.simulation import (
     BOTTOM,
     Attractor,
@@ -25,12 +25,14 @@ from vireport.simulation import (
     attractors,
     diagram,
     find_attractor,
+    motion_name,
     portrait,
     random_starts,
     start_of,
     start_speed,
 )
 from vireport.simulation import Portrait as Portrait
+from vireport.trust.hysteresis import Hysteresis, follow_sweep
 
 if TYPE_CHECKING:
     from vireport.progress import Progress
@@ -85,9 +87,7 @@ class MotionCount:
     @property
     def name(self) -> str:
         """The word and its period, or what the motion is where it has none."""
-        if not self.word:
-            return self.outcome.value
-        return f"{self.word} every {f'{self.period} forcing periods' if self.period > 1 else 'forcing period'}"
+        return motion_name(self.outcome, self.word, self.period)
 
     @property
     def stays(self) -> bool:
@@ -126,6 +126,8 @@ class CrossCheck:
         Of the trials that do not lead to a 1:1 motion.
     diagram : Diagram or None
         Its index refers to `values`.
+    hysteresis : Hysteresis or None
+        What is met where each value goes on from the last one.
     portraits, displacements : tuple of Portrait
         For figures 3 and 6.
     """
@@ -147,6 +149,7 @@ class CrossCheck:
     motions: tuple[MotionCount, ...]
     elsewhere: tuple[MotionCount, ...]
     diagram: Diagram | None
+    hysteresis: Hysteresis | None
     portraits: tuple[Portrait, ...]
     displacements: tuple[Portrait, ...]
 
@@ -154,6 +157,18 @@ class CrossCheck:
     def passed(self) -> bool:
         """Whether every orbit was found again, within the tolerance."""
         return not self.misses and max(self.velocity_difference, self.phase_difference) <= self.tolerance
+
+    @property
+    def step(self) -> float:
+        """Distance of the values."""
+        return float(np.ptp(self.values)) / max(len(self.values) - 1, 1)
+
+    def attractors(self) -> Iterator[tuple[float, Attractor]]:
+        """Values of the parameter with what was found there, from random starts and where the motion was followed."""
+        for value, ends in zip(self.values, self.found, strict=True):
+            yield from ((float(value), end) for end in ends)
+        for course in self.hysteresis.courses.values() if self.hysteresis is not None else ():
+            yield from ((stage.value, stage.attractor) for stage in course.stages)
 
     @property
     def share(self) -> tuple[float, float, float] | None:
@@ -205,6 +220,10 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     portraits = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.portraits]
     displacements = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.displacement]
     drawn = diagram(d, gbar, r, starts, asked.impacts) if asked.diagram else None
+    slowly = None
+    if asked.follow is not Direction.NONE and solution.sweep is not None:
+        say("following the motion from value to value")
+        slowly = follow_sweep(solution.sweep, values.tolist(), asked)
     return CrossCheck(
         parameter=parameter,
         values=values,
@@ -223,6 +242,7 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
         motions=_counted([(value, end) for value, row in zip(values, found, strict=True) for end in row]),
         elsewhere=_counted(elsewhere),
         diagram=drawn,
+        hysteresis=slowly,
         portraits=tuple(portraits),
         displacements=tuple(displacements),
     )

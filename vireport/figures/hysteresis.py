@@ -1,0 +1,122 @@
+"""The impacts of a sweep that is gone through slowly, upwards and downwards, with the jumps between motions."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from vireport.figures.captions import conditions
+from vireport.figures.curves import Curve, impact_pairs, joined
+from vireport.figures.labels import Label
+from vireport.figures.layout import Entry, SweepAxis, blank, finished, fit_vertically
+from vireport.figures.style import TEXT, Color, Look, Picture, style
+from vireport.figures.sweeps import AXES_HEIGHT, Drawing, drawing_of
+from vireport.scenario import Direction
+from vireport.simulation import Course, Jump
+from vireport.study import Study, Task
+from vireport.text import significant
+from vireport.trust import Hysteresis
+
+TITLE = "Motions of a slow sweep"
+
+HEIGHT = 3.8
+"""Of the panel [in]."""
+
+POINT: Look = {"linestyle": "none", "markeredgewidth": 0.6, "markersize": 3.6}
+LOOKS: dict[Direction, Look] = {
+    Direction.UP: POINT | {"color": Color.BLUE, "marker": ">", "zorder": 3.2},
+    Direction.DOWN: POINT | {"color": Color.VERMILION, "marker": "<", "markerfacecolor": "none", "zorder": 3.0},
+}
+LOOSE: Look = {"marker": ".", "markersize": 1.6, "markeredgewidth": 0}
+"""What is different of a motion that is not periodic."""
+JUMP: Look = {"linewidth": 0.8, "linestyle": (0, (4, 2)), "markevery": [1], "clip_on": False, "zorder": 2.2}
+STABLE: Look = {"color": Color.GREY, "linewidth": 0.7, "zorder": 2.0}
+BAND: Look = {"color": Color.LIGHT, "alpha": 0.4, "linewidth": 0}
+"""Behind a range in which the motion depends on the direction."""
+
+ENOUGH = 6
+"""Significant digits of the value at a jump."""
+
+
+def picture(study: Study, slowly: Hysteresis) -> Picture:
+    """Velocities of all impacts met on the way up and on the way down, over the stable motions that are known."""
+    drawing, labels, names = drawing_of(study), [], {Direction.UP: "upwards", Direction.DOWN: "downwards"}
+    known = _stable(drawing)
+    with style():
+        figure, ((axes,),) = blank(1)
+        if known:
+            axes.plot(*joined(known), **STABLE)
+        for loop in slowly.loops:
+            axes.axvspan(*(drawing.axis.of_value(end) for end in (loop.low, loop.high)), **BAND)
+        for direction, course in slowly.courses.items():
+            _draw(axes, drawing.axis, course, LOOKS[direction])
+        axes.set_ylabel("impact velocity |Ż| [–]")
+        fit_vertically([axes])
+        drawing.axis.dress([axes])
+        for direction, course in slowly.courses.items():
+            labels += [_jump(axes, drawing.axis, jump, LOOKS[direction]) for jump in course.jumps]
+        ways: list[Entry] = [(names[way], LOOKS[way] | {"markersize": 4.8}) for way in slowly.courses]
+        notes: list[Entry] = [("stable motion, analytic", STABLE)] if known else []
+        heading, legends = [(conditions(study), Color.BLACK)], [[*ways, *notes]]
+        drawn = finished(figure, HEIGHT + AXES_HEIGHT, heading, legends, [(axes, labels)])
+    return Picture(Task.FIGURE_HYSTERESIS, TITLE, _caption(study, slowly), _alt(study, slowly), drawn)
+
+
+def _stable(drawing: Drawing) -> list[Curve]:
+    """Impact velocities of the stable motions: of all families where these were followed, else of the 1:1 motions."""
+    atlas = drawing.study.atlas
+    if atlas is not None:
+        return [
+            (drawing.axis.of(family)[first : last + 1], speed[first : last + 1])
+            for family in atlas.families
+            for first, last in family.stable_runs
+            for speed in np.abs(family.velocity).T
+        ]
+    ratio = drawing.study.solution.device.period_ratio
+    return [
+        (drawing.axis.of(part.branch.motions)[part.rows], y[part.rows])
+        for part in drawing.parts
+        if part.stable
+        for y in impact_pairs(part.branch.motions, ratio)[0]
+    ]
+
+
+def _draw(axes: Axes, axis: SweepAxis, course: Course, look: Look) -> None:
+    """Draw the impacts at each value; of motions that are not periodic as dots."""
+    for periodic, own in ((True, look), (False, look | LOOSE | {"markerfacecolor": look["color"]})):
+        stages = [stage for stage in course.stages if (stage.attractor.cycle is not None) is periodic]
+        x = [np.full(len(stage.impacts), axis.of_value(stage.value)) for stage in stages]
+        speed = [np.abs(stage.impacts[:, 2]) for stage in stages]
+        if stages:
+            axes.plot(np.concatenate(x), np.concatenate(speed), **own)
+
+
+def _jump(axes: Axes, axis: SweepAxis, jump: Jump, look: Look) -> Label:
+    """Show where a jump is, with the direction at the top, and return the value as its label."""
+    at, (low, high) = axis.of_value(jump.value), axes.get_ylim()
+    axes.plot([at, at], [low, high], **(JUMP | {"color": look["color"], "marker": look["marker"], "markersize": 4.0}))
+    y = np.linspace(high, low, 24)[1:-1]
+    return Label(significant(jump.value, ENOUGH), np.full(len(y), at), y, TEXT - 1.5, look["color"])
+
+
+def _caption(study: Study, slowly: Hysteresis) -> str:
+    return (
+        "Velocity |Ż| of every impact where each value starts from the state that the last one ended in; dashed: jumps "
+        f"to another motion; light bands: the motion depends on the direction; {conditions(study)}. "
+        f"{_counts(study, slowly)}"
+    )
+
+
+def _alt(study: Study, slowly: Hysteresis) -> str:
+    quantity = study.solution.parameter.quantity
+    return f"Scatter chart of impact velocities over the {quantity}. {_counts(study, slowly)}"
+
+
+def _counts(study: Study, slowly: Hysteresis) -> str:
+    """How many jumps there are, and where the direction matters."""
+    swept, jumps = study.solution.parameter, sum(len(course.jumps) for course in slowly.courses.values())
+    loops = [
+        f"{swept.symbol} = {significant(x.low, 5)} to {swept.with_unit(significant(x.high, 5))}" for x in slowly.loops
+    ]
+    where = f"the motion depends on the direction at {'; '.join(loops)}" if loops else ""
+    return f"{jumps or 'No'} jump{'s' * (jumps != 1)}{f'; {where}' if where else ''}."

@@ -1,0 +1,197 @@
+"""The motion while a parameter changes slowly, as in an experiment: each value goes on from where the last one ended.
+
+Turns values of a parameter into the motions that are met on the way, and into the jumps from one motion to another,
+each between two values as close as was asked for. What is met depends on the direction: that is hysteresis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.simulation.attractors import BLOCK, KEPT, Attractor, Outcome, search
+from vireport.simulation.cycles import separation
+from vireport.simulation.events import BOTTOM, Impact, as_start, check_model, check_start, follow_one
+from vireport.simulation.kernel import PHASE, VELOCITY, WALL
+
+Array = NDArray[np.float64]
+
+CLOSE = 0.05
+"""Distance of two motions, in phase [rad] and velocity [y_c], up to which one is the other at the next value. A
+continuous change falls below it as values are halved: at a period doubling with the square root of their distance."""
+
+RESOLUTION = 1e-6
+"""Width of the interval that a jump is located in, over that of the whole range."""
+
+PATIENCE = 20
+"""Times the impacts asked for, until a motion counts as not periodic: next to a fold it lingers where it was."""
+
+BUDGET = 200_000
+"""Impacts until a slow approach to a motion is given up."""
+
+MOST_STEPS = 400
+"""Steps between two values, some 60 to a jump; one that is found later has the interval that is left."""
+
+SHOWN = 256
+"""Impacts kept of a motion that is not periodic."""
+
+
+class Conditions(NamedTuple):
+    """The groups d and gbar at a value of the parameter, and the unit of velocity y_c there [m/s]."""
+
+    d: float
+    gbar: float
+    velocity_unit: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stage:
+    """The motion at one value.
+
+    Attributes
+    ----------
+    value : float
+    attractor : Attractor
+    impacts : ndarray (n, 3)
+        Wall, phase [rad] and velocity [y_c] of each in one period, or of the last ones; none of a ball that rests.
+    last : Impact
+        The state that it ended in, from which the next value starts.
+    """
+
+    value: float
+    attractor: Attractor
+    impacts: Array
+    last: Impact
+
+    def distance(self, other: Stage, mirror: bool = False) -> float:
+        """Largest distance between an impact of one motion and the nearest of the other, in phase and velocity.
+
+        An impact of low velocity counts with that, as impacts come and go with velocity zero. Motions that are not
+        periodic are not told from one another. With `mirror` the mirror image of the other counts as well.
+        """
+        if Outcome.APERIODIC is self.attractor.outcome is other.attractor.outcome:
+            return 0.0
+        image = other.impacts * (-1, 1, -1) + (0, np.pi, 0)
+        others = (other.impacts, image) if mirror else (other.impacts,)
+        return min(max(_aside(self.impacts, one), _aside(one, self.impacts)) for one in others)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Jump:
+    """A discontinuous change, somewhere between the values of two stages: from the motion of one to the other's."""
+
+    before: Stage
+    after: Stage
+
+    @property
+    def value(self) -> float:
+        """The middle of the interval that it lies in."""
+        return (self.before.value + self.after.value) / 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """What is met on the way: the motions at the values asked for, in their order, and the jumps between them."""
+
+    stages: tuple[Stage, ...]
+    jumps: tuple[Jump, ...]
+
+
+def course(
+    values: Sequence[float],
+    at: Callable[[float], Conditions],
+    r: float,
+    start: Stage | None = None,
+    impacts: int = 1000,
+) -> Course:
+    """Follow the motion from value to value.
+
+    The forcing phase and the velocity in m/s stay as they are when the parameter changes.
+
+    Parameters
+    ----------
+    values : sequence of float
+        Of the parameter, ascending or descending.
+    at : callable
+        The conditions at a value.
+    r : float
+        Restitution [-].
+    start : Stage, optional
+        To begin from; by default the ball lies on the bottom membrane.
+    impacts : int
+        A fraction 1/PATIENCE of those after which a motion counts as not periodic.
+    """
+    track = _Track(at, r, PATIENCE * impacts)
+    resolution = max(RESOLUTION * abs(values[-1] - values[0]), 8 * float(np.spacing(np.abs(values).max())))
+    stage = track.reached(start, values[0])
+    stages, jumps = [stage], []
+    for value in values[1:]:
+        stage, found = track.followed(stage, value, resolution)
+        stages.append(stage)
+        jumps += found
+    return Course(tuple(stages), tuple(jumps))
+
+
+@dataclass(frozen=True, slots=True)
+class _Track:
+    at: Callable[[float], Conditions]
+    r: float
+    patience: int
+
+    def reached(self, before: Stage | None, value: float, patience: int | None = None) -> Stage:
+        """What the motion of a stage becomes at another value, or the ball that lay on the bottom membrane."""
+        d, gbar, unit = self.at(value)
+        start = Impact(BOTTOM, 0.0, 0.0)
+        if before is not None:
+            start = before.last
+            start = replace(start, velocity=start.velocity * self.at(before.value).velocity_unit / unit)
+        model = check_model(d, gbar, self.r)[0]
+        rows, summary = follow_one(model, check_start(start, d), BLOCK, KEPT)
+        attractor, rows = search(model, rows, summary, (patience or self.patience, BUDGET), [])
+        cycle, impacts = attractor.cycle, np.empty((0, 3))
+        if cycle is not None:
+            impacts = np.column_stack([cycle.wall, cycle.phase, cycle.velocity])
+        elif attractor.outcome in (Outcome.APERIODIC, Outcome.UNRESOLVED):
+            impacts = rows[-SHOWN:, [WALL, PHASE, VELOCITY]]
+        wall, _, velocity, phase = as_start(rows[-1])
+        return Stage(value, attractor, impacts, Impact(int(wall), velocity, phase))
+
+    def followed(self, stage: Stage, target: float, resolution: float) -> tuple[Stage, list[Jump]]:
+        """The motion at another value, and the jumps on the way there.
+
+        Steps are halved where the motion becomes another one: one that is too long may end beyond the starts that
+        are drawn to a motion, where a shorter one does not.
+        """
+        jumps: list[Jump] = []
+        step = target - stage.value
+        for attempt in count():
+            last = abs(step) >= abs(target - stage.value)
+            value = target if last else stage.value + step
+            ahead = self.reached(stage, value)
+            apart = stage.distance(ahead) > CLOSE
+            if apart and abs(step) > resolution and attempt < MOST_STEPS:
+                step /= 2
+                continue
+            if apart:
+                ahead = self.reached(stage, value, BUDGET)
+                jumps += [Jump(stage, ahead)] if stage.distance(ahead) > CLOSE else []
+            stage, step = ahead, 2 * step
+            if last:
+                break
+        return stage, jumps
+
+
+def _aside(impacts: Array, others: Array) -> float:
+    """Largest distance of an impact from the nearest of others, or its velocity where that is less."""
+    speed = np.abs(impacts[:, 2])
+    if not len(others):
+        return float(speed.max(initial=0.0))
+    own = impacts[:, None]
+    apart = separation(own[..., 1] - others[:, 1], own[..., 2] - others[:, 2])
+    apart[own[..., 0] != others[:, 0]] = np.inf
+    return float(np.minimum(apart.min(axis=1), speed).max(initial=0.0))

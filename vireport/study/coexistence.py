@@ -1,0 +1,116 @@
+"""What a slow sweep and the families of motions say together: which motions coexist, and why one of them ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+from vireport.sequences import Atlas, Family, Sequence, Vertex
+from vireport.simulation import Attractor, Jump, Outcome, motion_name
+
+if TYPE_CHECKING:
+    from vireport.trust import CrossCheck
+
+Range = tuple[float, float]
+
+
+class Source(StrEnum):
+    """How a motion was found; the value is its name in results.json."""
+
+    UP = "up"
+    DOWN = "down"
+    STARTS = "starts"
+    FAMILIES = "families"
+
+
+@dataclass(frozen=True, slots=True)
+class Coexisting:
+    """A kind of motion, and the ranges of the parameter in which it was found, or is stable by its family.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    word : str
+        "" where it is not periodic; of a horizontal capsule's mirror images the alphabetically first one.
+    period : int
+        In forcing periods; 0 where it is not periodic.
+    ranges : dict of Source to list of (float, float)
+        From the first to the last of successive values; of families, between the points where they become unstable.
+    """
+
+    outcome: Outcome
+    word: str
+    period: int
+    ranges: dict[Source, list[Range]]
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        return motion_name(self.outcome, self.word, self.period)
+
+
+def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]:
+    """The motions found along a sweep, from each direction, from random starts and as families; () if not followed."""
+    slowly = check.hysteresis
+    if slowly is None:
+        return ()
+    rows: dict[tuple[Outcome, str, int], dict[Source, list[Range]]] = {}
+
+    def add(kind: tuple[Outcome, str, int], source: Source, ranges: Iterable[Range]) -> None:
+        rows.setdefault(kind, {each: [] for each in Source})[source].extend(ranges)
+
+    order = sorted(range(len(check.values)), key=lambda i: float(check.values[i]))
+    values = [float(check.values[i]) for i in order]
+    found = {Source.STARTS: [check.found[i] for i in order]}
+    for direction, course in slowly.courses.items():
+        ascending = sorted(course.stages, key=lambda stage: stage.value)
+        found[Source(direction)] = [(stage.attractor,) for stage in ascending]
+    for source, ends in found.items():
+        kinds = [{_kind(end, slowly.mirror) for end in own} for own in ends]
+        for kind in set().union(*kinds):
+            add(kind, source, _runs(values, [kind in own for own in kinds]))
+    for family in atlas.families if atlas is not None else ():
+        if family.stable_runs:
+            word = family.sequence.canonical(slowly.mirror).word
+            add((Outcome.PERIODIC, word, family.sequence.periods), Source.FAMILIES, family.stable_ranges)
+    for ranges in rows.values():
+        ranges[Source.FAMILIES].sort()
+    listed = (Coexisting(*kind, ranges) for kind, ranges in rows.items())
+    return tuple(sorted(listed, key=lambda one: (one.outcome is not Outcome.PERIODIC, len(one.word), one.name)))
+
+
+def ends_at(jump: Jump, atlas: Atlas, within: float) -> Vertex | None:
+    """The nearest point, within a distance, where a family of the motion before a jump ceases to be stable."""
+    attractor = jump.before.attractor
+    if attractor.cycle is None or attractor.cycle.sticks:
+        return None
+    mirror = atlas.sweep.level.horizontal
+    sequence = Sequence.of(attractor.word, attractor.period).canonical(mirror)
+    families = (family for family in atlas.families if family.sequence.canonical(mirror) == sequence)
+    vertices = [vertex for family in families for vertex in _ends(family)]
+    distances = [abs(vertex.point.sweep_value - jump.value) for vertex in vertices]
+    nearest = min(range(len(vertices)), key=distances.__getitem__, default=None)
+    return vertices[nearest] if nearest is not None and distances[nearest] <= within else None
+
+
+def _ends(family: Family) -> Iterator[Vertex]:
+    """Where stable stretches of a family end within the sweep."""
+    rows = {row for run in family.stable_runs for row in run}
+    return (mark.vertex for mark in family.marks if mark.row in rows and mark.vertex is not None)
+
+
+def _kind(attractor: Attractor, mirror: bool) -> tuple[Outcome, str, int]:
+    word = attractor.word
+    if attractor.outcome is Outcome.PERIODIC:
+        word = Sequence.of(word, attractor.period).canonical(mirror).word
+    return attractor.outcome, word, attractor.period
+
+
+def _runs(values: list[float], there: list[bool]) -> Iterator[Range]:
+    """First and last of successive values at which something is there."""
+    for i, value in enumerate(values):
+        if there[i] and not (i and there[i - 1]):
+            last = next((k for k in range(i, len(values)) if not there[k]), len(values)) - 1
+            yield value, values[last]
