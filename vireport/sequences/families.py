@@ -249,7 +249,8 @@ class Atlas:
         for vertex in self.vertices:
             if vertex.label == name:
                 return vertex.point.sweep_value, vertex.point.motion
-        families = [family for family in self.families if family.sequence.word == name]
+        word = Sequence.of(name, 1).canonical().word if set(name) <= {"B", "T"} else name
+        families = [family for family in self.families if family.sequence.canonical().word == word]
         pieces = [(family, run) for family in families for run in family.stable_runs]
         best: tuple[float, float, Motion] | None = None
         for family, (first, last) in pieces or [(family, (0, len(family.x) - 1)) for family in families]:
