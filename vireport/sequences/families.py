@@ -178,9 +178,9 @@ class Family:
         """
         bounds = error_bounds(self.curve, self.x)
         for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
-            if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound):
-                motion, exact = self.curve.motion(self.x[row]), point.motion
-                exact = exact.times(len(self.sequence) // len(exact.sequence))
+            laps, others = divmod(len(self.sequence), len(point.motion.sequence))
+            if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound) and not others:
+                motion, exact = self.curve.motion(self.x[row]), point.motion.times(laps)
                 away = motion.distance(exact, mirror=self.curve.model.level.horizontal)
                 bounds[row] = max(away, abs(motion.coordinate - exact.coordinate)) + np.spacing(self.x[row]).max()
         return bounds
