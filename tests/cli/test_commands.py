@@ -52,6 +52,39 @@ def test_a_report_has_the_section_where_the_scenario_asks_for_it(quick, example,
     assert results["compliant"] is None
 
 
+def test_portrait_finds_the_motions_behind_a_point(example, tmp_path: Path, capsys) -> None:
+    assert main(["run", str(example("inclined")), "--json"]) == 0
+    results = tmp_path / "results.json"
+    results.write_text(capsys.readouterr().out)
+    design = json.loads(results.read_text())["design_point"]
+    assert main(["portrait", str(results), "--at", "0.6934", "--json"]) == 0
+    motions = json.loads(capsys.readouterr().out)["motions"]
+    assert [x["stability"] for x in motions] == ["stable node", "unstable node"]
+    for x in motions:
+        k = design["stability"].index(x["stability"])
+        assert x["velocity"] == pytest.approx([design[f"velocity_{at}"][k] for at in ("bottom", "top")], abs=1e-13)
+        assert x["u_ave_v"] == pytest.approx(design["u_ave_v"][k])
+    assert main(["portrait", str(results), "--at", "0.6934,0.5", "--json"]) == 0
+    (nearest,) = json.loads(capsys.readouterr().out)["motions"]
+    assert nearest["stability"] == "unstable node"
+    for at in ("0.58", "0.7,1,1", "nan", "0.7,", "x"):
+        assert main(["portrait", str(results), "--at", at, "--json"]) == 2
+        assert "allowed: length_m from 0.59 to 0.75" in capsys.readouterr().err
+    results.write_text(results.read_text().replace('"q"', '"p"'))
+    assert main(["portrait", str(results), "--at", "0.6934", "--json"]) == 2
+
+
+@pytest.mark.slow
+def test_portrait_draws_what_families_have(example, tmp_path: Path, capsys) -> None:
+    asked = ["--set", "motions.impacts=4", "--set", "motions.periods=2", "--format", "json"]
+    assert main(["run", str(example("inclined")), *asked, "-o", str(tmp_path), "-q"]) == 0
+    assert main(["portrait", str(tmp_path / "results.json"), "--at", "0.61", "-o", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr()
+    assert "BTBT" in printed.out
+    assert "stable node" in printed.out
+    assert (tmp_path / "out" / "figure-portraits.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_certify_prints_enclosures_and_keeps_them(example, tmp_path: Path, capsys) -> None:
     pytest.importorskip("flint")
     code = main(["run", str(example("inclined")), "--certify", "-o", str(tmp_path), "--format", "json", "-q"])

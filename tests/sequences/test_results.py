@@ -10,7 +10,7 @@ import pytest
 
 from vireport import analyse, loads
 from vireport.physics import generated_voltage
-from vireport.sequences import generation, ladder
+from vireport.sequences import families_of, generation, ladder, portrait_of
 from vireport.study import families_csv, json_bytes
 
 TEXT = """\
@@ -103,6 +103,42 @@ def test_motions_at_a_value_are_found_with_their_families(study):
     for family, motion in study.atlas.at(0.3):
         assert family.sequence == motion.sequence
         assert study.solution.sweep.value(*family.curve.model.groups(motion.coordinate)) == pytest.approx(0.3)
+
+
+def test_motions_are_found_again_from_results(study):
+    sweep = study.atlas.sweep
+    families = families_of(json.loads(json_bytes(study.to_dict())), sweep)
+    coordinate = float(sweep.coordinate_of(0.3))
+    again = [motion for family in families for motion in family.at(coordinate)]
+    for (_, motion), other in zip(study.atlas.at(0.3), again, strict=True):
+        assert motion.apart(other) < 1e-12
+
+
+def test_a_name_stands_for_a_vertex_or_the_middle_of_a_words_widest_stable_range(study):
+    vertex = study.atlas.vertices[0]
+    assert study.atlas.named(vertex.label) == (vertex.point.sweep_value, vertex.point.motion)
+    value, motion = study.atlas.named("BBT")
+    widest = max((x for f in study.atlas.families if f.sequence.word == "BBT" for x in f.stable_ranges), key=np.ptp)
+    assert motion.sequence.word == "BBT"
+    assert value == pytest.approx(np.mean(widest), abs=0.1 * np.ptp(widest))
+    assert study.atlas.named("TBB")[0] == value
+    assert study.atlas.named("BBBB") is None
+
+
+@pytest.mark.parametrize("name", ["BBT", "BT", "G1"])
+def test_the_path_of_a_motion_is_between_the_membranes_and_closes(study, name):
+    _, motion = study.atlas.named(name)
+    family = study.atlas.families[0]
+    shown = portrait_of(family.curve.model, motion, name)
+    assert shown.time[-1] == pytest.approx(2 * motion.sequence.periods)
+    assert np.abs(shown.position).max() == pytest.approx(shown.d / 2, abs=1e-9)
+    assert shown.position[-1] == pytest.approx(shown.position[0])
+    assert shown.velocity[0] == pytest.approx(-0.5 * shown.velocity[-1])
+    # It solves Z'' = gbar + cos: differences of the velocity within the first flight.
+    t, v = shown.time[:40], shown.velocity[:40]
+    middle = (t[1:] + t[:-1]) / 2
+    np.testing.assert_allclose(np.diff(v) / np.diff(t), shown.gbar + np.cos(np.pi * middle + shown.phase), atol=1e-3)
+    assert len(shown.attractor.cycle.wall) == len(motion.sequence)
 
 
 def test_without_the_block_no_family_is_followed():

@@ -39,6 +39,9 @@ SAMPLES = 160
 LONGEST_WORD = 14
 """Letters of a word that is written in full."""
 
+DECIMALS = 9
+"""Of a multiplier that rounding leaves: at a period doubling or a fold it is 1."""
+
 MOST_SPEEDS = 6
 """Impact velocities that a caption lists one by one."""
 
@@ -184,12 +187,14 @@ def _phase_portrait(axes: Axes, portrait: Portrait) -> None:
     if not moves(portrait):
         return
     _lines(axes, [(z[rows], v[rows]) for rows in flights(portrait)], MOTION)
-    _lines(axes, [(z[[i, i]], v[[i, i + 1]]) for i in rebounds(portrait)], REBOUND)
-    rows = arrivals(portrait)
+    rows, pairs = arrivals(portrait), [[i, i + 1] for i in rebounds(portrait)]
     cycle = portrait.attractor.cycle
-    if cycle is not None and not cycle.sticks:  # it begins after the impact that it ends with
-        _lines(axes, [(z[[-1, 0]], v[[-1, 0]])], REBOUND)
-    _impacts(axes, portrait, rows[-len(cycle.wall) :] if cycle is not None and not cycle.sticks else rows, z, v)
+    if cycle is not None and not cycle.sticks:
+        rows = rows[-len(cycle.wall) :]
+        if len(pairs) < len(rows):  # one period, which begins after the impact that it ends with
+            pairs.append([-1, 0])
+    _lines(axes, [(z[pair[:1] * 2], v[pair]) for pair in pairs], REBOUND)
+    _impacts(axes, portrait, rows, z, v)
 
 
 def _membranes(axes: Axes, portrait: Portrait) -> list[Label]:
@@ -387,5 +392,6 @@ def _numbers(portrait: Portrait) -> str:
         low, high = (significant(float(end), 4) for end in (speeds.min(), speeds.max()))
         velocities = f"{len(speeds)} impacts, |Ż| from {low} to {high}"
     phase, residual = significant(float(cycle.phase[first]), 5), significant(cycle.residual, 2)
-    growth = "" if cycle.sticks or not np.isfinite(cycle.growth) else f", largest |λ| = {significant(cycle.growth, 3)}"
+    size = round(cycle.growth, DECIMALS)
+    growth = "" if cycle.sticks or not np.isfinite(size) else f", largest |λ| = {significant(size, 3)}"
     return f", {velocities}, φ = {phase} rad, residual {residual}{growth}"

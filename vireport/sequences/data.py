@@ -172,7 +172,7 @@ def families_of(results: Mapping[str, Any], sweep: Sweep) -> list[Family]:
     KeyError, TypeError, ValueError
         If something that is needed is not there.
     """
-    if results["families"] is not None:
+    if results.get("families") is not None:
         return [
             _known(sweep, x["number"], Sequence.of(x["word"], x["periods"]), *(x[name] for name in KNOWN))
             for x in results["families"]

@@ -182,9 +182,9 @@ class Family:
         """
         bounds = error_bounds(self.curve, self.x)
         for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
-            if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound):
-                motion, exact = self.curve.motion(self.x[row]), point.motion
-                exact = exact.times(len(self.sequence) // len(exact.sequence))
+            laps, others = divmod(len(self.sequence), len(point.motion.sequence))
+            if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound) and not others:
+                motion, exact = self.curve.motion(self.x[row]), point.motion.times(laps)
                 away = motion.distance(exact, mirror=self.curve.model.level.horizontal)
                 bounds[row] = max(away, abs(motion.coordinate - exact.coordinate)) + np.spacing(self.x[row]).max()
         return bounds
@@ -255,16 +255,16 @@ class Atlas:
         for vertex in self.vertices:
             if vertex.label == name:
                 return vertex.point.sweep_value, vertex.point.motion
-        families = [family for family in self.families if family.sequence.word == name]
-        pieces = [(family, run) for family in families for run in family.stable_runs]
-        best: tuple[float, float, Motion] | None = None
-        for family, (first, last) in pieces or [(family, (0, len(family.x) - 1)) for family in families]:
-            value = family.sweep_value[first : last + 1]
-            middle = (value.min() + value.max()) / 2
-            row = first + int(np.argmin(np.abs(value - middle)))
-            if best is None or np.ptp(value) > best[0]:
-                best = float(np.ptp(value)), float(family.sweep_value[row]), family.curve.motion(family.x[row])
-        return None if best is None else best[1:]
+        word = Sequence.of(name, 1).canonical().word if set(name) <= {"B", "T"} else name
+        families = [family for family in self.families if family.sequence.canonical().word == word]
+        stable = [(family, *run) for family in families for run in family.stable_runs]
+        pieces = stable or [(family, 0, len(family.x) - 1) for family in families]
+        parts = [(family, first, family.sweep_value[first : last + 1]) for family, first, last in pieces]
+        if not parts:
+            return None
+        family, first, values = max(parts, key=lambda part: float(np.ptp(part[2])))
+        row = first + int(np.argmin(np.abs(values - (values.min() + values.max()) / 2)))
+        return float(family.sweep_value[row]), family.curve.motion(family.x[row])
 
     def doubled(self, periods: int) -> list[Family]:
         """The families that come of the 1:1 motions in some forcing periods by period doublings, one after another."""
