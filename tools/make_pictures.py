@@ -33,6 +33,7 @@ SHOWN = {
     "simulated-figure-2": "simulated/figure-2",
     "simulated-figure-3": "simulated/figure-3",
     "compare-figure-2": "compare/figure-2",
+    "compare-figure-variants": "compare/figure-variants",
     "map-stability": "map/map-stability",
 }
 """Of each picture, the file that it is, without suffixes."""

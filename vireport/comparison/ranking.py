@@ -23,6 +23,10 @@ IMPACTS = 2
 """Of a 1:1 motion in one of its periods."""
 
 
+AT_DESIGN, IN_SWEEP = "at the design point", "in the sweep"
+"""Where stable motion is looked for."""
+
+
 class Merit(StrEnum):
     """What scenarios are ranked by, what matters most first; more is better."""
 
@@ -176,17 +180,17 @@ def _best(ranked: Sequence[Ranked]) -> str:
     following = ranked[len(names)] if len(names) < len(ranked) else None
     reasons = [_reason(first, following) if following is not None else "margin and voltage are the same"]
     if not any(one.stable for one in ranked):
-        lead = f"No scenario has stable 1:1 motion{_where(first)}."
+        lead = f"No scenario has stable 1:1 motion {_where(first)}."
         return lead if following is None else f"{lead} Of them {listed(names)} ranks first: {reasons[0]}."
     if first.stable:
-        reasons.insert(0, f"there is stable 1:1 motion{_where(first)}")
+        reasons.insert(0, f"there is stable 1:1 motion {_where(first)}")
     if first.study.criteria and (following is None or _decisive(first, following) is not Merit.REQUIREMENTS):
         reasons.insert(0, f"{first.show(Merit.REQUIREMENTS)} requirements are met")
     return f"{listed(names)} {'is best' if len(names) == 1 else 'are equally good'}: {', and '.join(reasons)}."
 
 
 def _where(one: Ranked) -> str:
-    return " in the sweep" if one.study.solution.design is None else " at the design point"
+    return IN_SWEEP if one.study.solution.design is None else AT_DESIGN
 
 
 def _decisive(one: Ranked, other: Ranked) -> Merit:
@@ -228,7 +232,8 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
 def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
     """What cannot be compared, or only with reserve."""
     some: tuple[tuple[str, Callable[[Ranked], bool]], ...] = (
-        ("No stable 1:1 motion", lambda one: not one.stable),
+        (f"No stable 1:1 motion {AT_DESIGN}", lambda one: not one.stable and _where(one) == AT_DESIGN),
+        (f"No stable 1:1 motion {IN_SWEEP}", lambda one: not one.stable and _where(one) == IN_SWEEP),
         ("No design point, and so no margin to compare", lambda one: one.study.solution.design is None),
         ("No device.ball_mass_kg, and so no voltage to compare", lambda one: one.study.solution.membrane is None),
     )
