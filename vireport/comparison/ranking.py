@@ -23,10 +23,6 @@ IMPACTS = 2
 """Of a 1:1 motion in one of its periods."""
 
 
-AT_DESIGN, IN_SWEEP = "at the design point", "in the sweep"
-"""Where stable motion is looked for."""
-
-
 class Merit(StrEnum):
     """What scenarios are ranked by, what matters most first; more is better."""
 
@@ -141,7 +137,10 @@ def _merits(study: Study, alike: bool) -> tuple[Margin | None, dict[Merit, float
     design = solution.design
     stable = bool(design.motions.stable.any()) if design is not None else bool(solution.stable_ranges)
     margin, room = _room(design) if design is not None and stable else (None, None)
-    widths = [part.end - part.start if alike else _share(part.start, part.end) for part in solution.stable_ranges]
+    # Ranges of different parameters are compared by their width over their middle.
+    widths = [
+        (part.end - part.start) / (1.0 if alike else (part.start + part.end) / 2) for part in solution.stable_ranges
+    ]
     voltage = None
     if design is not None and stable and design.voltages is not None:
         voltage = float(design.voltages.average_v[design.motions.stable].max())
@@ -162,11 +161,6 @@ def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
         return None, None
     ends = [(one, abs(one.relative)) for one in design.endings() if one.relative is not None]
     return ends[0] if ends else (None, inf)
-
-
-def _share(start: float, end: float) -> float:
-    """Width of a range over its middle, which ranges of different parameters have in common."""
-    return 2 * (end - start) / (end + start)
 
 
 def headline(ranked: Sequence[Ranked]) -> str:
@@ -190,7 +184,7 @@ def _best(ranked: Sequence[Ranked]) -> str:
 
 
 def _where(one: Ranked) -> str:
-    return IN_SWEEP if one.study.solution.design is None else AT_DESIGN
+    return "in the sweep" if one.study.solution.design is None else "at the design point"
 
 
 def _decisive(one: Ranked, other: Ranked) -> Merit:
@@ -232,8 +226,7 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
 def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
     """What cannot be compared, or only with reserve."""
     some: tuple[tuple[str, Callable[[Ranked], bool]], ...] = (
-        (f"No stable 1:1 motion {AT_DESIGN}", lambda one: not one.stable and _where(one) == AT_DESIGN),
-        (f"No stable 1:1 motion {IN_SWEEP}", lambda one: not one.stable and _where(one) == IN_SWEEP),
+        ("Not stable", lambda one: not one.stable),
         ("No design point, and so no margin to compare", lambda one: one.study.solution.design is None),
         ("No device.ball_mass_kg, and so no voltage to compare", lambda one: one.study.solution.membrane is None),
     )
