@@ -35,6 +35,7 @@ SHOWN = {
     "simulated-figure-3": "simulated/figure-3",
     "hysteresis": "hysteresis/figure-hysteresis",
     "compare-figure-2": "compare/figure-2",
+    "compare-figure-variants": "compare/figure-variants",
     "map-stability": "map/map-stability",
 }
 """Of each picture, the file that it is, without suffixes."""

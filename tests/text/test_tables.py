@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vireport.text import Column, Table, numbers, plain_table, plain_text, texts
+from vireport.text.tables import LINE, broken
 
 TABLE = Table(
     "Motions", (*texts("Name"), *numbers("Ż [y_c]")), (("B1 | G1", "−0.5"), ("C1", "1 × 10⁻⁶")), "Velocities."
@@ -28,3 +29,9 @@ def test_text_has_paragraphs_captions_and_notes() -> None:
     assert max(map(len, text.splitlines())) <= 110
     assert "\n\nMotions\nName" in text
     assert text.endswith("\nVelocities.")
+
+
+def test_no_line_of_a_paragraph_begins_with_a_unit() -> None:
+    for start in range(LINE):
+        lines = broken(f"{'x' * start} margin 4.7 % in frequency, 42.84 kV").splitlines()
+        assert not [line for line in lines if line.startswith(("%", "kV"))]

@@ -56,27 +56,29 @@ def compare_pictures(comparison: Comparison) -> tuple[Picture, ...]:
 def _overlaid(comparison: Comparison) -> Iterator[Picture]:
     """All scenarios on one axis, or the best of them."""
     along = comparison.axes.always[0]
-    swept = [one for one in comparison.ranking if one.study.solution.sweep is not None]
-    if along == "d":  # which a sweep of the inclination holds
-        swept = [one for one in swept if one.study.solution.parameter is not Parameter.INCLINATION]
-    shown, others = swept[: len(COLORS)], [one.name for one in comparison.ranking if one not in swept[: len(COLORS)]]
+    parameter = along if isinstance(along, Parameter) else None
+    shown: dict[str, Drawing] = {}
+    for one in comparison.ranking:
+        solution = one.study.solution
+        # A sweep of the inclination holds d.
+        if solution.sweep is not None and (parameter or solution.parameter is not Parameter.INCLINATION):
+            drawing = _with_stable(drawing_of(one.study))
+            if drawing.parts and len(shown) < len(COLORS):
+                shown[one.name] = drawing
     if len(shown) < 2:
         return
-    parameter = along if isinstance(along, Parameter) else None
-    figure = overlay({one.name: _with_stable(drawing_of(one.study)) for one in shown}, parameter)
-    if parameter is not None:
-        axis = f"Over the {parameter.quantity}, which all sweep"
-    else:
-        axis = "Over d, as the sweeps are of different parameters"
+    axis = f"Over the {parameter.quantity}" if parameter else "Over d, as the sweeps are of different parameters"
     drawn = (
         "impact velocity on the bottom membrane and U_ave of the branches with stable 1:1 motion, or of all where none "
         "is stable, numbered as they are ranked"
     )
+    others = [name for name in comparison.names if name not in shown]
     missing = f" Not drawn: {listed(others)}." if others else ""
-    outside = any(not one.study.solution.within_membrane for one in shown)
+    outside = any(not drawing.study.solution.within_membrane for drawing in shown.values())
     note = f" Voltages {OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})." if outside else ""
-    ranges = "; ".join(f"{one.name}: {one.show(Merit.RANGE)}" for one in shown)
+    ranges = "; ".join(f"{one.name}: {one.show(Merit.RANGE)}" for one in comparison.ranking if one.name in shown)
     alt = f"Line charts of {len(shown)} scenarios. {axis}: {drawn}. Stable ranges: {ranges}."
+    figure = overlay(shown, parameter)
     yield Picture(OVERLAY, "All scenarios on one axis", f"{axis}: {drawn}.{missing}{note}", alt, figure)
 
 

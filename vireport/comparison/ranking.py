@@ -137,7 +137,10 @@ def _merits(study: Study, alike: bool) -> tuple[Margin | None, dict[Merit, float
     design = solution.design
     stable = bool(design.motions.stable.any()) if design is not None else bool(solution.stable_ranges)
     margin, room = _room(design) if design is not None and stable else (None, None)
-    widths = [part.end - part.start if alike else _share(part.start, part.end) for part in solution.stable_ranges]
+    # Ranges of different parameters are compared by their width over their middle.
+    widths = [
+        (part.end - part.start) / (1.0 if alike else (part.start + part.end) / 2) for part in solution.stable_ranges
+    ]
     voltage = None
     if design is not None and stable and design.voltages is not None:
         voltage = float(design.voltages.average_v[design.motions.stable].max())
@@ -160,11 +163,6 @@ def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
     return ends[0] if ends else (None, inf)
 
 
-def _share(start: float, end: float) -> float:
-    """Width of a range over its middle, which ranges of different parameters have in common."""
-    return 2 * (end - start) / (end + start)
-
-
 def headline(ranked: Sequence[Ranked]) -> str:
     """Which scenario is best and why, what is traded for it, and which cannot be compared."""
     return " ".join((_best(ranked), *_traded(ranked), *_remarks(ranked)))
@@ -176,17 +174,17 @@ def _best(ranked: Sequence[Ranked]) -> str:
     following = ranked[len(names)] if len(names) < len(ranked) else None
     reasons = [_reason(first, following) if following is not None else "margin and voltage are the same"]
     if not any(one.stable for one in ranked):
-        lead = f"No scenario has stable 1:1 motion{_where(first)}."
+        lead = f"No scenario has stable 1:1 motion {_where(first)}."
         return lead if following is None else f"{lead} Of them {listed(names)} ranks first: {reasons[0]}."
     if first.stable:
-        reasons.insert(0, f"there is stable 1:1 motion{_where(first)}")
+        reasons.insert(0, f"there is stable 1:1 motion {_where(first)}")
     if first.study.criteria and (following is None or _decisive(first, following) is not Merit.REQUIREMENTS):
         reasons.insert(0, f"{first.show(Merit.REQUIREMENTS)} requirements are met")
     return f"{listed(names)} {'is best' if len(names) == 1 else 'are equally good'}: {', and '.join(reasons)}."
 
 
 def _where(one: Ranked) -> str:
-    return " in the sweep" if one.study.solution.design is None else " at the design point"
+    return "in the sweep" if one.study.solution.design is None else "at the design point"
 
 
 def _decisive(one: Ranked, other: Ranked) -> Merit:
@@ -228,7 +226,7 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
 def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
     """What cannot be compared, or only with reserve."""
     some: tuple[tuple[str, Callable[[Ranked], bool]], ...] = (
-        ("No stable 1:1 motion", lambda one: not one.stable),
+        ("Not stable", lambda one: not one.stable),
         ("No design point, and so no margin to compare", lambda one: one.study.solution.design is None),
         ("No device.ball_mass_kg, and so no voltage to compare", lambda one: one.study.solution.membrane is None),
     )

@@ -21,6 +21,7 @@ LINE = 110
 _MARKS = re.compile(r"([\\`*_\[\]|~$])")
 _LINKS = re.compile(r"@(?=\w)|#(?=\d)|:(?=//)|\bwww(?=\.)|\bmailto(?=:)", re.IGNORECASE)
 """What sites like GitHub make a link of, or a message to somebody."""
+_UNITS = re.compile(r"(?<=\d) (?=%|[kMm]?V\b)")
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 _RULES = {"left": "---", "right": "---:"}
 
@@ -80,8 +81,9 @@ def plain_text(parts: Iterable[str | Table]) -> str:
 
 
 def broken(text: str) -> str:
-    """A paragraph in lines for a terminal."""
-    return fill(text, LINE, break_long_words=False, break_on_hyphens=False)
+    """A paragraph in lines for a terminal, none of which begins with a unit."""
+    tied = _UNITS.sub("\u00a0", text)
+    return fill(tied, LINE, break_long_words=False, break_on_hyphens=False).replace("\u00a0", " ")
 
 
 def _captioned(table: Table) -> str:
