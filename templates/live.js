@@ -100,7 +100,7 @@
     const choice = make("select", { "aria-label": `Branch, ${name}` },
       ...data.branches.map((x, k) => make("option", { value: k }, x.name)));
     const control = make("div", { class: "live-control" }, choice, slider);
-    svg.after(control);
+    svg.parentNode.after(control);
     const figure = { name, svg, line, dots, cross, slider, choice, control };
     slider.addEventListener("input", () => show(branch, Number(slider.value), figure));
     choice.addEventListener("change", () => changeBranch(Number(choice.value), figure));
@@ -119,8 +119,7 @@
 
   // The motion whose curves come nearest to the pointer, and how near [units of the drawing].
   const nearest = ({ name, svg }, event) => {
-    const box = svg.getBoundingClientRect(), scale = svg.viewBox.baseVal.width / box.width;
-    const x = (event.clientX - box.left) * scale, y = (event.clientY - box.top) * scale;
+    const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
     let best = [branch, row, Infinity];
     data.branches.forEach(({ places }, b) => {
       const [across, ...curves] = places[name];
