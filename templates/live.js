@@ -100,7 +100,7 @@
     const choice = make("select", { "aria-label": `Branch, ${name}` },
       ...data.branches.map((x, k) => make("option", { value: k }, x.name)));
     const control = make("div", { class: "live-control" }, choice, slider);
-    svg.after(control);
+    svg.parentNode.after(control);
     const figure = { name, svg, line, dots, cross, slider, choice, control };
     slider.addEventListener("input", () => show(branch, Number(slider.value), figure));
     choice.addEventListener("change", () => changeBranch(Number(choice.value), figure));
@@ -111,23 +111,22 @@
       });
     }
     svg.addEventListener("click", (event) => {
-      const [b, i, distance] = nearest(figure, event), label = data.branches[b].labels[i];
-      if (label && distance < NEAR) location.hash = `#point-${label}`;
+      const [b, i, distance] = nearest(figure, event, (b, i) => i in data.branches[b].labels);
+      if (distance < NEAR) location.hash = `#point-${data.branches[b].labels[i]}`;
     });
     return figure;
   }).filter(Boolean);
 
-  // The motion whose curves come nearest to the pointer, and how near [units of the drawing].
-  const nearest = ({ name, svg }, event) => {
-    const box = svg.getBoundingClientRect(), scale = svg.viewBox.baseVal.width / box.width;
-    const x = (event.clientX - box.left) * scale, y = (event.clientY - box.top) * scale;
+  // The motion whose curves come nearest to the pointer, of those that are wanted, and how near [units of the drawing].
+  const nearest = ({ name, svg }, event, wanted = () => true) => {
+    const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
     let best = [branch, row, Infinity];
     data.branches.forEach(({ places }, b) => {
       const [across, ...curves] = places[name];
       for (const curve of curves) {
         curve.forEach((at, i) => {
           const distance = at === null ? Infinity : Math.hypot(across[i] - x, at - y);
-          if (distance < best[2]) best = [b, i, distance];
+          if (distance < best[2] && wanted(b, i)) best = [b, i, distance];
         });
       }
     });

@@ -539,6 +539,8 @@ SYNTAX = (
     row(2, 'title: "\\UFFFFFFFF"', "", "an escape or a number that does not exist"),
     row(2, "title: a\x07b", "", "the invisible character U+0007 is not allowed"),
     row(2, "title: a\u2028b", "", "the invisible character U+2028 is not allowed"),
+    row(2, "title: a\u202eb", "title", "(printable text on one line)"),
+    row(2, f"title: {'w' * 10_000}", "title", "which has 10000 characters (text on one line, 1 to 200 characters)"),
     row(14, "gravity_m_s2: 9.8\x85", "", "the invisible character U+0085 is not allowed"),
     row(14, "\ufeffgravity_m_s2: 9.8", "", "the invisible character U+FEFF is not allowed"),
     bad("binary", bytes(range(256)), (1, "", "the file is not text (save it as UTF-8 text)")),

@@ -61,8 +61,8 @@ def test_the_python_of_the_readme_prints_what_matters(monkeypatch: pytest.Monkey
     (code,) = blocks(README, "python")
     exec(compile(code, "README.md", "exec"), {})
     out = capsys.readouterr().out
-    assert "B1 period doubling 0.6294571410117573 +- 1.1" in out
-    assert "stable from 0.6294571410117573 to 0.75 m" in out
+    assert "Stable 1:1 motion for 0.629457 m < s ≤ 0.75 m" in out
+    assert "B1 period doubling at 0.629457 m" in out
     assert "stable node: U_ave = 42.84 kV" in out
 
 

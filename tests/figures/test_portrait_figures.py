@@ -19,7 +19,7 @@ from PIL import Image
 
 from vireport.figures import PairedImpacts, figure_2, figure_7, pictures, png_of, simulated_points
 from vireport.figures.curves import stretches
-from vireport.figures.diagram import WORDS, diagram_caption, figure_diagram, groups
+from vireport.figures.diagram import WORDS, diagram_alt, figure_diagram, groups
 from vireport.figures.portraits import (
     BALL,
     BOTTOM_IMPACT,
@@ -33,7 +33,7 @@ from vireport.figures.portraits import (
     capsule,
     figure_3,
     figure_6,
-    portrait_caption,
+    portrait_alt,
     rides,
     short,
 )
@@ -128,7 +128,7 @@ def test_what_is_not_periodic_is_drawn_and_named() -> None:
         assert any(rest.attractor.outcome.value in text for text in texts_of(drawn))
         marks = of_look(drawn.axes[panels // 2 - 1], BOTTOM_IMPACT) + of_look(drawn.axes[panels // 2 - 1], TOP_IMPACT)
         assert sum(map(len, marks)) == len(arrivals(chaotic)) > 3
-    told = portrait_caption("figure-3", [chaotic, rest], "")
+    told = portrait_alt("figure-3", [chaotic, rest])
     assert "Lyapunov exponent" in told
     assert not re.search(r"\b(nan|inf|None)\b|None", told)
 
@@ -193,9 +193,9 @@ def test_many_words_are_named_up_to_eight() -> None:
 def test_only_a_ball_that_rests_or_flies_is_said_to_have_no_impacts() -> None:
     check = simulated_study().crosscheck
     found = diagram_of(["BT", *Outcome])
-    caption = diagram_caption(simulated_study(), found, check.values)
+    told = diagram_alt(simulated_study(), found, check.values)
     still = f"; from some starts the ball ends {Outcome.REST}, or {Outcome.FREE}, which has no impacts."
-    assert caption.endswith(still)
+    assert told.endswith(still)
 
 
 def test_an_empty_diagram_is_drawn() -> None:
@@ -225,14 +225,17 @@ def test_the_plan_decides_and_the_words_tell_the_numbers() -> None:
     drawn = {picture.name: picture for picture in pictures(study, simulated_points(study))}
     assert list(drawn) == [f"figure-{name}" for name in ("2", "3", "4", "6", "7", "device", "diagram", "margins")]
     for name in ("figure-3", "figure-6"):
-        for part in ("F = 5.87 N, d = 0.2545", "BTBT, every 2 forcing periods", "0.71496", "residual", "r = 0.5"):
+        for part in ("F = 5.87 N, d = 0.2545", "BTBT, every 2 forcing periods", "r = 0.5"):
             assert part in drawn[name].caption
+        for part in ("0.71496", "residual"):
+            assert part in drawn[name].alt
         assert "F = 5 N" not in drawn[name].caption
-    assert "BT at 2" in drawn["figure-diagram"].caption
+    assert "BT at 2" in drawn["figure-diagram"].alt
     assert "31 values" in drawn["figure-diagram"].caption
     for picture in drawn.values():
         assert Image.open(BytesIO(picture.png)).size == (picture.width, picture.height)
         assert picture.title
+        assert len(re.findall(r"\.(?= |$)", picture.caption)) <= 2
         assert picture.caption.endswith(".")
         assert picture.alt.endswith(".")
         assert not re.search(r"\b(nan|inf|None)\b", picture.caption + picture.alt)

@@ -60,6 +60,7 @@ def test_of_what_is_measured() -> None:
     assert [picture.name for picture in measured] == ["figure-accuracy", "figure-stiffness"]
     for picture in measured:
         assert_readable(picture.figure)
+        assert picture.caption.count(". ") <= 1
 
 
 @pytest.mark.slow

@@ -363,6 +363,7 @@ def test_pictures_are_whole(name: str) -> None:
         assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
         assert picture.title
         assert picture.caption.endswith(".")
+        assert len(re.findall(r"\.(?= |$)", picture.caption)) <= 2
         assert picture.alt.endswith(".")
         assert not re.search(r"\b(nan|inf|None)\b", picture.caption + picture.alt)
 

@@ -421,7 +421,7 @@ def test_junit_without_requirements_is_one_case(study_of) -> None:
     assert (case.name, case.is_passed, suite.tests, suite.failures) == ("solved", True, 1, 0)
 
 
-TITLE = "<b>|%0A`x` *y* _z_ [l](u) & ~s~ $m$: \\|"
+TITLE = "<script>|%0A`x` *y* _z_ [l](u) & ~s~ $m$: {{ 1 }} #panic() \u05d0\u05d1 ]]> \\|"
 
 
 @pytest.fixture(scope="module")
@@ -436,10 +436,8 @@ def test_a_title_is_text_in_every_format(odd) -> None:
     (suite,) = JUnitXml.fromstring(junit(odd))
     assert suite.name == TITLE
     text = markdown(odd, provenance_of(odd.loaded, "test"))
-    head = text.splitlines()[0]
-    assert head == (
-        "## Requirements not met: &lt;b&gt;\\|%0A\\`x\\` \\*y\\* \\_z\\_ \\[l\\](u) &amp; \\~s\\~ \\$m\\$: \\\\\\|"
-    )
+    head = "## Requirements not met: &lt;script&gt;\\|%0A\\`x\\` \\*y\\* \\_z\\_ \\[l\\](u) &amp; \\~s\\~ \\$m\\$: "
+    assert text.splitlines()[0] == f"{head}{{{{ 1 }}}} #panic() \u05d0\u05d1 \\]\\]&gt; \\\\\\|"
     assert "<" not in text
     rows = [line for line in text.splitlines() if line.startswith("|")]
     assert len(rows) == 2 + 9

@@ -3,79 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
-import select
-import shutil
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
+from browser import Browser, needs_a_browser
 
 from vireport.cli import main
 from vireport.text import MINUS
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe", "--force-prefers-reduced-motion")
-PATIENCE = 60
-"""Time that the browser has for an answer [s]."""
-
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium to try the page in")]
-
-
-class Browser:
-    """A page in Chromium, spoken to through a pipe; `events` are what it has said of itself."""
-
-    def __init__(self, profile: Path) -> None:
-        commands, self.write = os.pipe()
-        self.read, answers = os.pipe()
-
-        def pipes() -> None:
-            for ours, its in ((commands, 3), (answers, 4)):
-                os.dup2(ours, its)
-                os.set_inheritable(its, True)  # which `dup2` leaves as it is where both are the same
-
-        arguments = [str(CHROMIUM), *OPTIONS, f"--user-data-dir={profile}"]
-        self.process = subprocess.Popen(
-            arguments, preexec_fn=pipes, close_fds=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        self.count, self.rest, self.events, self.session = 0, b"", [], {}
-        target = self.call("Target.createTarget", url="about:blank")["targetId"]
-        self.session = {"sessionId": self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
-        for domain in ("Page", "Runtime", "Log", "Network"):
-            self.call(f"{domain}.enable")
-
-    def call(self, method: str, **params: Any) -> dict[str, Any]:
-        self.count += 1
-        message = {"id": self.count, "method": method, "params": params, **self.session}
-        os.write(self.write, json.dumps(message).encode() + b"\0")
-        while (answer := self.next()).get("id") != self.count:
-            self.events.append(answer)
-        assert "error" not in answer, answer
-        return answer["result"]
-
-    def next(self) -> dict[str, Any]:
-        while b"\0" not in self.rest:
-            assert select.select([self.read], [], [], PATIENCE)[0], "the browser does not answer"
-            self.rest += os.read(self.read, 1 << 16)
-        message, _, self.rest = self.rest.partition(b"\0")
-        return json.loads(message)
-
-    def open(self, path: Path) -> None:
-        self.call("Page.navigate", url=path.as_uri())
-        while not any(event["method"] == "Page.loadEventFired" for event in self.events):
-            self.events.append(self.next())
-
-    def run(self, script: str) -> Any:
-        answer = self.call("Runtime.evaluate", expression=script, returnByValue=True)
-        assert "exceptionDetails" not in answer, answer
-        return answer["result"].get("value")
-
-    def press(self, key: str, code: int) -> None:
-        for kind in ("rawKeyDown", "keyUp"):
-            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
+pytestmark = [pytest.mark.slow, needs_a_browser]
 
 
 @pytest.fixture(scope="module")
@@ -92,8 +30,7 @@ def browser(folder: Path) -> Iterator[Browser]:
     browser = Browser(folder / "profile")
     browser.open(folder / "report.html")
     yield browser
-    browser.process.terminate()
-    browser.process.wait()
+    browser.close()
 
 
 READ = """Object.fromEntries([...document.querySelectorAll(".live dd")].map(x => [x.dataset.name, x.textContent]))"""
@@ -153,9 +90,10 @@ def test_the_pointer_picks_the_nearest_motion_and_a_critical_point_leads_to_its_
     found = browser.run("""(() => { const data = JSON.parse(document.getElementById('live-data').textContent);
         const branch = data.branches.find(x => Object.values(x.labels).includes('B1'));
         const row = Object.keys(branch.labels).find(i => branch.labels[i] === 'B1');
-        const svg = document.querySelector('svg[data-figure="figure-2"]'), box = svg.getBoundingClientRect();
-        const scale = box.width / svg.viewBox.baseVal.width, [across, ...curves] = branch.places['figure-2'];
-        const at = {bubbles: true, clientX: box.left + across[row] * scale, clientY: box.top + curves[2][row] * scale};
+        const svg = document.querySelector('svg[data-figure="figure-2"]');
+        const [across, ...curves] = branch.places['figure-2'];
+        const place = new DOMPoint(across[row], curves[2][row]).matrixTransform(svg.getScreenCTM());
+        const at = {bubbles: true, clientX: place.x, clientY: place.y};
         svg.dispatchEvent(new PointerEvent('pointermove', at));
         svg.dispatchEvent(new MouseEvent('click', at));
         return [document.querySelector('.live strong').textContent, location.hash]; })()""")
@@ -172,18 +110,3 @@ def test_the_ball_is_on_the_membranes_at_the_impacts(browser: Browser) -> None:
         for name, at in ((".ball", "cx"), (".bottom", "x1"))
     )
     assert ball - wall == pytest.approx(5.0, abs=0.1)
-
-
-def test_nothing_is_asked_for_and_nothing_goes_wrong(folder: Path, browser: Browser) -> None:
-    asked = [
-        event["params"]["request"]["url"] for event in browser.events if event["method"] == "Network.requestWillBeSent"
-    ]
-    assert {url.partition("#")[0] for url in asked if not url.startswith("data:")} == {
-        (folder / "report.html").as_uri()
-    }
-    said = [
-        x
-        for x in browser.events
-        if x["method"] in ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")
-    ]
-    assert [json.dumps(x) for x in said] == []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Any
@@ -24,7 +24,7 @@ EMPTY_FROM = 40.0
 MOST_EMPTY = 1 / 3
 """Of the height of a page between its margins."""
 
-MOST_PAGES = {"inclined": 8, "simulated": 10}
+MOST_PAGES = {"inclined": 8, "simulated": 11}
 
 PAPERS = {"a4": (595.28, 841.89), "letter": (612.0, 792.0)}
 TOP, FOOT, FOOTER = 54.0, 48.0, 32.0
@@ -111,7 +111,8 @@ def flat(outline: list[Any]) -> Iterator[Any]:
 def test_a_table_is_whole_on_a_page_or_split_with_its_head_repeated(report: Report) -> None:
     reader = report.reader
     numbers = {page.indirect_reference.idnum: k for k, page in enumerate(reader.pages)}
-    lines = [lines_of(page) for page in report.texts]
+    top = PAPERS[report.paper][1] - TOP
+    lines = [lines_of(text for text in page if text.height < top) for page in report.texts]
     tables = list(elements(reader.trailer["/Root"]["/StructTreeRoot"], "/Table"))
     assert len(tables) > 8
     for table in tables:
@@ -120,10 +121,10 @@ def test_a_table_is_whole_on_a_page_or_split_with_its_head_repeated(report: Repo
         assert len(rows) > WHOLE_UP_TO or not others
         assert all(len(row) == 1 for row in rows)
         for other in others:
-            assert any(len(line) > 1 for line in lines[first] & lines[other] - lines[0])
+            assert any(len(line) > 1 for line in lines[first] & lines[other])
 
 
-def lines_of(page: list[Text]) -> set[tuple[str, ...]]:
+def lines_of(page: Iterable[Text]) -> set[tuple[str, ...]]:
     """What stands at one height on a page, each as its words."""
     return {tuple(text.words for text in line) for _, line in groupby(page, lambda text: round(text.height, 1))}
 

@@ -92,7 +92,8 @@ def in_page(page: str, pictures: Iterable[Picture], data: str, folder: Path) -> 
         image = f'<img src="data:image/svg+xml;base64,{b64encode(picture.svg).decode()}"'
         before, found, after = page.partition(image)
         if found:
-            page = f"{before}{picture.inline}{after.partition('>')[2]}"
+            drawing = f'<div class="scroll" tabindex="0">{picture.inline}</div>'
+            page = f"{before}{drawing}{after.partition('>')[2]}"
     script, css = ((folder / name).read_text(encoding="utf-8") for name in ("live.js", "live.css"))
     page = page.replace("</head>", f"<style>\n{figure_css()}{css}</style>\n</head>", 1)
     if not data:

@@ -352,7 +352,7 @@ def short(word: str) -> str:
 
 
 def portrait_caption(figure: Task, portraits: Sequence[Portrait], held: str) -> str:
-    """The caption of one of these figures: what is drawn, and each motion in numbers.
+    """The caption of one of these figures: what is drawn, and which motions; a table has their numbers.
 
     Parameters
     ----------
@@ -361,7 +361,8 @@ def portrait_caption(figure: Task, portraits: Sequence[Portrait], held: str) -> 
     held : str
         The parameters that they share, in words.
     """
-    return f"{', '.join([ABOUT[figure], *([held] if held else [])])}. {'; '.join(_motions(figure, portraits))}."
+    motions = "; ".join(_motions(figure, portraits, numbers=False))
+    return f"{', '.join([ABOUT[figure], *([held] if held else [])])}. {motions}."
 
 
 def portrait_alt(figure: Task, portraits: Sequence[Portrait]) -> str:
@@ -370,11 +371,11 @@ def portrait_alt(figure: Task, portraits: Sequence[Portrait]) -> str:
     return f"Line charts, {chart}. {'; '.join(_motions(figure, portraits))}."
 
 
-def _motions(figure: Task, portraits: Sequence[Portrait]) -> Iterator[str]:
-    """Each motion in numbers, with the letters of its panels."""
+def _motions(figure: Task, portraits: Sequence[Portrait], numbers: bool = True) -> Iterator[str]:
+    """Each motion, in numbers too if these are wanted, with the letters of its panels."""
     for k, portrait in enumerate(portraits):
         panels = f"{letter_of(2 * k)}, {letter_of(2 * k + 1)}" if figure != Task.FIGURE_6 else letter_of(k)
-        yield f"({panels}) {setting(portrait)}: {motion_words(portrait)}{_numbers(portrait)}"
+        yield f"({panels}) {setting(portrait)}: {motion_words(portrait)}{_numbers(portrait) if numbers else ''}"
 
 
 def _numbers(portrait: Portrait) -> str:

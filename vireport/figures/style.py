@@ -173,7 +173,7 @@ def figure_css() -> str:
     )
     return (
         f":root{{{light}}}\n@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"
-        "svg.figure{display:block;width:100%;height:auto;max-width:62rem;fill:var(--figure-black)}\n"
+        "svg.figure{display:block;width:100%;height:auto;min-width:35.5rem;max-width:62rem;fill:var(--figure-black)}\n"
     )
 
 

@@ -151,7 +151,7 @@ def capital(text: str) -> str:
 
 
 def words(text: str) -> str:
-    """Set the plain ASCII of our own messages in type: Greek letters, minus signs, powers of ten.
+    """Set the plain ASCII of our own messages in type: Greek letters, minus signs, powers.
 
     Examples
     --------
@@ -160,7 +160,7 @@ def words(text: str) -> str:
     """
     for ascii_name, letter in _GREEK.items():
         text = re.sub(rf"\b{ascii_name}(?=_[a-z]\b|\b)", letter, text)
-    text = text.replace("<=", "\u2264").replace(">=", "\u2265")
+    text = text.replace("<=", "\u2264").replace(">=", "\u2265").replace("N/m^h", "N/m\u02b0")
     text = re.sub(r"(\d)e([+-]\d+)\b", lambda match: f"{match[1]} {_power(int(match[2]))}", text)
     return re.sub(r"(?<![\w.)])-(?=\d)", MINUS, text)
 

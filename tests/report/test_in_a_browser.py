@@ -1,0 +1,144 @@
+"""The HTML pages of every example and of a comparison in a real browser: wide and narrow, light and dark, printed."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64decode
+from collections.abc import Iterator
+from importlib.util import find_spec
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+from unicodedata import normalize
+
+import pytest
+from browser import Browser, needs_a_browser
+from conftest import EXAMPLES
+from pages import squeeze
+from PIL import Image, ImageStat
+from pypdf import PdfReader
+
+from vireport.cli import main
+
+NAMES = (
+    *("inclined", "horizontal", "inclined-forcing", "simulated"),
+    *("design-point", "best-design", "ci/passing", "ci/failing"),
+)
+WIDTHS = (1440, 1024, 390)
+LEGIBLE = 9.0
+"""Least size of the type in a figure, however narrow the window [px]."""
+
+PAPER = {"light": (200, 256), "dark": (0, 60)}
+"""Mean brightness of a page."""
+
+AXE = find_spec("axe_playwright_python")
+"""The package that carries axe-core; nothing else of it is used."""
+
+pytestmark = [pytest.mark.slow, needs_a_browser]
+
+
+@pytest.fixture(scope="module", params=[*NAMES, "comparison"])
+def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    name, folder = request.param, tmp_path_factory.mktemp("page")
+    command = ["run", str(EXAMPLES / f"{name}.yaml")]
+    if name == "comparison":
+        command = ["compare", str(EXAMPLES / "inclined.yaml"), "--vary", "inclination_deg=0,45"]
+    assert main([*command, "-o", str(folder), "--format", "html", "-q"]) == (name == "ci/failing")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def browser(folder: Path) -> Iterator[Browser]:
+    browser = Browser(folder / "profile")
+    browser.open(folder / "report.html")
+    yield browser
+    browser.close()
+
+
+OVERLAPS = """(() => {
+  const parts = [...document.querySelectorAll(
+    "h1, h2, h3, p, dt, dd, th, td, caption, figcaption, pre, select, input, button, svg.figure")]
+    .filter(x => x.checkVisibility() && !x.closest(".skip")).map(node => {
+      const box = node.getBoundingClientRect(), scroll = node.closest(".scroll")?.getBoundingClientRect();
+      return {node, top: box.top, bottom: box.bottom, left: Math.max(box.left, scroll?.left ?? -1e9),
+        right: Math.min(box.right, scroll?.right ?? 1e9)};
+    }).filter(x => x.right - x.left > 1).sort((a, b) => a.top - b.top);
+  const found = [];
+  parts.forEach((a, i) => {
+    for (const b of parts.slice(i + 1)) {
+      if (b.top > a.bottom - 2) break;
+      const within = a.node.contains(b.node) || b.node.contains(a.node);
+      if (!within && Math.min(a.right, b.right) - Math.max(a.left, b.left) > 2)
+        found.push([a.node.textContent.slice(0, 40), b.node.textContent.slice(0, 40)]);
+    }
+  });
+  return found;
+})()"""
+
+SMALLEST = """Math.min(...[...document.querySelectorAll("svg.figure")].flatMap(svg => [...svg.querySelectorAll("text")]
+  .map(text => parseFloat(getComputedStyle(text).fontSize) * svg.getScreenCTM().a)))"""
+
+
+def overflow(browser: Browser) -> int:
+    """How far the page is wider than the window [px]."""
+    return browser.run("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_it_fits_the_window_and_nothing_lies_on_anything(width: int, browser: Browser, folder: Path) -> None:
+    for scheme, (dark, light) in PAPER.items():
+        picture = browser.look(width, scheme)
+        (folder / f"{width}-{scheme}.png").write_bytes(picture)
+        (brightness,) = ImageStat.Stat(Image.open(BytesIO(picture)).convert("L")).mean
+        assert dark < brightness < light
+    browser.run("document.querySelectorAll('details').forEach(x => { x.open = true; })")
+    assert overflow(browser) <= 0
+    assert browser.run(OVERLAPS) == []
+    assert browser.run(SMALLEST) >= LEGIBLE
+
+
+def test_the_keyboard_reaches_everything(browser: Browser) -> None:
+    browser.look(1440)
+    wanted = browser.run("""(() => {
+        window.stops = [...document.querySelectorAll("a[href], button, input, select, summary, [tabindex='0']")]
+            .filter(x => x.checkVisibility());
+        window.reached = new Set();
+        document.addEventListener("focusin", event => window.reached.add(event.target));
+        document.activeElement.blur();
+        return window.stops.length; })()""")
+    assert wanted > 20
+    for _ in range(wanted + 2):
+        browser.press("Tab", 9)
+    missed = "window.stops.filter(x => !window.reached.has(x)).map(x => x.outerHTML.slice(0, 80))"
+    assert browser.run(missed) == []
+
+
+@pytest.mark.skipif(AXE is None, reason="there is no axe-core: pip install --no-deps axe-playwright-python")
+def test_axe_finds_no_violation(browser: Browser) -> None:
+    (folder,) = AXE.submodule_search_locations
+    browser.run((Path(folder) / "axe.min.js").read_text(encoding="utf-8"))
+    browser.run("document.querySelectorAll('details').forEach(x => { x.open = true; })")
+    for scheme, rules in (("light", {}), ("dark", {"runOnly": ["color-contrast"]})):
+        browser.look(1440, scheme)
+        found: list[dict[str, Any]] = browser.run(f"axe.run({json.dumps(rules)}).then(x => x.violations)")
+        assert [(x["id"], [node["html"][:120] for node in x["nodes"][:3]]) for x in found] == []
+
+
+def test_printed_everything_is_open(browser: Browser) -> None:
+    browser.look(1440)
+    browser.run("document.querySelectorAll('details').forEach(x => { x.open = false; })")
+    headings = browser.run("[...document.querySelectorAll('h2, h3')].map(x => x.textContent)")
+    pdf = browser.call("Page.printToPDF", preferCSSPageSize=True)["data"]
+    text = "".join(page.extract_text() for page in PdfReader(BytesIO(b64decode(pdf))).pages)
+    text = squeeze(normalize("NFKC", text))  # without ligatures
+    assert [heading for heading in headings if squeeze(heading) not in text] == []
+
+
+def test_without_scripts_all_is_readable(browser: Browser, folder: Path) -> None:
+    browser.call("Emulation.setScriptExecutionDisabled", value=True)
+    browser.open(folder / "report.html")
+    for width in WIDTHS:
+        browser.look(width)
+        assert overflow(browser) <= 0
+    assert browser.run("document.querySelectorAll('.live-control').length") == 0
+    assert browser.run("document.querySelectorAll('svg.figure').length") > 0
