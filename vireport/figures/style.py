@@ -103,7 +103,7 @@ def style() -> Iterator[None]:
         yield
 
 
-NUMBERS = {"device": "1", "margins": "8", "accuracy": "9", "stiffness": "10", "diagram": "11"}
+NUMBERS = {"device": "1", "margins": "8", "accuracy": "9", "stiffness": "10", "diagram": "11", "front": "12"}
 """Of the figures that are not named after the paper's."""
 
 
