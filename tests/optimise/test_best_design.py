@@ -241,8 +241,14 @@ def test_the_best_design_runs_and_gives_the_same_numbers(tmp_path: Path, capsys)
         assert main(["optimise", str(scenario), "-o", str(tmp_path / folder)]) == 0
         outputs.append({path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()})
     assert outputs[0] == outputs[1]
-    assert set(outputs[0]) >= {"best.yaml", "optimise.json"}
+    assert set(outputs[0]) >= {"best.yaml", "optimise.json", "report.pdf", "front.png"}
     assert "Best design: U_ave" in capsys.readouterr().out
+    page = outputs[0]["report.html"].decode()
+    assert page.index('id="acceptance"') < page.index('id="best-design"') < page.index('id="key-numbers"')
+    assert "device.ball_mass_kg" in page
+    assert 'data-figure="figure-front"' in page
+    assert main(["run", str(tmp_path / "one/report.html"), "--json"]) == 0
+    assert "identical" in capsys.readouterr().err
     best = json.loads(outputs[0]["optimise.json"])["best"]
     study = analyse(load(tmp_path / "one/best.yaml"))
     stable = study.solution.design.motions.stable

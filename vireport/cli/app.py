@@ -379,9 +379,15 @@ def extremes(
 
 @app.command()
 def optimise(
-    scenario: ScenarioFile, output: Folder = None, json: Json = False, set_: Overrides = None, quiet: Quiet = False
+    scenario: ScenarioFile,
+    output: Folder = None,
+    json: Json = False,
+    set_: Overrides = None,
+    templates: Templates = None,
+    paper: Paper = PaperSize.A4,
+    quiet: Quiet = False,
 ) -> None:
-    """Find the best design that meets the requirements, among what the scenario's design block lets vary.
+    """Find the best design that meets the requirements, among what the scenario's design block lets vary; report on it.
 
     Exit code 1 if no design meets them.
     """
@@ -393,13 +399,22 @@ def optimise(
     from vireport.study import provenance_of
 
     problem = problem_of(loaded)
-    provenance = provenance_of(loaded, _command("optimise", [scenario], ("--json", json), ("--set", set_)))
+    command = _command("optimise", [scenario], ("--json", json), ("--set", set_), _paper(paper))
+    provenance = provenance_of(loaded, command)
     folder = output or _default_folder(scenario, "-best")
     if not json:
         require_writable(folder, outputs.NAMES)
     with progress(quiet) as say:
         result = search(problem, say)
         files = {} if json else outputs.files(result, provenance)
+        if "best.yaml" in files:
+            from vireport.cli.outputs import run_files
+            from vireport.scenario import loads
+            from vireport.study import analyse
+
+            say("solving the best design")
+            study = analyse(loads(files["best.yaml"].decode(), "best.yaml"), outputs.PAGES, say)
+            files |= run_files(study, command, templates, say, None, paper, *outputs.section(result))
     printed: str | bytes = outputs.optimise_json(result, provenance) if json else "" if quiet else outputs.text(result)
     failure = outputs.shortcoming(result)
     deliver(Outcome(printed, files, failure=failure, exit_code=bool(failure), stale=outputs.NAMES), folder, quiet)

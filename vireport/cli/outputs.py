@@ -121,19 +121,25 @@ def run_files(
     say: Progress,
     changes: Table | None = None,
     paper: str = "a4",
+    search: tuple[str | Table, ...] = (),
+    more: tuple[Picture, ...] = (),
 ) -> dict[str, bytes]:
-    """The files of a study by their names; the reports tell what has changed since a baseline, if there is one."""
+    """The files of a study by their names.
+
+    The reports tell what has changed since a baseline, if there is one, and of the search for the best design, if it is
+    one, with `more` pictures.
+    """
     plan, provenance, files = study.plan, provenance_of(study.loaded, command), dict[str, bytes]()
-    pictures: tuple[Picture, ...] = ()
+    pictures = more
     if plan.runs(*FIGURES):
         say("drawing")
-        pictures = _pictures(study)
+        pictures = (*_pictures(study), *more)
     if plan.runs(Task.HTML, Task.PDF):
         say("setting the report")
         from vireport.report import Report, render_html, render_pdf
 
         origin = with_pages(provenance, drawn=bool(pictures))
-        report = Report(study, {picture.name: picture for picture in pictures}, origin, changes)
+        report = Report(study, {picture.name: picture for picture in pictures}, origin, changes, search)
         if plan.runs(Task.HTML):
             files["report.html"] = render_html(report, templates)
         if plan.runs(Task.PDF):

@@ -114,6 +114,7 @@ NUMBERS = {
     "ladder": "13",
     "portraits": "14",
     "hysteresis": "15",
+    "front": "16",
 }
 """Of the figures that are not named after the paper's."""
 

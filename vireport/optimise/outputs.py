@@ -9,15 +9,20 @@ from typing import TYPE_CHECKING, Any, cast
 
 from vireport.optimise.search import Point, Result
 from vireport.scenario import Objective
-from vireport.study import Provenance, json_bytes
+from vireport.study import Provenance, Task, json_bytes
 from vireport.text import Table, capital, numbers, percent, plain_text, significant, texts
 from vireport.tolerances import Tolerances
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-NAMES = "best.yaml", "optimise.json", "front.png"
-"""Files that a search may write."""
+    from vireport.figures import Picture
+
+PAGES = Task.HTML, Task.PDF
+"""Reports on the best design."""
+
+NAMES = "best.yaml", "optimise.json", "front.png", "report.html", "report.pdf"
+"""Files that a search may write, those of `PAGES` the last."""
 
 
 def files(result: Result, provenance: Provenance) -> dict[str, bytes]:
@@ -26,10 +31,13 @@ def files(result: Result, provenance: Provenance) -> dict[str, bytes]:
     if result.best is not None:
         written["best.yaml"] = result.problem.scenario_text(result.best.t).encode()
     if len(result.front) > 1:
-        from vireport.figures import png_of
-
-        written["front.png"] = png_of(figure_front(result))
+        written["front.png"] = picture_front(result).png
     return written
+
+
+def section(result: Result) -> tuple[tuple[str | Table, ...], tuple[Picture, ...]]:
+    """What the report on the best design says of the search, and its figure of the front."""
+    return tuple(_parts(result)), (picture_front(result),) if len(result.front) > 1 else ()
 
 
 def optimise_json(result: Result, provenance: Provenance) -> bytes:
@@ -99,7 +107,10 @@ def _beyond_tolerances(found: Tolerances) -> str:
 
 def text(result: Result) -> str:
     """The result for a terminal."""
-    return plain_text(_parts(result)) + "\n"
+    point = result.best if result.best is not None else result.nearest
+    alerts = point.study.alerts if point is not None else ()
+    told = [f"Alerts: {'; '.join(f'{alert.code} {alert.title}' for alert in alerts)}."] if alerts else []
+    return plain_text([*_parts(result), *told]) + "\n"
 
 
 def _parts(result: Result) -> Iterator[str | Table]:
@@ -113,13 +124,18 @@ def _parts(result: Result) -> Iterator[str | Table]:
         yield f"Best design: {found}{'' if problem.objective is Objective.MARGIN else margin}."
     if point is not None:
         rows = tuple(
-            (one.path.value, significant(value, 10), *map(significant, sorted((one.from_, one.to))))
-            for one, value in zip(problem.design.vary, problem.values(point.t).tolist(), strict=True)
+            (
+                one.path.value,
+                significant(value, 10),
+                significant(now, 10),
+                *map(significant, sorted((one.from_, one.to))),
+            )
+            for one, value, now in zip(
+                problem.design.vary, problem.values(point.t).tolist(), problem.given, strict=True
+            )
         )
         caption = "The best design" if best is not None else "The nearest design"
-        yield Table(caption, (*texts("Input"), *numbers("Value", "From", "To")), rows)
-        if point.study.alerts:
-            yield f"Alerts: {'; '.join(f'{alert.code} {alert.title}' for alert in point.study.alerts)}."
+        yield Table(caption, (*texts("Input"), *numbers("Value", "In the scenario", "From", "To")), rows)
     yield _evidence_text(result)
     if len(result.front) > 1:
         yield _front_table(result)
@@ -176,6 +192,21 @@ def _costs(result: Result) -> list[float]:
         (before.value - after.value) / (100 * (after.margin - before.margin))
         for before, after in pairwise(result.front)
     ]
+
+
+def picture_front(result: Result) -> Picture:
+    """The front with its words."""
+    from vireport.figures import Picture
+
+    of, first, last = result.problem.objective, result.front[0], result.front[-1]
+    margins = f"{significant(100 * first.margin, 3)} to {significant(100 * last.margin, 3)} %"
+    caption = (
+        f"The largest {of.words} against the smallest margin to the end of stable motion, in whichever input that is. "
+        f"Each point is the best design with that margin, from {margins}."
+    )
+    fall = f"from {_in_unit(result, first.value, 4)} to {_in_unit(result, last.value, 4)}"
+    alt = f"Line chart. With smallest margins of {margins} the largest {of.words} falls {fall}."
+    return Picture("figure-front", "What margin costs", caption, alt, figure_front(result))
 
 
 def figure_front(result: Result) -> Figure:

@@ -81,6 +81,12 @@ class Problem:
         return tuple(varied.path for varied in self.design.vary)
 
     @property
+    def given(self) -> list[float]:
+        """What these are in the scenario."""
+        data = to_dict(self.loaded.scenario)
+        return [float(cast(Any, reduce(dict.__getitem__, path.split("."), data))) for path in self.paths]
+
+    @property
     def widths(self) -> Floats:
         """Widths of their ranges."""
         return np.array([abs(varied.to - varied.from_) for varied in self.design.vary])

@@ -127,12 +127,15 @@ class Report:
     provenance : Provenance
     changes : Table or None
         What has changed since a baseline, without rows where nothing has; None without a baseline.
+    search : tuple of str and Table
+        Where the scenario is the best design: what it was looked for in, and with what evidence; else nothing.
     """
 
     study: Study
     pictures: Mapping[str, Picture]
     provenance: Provenance
     changes: Table | None = None
+    search: tuple[str | Table, ...] = ()
     template: str = "report.typ.j2"
     decimals: int = field(default=DIGITS, init=False)
     paper_title: str = field(default=PAPER, init=False)
