@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import HIGHEST_RESTITUTION, UNSTABLE, PointwiseMotions, classify, find_motions
+from vireport.analysis import HIGHEST_RESTITUTION, PointwiseMotions, find_motions
 from vireport.optimise.problem import ACCELERATION, FIELD, STROKE, Problem, quantities
 from vireport.physics import Device, Membrane, conversion, voltages
 from vireport.scenario import DesignInput, Parameter
@@ -113,7 +113,7 @@ def _stable(device: Device, count: int) -> tuple[PointwiseMotions, Ints, Floats]
     with np.errstate(all="ignore"):
         found = find_motions(d, gbar, r if r.ndim else float(r), device.period_ratio)
         r = np.broadcast_to(r, count)
-        stable = found.admissible & (classify(found.trace, r[found.cell]) != UNSTABLE)
+        stable = found.stable(r)
     return found, np.flatnonzero(stable), r
 
 
