@@ -66,6 +66,15 @@ def test_a_period_doubling_is_no_jump(example):
     assert not any(one.jumps for one in slowly.courses.values())
 
 
+def test_mirror_images_are_no_hysteresis(example):
+    swept = sweep_of(load(example("horizontal")).scenario)
+    slowly = follow_sweep(swept, [0.35, 0.4, 0.45], Simulation(follow="both"))
+    up, down = slowly.courses[Direction.UP].stages[0], slowly.courses[Direction.DOWN].stages[-1]
+    assert up.distance(down) > 0.5
+    assert up.distance(down, mirror=True) < 1e-6
+    assert slowly.loops == ()
+
+
 def test_a_ball_at_rest_stays_until_the_forcing_lifts_it():
     # gbar = 2 - value: above 1 the ball rests on the bottom; at r = 0 it then hops from rest, lower than jumps are.
     rising = course([0.5, 0.9, 1.2], lambda value: Conditions(2.0, 2 - value, 1.0), 0.3)
