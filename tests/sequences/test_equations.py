@@ -55,6 +55,12 @@ def test_derivatives_are_those_of_the_conditions(word: str, level: Level):
         np.testing.assert_allclose(matrix[:, i], (ahead - behind) / (2 * step), atol=1e-8)
 
 
+def test_a_word_stands_for_its_rotations_and_with_mirror_for_its_image():
+    assert Sequence.of("TBT").canonical().word == "BTT"
+    assert Sequence.of("TBT").canonical(mirror=True).word == "BBT"
+    assert Sequence.of("BBT", 2).canonical(mirror=True) == Sequence((1, 1, -1), 2)
+
+
 @cache
 def simulated(word: str) -> Motion:
     """A stable motion, found by simulation."""

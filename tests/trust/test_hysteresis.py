@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from vireport import analyse, load, loads
+from vireport.figures import pictures
+from vireport.report import Report, render_html
 from vireport.scenario import Direction, Simulation
 from vireport.simulation import BOTTOM, Conditions, Outcome, course
+from vireport.study import provenance_of
 from vireport.study.coexistence import Source, ends_at
 from vireport.study.study import sweep_of
 from vireport.trust.hysteresis import follow_sweep
@@ -63,6 +66,15 @@ def test_a_period_doubling_is_no_jump(example):
     assert not any(one.jumps for one in slowly.courses.values())
 
 
+def test_mirror_images_are_no_hysteresis(example):
+    swept = sweep_of(load(example("horizontal")).scenario)
+    slowly = follow_sweep(swept, [0.35, 0.4, 0.45], Simulation(follow="both"))
+    up, down = slowly.courses[Direction.UP].stages[0], slowly.courses[Direction.DOWN].stages[-1]
+    assert up.distance(down) > 0.5
+    assert up.distance(down, mirror=True) < 1e-6
+    assert slowly.loops == ()
+
+
 def test_a_ball_at_rest_stays_until_the_forcing_lifts_it():
     # gbar = 2 - value: above 1 the ball rests on the bottom; at r = 0 it then hops from rest, lower than jumps are.
     rising = course([0.5, 0.9, 1.2], lambda value: Conditions(2.0, 2 - value, 1.0), 0.3)
@@ -89,7 +101,7 @@ def test_stable_motions_are_left_where_their_family_ends(name: str, example):
 
 @pytest.mark.slow
 def test_results_and_coexisting_motions(example):
-    study = analyse(load(example("hysteresis")), ("json",))
+    study = analyse(load(example("hysteresis")), ("json", "html"))
     (bbt, bbbt) = study.coexisting
     assert (bbt.name, bbbt.name) == ("BBT every forcing period", "BBBT every forcing period")
     ((_, last),) = bbbt.ranges[Source.UP]
@@ -102,3 +114,10 @@ def test_results_and_coexisting_motions(example):
     assert jump["vertex"]["kind"] == "fold"
     assert jump["from"] < jump["vertex"]["sweep_value"] < jump["to"]
     assert [sample["word"] for sample in data["up"]["samples"]].count("BBBT") == 20
+    drawn = pictures(study)
+    (picture,) = [one for one in drawn if one.name == "figure-hysteresis"]
+    assert "2 jumps; the motion depends on the direction at s = 0.22104 to 0.22804 m." in picture.caption
+    named = {one.name: one for one in drawn}
+    page = render_html(Report(study, named, provenance_of(study.loaded, "test"))).decode()
+    table = page.partition("The family before ends at")[2].partition("</table>")[0]
+    assert table.index("BBBT every") < table.index("fold, 0.228038763") < table.index("grazing, 0.221044520")

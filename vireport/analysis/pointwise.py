@@ -21,7 +21,7 @@ from vireport.analysis.admissibility import turning_points, wall_gap
 from vireport.analysis.level_curve import largest_groups
 from vireport.analysis.orbits import Orbits, coefficients, orbits
 from vireport.analysis.roots import cubic_root, secant_root
-from vireport.analysis.stability import return_trace
+from vireport.analysis.stability import return_trace, stability_border
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -89,6 +89,11 @@ class PointwiseMotions:
     def admissible(self) -> NDArray[np.bool_]:
         """Whether the ball stays between the membranes."""
         return np.asarray(self.wall_gap > 0)
+
+    def stable(self, r: Floats, slack: float = 0.0) -> Mask:
+        """Whether motions are stable and admissible, or lack up to `slack` of it; r is that of each design point."""
+        within = np.abs(self.trace.real) < stability_border(r.real[self.cell]) + slack
+        return np.asarray(within & (self.wall_gap.real > -slack))
 
 
 def find_motions(d: Floats, gbar: Floats, r: float | Floats, n: int) -> PointwiseMotions:

@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from vireport.figures.captions import conditions
-from vireport.figures.curves import Curve, impact_pairs, joined
+from vireport.figures.curves import Curve, joined
+from vireport.figures.diagram import one_to_one
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, SweepAxis, blank, finished, fit_vertically
 from vireport.figures.style import TEXT, Color, Look, Picture, style
@@ -72,13 +73,7 @@ def _stable(drawing: Drawing) -> list[Curve]:
             for first, last in family.stable_runs
             for speed in np.abs(family.velocity).T
         ]
-    ratio = drawing.study.solution.device.period_ratio
-    return [
-        (drawing.axis.of(part.branch.motions)[part.rows], y[part.rows])
-        for part in drawing.parts
-        if part.stable
-        for y in impact_pairs(part.branch.motions, ratio)[0]
-    ]
+    return one_to_one(drawing)
 
 
 def _draw(axes: Axes, axis: SweepAxis, course: Course, look: Look) -> None:

@@ -10,14 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import (
-    HIGHEST_RESTITUTION,
-    UNSTABLE,
-    PointwiseMotions,
-    classify,
-    differentiated_motions,
-    find_motions,
-)
+from vireport.analysis import HIGHEST_RESTITUTION, PointwiseMotions, differentiated_motions, find_motions
 from vireport.optimise.problem import ACCELERATION, FIELD, STROKE, Problem, quantities
 from vireport.physics import Device, Dielectric, Membrane, conversion, magnitude, voltages
 from vireport.scenario import DesignInput, Parameter
@@ -73,7 +66,7 @@ def evaluate(problem: Problem, t: Floats) -> Cells:
     device, membrane = problem.at(t)
     count = len(t)
     found, r = _motions(device, count)
-    rows = np.flatnonzero(_is_stable(found, r))
+    rows = np.flatnonzero(found.stable(r))
     cell = found.cell[rows]
 
     def worst(values: Floats, least: bool) -> Floats:
@@ -113,7 +106,7 @@ def keeps_motion(problem: Problem, t: Floats, share: float) -> Mask:
             changed: dict[str, Any] = {varied: value[moved]}
             found, r = _motions(replace(device, **changed), len(moved))
             there = np.zeros(len(moved), dtype=bool)
-            there[found.cell[_is_stable(found, r)]] = True
+            there[found.cell[found.stable(r)]] = True
             kept[rows[moved]] = there
     return kept
 
@@ -155,11 +148,6 @@ def _motions(device: Device, count: int) -> tuple[PointwiseMotions, Floats]:
         if np.iscomplexobj(d):
             return differentiated_motions(d, gbar, whole, device.period_ratio), whole
         return find_motions(d, gbar, whole if r.ndim else float(r), device.period_ratio), whole
-
-
-def _is_stable(found: PointwiseMotions, r: Floats) -> Mask:
-    """Which of some motions are admissible and stable, for the restitution of each device."""
-    return np.asarray((found.wall_gap.real > 0) & (classify(found.trace.real, r.real[found.cell]) != UNSTABLE))
 
 
 def _slack(found: PointwiseMotions, r: Floats) -> tuple[Floats, Floats]:

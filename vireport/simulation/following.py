@@ -124,7 +124,7 @@ def course(
     start : Stage, optional
         To begin from; by default the ball lies on the bottom membrane.
     impacts : int
-        A fraction 1/PATIENCE of those after which a motion counts as not periodic.
+        `PATIENCE` times as many without a period in sight make a motion one that is not periodic.
     """
     track = _Track(at, r, PATIENCE * impacts)
     resolution = max(RESOLUTION * abs(values[-1] - values[0]), 8 * float(np.spacing(np.abs(values).max())))

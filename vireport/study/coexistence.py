@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 from vireport.sequences import Atlas, Family, Sequence, Vertex
@@ -89,10 +90,9 @@ def ends_at(jump: Jump, atlas: Atlas, within: float) -> Vertex | None:
     mirror = atlas.sweep.level.horizontal
     sequence = Sequence.of(attractor.word, attractor.period).canonical(mirror)
     families = (family for family in atlas.families if family.sequence.canonical(mirror) == sequence)
-    vertices = [vertex for family in families for vertex in _ends(family)]
-    distances = [abs(vertex.point.sweep_value - jump.value) for vertex in vertices]
-    nearest = min(range(len(vertices)), key=distances.__getitem__, default=None)
-    return vertices[nearest] if nearest is not None and distances[nearest] <= within else None
+    vertices = (vertex for family in families for vertex in _ends(family))
+    near = [vertex for vertex in vertices if abs(vertex.point.sweep_value - jump.value) <= within]
+    return min(near, key=lambda vertex: abs(vertex.point.sweep_value - jump.value), default=None)
 
 
 def _ends(family: Family) -> Iterator[Vertex]:
@@ -110,7 +110,7 @@ def _kind(attractor: Attractor, mirror: bool) -> tuple[Outcome, str, int]:
 
 def _runs(values: list[float], there: list[bool]) -> Iterator[Range]:
     """First and last of successive values at which something is there."""
-    for i, value in enumerate(values):
-        if there[i] and not (i and there[i - 1]):
-            last = next((k for k in range(i, len(values)) if not there[k]), len(values)) - 1
-            yield value, values[last]
+    for found, run in groupby(zip(values, there, strict=True), key=lambda pair: pair[1]):
+        if found:
+            own = [value for value, _ in run]
+            yield own[0], own[-1]

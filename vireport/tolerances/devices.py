@@ -132,7 +132,7 @@ def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:
     d, gbar = devices.groups(Parameter.LENGTH, devices.length_m)
     r = np.asarray(devices.restitution)
     found = find_motions(d, gbar, r, devices.period_ratio)
-    stable = (found.wall_gap > -slack) & (np.abs(found.trace) < 1 + r[found.cell] ** 4 + slack)
+    stable = found.stable(r, slack)
     return found.cell[stable], found.orbit.select(stable)
 
 
