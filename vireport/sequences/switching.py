@@ -111,7 +111,7 @@ def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Be
 def _off(curve: Curve, x: Floats, direction: Floats) -> Iterator[tuple[Point, Point]]:
     """The point and the first motion next to it in a direction, if there is one within the sweep."""
     for step in STEPS_OFF:
-        y = curve.solved(x + step * curve.raw(direction), direction)
+        y = curve.solved(x + step * curve.scale * direction, direction)
         if y is not None and curve.admits(y):
             first = curve.point(y, direction)
             if not (x[: len(curve.sequence)] == 0).any() or near_pole(curve, first) or step == STEPS_OFF[-1]:
