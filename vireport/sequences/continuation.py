@@ -64,6 +64,9 @@ class Event(StrEnum):
     """What happens at a point of a family.
 
     From grazing on these end it; a period doubling or a pitchfork does where the family turns back as its own image.
+    The last five are points of loci: where the ball touches without acceleration, and would stay on the membrane; where
+    folds and period doublings of the motion with the impact begin at a grazing point; where loci of folds have a cusp,
+    or meet that of the period doubling or pitchfork at which their motions begin.
     """
 
     PERIOD_DOUBLING = "period_doubling"
@@ -75,6 +78,11 @@ class Event(StrEnum):
     SWEEP_END = "sweep_end"
     CLOSED = "closed_curve"
     LOST = "not_followed"
+    RELEASE = "zero_acceleration"
+    DEGENERATE_GRAZING = "degenerate_grazing"
+    CUSP = "cusp"
+    DEGENERATE_DOUBLING = "degenerate_period_doubling"
+    DEGENERATE_PITCHFORK = "degenerate_pitchfork"
 
 
 class Point(NamedTuple):
@@ -127,6 +135,10 @@ class Path(ABC):
     @abstractmethod
     def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the path. Raises as `located`."""
+
+    def leaves(self, x: Floats, first: Point) -> bool:
+        """Whether nothing happens between a point from which the path begins and a motion next to it."""
+        return True
 
     def solved(self, guess: Floats, normal: Floats) -> Floats | None:
         """The motion nearest to a guess in the plane through it with a normal; None where there is none in reach."""
@@ -233,6 +245,16 @@ def follow(path: Path, start: Point) -> Strand:
     return strand
 
 
+def completed(path: Path, start: Point, forward: Strand) -> Strand:
+    """A strand with the other way from its start in front of it."""
+    if forward.events[-1][1] is Event.CLOSED:
+        return forward
+    back = follow(path, start._replace(tangent=-start.tangent)).reversed()
+    shift = len(back.points) - 1
+    events = [*back.events, *((i + shift, event) for i, event in forward.events)]
+    return Strand([*back.points, *forward.points[1:]], events)
+
+
 def _advance(path: Path, strand: Strand, step: float) -> bool:
     """Add the points of one step to a strand, and return whether it ends there.
 
@@ -334,10 +356,18 @@ class Curve(Path):
         Where a velocity goes through zero the trace has a pole: it must be near it before, or the last step short.
         """
         if (self.motion(new.x).velocity * self.sequence.walls <= 0).any():
-            gentle = step < LAST_STEP or near_pole(self, point)
+            gentle = step < LAST_STEP or self._near_pole(point)
         else:
             gentle = abs(atan(new.trace / self.borders[0]) - atan(point.trace / self.borders[0])) < STEEPEST
         return gentle and float(new.tangent @ point.tangent) > STRAIGHTEST
+
+    def _near_pole(self, point: Point) -> bool:
+        """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
+        return pi / 2 - abs(atan(point.trace / self.borders[0])) < STEEPEST
+
+    def leaves(self, x: Floats, first: Point) -> bool:
+        """Whether nothing happens between a point from which the curve begins and a motion next to it."""
+        return not (x[: len(self.sequence)] == 0).any() or self._near_pole(first)
 
     def ended(self, last: Point) -> tuple[Event, Point]:
         """Which of the margins it is that has become zero, and the motion with what it is known to be there."""
@@ -376,11 +406,6 @@ class Curve(Path):
             if _is_symmetric(self, where[1].x):
                 found.append((*where, Event.PITCHFORK))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over
-
-
-def near_pole(curve: Curve, point: Point) -> bool:
-    """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
-    return pi / 2 - abs(atan(point.trace / curve.borders[0])) < STEEPEST
 
 
 def _above(level: float) -> Callable[[Point], float]:
