@@ -407,7 +407,7 @@ def _derivatives(
         return {other: None for other in DesignInput if other is not varied}
     changed: dict[str, Any] = {varied: motion.sweep_value}
     at = replace(device, **changed)
-    slopes = {name: float(normal @ np.array(at.slopes(name))) for name in DesignInput}
+    slopes = {name: float(normal @ np.array(at.slopes(name, motion.d, motion.gbar))) for name in DesignInput}
     own = slopes.pop(varied)
     derivatives = {name: -slope / own if own else inf for name, slope in slopes.items()}
     return {

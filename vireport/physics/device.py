@@ -122,9 +122,8 @@ class Device:
             return 4 * mass * ops.exact(self.length_m) * ops.exact(self.frequency_hz) ** 2 / d
         return ops.sqrt(d * ops.exact(self.amplitude_n) / (4 * mass * ops.exact(self.length_m)))
 
-    def slopes(self, varied: DesignInput) -> tuple[float, float, float]:
-        """Derivatives of d, gbar and r by an input, where all of them are given."""
-        d, gbar = (float(group) for group in self.groups(Parameter.LENGTH, self.length_m))
+    def slopes(self, varied: DesignInput, d: float, gbar: float) -> tuple[float, float, float]:
+        """Derivatives of d, gbar and r by an input, where all of them are given; d and gbar are the device's."""
         value = float(getattr(self, varied))
         match varied:
             case DesignInput.INCLINATION:

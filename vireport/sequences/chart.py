@@ -11,28 +11,29 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from decimal import Decimal, localcontext
 from itertools import chain, combinations, pairwise
-from math import inf
+from math import inf, pi
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import Sweep, newton
+from vireport.analysis import CriticalKind, Sweep, newton, solve
 from vireport.errors import NumericalError
-from vireport.physics import ARRAYS, DIGITS, FLOATS, DecimalOps
+from vireport.physics import ARRAYS, DIGITS, FLOATS, DecimalOps, Device
 from vireport.scenario import DesignInput, Parameter
 from vireport.sequences.atlas import atlas
 from vireport.sequences.continuation import Event, Point, completed, follow
 from vireport.sequences.equations import linearised, residuals
 from vireport.sequences.families import Atlas
 from vireport.sequences.loci import Condition, Locus, Plane
-from vireport.sequences.motions import BESIDE, Motion, Sequence
+from vireport.sequences.motions import BESIDE, Motion, Sequence, turns
 from vireport.sequences.switching import Limits, at_rest, off, touching
 
 Floats = NDArray[np.float64]
 
-CUTS = 3
-"""Sweeps across the plane along each input, on which loci are looked for."""
+CUTS, SOLVED_CUTS = 3, 16
+"""Sweeps across the plane along each input, on which loci are looked for: of all motions, and of 1:1 motions, which are
+in closed form."""
 
 SAME_LOCUS, NEAR = 1e-6, 0.1
 """Distance, in the unknowns over their scale, up to which a motion is on a locus; and from the nearest point of the
@@ -43,9 +44,6 @@ MEETS = 1e-6
 
 AT_CUSP = Decimal("1e-12"), 1e-4
 """Steps along the null vector, of derivatives of the trace in decimals and in doubles."""
-
-OF_TRACE = (Event.PERIOD_DOUBLING, 1), (Event.FOLD, 1), (Event.NODE_FOCUS, 1), (Event.NODE_FOCUS, -1)
-"""Events at which the trace has a value, and the sign of it where there are two."""
 
 LOST_POINT = 1e-6
 """Error, as a share of the range, of a point that no polish applies to: where two motions merge, half the digits are
@@ -100,6 +98,20 @@ class FollowedLocus:
         stable = np.abs(self.trace) < 1 + r ** (2 * len(self.path.touched)) + MEETS
         return np.asarray(stable[1:] & stable[:-1])
 
+    def at(self, held: int, value: float) -> list[Floats]:
+        """Where it crosses a value of one of the inputs: the unknowns of its motions there."""
+        size = self.x.shape[1]
+        place, found = size - 2 + held, []
+        p = self.x[:, place]
+        for i in np.flatnonzero((p[:-1] - value) * (p[1:] - value) <= 0):
+            step = p[i + 1] - p[i]
+            guess = self.x[i] + (((value - p[i]) / step) if step else 0.5) * (self.x[i + 1] - self.x[i])
+            guess[place] = value
+            x = self.path.solved(guess, np.eye(size)[place])
+            if x is not None:
+                found.append(x)
+        return found
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Meeting:
@@ -146,13 +158,7 @@ class Chart:
     cuts: tuple[Cut, ...]
 
 
-def chart(
-    plane: Plane,
-    limits: Limits,
-    only: Sequence | None = None,
-    cuts: int = CUTS,
-    progress: Progress = lambda what: None,
-) -> Chart:
+def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, cuts: int = CUTS) -> Chart:
     """Find the loci of the events of motions in a plane, and the points of codimension two.
 
     Parameters
@@ -160,27 +166,50 @@ def chart(
     plane : Plane
     limits : Limits
         Of the motions.
-    only : Sequence, optional
-        Impacts of the only motions that are wanted.
-    cuts : int
-        Sweeps along each input that loci are looked for on.
     progress : callable
         Called with what is done next.
+    cuts : int
+        Sweeps along each input on which motions of any sequence are looked for; none where only 1:1 motions are wanted.
     """
-    search, crossed = _Search(plane, limits, only), []
+    search, crossed = _Search(plane, limits, None if cuts else _one_to_one(plane)), []
+    for k, other in _cuts(plane, SOLVED_CUTS):
+        progress(f"1:1 motions along the {plane.inputs[k].quantity}")
+        for start in _one_to_one_events(plane, k, other):
+            search.explore(*start)
     for k, other in _cuts(plane, cuts):
-        along, across = plane.inputs[k], plane.inputs[1 - k]
-        progress(f"motions along the {along.quantity}, {across.quantity} {across.show(other)}")
+        progress(f"motions along the {plane.inputs[k].quantity}, {plane.inputs[1 - k].show(other)}")
         sweep = cut_sweep(plane, k, other)
-        if sweep is not None and not sweep.unresolved:
+        if not sweep.unresolved:
             families = atlas(sweep, limits)
-            value = _values(plane, k)
-            crossed.append(Cut(k, other, _stable(families, value)))
-            for motion, event, swept in _events(families):
-                p = np.array([value(swept), other] if k == 0 else [other, value(swept)])
-                progress(f"loci of {motion.sequence.word}")
-                search.explore(motion, p, event)
+            crossed.append(Cut(k, other, _stable(families, plane, k)))
+            for start in _events(families, plane, k, other):
+                progress(f"loci of {start[0].sequence.word}")
+                search.explore(*start)
     return Chart(plane, limits, tuple(search.loci), tuple(search.meetings), tuple(crossed))
+
+
+Start = tuple[Motion, Floats, Event]
+"""A motion with its touches as impacts of velocity zero, values of the inputs, and what happens there."""
+
+
+def _one_to_one(plane: Plane) -> Sequence:
+    return Sequence((1, -1), plane.device.period_ratio)
+
+
+def _one_to_one_events(plane: Plane, k: int, other: float) -> Iterator[Start]:
+    """The critical points of the 1:1 motions on a sweep across a plane."""
+    sweep, sequence = cut_sweep(plane, k, other), _one_to_one(plane)
+    try:
+        points = [] if sweep.unresolved else solve(sweep).critical_points
+    except NumericalError:
+        points = []
+    for critical in points:
+        at = critical.point
+        time = at.phi / pi + np.array([0.0, 2 * sequence.periods * (at.u + 0.5)])
+        motion = Motion(sequence, np.array([at.velocity_bottom, at.velocity_top]), time, at.d)
+        if critical.kind is CriticalKind.GRAZING:
+            motion = touching(motion, turns(motion, at.d, at.gbar, float(sweep.device.restitution)))
+        yield motion, _place(plane, k, at.sweep_value, other), Event(critical.kind)
 
 
 def _cuts(plane: Plane, count: int) -> Iterator[tuple[int, float]]:
@@ -192,51 +221,49 @@ def _cuts(plane: Plane, count: int) -> Iterator[tuple[int, float]]:
                 yield k, float(value)
 
 
-def cut_sweep(plane: Plane, k: int, other: float) -> Sweep | None:
-    """The sweep over one input at a value of the other; None where the device is outside of what is resolved.
+def cut_sweep(plane: Plane, k: int, other: float) -> Sweep:
+    """The sweep over one input at a value of the other.
 
     Along the capsule's mass the groups change as against the force's amplitude, which is swept instead.
     """
     ends = float(plane.low[k]), float(plane.high[k])
-    value = _values(plane, k)
     device = plane.device_at([ends[0], other] if k == 0 else [other, ends[0]])
     if plane.inputs[k] is not DesignInput.CAPSULE_MASS:
         return Sweep(device, Parameter(plane.inputs[k].value), *ends)
     device = replace(device, capsule_mass_kg=plane.device.capsule_mass_kg)
-    return Sweep(device, Parameter.AMPLITUDE, value(ends[1]), value(ends[0]))
+    return Sweep(device, Parameter.AMPLITUDE, _mass(device, ends[1]), _mass(device, ends[0]))
 
 
-def _values(plane: Plane, k: int) -> Callable[[float], float]:
-    """The input's value from that of the parameter that is swept for it, and back."""
-    if plane.inputs[k] is not DesignInput.CAPSULE_MASS:
-        return lambda value: value
-    product = plane.device.capsule_mass_kg * plane.device.amplitude_n
-    return lambda value: float(product / value)
+def _mass(device: Device, amplitude: float) -> float:
+    """The capsule's mass that moves as the device's does under another amplitude of the force, or the other way."""
+    return float(device.capsule_mass_kg * device.amplitude_n / amplitude)
 
 
-def _events(families: Atlas) -> Iterator[tuple[Motion, Event, float]]:
-    """Every event on a sweep: its motion, with touches as impacts, and the value of the swept parameter."""
+def _place(plane: Plane, k: int, swept: float, other: float) -> Floats:
+    """Values of the inputs on a sweep across a plane."""
+    if plane.inputs[k] is DesignInput.CAPSULE_MASS:
+        amplitude = other if plane.inputs[1 - k] is DesignInput.AMPLITUDE else plane.device.amplitude_n
+        swept = _mass(replace(plane.device, amplitude_n=amplitude), swept)
+    return np.array([swept, other] if k == 0 else [other, swept])
+
+
+def _events(families: Atlas, plane: Plane, k: int, other: float) -> Iterator[Start]:
+    """The points where families meet on a sweep across a plane."""
     for vertex in families.vertices:
-        yield vertex.point.motion, vertex.event, vertex.point.sweep_value
-    for family in families.families:
-        for mark in family.marks:
-            if mark.event is Event.NODE_FOCUS and mark.point is not None:
-                yield mark.point.motion, mark.event, mark.point.sweep_value
+        yield vertex.point.motion, _place(plane, k, vertex.point.sweep_value, other), vertex.event
 
 
-def _stable(families: Atlas, value: Callable[[float], float]) -> tuple[tuple[float, float, tuple[str, ...]], ...]:
+def _stable(families: Atlas, plane: Plane, k: int) -> tuple[tuple[float, float, tuple[str, ...]], ...]:
     """Between the ends of stable ranges, the words of the motions that are stable."""
-    ranges = [
-        (*sorted(map(value, pair)), family.sequence.word)
-        for family in families.families
-        for pair in family.stable_ranges
-    ]
-    ends = sorted(map(value, (families.sweep.start, families.sweep.end)))
-    breaks = sorted({*ends, *(end for low, high, _ in ranges for end in (low, high))})
+
+    def place(pair: tuple[float, float]) -> list[float]:
+        return sorted(float(_place(plane, k, value, float(plane.low[1 - k]))[k]) for value in pair)
+
+    ranges = [(place(pair), family.sequence.word) for family in families.families for pair in family.stable_ranges]
+    ends = place((families.sweep.start, families.sweep.end))
     found = []
-    for low, high in pairwise(breaks):
-        middle = (low + high) / 2
-        words = {word for first, last, word in ranges if first < middle < last}
+    for low, high in pairwise(sorted({*ends, *chain.from_iterable(pair for pair, _ in ranges)})):
+        words = {word for (first, last), word in ranges if first < (low + high) / 2 < last}
         found.append((low, high, tuple(sorted(words, key=lambda word: (len(word), word)))))
     return tuple(found)
 
@@ -265,7 +292,7 @@ class _Search:
     def _wanted(self, path: Locus) -> bool:
         """Whether the motions of a locus are within the limits."""
         touched = path.touched
-        wanted = self.only is None or touched.canonical() == self.only.canonical()
+        wanted = self.only is None or self.only in (touched.canonical(), path.sequence.canonical())
         return wanted and len(touched) > 0 and self.limits.admit(touched)
 
     def _follow(self, path: Locus, first: Point) -> None:
@@ -328,7 +355,7 @@ class _Search:
         x = [*motion.velocity.tolist(), *motion.time.tolist()]
         found = [Condition(Event.GRAZING, (rest,)) for rest in rests]
         if len(rests) < 2 and len(motion.sequence) > len(rests):
-            traced = (Condition(event, (), sign) for event, sign in OF_TRACE)
+            traced = (Condition(event) for event in (Event.PERIOD_DOUBLING, Event.FOLD))
             found += [one for one in traced if abs(one.value(motion.sequence, x, groups, ARRAYS)) < MEETS]
         loci = (Locus(motion.sequence, self.plane, condition) for condition in found)
         return (path for path in loci if self._wanted(path))
@@ -366,11 +393,11 @@ def _both(own: Event, other: Event) -> tuple[Event, Event]:
 
 
 def _polished(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Event]) -> Meeting:
-    """Solve for a point in decimals, with the conditions of the motion and of both events; as it is where none settle."""
+    """Solve for a point in decimals, with the conditions of the motion and of both events; else as it is."""
     size = 2 * len(motion.sequence)
     guess = [*motion.velocity.tolist(), *motion.time.tolist(), *p.tolist()]
     if events[1] is Event.CUSP:
-        way = np.linalg.svd(linearised(motion.sequence, np.array(guess), plane)[1][:, :size])[2][-1]
+        way = np.linalg.svd(linearised(motion.sequence, np.array(guess), plane.here(p.tolist()))[1][:, :size])[2][-1]
         guess += way.tolist()
 
     def equations(ops: Any) -> Callable[[list[Any]], list[Any]]:

@@ -102,6 +102,7 @@ class Path(ABC):
 
     __slots__ = ()
     sequence: Sequence
+    longest = LONGEST_STEP
 
     @property
     @abstractmethod
@@ -240,7 +241,7 @@ def follow(path: Path, start: Point) -> Strand:
         except NumericalError:
             step /= 2
         else:
-            step = min(step * GROWTH, LONGEST_STEP)
+            step = min(step * GROWTH, path.longest)
     strand.events.append((len(strand.points) - 1, Event.LOST))
     return strand
 

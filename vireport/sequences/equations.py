@@ -22,14 +22,18 @@ from vireport.sequences.motions import Motion, Sequence, Turn, turns
 Floats = NDArray[np.float64]
 
 
-class Varied(Protocol):
+class Grouped(Protocol):
     """What varies of a device, and how d, gbar and r depend on it."""
 
     def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
         """The groups d and gbar, and r."""
 
+
+class Varied(Grouped, Protocol):
+    """The same with derivatives."""
+
     def slopes(self, varied: Row[Any]) -> Floats:
-        """Their derivatives, (3, len(varied))."""
+        """Of d, gbar and r, (3, len(varied))."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +99,7 @@ def legs(sequence: Sequence, time: Row[Any], ops: Any = FLOATS) -> Iterator[Leg]
         yield Leg(i, j, duration, sines[i], cosines[i], sines[j], cosines[j])
 
 
-def residuals(sequence: Sequence, x: Row[Any], model: Varied, ops: Any = FLOATS) -> list[Any]:
+def residuals(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS) -> list[Any]:
     """Velocity and position at the end of each flight, less what the next impact has: zero for a motion.
 
     Parameters
@@ -103,7 +107,7 @@ def residuals(sequence: Sequence, x: Row[Any], model: Varied, ops: Any = FLOATS)
     sequence : Sequence
     x : sequence
         The N velocities, the N times and what varies.
-    model : Varied
+    model : Grouped
         In the kind of number of `ops`.
     """
     count, values = len(sequence), []
@@ -143,7 +147,7 @@ def linearised(sequence: Sequence, x: Floats, model: Varied) -> tuple[Floats, Fl
     return values, np.hstack([matrix[:, :-3], matrix[:, -3:] @ model.slopes(row[2 * count :])])
 
 
-def trace(sequence: Sequence, x: Row[Any], model: Varied, ops: Any = FLOATS) -> Any:
+def trace(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS) -> Any:
     """Trace of the product of the flights' Jacobians (A.1), (A.2) in their order, whose determinant is r^(2N).
 
     All velocities must differ from zero.

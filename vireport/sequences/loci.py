@@ -30,6 +30,22 @@ STANDSTILL = 1e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Here:
+    """The groups d and gbar, and r, at a point of a plane, with their derivatives by the inputs, (3, 2)."""
+
+    groups: tuple[Any, Any, Any]
+    gradients: Floats
+
+    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
+        """The groups."""
+        return self.groups
+
+    def slopes(self, varied: Row[Any]) -> Floats:
+        """The derivatives."""
+        return self.gradients
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Plane:
     """Two inputs of a device and their ranges; all else is held.
 
@@ -55,12 +71,11 @@ class Plane:
         d, gbar = device.groups(Parameter.LENGTH, device.length_m, self.ops)
         return d, self._side(varied) * gbar, self.ops.exact(device.restitution)
 
-    def slopes(self, varied: Row[Any]) -> Floats:
-        """Their derivatives by the inputs, (3, 2)."""
-        device, side = self.device_at([abs(value) for value in varied]), self._side(varied)
-        slopes = np.array([device.slopes(one) for one in self.inputs]).T
-        slopes[1] *= [1 if one is DesignInput.INCLINATION else side for one in self.inputs]
-        return slopes
+    def here(self, varied: Row[float]) -> Here:
+        """The same with their derivatives by the inputs."""
+        d, gbar, r = self.at(varied)
+        device = self.device_at(varied)
+        return Here((d, gbar, r), np.array([device.slopes(one, d, gbar) for one in self.inputs]).T)
 
     def _side(self, varied: Row[Any]) -> int:
         """-1 beyond the horizontal."""
@@ -120,14 +135,16 @@ class Condition:
             return self.sign * 2 * decay
         return (1 + decay * decay) * (-1 if self.event is Event.PERIOD_DOUBLING else 1)
 
-    def linearised(self, sequence: Sequence, x: Floats, plane: Plane) -> tuple[float, Floats]:
+    def linearised(self, sequence: Sequence, x: Floats, here: Here) -> tuple[float, Floats]:
         """Its value and derivatives by the unknowns, over their length."""
         own = 2 * len(sequence)
-        at = np.append(x[:own], plane.at(x[own:].tolist()))
+        if self.event is Event.GRAZING:
+            return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
+        at = np.append(x[:own], here.groups)
         steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))
         values = self.value(sequence, steps[:own], (steps[own], steps[own + 1], steps[own + 2]), ARRAYS)
         slopes = np.imag(values) / IMAGINARY
-        gradient = np.append(slopes[:own], slopes[own:] @ plane.slopes(x[own:].tolist()))
+        gradient = np.append(slopes[:own], slopes[own:] @ here.gradients)
         length = float(np.linalg.norm(gradient)) or 1.0
         return float(np.real(values[0])) / length, gradient / length
 
@@ -143,6 +160,7 @@ class Locus(Path):
     sequence: Sequence
     plane: Plane
     condition: Condition
+    longest = 0.06
 
     @property
     def scale(self) -> Floats:
@@ -163,11 +181,12 @@ class Locus(Path):
 
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
         """The conditions of motion and event, and their derivatives by unknowns over their scale."""
-        values, matrix = linearised(self.sequence, x, self.plane)
+        here = self.plane.here(x[2 * len(self.sequence) :].tolist())
+        values, matrix = linearised(self.sequence, x, here)
         if self.condition.event is Event.PITCHFORK:
             half = len(self.sequence) // 2
             values[2 * half :], matrix[2 * half :] = self._mirror(x), self._mirror_slopes()
-        value, gradient = self.condition.linearised(self.sequence, x, self.plane)
+        value, gradient = self.condition.linearised(self.sequence, x, here)
         return np.append(values, value), np.vstack([matrix, gradient]) * self.scale
 
     def residuals(self, x: Row[Any], plane: Plane) -> list[Any]:
@@ -198,10 +217,13 @@ class Locus(Path):
 
     def turns(self, x: Floats) -> list[Turn]:
         """The turning points of a motion, without touches that are impacts."""
-        motion, count = self.motion(x), len(self.sequence)
+        return self._turns(x, self.plane.at(x[2 * len(self.sequence) :].tolist()))
+
+    def _turns(self, x: Floats, groups: tuple[Any, Any, Any]) -> list[Turn]:
+        count, period = len(self.sequence), 2 * self.sequence.periods
+        motion = Motion(self.sequence, x[:count], x[count : 2 * count], groups[0])
         rests = x[[count + i for i in self.condition.rests]]
-        found = turns(motion, *self.plane.at(x[2 * count :].tolist()))
-        period = 2 * self.sequence.periods
+        found = turns(motion, *groups)
         return [turn for turn in found if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
 
     def margins(self, x: Floats) -> Floats:
@@ -211,12 +233,12 @@ class Locus(Path):
         its membrane.
         """
         count, p = len(self.sequence), x[2 * len(self.sequence) :]
+        groups = self.plane.at(p.tolist())
         edges = np.concatenate([p - self.plane.low, self.plane.high - p]) / np.tile(self.plane.widths, 2)
         speed = x[:count] * self.sequence.walls
         for i in self.condition.rests:
-            pull = self.plane.at(p.tolist())[1] + np.cos(np.pi * x[count + i])
-            speed[i] = -self.sequence.walls[i] * pull
-        return np.concatenate([edges, speed, [turn.gap for turn in self.turns(x)]])
+            speed[i] = -self.sequence.walls[i] * (groups[1] + np.cos(np.pi * x[count + i]))
+        return np.concatenate([edges, speed, [turn.gap for turn in self._turns(x, groups)]])
 
     def short(self, point: Point, new: Point, step: float) -> bool:
         """Whether a step was short enough for nothing to be missed in it."""
