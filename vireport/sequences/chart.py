@@ -45,9 +45,8 @@ MEETS = 1e-6
 AT_CUSP = Decimal("1e-12"), 1e-4
 """Steps along the null vector, of derivatives of the trace in decimals and in doubles."""
 
-LOST_POINT = 1e-6
-"""Error, as a share of the range, of a point that no polish applies to: where two motions merge, half the digits are
-left."""
+AT_EDGE, SAME_POINT = 1e-6, 1e-6
+"""Shares of the range: from the plane's edge, within which what happens is that of the edge, and between two points."""
 
 Progress = Callable[[str], None]
 
@@ -156,6 +155,12 @@ class Chart:
     loci: tuple[FollowedLocus, ...]
     meetings: tuple[Meeting, ...]
     cuts: tuple[Cut, ...]
+
+    @property
+    def not_followed(self) -> int:
+        """Ends of loci, off the edges of the plane, beyond which nothing was found."""
+        lost = [one.inputs[row] for one in self.loci for row, event in one.events if event is Event.LOST]
+        return sum(self.plane.room(p) > AT_EDGE for p in lost)
 
 
 def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, cuts: int = CUTS) -> Chart:
@@ -331,6 +336,8 @@ class _Search:
         if event in (Event.SWEEP_END, Event.CLOSED, Event.LOST) or path.condition.event is Event.NODE_FOCUS:
             return
         motion, p = path.motion(x), x[-2:]
+        if self.plane.room(p) < AT_EDGE:
+            return
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion = touching(motion, path.turns(x))
         motion = _distinct(motion).canonical()
@@ -346,7 +353,7 @@ class _Search:
                 self.queue.extend((through, first) for side in (way, -way) for _, first in off(through, y, side))
 
     def _same(self, meeting: Meeting, motion: Motion, p: Floats) -> bool:
-        near = np.abs((np.array(meeting.inputs) - p) / self.plane.widths).max() < LOST_POINT
+        near = np.abs((np.array(meeting.inputs) - p) / self.plane.widths).max() < SAME_POINT
         return bool(near) and meeting.motion.distance(motion, mirror=self.plane.horizontal) < 1e-4
 
     def _through(self, motion: Motion, p: Floats) -> Iterator[Locus]:

@@ -92,6 +92,10 @@ class Plane:
         """Of the ranges."""
         return self.high - self.low
 
+    def room(self, varied: Floats) -> float:
+        """How far values are from the edges, as a share of the ranges."""
+        return float((np.minimum(varied - self.low, self.high - varied) / self.widths).min())
+
     @property
     def horizontal(self) -> bool:
         """Whether gravity has no part along the capsule, in all of the plane."""
