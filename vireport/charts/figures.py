@@ -56,7 +56,8 @@ def picture(chart: Chart) -> Picture:
 
 def _draw(axes: Axes, locus: FollowedLocus) -> None:
     """A locus, strong where stable motion ends on it."""
-    p, strong = locus.inputs, locus.bounds_stability
+    p = locus.drawn()
+    strong = np.repeat(locus.bounds_stability, (len(p) - 1) // (len(locus.x) - 1))
     look = LOCI[locus.event][1]
     breaks = [0, *(np.flatnonzero(np.diff(strong)) + 1).tolist(), len(strong)]
     for first, last in pairwise(breaks):

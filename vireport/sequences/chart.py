@@ -86,6 +86,16 @@ class FollowedLocus:
         """The two inputs along it, (n, 2)."""
         return self.x[:, -2:]
 
+    def drawn(self, parts: int = 6) -> Floats:
+        """The inputs along it, each piece between two points divided, by a spline over the arclength."""
+        from scipy.interpolate import CubicSpline  # type: ignore[import-untyped]
+
+        lengths = np.linalg.norm(np.diff(self.x / self.path.scale, axis=0), axis=1)
+        kept = np.append(True, lengths > 0)
+        at = np.append(0.0, np.cumsum(lengths))
+        fine = np.append(np.linspace(at[:-1], at[1:], parts, endpoint=False, axis=1).ravel(), at[-1])
+        return np.asarray(CubicSpline(at[kept], self.inputs[kept])(fine)) if kept.sum() > 1 else self.inputs
+
     @property
     def bounds_stability(self) -> NDArray[np.bool_]:
         """Of the pieces between its points, whether stable motion ends there."""
