@@ -7,7 +7,7 @@ polished in long decimals together with the position on the line, from which the
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from enum import Enum
 from math import inf
@@ -405,18 +405,9 @@ def _derivatives(
     """Derivatives of the value of an input at which motion ends, with respect to the others."""
     if normal is None:
         return {other: None for other in DesignInput if other is not varied}
-    x = {name: float(getattr(device, name)) for name in DesignInput} | {varied: motion.sweep_value}
-    tilt = x[DesignInput.CAPSULE_MASS] * device.gravity_m_s2 / x[DesignInput.AMPLITUDE]
-    groups: dict[DesignInput, tuple[float, float, float]] = {
-        DesignInput.LENGTH: (motion.d, 0.0, 0.0),
-        DesignInput.AMPLITUDE: (-motion.d, -motion.gbar, 0.0),
-        DesignInput.CAPSULE_MASS: (motion.d, motion.gbar, 0.0),
-        DesignInput.FREQUENCY: (2 * motion.d, 0.0, 0.0),
-    }
-    slopes = {name: float(normal @ np.array(change)) / x[name] for name, change in groups.items()}
-    angle = np.radians(x[DesignInput.INCLINATION])
-    slopes[DesignInput.INCLINATION] = float(normal[1] * tilt * np.cos(angle) * np.pi / 180)
-    slopes[DesignInput.RESTITUTION] = float(normal[2])
+    changed: dict[str, Any] = {varied: motion.sweep_value}
+    at = replace(device, **changed)
+    slopes = {name: float(normal @ np.array(at.slopes(name, motion.d, motion.gbar))) for name in DesignInput}
     own = slopes.pop(varied)
     derivatives = {name: -slope / own if own else inf for name, slope in slopes.items()}
     return {

@@ -450,6 +450,41 @@ def portrait(
 
 
 @app.command()
+def chart(
+    scenario: ScenarioFile,
+    over: Annotated[
+        str,
+        typer.Option(
+            metavar="INPUT,INPUT",
+            help="Two inputs, each with a range if wanted: inclination_deg=0..90,length_m=0.3..1.",
+        ),
+    ],
+    output: Folder = None,
+    json: Json = False,
+    set_: Overrides = None,
+    quiet: Quiet = False,
+) -> None:
+    """Draw where motions are stable over two inputs, and the exact curves along which they change."""
+    _refuse_files_beside_json(json, "chart", output, None)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices; before numpy is imported
+    loaded = _loaded(scenario, set_)
+    from vireport import charts
+    from vireport.files import require_writable
+    from vireport.study import provenance_of
+
+    options = (("--over", [over]), ("--json", json), ("--set", set_))
+    provenance = provenance_of(loaded, _command("chart", [scenario], *options))
+    folder = output or _default_folder(scenario, "-chart")
+    if not json:
+        require_writable(folder, charts.NAMES)
+    with progress(quiet) as say:
+        result = charts.chart_of(loaded, over, say)
+        files = {} if json else charts.files(result, provenance)
+    printed: str | bytes = charts.chart_json(result, provenance) if json else "" if quiet else charts.text(result)
+    deliver(Outcome(printed, files, stale=charts.NAMES), folder, quiet)
+
+
+@app.command()
 def sweep(
     map_file: Annotated[str, typer.Argument(metavar="MAP", help="A YAML file with a map block.")],
     output: Folder = None,

@@ -2,22 +2,27 @@
 
 from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, conditions, held, held_by, swept_range
 from vireport.figures.curves import PairedImpacts, simulated_points
+from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.live import in_page, live_data
 from vireport.figures.overlay import COLORS, overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.portraits import portraits_picture
-from vireport.figures.style import Color, Look, Picture, literal, png_of, style
+from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, literal, png_of, style
 from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 __all__ = [
     "ABOUT",
     "COLORS",
+    "DOTTED",
+    "HALO",
+    "LOCI",
     "OUTSIDE",
     "TITLES",
     "Color",
     "Drawing",
     "Entry",
+    "Label",
     "Look",
     "PairedImpacts",
     "Picture",

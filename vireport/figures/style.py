@@ -43,6 +43,18 @@ DASHED: Any = (0, (5, 2))
 DASH_DOTTED: Any = (0, (5, 1.6, 1, 1.6))
 DOTTED: Any = (0, (1, 1.5))
 
+LOCI: dict[str, tuple[str, Look]] = {
+    "period_doubling": ("period doubling (B)", {"color": Color.BLACK, "linestyle": "-"}),
+    "fold": ("fold (C)", {"color": Color.VERMILION, "linestyle": (0, (5, 1.6))}),
+    "pitchfork": ("pitchfork (C)", {"color": Color.GREEN, "linestyle": (0, (5, 1.6))}),
+    "grazing": ("grazing (G)", {"color": Color.PURPLE, "linestyle": (0, (1.2, 1.2))}),
+    "node_focus": ("node to focus (A)", {"color": Color.GREY, "linestyle": "-", "linewidth": 0.7}),
+}
+"""Of the curves in a plane of two inputs along which motions change: name and look, by what happens there."""
+
+HALO = 2.8
+"""Width of the white under such a curve [pt]."""
+
 GUIDE: Look = {"color": Color.LIGHT, "linewidth": 0.6, "zorder": 1.0}
 
 WIDTH = 6.7

@@ -7,11 +7,11 @@ kinds of quantity. The formulae serve every kind of number; see `numbers`.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import pi
+from math import cos, pi, radians
 from typing import Any
 
 from vireport.physics.numbers import ARRAYS, UNIT
-from vireport.scenario import Parameter
+from vireport.scenario import DesignInput, Parameter
 
 NO_GRAVITY = 1e-15
 """gbar up to which gravity is lost: q - 1/2 ~ gbar could no longer be told from zero. As a value within a sweep it
@@ -121,6 +121,23 @@ class Device:
         if parameter is Parameter.AMPLITUDE:
             return 4 * mass * ops.exact(self.length_m) * ops.exact(self.frequency_hz) ** 2 / d
         return ops.sqrt(d * ops.exact(self.amplitude_n) / (4 * mass * ops.exact(self.length_m)))
+
+    def slopes(self, varied: DesignInput, d: float, gbar: float) -> tuple[float, float, float]:
+        """Derivatives of d, gbar and r by an input, where all of them are given; d and gbar are the device's."""
+        value = float(getattr(self, varied))
+        match varied:
+            case DesignInput.INCLINATION:
+                upright = self.capsule_mass_kg * self.gravity_m_s2 / self.amplitude_n
+                return 0.0, upright * cos(radians(value)) * pi / 180, 0.0
+            case DesignInput.RESTITUTION:
+                return 0.0, 0.0, 1.0
+            case DesignInput.AMPLITUDE:
+                return -d / value, -gbar / value, 0.0
+            case DesignInput.CAPSULE_MASS:
+                return d / value, gbar / value, 0.0
+            case DesignInput.FREQUENCY:
+                return 2 * d / value, 0.0, 0.0
+        return d / value, 0.0, 0.0
 
     def velocity_unit(self, parameter: Parameter, value: Any) -> Any:
         """y_c = F/(2 M f) [m/s], Eq. (2.5)."""

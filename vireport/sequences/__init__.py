@@ -1,11 +1,13 @@
 """Motions with any sequence of impacts: followed along a sweep, with their events, and joined where they meet."""
 
 from vireport.sequences.atlas import atlas
+from vireport.sequences.chart import Chart, FollowedLocus, Meeting, chart
 from vireport.sequences.continuation import Curve, Event
 from vireport.sequences.data import families_data, families_of, family_rows, motion_data
 from vireport.sequences.energy import Generation, Rung, generation, ladder
 from vireport.sequences.equations import Model, linearised, residuals, trace
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
+from vireport.sequences.loci import Condition, Plane
 from vireport.sequences.motions import Motion, Sequence, motion_of_cycle, turns
 from vireport.sequences.polish import PolishedPoint
 from vireport.sequences.portraits import portrait_of
@@ -13,19 +15,25 @@ from vireport.sequences.switching import Limits
 
 __all__ = [
     "Atlas",
+    "Chart",
+    "Condition",
     "Curve",
     "Event",
     "Family",
+    "FollowedLocus",
     "Generation",
     "Limits",
     "Mark",
+    "Meeting",
     "Model",
     "Motion",
+    "Plane",
     "PolishedPoint",
     "Rung",
     "Sequence",
     "Vertex",
     "atlas",
+    "chart",
     "families_data",
     "families_of",
     "family_rows",

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import BifurcationDiagram, CriticalKind, Sweep, solve
-from vireport.sequences.continuation import Curve, Event, Point, Strand, follow
+from vireport.sequences.continuation import Curve, Event, Strand, completed, follow
 from vireport.sequences.equations import Model
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
 from vireport.sequences.motions import SAME, Motion, Sequence
@@ -125,7 +125,7 @@ class _Search:
             if self._wanted(curve, first.x):
                 strand = follow(curve, first)
                 if begins is None:
-                    self._add(curve, _completed(curve, first, strand))
+                    self._add(curve, completed(curve, first, strand))
                 else:
                     events = [(0, begins), *((i + 1, event) for i, event in strand.events)]
                     self._add(curve, Strand([vertex, *strand.points], events))
@@ -177,7 +177,7 @@ class _Search:
         """The vertex at an event, a new one with starts of what else comes to it; None where no motion is left."""
         curve = self._curve(motion.sequence)
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
-            motion, event = touching(curve, motion), Event.GRAZING
+            motion, event = touching(motion, self.model.turns(motion)), Event.GRAZING
         motion = self.model.representative(motion.primitive())
         if len(at_rest(motion)) == len(motion.sequence):
             return None
@@ -241,13 +241,3 @@ class _Search:
                 family.sweep_value[row] = point.sweep_value
             marks.append(Mark(row, event, vertex, point))
         return replace(family, number=number, marks=tuple(marks))
-
-
-def _completed(curve: Curve, start: Point, forward: Strand) -> Strand:
-    """A strand with the other way from its start in front of it."""
-    if forward.events[-1][1] is Event.CLOSED:
-        return forward
-    back = follow(curve, start._replace(tangent=-start.tangent)).reversed()
-    shift = len(back.points) - 1
-    events = [*back.events, *((i + shift, event) for i, event in forward.events)]
-    return Strand([*back.points, *forward.points[1:]], events)

@@ -6,6 +6,7 @@ is bracketed and then found on the curve itself.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
@@ -63,6 +64,9 @@ class Event(StrEnum):
     """What happens at a point of a family.
 
     From grazing on these end it; a period doubling or a pitchfork does where the family turns back as its own image.
+    The last five are points of loci: where the ball touches without acceleration, and would stay on the membrane; where
+    folds and period doublings of the motion with the impact begin at a grazing point; where loci of folds have a cusp,
+    or meet that of the period doubling or pitchfork at which their motions begin.
     """
 
     PERIOD_DOUBLING = "period_doubling"
@@ -74,6 +78,11 @@ class Event(StrEnum):
     SWEEP_END = "sweep_end"
     CLOSED = "closed_curve"
     LOST = "not_followed"
+    RELEASE = "zero_acceleration"
+    DEGENERATE_GRAZING = "degenerate_grazing"
+    CUSP = "cusp"
+    DEGENERATE_DOUBLING = "degenerate_period_doubling"
+    DEGENERATE_PITCHFORK = "degenerate_pitchfork"
 
 
 class Point(NamedTuple):
@@ -85,8 +94,205 @@ class Point(NamedTuple):
     margin: float
 
 
+class Path(ABC):
+    """Motions with one condition fewer than they have unknowns: a curve, which is followed from event to event.
+
+    The unknowns are velocities and times of the impacts and what varies of the device.
+    """
+
+    __slots__ = ()
+    sequence: Sequence
+    longest = LONGEST_STEP
+
+    @property
+    @abstractmethod
+    def scale(self) -> Floats:
+        """What each unknown is measured by."""
+
+    @abstractmethod
+    def linearised(self, x: Floats) -> tuple[Floats, Floats]:
+        """The conditions and their derivatives, by unknowns over their scale."""
+
+    @abstractmethod
+    def motion(self, x: Floats) -> Motion:
+        """The motion of some unknowns."""
+
+    @abstractmethod
+    def trace(self, x: Floats) -> float:
+        """The trace of a motion, or what else may not change much within a step; nan where there is none."""
+
+    @abstractmethod
+    def margins(self, x: Floats) -> Floats:
+        """What is positive of a motion that is admissible, and within the range."""
+
+    @abstractmethod
+    def short(self, point: Point, new: Point, step: float) -> bool:
+        """Whether a step was short enough for nothing to be missed in it."""
+
+    @abstractmethod
+    def ended(self, last: Point) -> tuple[Event, Point]:
+        """Which of the margins it is that has become zero, and the motion with what it is known to be there."""
+
+    @abstractmethod
+    def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """What happens within a step, in order, and whether the last of it ends the path. Raises as `located`."""
+
+    def leaves(self, x: Floats, first: Point) -> bool:
+        """Whether nothing happens between a point from which the path begins and a motion next to it."""
+        return True
+
+    def solved(self, guess: Floats, normal: Floats) -> Floats | None:
+        """The motion nearest to a guess in the plane through it with a normal; None where there is none in reach."""
+        x = self._newton(guess, normal, crossing=False)
+        return self._newton(guess, normal, crossing=True) if x is None else x
+
+    def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> Floats | None:
+        solve: Any = _within_rank if crossing else np.linalg.solve
+        x, scale = guess.copy(), self.scale
+        for _ in range(CORRECTIONS):
+            values, matrix = self.linearised(x)
+            try:
+                step = solve(np.vstack([matrix, normal]), -np.append(values, normal @ ((x - guess) / scale)))
+            except np.linalg.LinAlgError:
+                return None
+            size = float(np.abs(step).max())
+            if not size < 1:
+                return None
+            x += step * scale
+            if size < CONVERGED:
+                return x
+        return x if size < ROUNDING else None
+
+    def nearest(self, guess: Floats) -> Floats | None:
+        """The motion nearest to a guess."""
+        return self._newton(guess, np.zeros(len(guess)), crossing=True)
+
+    def point(self, x: Floats, along: Floats) -> Point:
+        """A motion with the direction of the path there, on the side of another direction."""
+        matrix, unit = np.vstack([self.linearised(x)[1], along]), np.eye(len(x))[-1]
+        try:
+            tangent = np.linalg.solve(matrix, unit)
+        except np.linalg.LinAlgError:
+            tangent = np.full(len(x), np.inf)
+        if not np.linalg.norm(tangent) < MOST_ASIDE:
+            tangent = _within_rank(matrix, unit)
+        return Point(x, tangent / np.linalg.norm(tangent), self.trace(x), float(self.margins(x).min()))
+
+    def tangent(self, x: Floats) -> Floats:
+        """The direction of the path, of either sign."""
+        return np.asarray(np.linalg.svd(self.linearised(x)[1])[2][-1])
+
+    def ahead(self, point: Point, step: float) -> Point:
+        """The motion a step further along the path.
+
+        Raises
+        ------
+        NumericalError
+            If none is found.
+        """
+        x = self.solved(point.x + step * self.scale * point.tangent, point.tangent)
+        if x is None:
+            raise NumericalError(f"a family of {self.sequence.word} was lost")
+        return self.point(x, point.tangent)
+
+    def located(self, point: Point, step: float, value: Callable[[Point], float]) -> tuple[float, Point]:
+        """Where, within a step, a function of the motion is zero whose signs differ at its ends. Raises as `ahead`."""
+
+        def at(size: float) -> Point:
+            return self.ahead(point, size) if size else point
+
+        def values(sizes: Floats) -> Floats:
+            return np.array([value(at(float(size))) for size in sizes])
+
+        size = float(bracketed_root(values, np.zeros(1), np.full(1, step), tolerance=1e-14)[0])
+        return size, at(size)
+
+    def admits(self, x: Floats) -> bool:
+        """Whether a solution is a motion within the range."""
+        return bool((self.margins(x) > 0).all())
+
+
+def _within_rank(matrix: Floats, right: Floats) -> Floats:
+    """Least solution of equations that nearly are too few, as they are where two families cross."""
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=RANK)[0])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class Strand:
+    """Points along a curve, and what happens at some of them: the last one ends it."""
+
+    points: list[Point]
+    events: list[tuple[int, Event]]
+
+    def reversed(self) -> Strand:
+        """The same, followed the other way."""
+        last = len(self.points) - 1
+        return Strand(self.points[::-1], [(last - i, event) for i, event in self.events[::-1]])
+
+
+def follow(path: Path, start: Point) -> Strand:
+    """Follow a path from a motion, in the direction of its tangent, until something ends it."""
+    strand, step = Strand([start], []), FIRST_STEP
+    while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
+        step = min(step, max(PER_MARGIN * strand.points[-1].margin, CLOSE))
+        try:
+            if _advance(path, strand, step):
+                return strand
+        except NumericalError:
+            step /= 2
+        else:
+            step = min(step * GROWTH, path.longest)
+    strand.events.append((len(strand.points) - 1, Event.LOST))
+    return strand
+
+
+def completed(path: Path, start: Point, forward: Strand) -> Strand:
+    """A strand with the other way from its start in front of it."""
+    if forward.events[-1][1] is Event.CLOSED:
+        return forward
+    back = follow(path, start._replace(tangent=-start.tangent)).reversed()
+    shift = len(back.points) - 1
+    events = [*back.events, *((i + shift, event) for i, event in forward.events)]
+    return Strand([*back.points, *forward.points[1:]], events)
+
+
+def _advance(path: Path, strand: Strand, step: float) -> bool:
+    """Add the points of one step to a strand, and return whether it ends there.
+
+    Raises
+    ------
+    NumericalError
+        If the step was too long.
+    """
+    point, end = strand.points[-1], None
+    new = path.ahead(point, step)
+    if not path.short(point, new, step):
+        raise NumericalError("the curve bends too much within a step")
+    if new.margin <= 0:
+        step, new = path.located(point, step, lambda p: p.margin)
+        end, new = path.ended(new)
+    happenings, over = path.happenings(point, new, step)
+    if end is None and _closes(strand, new):
+        end, new = Event.CLOSED, strand.points[0]
+    for motion, event in happenings if over else [*happenings, (new, end)]:
+        strand.points.append(motion)
+        if event is not None:
+            strand.events.append((len(strand.points) - 1, event))
+    return over or end is not None
+
+
+def _closes(strand: Strand, new: Point) -> bool:
+    """Whether a curve has come back to the motion that it began with."""
+    last, first = strand.points[-1], strand.points[0]
+    way, back = new.x - last.x, first.x - last.x
+    if len(strand.points) < 8 or float(last.tangent @ first.tangent) < STRAIGHTEST:
+        return False
+    along = float(way @ back) / float(way @ way)
+    return 0 <= along <= 1 and float(np.abs(back - along * way).max()) < 0.1 * float(np.abs(way).max())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve(Path):
     """The motions of one sequence as a curve, between two values of the coordinate.
 
     Attributes
@@ -101,6 +307,11 @@ class Curve:
     model: Model
     low: float
     high: float
+
+    @property
+    def scale(self) -> Floats:
+        """The sweep's range, and 1 of velocities and times."""
+        return np.append(np.ones(2 * len(self.sequence)), self.high - self.low)
 
     @property
     def borders(self) -> tuple[float, float]:
@@ -123,51 +334,11 @@ class Curve:
         matrix[:, -1] *= self.high - self.low
         return values, matrix
 
-    def solved(self, guess: Floats, normal: Floats) -> Floats | None:
-        """The motion nearest to a guess in the plane through it with a normal; None where there is none in reach."""
-        x = self._newton(guess, normal, crossing=False)
-        return self._newton(guess, normal, crossing=True) if x is None else x
-
-    def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> Floats | None:
-        solve: Any = _within_rank if crossing else np.linalg.solve
-        x, scale = guess.copy(), self.high - self.low
-        for _ in range(CORRECTIONS):
-            values, matrix = self.linearised(x)
-            off = x - guess
-            off[-1] /= scale
-            try:
-                step = solve(np.vstack([matrix, normal]), -np.append(values, normal @ off))
-            except np.linalg.LinAlgError:
-                return None
-            size = float(np.abs(step).max())
-            if not size < 1:
-                return None
-            step[-1] *= scale
-            x += step
-            if size < CONVERGED:
-                return x
-        return x if size < ROUNDING else None
-
-    def nearest(self, guess: Floats) -> Floats | None:
-        """The motion nearest to a guess."""
-        return self._newton(guess, np.zeros(len(guess)), crossing=True)
-
     def at(self, guess: Floats, coordinate: float) -> Floats | None:
         """The motion at a value of the coordinate next to a guess."""
         x = guess.copy()
         x[-1] = coordinate
         return self.solved(x, np.eye(len(x))[-1])
-
-    def point(self, x: Floats, along: Floats) -> Point:
-        """A motion with the direction of the curve there, on the side of another direction."""
-        matrix, unit = np.vstack([self.linearised(x)[1], along]), np.eye(len(x))[-1]
-        try:
-            tangent = np.linalg.solve(matrix, unit)
-        except np.linalg.LinAlgError:
-            tangent = np.full(len(x), np.inf)
-        if not np.linalg.norm(tangent) < MOST_ASIDE:
-            tangent = _within_rank(matrix, unit)
-        return Point(x, tangent / np.linalg.norm(tangent), self.trace(x), float(self.margins(x).min()))
 
     def trace(self, x: Floats) -> float:
         """The trace of a motion; nan where a velocity is zero."""
@@ -177,29 +348,6 @@ class Curve:
         """Type of a motion with this trace."""
         return STABILITIES[int(classify(trace, self.model.r ** (len(self.sequence) / 2)))]
 
-    def tangent(self, x: Floats) -> Floats:
-        """The direction of the curve, of either sign."""
-        return np.asarray(np.linalg.svd(self.linearised(x)[1])[2][-1])
-
-    def ahead(self, point: Point, step: float) -> Point:
-        """The motion a step further along the curve.
-
-        Raises
-        ------
-        NumericalError
-            If none is found.
-        """
-        x = self.solved(point.x + step * self.raw(point.tangent), point.tangent)
-        if x is None:
-            raise NumericalError(f"a family of {self.sequence.word} was lost")
-        return self.point(x, point.tangent)
-
-    def raw(self, direction: Floats) -> Floats:
-        """A direction in the unknowns themselves."""
-        scaled = direction.copy()
-        scaled[-1] *= self.high - self.low
-        return scaled
-
     def margins(self, x: Floats) -> Floats:
         """What is positive of a motion within the sweep: both distances to its ends, velocities, gaps to the walls."""
         motion = self.motion(x)
@@ -207,148 +355,62 @@ class Curve:
         gaps = [turn.gap for turn in self.model.turns(motion)]
         return np.concatenate([ends, motion.velocity * motion.sequence.walls, gaps])
 
-    def admits(self, x: Floats) -> bool:
-        """Whether a solution is a motion within the sweep."""
-        return bool((self.margins(x) > 0).all())
+    def short(self, point: Point, new: Point, step: float) -> bool:
+        """Whether a step was short enough for nothing to be missed in it.
 
-
-def _within_rank(matrix: Floats, right: Floats) -> Floats:
-    """Least solution of equations that nearly are too few, as they are where two families cross."""
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=RANK)[0])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Strand:
-    """Points along a curve, and what happens at some of them: the last one ends it."""
-
-    points: list[Point]
-    events: list[tuple[int, Event]]
-
-    def reversed(self) -> Strand:
-        """The same, followed the other way."""
-        last = len(self.points) - 1
-        return Strand(self.points[::-1], [(last - i, event) for i, event in self.events[::-1]])
-
-
-def follow(curve: Curve, start: Point) -> Strand:
-    """Follow a curve from a motion, in the direction of its tangent, until something ends the family."""
-    strand, step = Strand([start], []), FIRST_STEP
-    while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
-        step = min(step, max(PER_MARGIN * strand.points[-1].margin, CLOSE))
-        try:
-            if _advance(curve, strand, step):
-                return strand
-        except NumericalError:
-            step /= 2
+        Where a velocity goes through zero the trace has a pole: it must be near it before, or the last step short.
+        """
+        if (self.motion(new.x).velocity * self.sequence.walls <= 0).any():
+            gentle = step < LAST_STEP or self._near_pole(point)
         else:
-            step = min(step * GROWTH, LONGEST_STEP)
-    strand.events.append((len(strand.points) - 1, Event.LOST))
-    return strand
+            gentle = abs(atan(new.trace / self.borders[0]) - atan(point.trace / self.borders[0])) < STEEPEST
+        return gentle and float(new.tangent @ point.tangent) > STRAIGHTEST
 
+    def _near_pole(self, point: Point) -> bool:
+        """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
+        return pi / 2 - abs(atan(point.trace / self.borders[0])) < STEEPEST
 
-def _advance(curve: Curve, strand: Strand, step: float) -> bool:
-    """Add the points of one step to a strand, and return whether it ends there.
+    def leaves(self, x: Floats, first: Point) -> bool:
+        """Whether nothing happens between a point from which the curve begins and a motion next to it."""
+        return not (x[: len(self.sequence)] == 0).any() or self._near_pole(first)
 
-    Raises
-    ------
-    NumericalError
-        If the step was too long.
-    """
-    point, end = strand.points[-1], None
-    new = curve.ahead(point, step)
-    if not _short(curve, point, new, step):
-        raise NumericalError("the curve bends too much within a step")
-    if new.margin <= 0:
-        step, new = _located(curve, point, step, lambda p: p.margin)
-        end, new = _ended(curve, new)
-    happenings, over = _happenings(curve, point, new, step)
-    if end is None and _closes(curve, strand, new):
-        end, new = Event.CLOSED, strand.points[0]
-    for motion, event in happenings if over else [*happenings, (new, end)]:
-        strand.points.append(motion)
-        if event is not None:
-            strand.events.append((len(strand.points) - 1, event))
-    return over or end is not None
+    def ended(self, last: Point) -> tuple[Event, Point]:
+        """Which of the margins it is that has become zero, and the motion with what it is known to be there."""
+        margins = self.margins(last.x)
+        if (np.abs(margins[2 : 2 + len(self.sequence)]) < AT_ZERO).any():
+            return Event.ZERO_VELOCITY, last._replace(trace=nan)
+        which = int(np.argmin(margins))
+        if which >= 2:
+            return Event.GRAZING, last
+        x = self.at(last.x, (self.low, self.high)[which])
+        return Event.SWEEP_END, last if x is None else last._replace(x=x)
 
+    def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """What happens within a step, in order, and whether the last of it ends the family. Raises as `_located`."""
+        border, focus = self.borders
+        found: list[tuple[float, Point, Event | None]] = []
 
-def _short(curve: Curve, point: Point, new: Point, step: float) -> bool:
-    """Whether a step was short enough for nothing to be missed in it.
+        def pass_through(value: Callable[[Point], float]) -> bool:
+            return value(point) * value(new) < 0
 
-    Where a velocity goes through zero the trace has a pole; it must be near it, or the last step short, before that.
-    """
-    if (curve.motion(new.x).velocity * curve.sequence.walls <= 0).any():
-        gentle = step < LAST_STEP or near_pole(curve, point)
-    else:
-        gentle = abs(atan(new.trace / curve.borders[0]) - atan(point.trace / curve.borders[0])) < STEEPEST
-    return gentle and float(new.tangent @ point.tangent) > STRAIGHTEST
-
-
-def _closes(curve: Curve, strand: Strand, new: Point) -> bool:
-    """Whether a curve has come back to the motion that it began with."""
-    last, first = strand.points[-1], strand.points[0]
-    way, back = new.x - last.x, first.x - last.x
-    if len(strand.points) < 8 or float(last.tangent @ first.tangent) < STRAIGHTEST:
-        return False
-    along = float(way @ back) / float(way @ way)
-    return 0 <= along <= 1 and float(np.abs(back - along * way).max()) < 0.1 * float(np.abs(way).max())
-
-
-def _located(curve: Curve, point: Point, step: float, value: Callable[[Point], float]) -> tuple[float, Point]:
-    """Where, within a step, a function of the motion is zero whose signs differ at its ends. Raises as `ahead`."""
-
-    def at(size: float) -> Point:
-        return curve.ahead(point, size) if size else point
-
-    def values(sizes: Floats) -> Floats:
-        return np.array([value(at(float(size))) for size in sizes])
-
-    size = float(bracketed_root(values, np.zeros(1), np.full(1, step), tolerance=1e-14)[0])
-    return size, at(size)
-
-
-def _ended(curve: Curve, last: Point) -> tuple[Event, Point]:
-    """Which of the margins it is that has become zero, and the motion with what it is known to be there."""
-    margins = curve.margins(last.x)
-    if (np.abs(margins[2 : 2 + len(curve.sequence)]) < AT_ZERO).any():
-        return Event.ZERO_VELOCITY, last._replace(trace=nan)
-    which = int(np.argmin(margins))
-    if which >= 2:
-        return Event.GRAZING, last
-    x = curve.at(last.x, (curve.low, curve.high)[which])
-    return Event.SWEEP_END, last if x is None else last._replace(x=x)
-
-
-def near_pole(curve: Curve, point: Point) -> bool:
-    """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
-    return pi / 2 - abs(atan(point.trace / curve.borders[0])) < STEEPEST
-
-
-def _happenings(curve: Curve, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
-    """What happens within a step, in order, and whether the last of it ends the family. Raises as `_located`."""
-    border, focus = curve.borders
-    found: list[tuple[float, Point, Event | None]] = []
-
-    def pass_through(value: Callable[[Point], float]) -> bool:
-        return value(point) * value(new) < 0
-
-    for event, level in (
-        (Event.PERIOD_DOUBLING, -border), (Event.NODE_FOCUS, focus), (Event.NODE_FOCUS, -focus),
-    ):  # fmt: skip
-        if pass_through(_above(level)):
-            found.append((*_located(curve, point, size, _above(level)), event))
-    over, meets = False, pass_through(_above(border))
-    if pass_through(_along):
-        where = _located(curve, point, size, _along)
-        image = None if meets else _turned_back(curve, where[1].x)
-        over = image is not None
-        found = [one for one in found if not over or one[0] < where[0]]
-        if meets or over:
-            found.append((*where, image or Event.FOLD))
-    elif meets:
-        where = _located(curve, point, size, _above(border))
-        if _is_symmetric(curve, where[1].x):
-            found.append((*where, Event.PITCHFORK))
-    return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over
+        for event, level in (
+            (Event.PERIOD_DOUBLING, -border), (Event.NODE_FOCUS, focus), (Event.NODE_FOCUS, -focus),
+        ):  # fmt: skip
+            if pass_through(_above(level)):
+                found.append((*self.located(point, size, _above(level)), event))
+        over, meets = False, pass_through(_above(border))
+        if pass_through(_along):
+            where = self.located(point, size, _along)
+            image = None if meets else _turned_back(self, where[1].x)
+            over = image is not None
+            found = [one for one in found if not over or one[0] < where[0]]
+            if meets or over:
+                found.append((*where, image or Event.FOLD))
+        elif meets:
+            where = self.located(point, size, _above(border))
+            if _is_symmetric(self, where[1].x):
+                found.append((*where, Event.PITCHFORK))
+        return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over
 
 
 def _above(level: float) -> Callable[[Point], float]:

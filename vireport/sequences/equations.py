@@ -10,21 +10,38 @@ from __future__ import annotations
 from collections.abc import Iterator
 from collections.abc import Sequence as Row
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import Held, Level, flight_jacobian
+from vireport.analysis import Held, Jacobian, Level, flight_jacobian
 from vireport.physics import FLOATS, flight
 from vireport.sequences.motions import Motion, Sequence, Turn, turns
 
 Floats = NDArray[np.float64]
 
 
+class Grouped(Protocol):
+    """What varies of a device, and how d, gbar and r depend on it."""
+
+    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
+        """The groups d and gbar, and r."""
+
+
+class Varied(Grouped, Protocol):
+    """The same with derivatives."""
+
+    def slopes(self, varied: Row[Any]) -> Floats:
+        """Of d, gbar and r, (3, len(varied))."""
+
+
 @dataclass(frozen=True, slots=True)
 class Model:
-    """What a sweep leaves as it is: a line in the plane of d and gbar, and the restitution coefficient."""
+    """What a sweep leaves as it is: a line in the plane of d and gbar, and the restitution coefficient.
+
+    As `Plane`, it gives the groups at what varies, which follows the velocities and times among the unknowns.
+    """
 
     level: Level
     r: Any
@@ -41,6 +58,14 @@ class Model:
         if self.level.held is Held.D:
             return 0.0, 1.0
         return 1.0, 0.0 if self.level.held is Held.GBAR else 1.0 / self.level.value
+
+    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
+        """The groups d and gbar, and r, where the coordinate is the only entry of `varied`."""
+        return *self.groups(varied[0]), self.r
+
+    def slopes(self, varied: Row[Any]) -> Floats:
+        """Their derivatives by it, (3, 1)."""
+        return np.array([[*self.slope, 0.0]]).T
 
     def representative(self, motion: Motion) -> Motion:
         """The one of a motion's rotations, and in a horizontal capsule mirror images, that stands for all."""
@@ -74,21 +99,21 @@ def legs(sequence: Sequence, time: Row[Any], ops: Any = FLOATS) -> Iterator[Leg]
         yield Leg(i, j, duration, sines[i], cosines[i], sines[j], cosines[j])
 
 
-def residuals(sequence: Sequence, x: Row[Any], model: Model, ops: Any = FLOATS) -> list[Any]:
+def residuals(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS) -> list[Any]:
     """Velocity and position at the end of each flight, less what the next impact has: zero for a motion.
 
     Parameters
     ----------
     sequence : Sequence
     x : sequence
-        The N velocities, the N times and the coordinate.
-    model : Model
+        The N velocities, the N times and what varies.
+    model : Grouped
         In the kind of number of `ops`.
     """
     count, values = len(sequence), []
-    d, gbar = model.groups(x[2 * count])
+    d, gbar, r = model.at(x[2 * count :])
     for leg in legs(sequence, x[count : 2 * count], ops):
-        after, t = flight.reflect(x[leg.start], model.r), leg.duration
+        after, t = flight.reflect(x[leg.start], r), leg.duration
         way = (sequence.walls[leg.end] - sequence.walls[leg.start]) // 2
         speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar, ops.pi)
         covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar, ops.pi)
@@ -96,46 +121,64 @@ def residuals(sequence: Sequence, x: Row[Any], model: Model, ops: Any = FLOATS) 
     return values
 
 
-def linearised(sequence: Sequence, x: Floats, model: Model) -> tuple[Floats, Floats]:
-    """The residuals and their derivatives, arrays (2N,) and (2N, 2N + 1)."""
+def linearised(sequence: Sequence, x: Floats, model: Varied) -> tuple[Floats, Floats]:
+    """The residuals and their derivatives, arrays (2N,) and (2N, len(x))."""
     count, row = len(sequence), x.tolist()
-    (d, gbar), (d_slope, gbar_slope) = model.groups(row[-1]), model.slope
-    values, matrix = np.empty(2 * count), np.zeros((2 * count, 2 * count + 1))
+    d, gbar, r = model.at(row[2 * count :])
+    values, matrix = np.empty(2 * count), np.zeros((2 * count, 2 * count + 3))
     for leg in legs(sequence, row[count : 2 * count]):
         i, j, t = leg.start, leg.end, leg.duration
-        after, pull_start, pull_end = flight.reflect(row[i], model.r), gbar + leg.cosine_start, gbar + leg.cosine_end
+        after, pull_start, pull_end = flight.reflect(row[i], r), gbar + leg.cosine_start, gbar + leg.cosine_end
         way = (sequence.walls[j] - sequence.walls[i]) // 2
         speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar)
         covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar)
         values[2 * i], values[2 * i + 1] = speed - row[j], covered - way * d
         # Added up, because with one impact both ends of the flight are the same.
         velocity, position = matrix[2 * i], matrix[2 * i + 1]
-        velocity[i] -= model.r
+        velocity[i] -= r
         velocity[j] -= 1
         velocity[count + i] -= pull_start
         velocity[count + j] += pull_end
-        velocity[-1] = t * gbar_slope
-        position[i] -= model.r * t
+        velocity[-3:] = 0, t, -row[i]
+        position[i] -= r * t
         position[count + i] -= after + pull_start * t
         position[count + j] += speed
-        position[-1] = t * t / 2 * gbar_slope - way * d_slope
-    return values, matrix
+        position[-3:] = -way, t * t / 2, -row[i] * t
+    return values, np.hstack([matrix[:, :-3], matrix[:, -3:] @ model.slopes(row[2 * count :])])
 
 
-def trace(sequence: Sequence, x: Row[Any], model: Model, ops: Any = FLOATS) -> Any:
+def trace(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS) -> Any:
     """Trace of the product of the flights' Jacobians (A.1), (A.2) in their order, whose determinant is r^(2N).
 
     All velocities must differ from zero.
     """
     count = len(sequence)
-    _, gbar = model.groups(x[2 * count])
-    product = None
+    _, gbar, r = model.at(x[2 * count :])
+    flights = []
     for leg in legs(sequence, x[count : 2 * count], ops):
         pulls = gbar + leg.cosine_start, gbar + leg.cosine_end
-        a, b, c, d = flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, model.r)
-        if product is None:
-            product = a, b, c, d
-        else:
-            e, f, g, h = product
-            product = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
-    return product[0] + product[3] if product is not None else 0
+        flights.append(flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, r))
+    return _product_trace(flights)
+
+
+def weighted_trace(sequence: Sequence, x: Row[Any], groups: tuple[Any, Any, Any], ops: Any = FLOATS) -> Any:
+    """The trace times all velocities: it has no pole where a velocity is zero.
+
+    `groups` are d, gbar and r; the times of `x` follow the velocities.
+    """
+    count, (_, gbar, r) = len(sequence), groups
+    flights = []
+    for leg in legs(sequence, x[count : 2 * count], ops):
+        start, end, speed = gbar + leg.cosine_start, gbar + leg.cosine_end, x[leg.end]
+        time, velocity = start * leg.duration - r * x[leg.start], r * leg.duration
+        flights.append((time, velocity, time * end - start * speed, velocity * end - r * speed))
+    return _product_trace(flights)
+
+
+def _product_trace(flights: list[Jacobian]) -> Any:
+    """Trace of the product of matrices, the last one on the left."""
+    product = flights[0]
+    for a, b, c, d in flights[1:]:
+        e, f, g, h = product
+        product = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
+    return product[0] + product[3]

@@ -31,6 +31,10 @@ SAME = 1e-7
 """Difference of velocity [y_c] and time [t_c] up to which two motions are one: between the error of a solution
 (1e-12) and the distance of different motions at one value of the swept parameter."""
 
+BESIDE = 1e-3
+"""Time [t_c] from an impact without velocity within which a turning point is the same touch: its distance grows with
+the square of the time, and is zero up to 1e-9 at 1e-4 or less."""
+
 IMAGE = 1e-5
 """The same to a motion's own image, where a family turns back as that: there the equations are singular, and half
 the digits are left."""

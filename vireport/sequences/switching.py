@@ -6,25 +6,21 @@ are one of the doubled word; at a pitchfork the symmetric motion meets two that 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.sequences.continuation import AT_ZERO, Curve, Event, Point, near_pole
-from vireport.sequences.motions import Motion, Sequence
+from vireport.sequences.continuation import AT_ZERO, Curve, Event, Path, Point
+from vireport.sequences.motions import BESIDE, Motion, Sequence, Turn
 
 Floats = NDArray[np.float64]
 
 STEPS_OFF = 1e-3, 1e-4, 1e-5
 """From the point, by arclength, the first that leads to a motion: far enough for families to differ, and near enough
 for nothing to happen before."""
-
-BESIDE = 1e-3
-"""Time [t_c] from an impact without velocity within which a turning point is the same touch: its distance grows with
-the square of the time, and is `AT_ZERO` at 1e-4 or less."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,12 +35,12 @@ class Limits:
         return len(sequence) <= self.impacts and sequence.periods <= self.periods
 
 
-def touching(curve: Curve, motion: Motion) -> Motion:
-    """A motion at a grazing point, with every touch of a membrane as an impact of velocity zero."""
+def touching(motion: Motion, turns: Iterable[Turn]) -> Motion:
+    """A motion at a grazing point, with every touch among its turning points as an impact of velocity zero."""
     velocity = motion.velocity.copy()
     velocity[list(at_rest(motion))] = 0.0
     motion, rests = replace(motion, velocity=velocity), motion.time[list(at_rest(motion))]
-    for turn in reversed(curve.model.turns(motion)):
+    for turn in reversed(list(turns)):
         if abs(turn.gap) < AT_ZERO and not (np.abs(rests - turn.time) < BESIDE).any():
             motion = motion.with_impact(turn.after, turn.wall, turn.time)
     return motion
@@ -80,14 +76,14 @@ def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> It
         side = replace(curve, sequence=twice.sequence)
         x = side.vector(twice)
         away = _across(side, x, mirror=False)
-        yield from ((event, side, *pair) for pair in _off(side, x, away))
+        yield from ((event, side, *pair) for pair in off(side, x, away))
         x = curve.vector(motion)
-        yield from ((None, curve, *pair) for pair in _off(curve, x, curve.tangent(x)))
+        yield from ((None, curve, *pair) for pair in off(curve, x, curve.tangent(x)))
     elif event is Event.PITCHFORK:
         x = curve.vector(motion)
         away = _across(curve, x, mirror=True)
-        yield from ((event, curve, *pair) for pair in _off(curve, x, away))
-        yield from ((None, curve, *pair) for pair in _off(curve, x, _across(curve, x, mirror=True, kept=True)))
+        yield from ((event, curve, *pair) for pair in off(curve, x, away))
+        yield from ((None, curve, *pair) for pair in off(curve, x, _across(curve, x, mirror=True, kept=True)))
 
 
 def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Beginning]:
@@ -105,17 +101,17 @@ def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Be
                 begins = Event.GRAZING if len(removed) == count * len(rests) else Event.ZERO_VELOCITY
                 x = side.vector(own)
                 tangent = side.tangent(x)
-                yield from ((begins, side, *pair) for way in (tangent, -tangent) for pair in _off(side, x, way))
+                yield from ((begins, side, *pair) for way in (tangent, -tangent) for pair in off(side, x, way))
 
 
-def _off(curve: Curve, x: Floats, direction: Floats) -> Iterator[tuple[Point, Point]]:
-    """The point and the first motion next to it in a direction, if there is one within the sweep."""
+def off(path: Path, x: Floats, direction: Floats) -> Iterator[tuple[Point, Point]]:
+    """The point and the first motion next to it in a direction, if there is one within the range."""
     for step in STEPS_OFF:
-        y = curve.solved(x + step * curve.raw(direction), direction)
-        if y is not None and curve.admits(y):
-            first = curve.point(y, direction)
-            if not (x[: len(curve.sequence)] == 0).any() or near_pole(curve, first) or step == STEPS_OFF[-1]:
-                yield Point(x, direction, curve.trace(x), 0.0), first
+        y = path.solved(x + step * path.scale * direction, direction)
+        if y is not None and path.admits(y):
+            first = path.point(y, direction)
+            if path.leaves(x, first) or step == STEPS_OFF[-1]:
+                yield Point(x, direction, path.trace(x), 0.0), first
                 return
 
 

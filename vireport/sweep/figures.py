@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
@@ -14,8 +15,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vireport.analysis import STABILITIES, Stability
-from vireport.figures import OUTSIDE, Color, Entry, Look, blank, finished, prefix, round_ticks, style
+from vireport.figures import HALO, LOCI, OUTSIDE, Color, Entry, Look, blank, finished, prefix, round_ticks, style
 from vireport.scenario import Parameter, Sampling
+from vireport.sequences import Event
 from vireport.sweep.cells import MapPlan, axis_values
 from vireport.sweep.loci import Locus, loci_of
 from vireport.text import PREFIXES, capital
@@ -41,14 +43,8 @@ TYPES = {
 NO_MOTION = "no 1:1 motion"
 OF_ALL = "curves: where any of the 1:1 motions changes or ends, also an unstable one beside a stable one"
 
-LOCI: dict[str, tuple[str, Look]] = {
-    "period_doubling": ("period doubling (B)", {"color": Color.BLACK, "linestyle": "-"}),
-    "fold": ("fold or pitchfork (C)", {"color": Color.VERMILION, "linestyle": (0, (5, 1.6))}),
-    "grazing": ("grazing (G)", {"color": Color.PURPLE, "linestyle": (0, (1.2, 1.2))}),
-}
-
-LINE, HALO = 1.4, 2.8
-"""Widths of a curve and of the white under it [pt]."""
+LINE = 1.4
+"""Width of a curve [pt]."""
 
 OTHER_NAMES = {"restitution": "restitution r [–]", "ball_mass_kg": "ball mass m [kg]"}
 
@@ -124,34 +120,49 @@ def _raster(plan: MapPlan, result: Path) -> Raster:
 
 
 def _stability(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
-    figure, axes = _filled(plan, raster, raster.columns["stability"], _type_colors(), -0.5, len(STABILITIES) - 0.5)
-    types: list[Entry] = [
-        (name, {"color": color, "linewidth": 7.0, "solid_capstyle": "butt"}) for name, color in TYPES.values()
-    ]
-    return _with_loci(figure, axes, "stability of the 1:1 motion", loci, types)
+    colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
+    figure, axes = _blank(plan, raster)
+    _fill(axes, raster, raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
+    return _with_loci(figure, axes, "stability of the 1:1 motion", loci, _types(*STABILITIES))
 
 
-def _type_colors() -> ListedColormap:
-    return ListedColormap([TYPES[stability][1] for stability in STABILITIES])
+def _types(*kinds: Stability) -> list[Entry]:
+    """Entries of the legend for types of motion."""
+    look: Look = {"linewidth": 7.0, "solid_capstyle": "butt"}
+    return [(TYPES[kind][0], look | {"color": TYPES[kind][1]}) for kind in kinds]
+
+
+def _of_stable(
+    plan: MapPlan, raster: Raster, values: Floats, colors: str, ends: tuple[float, float] | None = None
+) -> tuple[Figure, Axes]:
+    """A figure with values where the motion is stable, from the least to the largest where no ends are given."""
+    figure, axes = _blank(plan, raster)
+    code = raster.columns["stability"]
+    unstable = code == Stability.UNSTABLE_NODE.code
+    flat = ListedColormap([TYPES[Stability.UNSTABLE_NODE][1]])
+    _fill(axes, raster, np.where(unstable, 1.0, np.nan), flat, 0.0, 2.0)
+    shown = np.where(np.isfinite(code) & ~unstable, values, np.nan)
+    known = shown[np.isfinite(shown)]
+    low, high = ends or ((float(known.min()), float(known.max())) if known.size else (0.0, 1.0))
+    _fill(axes, raster, shown, colors, low, high if high > low else low + 1.0)
+    return figure, axes
 
 
 def _margin(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
-    margin = raster.columns["multiplier_margin"]
-    highest = float(1 + np.max(_restitutions(plan)) ** 4)
-    figure, axes = _filled(plan, raster, margin, "PuOr", -highest, highest)
-    beyond = bool((margin < -highest).any())
-    figure.colorbar(axes.images[0], ax=axes, label="1 + r⁴ − |tr| [–]", extend="min" if beyond else "neither")
-    return _with_loci(figure, axes, "stability margin 1 + r⁴ − |tr|, positive where stable", loci)
+    percent = 100 * raster.columns["multiplier_margin"] / (1 + _restitutions(plan, raster) ** 4)
+    figure, axes = _of_stable(plan, raster, percent, "viridis", (0.0, 100.0))
+    figure.colorbar(axes.images[-1], ax=axes, label="1 − |tr|/(1 + r⁴) [%]")
+    title = "stability margin: 0 % where a multiplier reaches 1 or −1"
+    return _with_loci(figure, axes, title, loci, _types(Stability.UNSTABLE_NODE))
 
 
 def _voltage(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
     volts = raster.columns["u_ave_v"]
     power = prefix([volts])
-    known = volts[np.isfinite(volts)] / 10.0**power
-    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
-    figure, axes = _filled(plan, raster, volts / 10.0**power, "cividis", low, high if high > low else low + 1.0)
-    figure.colorbar(axes.images[0], ax=axes, label=f"Uₐᵥₑ [{PREFIXES[power]}V]")
-    return _with_loci(figure, axes, "average voltage generated at an impact", loci, note=_outside(plan, raster))
+    figure, axes = _of_stable(plan, raster, volts / 10.0**power, "cividis")
+    figure.colorbar(axes.images[-1], ax=axes, label=f"Uₐᵥₑ [{PREFIXES[power]}V]")
+    title, types = "average voltage generated at an impact", _types(Stability.UNSTABLE_NODE)
+    return _with_loci(figure, axes, title, loci, types, _outside(plan, raster))
 
 
 def _outside(plan: MapPlan, raster: Raster) -> str:
@@ -164,28 +175,30 @@ def _outside(plan: MapPlan, raster: Raster) -> str:
     return f"{capital(OUTSIDE)}, at {share:.3g} % of the cells with a motion"
 
 
-def _restitutions(plan: MapPlan) -> Floats:
-    axis = next((a for a, name in zip(plan.axes, plan.names, strict=True) if name == "restitution"), None)
-    if axis is None:
-        return np.array([plan.device.restitution])
-    return np.array(axis.values or (axis.from_, axis.to), dtype=float)
+def _restitutions(plan: MapPlan, raster: Raster) -> Any:
+    """R at the cells: a number, a column or a row."""
+    if "restitution" not in plan.names:
+        return plan.device.restitution
+    return raster.x if plan.names.index("restitution") == 0 else raster.y[:, None]
 
 
-def _filled(
-    plan: MapPlan, raster: Raster, values: Floats, colors: str | ListedColormap, low: float, high: float
-) -> tuple[Figure, Axes]:
-    """A figure with the coloured cells and its axes; the scale of the colours goes from `low` to `high`."""
+def _blank(plan: MapPlan, raster: Raster) -> tuple[Figure, Axes]:
+    """A figure with the axes of a map."""
     figure, ((axes,),) = blank(1)
+    axes.patch.set(**NO_CELL)
+    for axis, name, values in zip((axes.xaxis, axes.yaxis), plan.names, (raster.x, raster.y), strict=True):
+        edges = _edges(np.sort(values))
+        axis.set_ticks(*round_ticks(edges.min(), edges.max(), HEIGHT))
+        axis.set_label_text(_label(name))
+    return figure, axes
+
+
+def _fill(axes: Axes, raster: Raster, values: Floats, colors: str | ListedColormap, low: float, high: float) -> None:
+    """Colour the cells that have a value; the scale of the colours goes from `low` to `high`."""
     i, j = np.argsort(raster.x), np.argsort(raster.y)
     shown = np.ma.masked_invalid(values[np.ix_(j, i)])
-    axes.patch.set(**NO_CELL)
     edges = _edges(raster.x[i]), _edges(raster.y[j])
     axes.pcolorfast(*edges, shown, cmap=colors, norm=Normalize(low, high), zorder=0.5)
-    axes.set_xticks(*round_ticks(edges[0].min(), edges[0].max(), HEIGHT))
-    axes.set_yticks(*round_ticks(edges[1].min(), edges[1].max(), HEIGHT))
-    axes.set_xlabel(_label(plan.names[0]))
-    axes.set_ylabel(_label(plan.names[1]))
-    return figure, axes
 
 
 def _edges(values: Floats) -> Floats:
@@ -209,11 +222,13 @@ def _with_loci(
     """Draw the curves, white under each so that it shows on any colour, and write the heading."""
     limits = axes.get_xlim(), axes.get_ylim()
     for locus in loci:
-        axes.plot(locus.x, locus.y, color="white", linewidth=HALO, zorder=2.0, solid_capstyle="round")
-        axes.plot(locus.x, locus.y, linewidth=LINE, zorder=2.5, **LOCI[locus.kind][1])
+        if locus.event is not Event.NODE_FOCUS:
+            axes.plot(*locus.points.T, color="white", linewidth=HALO, zorder=2.0, solid_capstyle="round")
+        look: Look = {"linewidth": LINE, "zorder": 2.5} | LOCI[locus.event][1]
+        axes.plot(*locus.points.T, **look)
     axes.set(xlim=limits[0], ylim=limits[1])
-    drawn = {locus.kind for locus in loci}
-    curves: list[Entry] = [(name, look | {"linewidth": LINE}) for kind, (name, look) in LOCI.items() if kind in drawn]
+    drawn = {locus.event for locus in loci}
+    curves: list[Entry] = [(name, {"linewidth": LINE} | look) for kind, (name, look) in LOCI.items() if kind in drawn]
     lines = [(f"{title}; hatched: {NO_MOTION}", Color.BLACK)] + ([(note, Color.WARNING)] if note else [])
     if loci:
         lines.append((OF_ALL, Color.BLACK))

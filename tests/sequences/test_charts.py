@@ -1,0 +1,177 @@
+"""Loci over two inputs: against the events on random sweeps, and their points of codimension two in 40 digits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from conftest import EXAMPLES
+from test_equations import printed_maps, printed_trace
+
+from vireport import load, reference
+from vireport.analysis import find_motions, solve
+from vireport.charts.figures import picture
+from vireport.charts.window import plane_of
+from vireport.reference import mp, mpf
+from vireport.scenario import DesignInput
+from vireport.sequences import Chart, Condition, Event, Limits, Plane, atlas, chart
+from vireport.sequences.chart import cut_sweep
+from vireport.sequences.loci import Locus
+from vireport.sequences.motions import BESIDE, Sequence
+from vireport.sequences.switching import at_rest
+
+PLANES = (
+    "inclination_deg=0..90,length_m=0.3..1",
+    "restitution=0.2..0.8,length_m=0.3..1",
+    "frequency_hz=1..3,amplitude_n=1..6",
+)
+
+
+@cache
+def plane(over: str) -> Plane:
+    return plane_of(load(EXAMPLES / "inclined.yaml").scenario, over)
+
+
+@cache
+def one_to_one(over: str) -> Chart:
+    return chart(plane(over), Limits(2, 1), cuts=0)
+
+
+@cache
+def all_words() -> Chart:
+    return chart(plane(PLANES[1]), Limits(4, 2))
+
+
+def nearest(found: Chart, event: Event, k: int, other: float, value: float) -> float:
+    """Relative distance, along a sweep, from a value to the nearest crossing of a locus."""
+    crossings = (x[-2 + k] for locus in found.loci if locus.event is event for x in locus.at(1 - k, other))
+    return min((abs(x / value - 1) for x in crossings), default=np.inf)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("over", PLANES)
+def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(over: str):
+    rng, found, checked = np.random.default_rng(7), one_to_one(over), 0
+    for i in range(16):
+        k = 1 if plane(over).inputs[0] is DesignInput.RESTITUTION else i % 2
+        other = float(plane(over).low[1 - k] + plane(over).widths[1 - k] * rng.uniform(0.02, 0.98))
+        for critical in solve(cut_sweep(plane(over), k, other)).critical_points:
+            value = critical.point.sweep_value
+            assert nearest(found, Event(critical.kind), k, other, value) < 1e-10, (critical.kind, k, other, value)
+            checked += 1
+    assert checked > 20
+
+
+@pytest.mark.slow
+def test_every_point_where_families_meet_on_random_sweeps_lies_on_a_locus():
+    rng, found, checked = np.random.default_rng(5), all_words(), 0
+    for other in rng.uniform(0.25, 0.6, 2):
+        for vertex in atlas(cut_sweep(found.plane, 1, float(other)), Limits(4, 2)).vertices:
+            motion = vertex.point.motion
+            if min(np.diff(motion.time, append=motion.time[0] + 2 * motion.sequence.periods)) < BESIDE:
+                continue  # two impacts without velocity that are one touch
+            assert nearest(found, vertex.event, 1, float(other), vertex.point.sweep_value) < 1e-10
+            checked += 1
+    assert checked > 25
+
+
+@pytest.mark.slow
+def test_points_of_codimension_two_are_those_of_the_printed_maps_in_40_digits():
+    kinds = set()
+    for point in all_words().meetings:
+        if point.events[1] is not Event.GRAZING or np.isinf(point.error_bound[0]):
+            continue
+        motion, (rest,), held = point.motion, at_rest(point.motion), all_words().plane.device
+        sequence, count = motion.sequence, len(motion.sequence)
+        without = motion.without_impacts((rest,)).sequence
+        kept = [i for i in range(count) if i != rest]
+
+        def conditions(x, speed, rest=rest, held=held, sequence=sequence, without=without, kept=kept, point=point):
+            count, r = len(sequence), x[-2]
+            d, gbar = reference.groups(held, "length_m", x[-1])
+            maps = [*printed_maps(sequence, x, d, gbar, r), x[rest] - speed]
+            if speed:
+                return [*maps, speed * printed_trace(sequence, x, d, gbar, r)]
+            border = (1 + r ** (2 * len(without))) * (-1 if point.events[0] is Event.PERIOD_DOUBLING else 1)
+            own = [x[i] for i in (*kept, *(count + i for i in kept))]
+            return [*maps, printed_trace(without, own, d, gbar, r) - border]
+
+        with reference.precise(), mp.workdps(150):
+            guess = [mpf(float(v)) for v in (*motion.velocity, *motion.time, *point.inputs)]
+
+            def solved(speed, conditions=conditions, guess=guess):
+                return reference.newton(lambda x: conditions(x, speed), guess, [1] * len(guess))
+
+            if point.events[0] is Event.DEGENERATE_GRAZING:  # where the pole of the trace vanishes: as a limit
+                at = [solved(mpf(speed)) for speed in ("1e-12", "2e-12")]
+                exact = [2 * a - b for a, b in zip(*at, strict=True)]
+            else:
+                exact = solved(0)
+            for value, bound, printed in zip(point.inputs, point.error_bound, exact[-2:], strict=True):
+                assert abs(printed - mpf(value)) <= bound
+        kinds.add(point.events[0])
+    assert kinds == {Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING}
+
+
+@pytest.mark.slow
+def test_two_curves_of_folds_end_together_in_a_cusp():
+    (cusp,) = [point for point in all_words().meetings if point.events[1] is Event.CUSP]
+    r, length = cusp.inputs
+    assert max(cusp.error_bound) < 1e-15
+    folds = [one for one in all_words().loci if one.word == cusp.word and one.event is Event.FOLD]
+
+    def beside(off: float) -> list[float]:
+        return sorted(float(x[-1]) for fold in folds for x in fold.at(0, r + off) if abs(x[-1] - length) < 0.02)
+
+    assert beside(-1e-4) == []
+    widths = [np.ptp(beside(off)) for off in (1e-4, 4e-4)]
+    assert widths[1] / widths[0] == pytest.approx(8, rel=0.02)  # the power 3/2 of the distance
+
+
+@pytest.mark.slow
+def test_regions_are_labelled_by_what_is_stable_there():
+    found, checked = all_words(), 0
+    for text in picture(found).figure.axes[0].texts:
+        if text.get_color() != "#0072B2":
+            continue
+        r, length = text.get_position()
+        device = replace(found.plane.device, restitution=r, length_m=length)
+        d, gbar = (np.array([float(group)]) for group in device.groups("length_m", length))
+        motions = find_motions(d, gbar, np.array([r]), 1)
+        stable = (np.abs(motions.trace) < 1 + r**4) & motions.admissible
+        assert bool(stable.any()) == ("BT" in text.get_text().split(", ")), (r, length, text.get_text())
+        checked += 1
+    assert checked > 8
+
+
+CONDITIONS = (
+    Condition(Event.PERIOD_DOUBLING),
+    Condition(Event.FOLD),
+    Condition(Event.NODE_FOCUS, sign=-1),
+    Condition(Event.GRAZING, (1,)),
+    Condition(Event.FOLD, (1,)),
+    Condition(Event.DEGENERATE_GRAZING, (1,)),
+)
+
+
+@pytest.mark.parametrize("condition", CONDITIONS)
+@pytest.mark.parametrize("over", [*PLANES, "capsule_mass_kg=0.1..0.2,inclination_deg"])
+def test_derivatives_of_a_locus_are_those_of_its_conditions(over: str, condition: Condition):
+    rng, sequence = np.random.default_rng(3), Sequence((1, 1, -1), 1)
+    path = Locus(sequence, plane(over), condition)
+    p = path.plane.low + path.plane.widths * [0.3, 0.6]
+    x = np.concatenate([rng.uniform(0.2, 1, 3), np.sort(rng.uniform(0, 2, 3)), p])
+    length = np.linalg.norm(path.linearised(x)[1][-1] / path.scale)
+    assert length == pytest.approx(1)
+
+    def values(x):
+        groups = path.plane.at(x[6:].tolist())
+        own = condition.value(sequence, x[:6].tolist(), groups, path.plane.ops)
+        return np.append(path.residuals(x.tolist(), path.plane), own)
+
+    matrix = path.linearised(x)[1]
+    differences = np.array([(values(x + step) - values(x - step)) / 2e-6 for step in np.eye(8) * 1e-6 * path.scale]).T
+    differences[-1] /= np.linalg.norm(differences[-1] / path.scale)
+    np.testing.assert_allclose(matrix, differences, atol=1e-6 * path.scale.max())

@@ -1,0 +1,135 @@
+"""A chart as files, JSON and text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isfinite
+from typing import Any
+
+from vireport.sequences import Chart, Event, FollowedLocus, Meeting
+from vireport.study import Provenance, json_bytes
+from vireport.text import Table, error_bound, exact, markdown_of, markdown_text, numbers, plain_text, texts
+
+NAMES = "figure-chart.png", "figure-chart.svg", "chart.json", "chart.md"
+"""Files that a chart is written to."""
+
+EVENTS = {
+    Event.PERIOD_DOUBLING: "period doubling",
+    Event.FOLD: "fold",
+    Event.PITCHFORK: "pitchfork",
+    Event.NODE_FOCUS: "node to focus",
+    Event.GRAZING: "grazing",
+    Event.RELEASE: "touch without acceleration",
+    Event.DEGENERATE_GRAZING: "degenerate grazing",
+    Event.CUSP: "cusp",
+    Event.DEGENERATE_DOUBLING: "degenerate period doubling",
+    Event.DEGENERATE_PITCHFORK: "degenerate pitchfork",
+}
+"""Names of events for the reader."""
+
+NOTE = (
+    "Two grazings: two touches in one motion. Degenerate grazing: period doublings and folds of the motion with the "
+    "further impact begin. Cusp: two curves of folds end together. Degenerate period doubling or pitchfork: it changes "
+    "from soft to hard, and a curve of folds begins."
+)
+
+
+def files(chart: Chart, provenance: Provenance) -> dict[str, bytes]:
+    """The files of a chart by their names."""
+    from vireport.charts.figures import picture
+
+    drawn = picture(chart)
+    markdown = "\n\n".join(
+        markdown_text(part) if isinstance(part, str) else markdown_of(part) for part in _parts(chart)
+    )
+    contents = drawn.png, drawn.svg, chart_json(chart, provenance), f"{markdown.rstrip()}\n".encode()
+    return dict(zip(NAMES, contents, strict=True))
+
+
+def text(chart: Chart) -> str:
+    """What a chart comes to, for a terminal."""
+    return plain_text(_parts(chart)) + "\n"
+
+
+def _parts(chart: Chart) -> Iterator[str | Table]:
+    plane, lost = chart.plane, chart.not_followed
+    ranges = " and ".join(
+        f"{one.quantity} from {low:g} to {one.show(high)}"
+        for one, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
+    )
+    found = f"{len(chart.loci)} curves and {len(chart.meetings)} points where they meet, end or turn"
+    said = f" {lost} ends of curves could not be followed further." if lost else ""
+    yield (
+        f"Over {ranges}: {found}, of motions with at most {chart.limits.impacts} impacts in {chart.limits.periods} "
+        f"forcing periods. Curves that neither cross a sweep that was followed nor meet another are missed.{said}"
+    )
+    columns = [column for one in plane.inputs for column in (f"{one.quantity} [{one.unit or '1'}]", "±")]
+    rows = tuple((str(number), *_row(point)) for number, point in enumerate(chart.meetings, 1))
+    if rows:
+        yield Table("Points of codimension two", (*texts("No.", "What", "Motion"), *numbers(*columns)), rows, NOTE)
+
+
+def name_of(point: Meeting) -> str:
+    """What happens at a point."""
+    own, other = point.events
+    if other is not Event.GRAZING:
+        return EVENTS[other]
+    if own is Event.GRAZING:
+        return "two grazings"
+    return EVENTS[own] if own in (Event.DEGENERATE_GRAZING, Event.RELEASE) else f"{EVENTS[own]} with grazing"
+
+
+def _row(point: Meeting) -> tuple[str, ...]:
+    pairs = zip(point.inputs, point.error_bound, strict=True)
+    digits = [x for value, bound in pairs for x in (exact(value), error_bound(bound) if isfinite(bound) else "")]
+    return name_of(point), point.word, *digits
+
+
+def chart_json(chart: Chart, provenance: Provenance) -> bytes:
+    """A chart as JSON, one top-level key a line."""
+    plane = chart.plane
+    return json_bytes(
+        {
+            "schema_version": 1,
+            "inputs": [
+                {"name": one.value, "unit": one.unit, "from": float(low), "to": float(high)}
+                for one, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
+            ],
+            "limits": {"impacts": chart.limits.impacts, "periods": chart.limits.periods},
+            "loci": [_locus(locus) for locus in chart.loci],
+            "points": [_point(point) for point in chart.meetings],
+            "sweeps": [
+                {
+                    "along": plane.inputs[cut.varied].value,
+                    "at": cut.other,
+                    "stable": [{"from": low, "to": high, "words": list(words)} for low, high, words in cut.stable],
+                }
+                for cut in chart.cuts
+            ],
+            "provenance": provenance.to_dict(),
+        }
+    )
+
+
+def _locus(locus: FollowedLocus) -> dict[str, Any]:
+    return {
+        "kind": locus.event.value,
+        "word": locus.word,
+        "periods": locus.path.sequence.periods,
+        "begins_with": locus.events[0][1].value,
+        "ends_with": locus.events[-1][1].value,
+        "values": locus.inputs.tolist(),
+        "bounds_stability": locus.bounds_stability.tolist(),
+    }
+
+
+def _point(point: Meeting) -> dict[str, Any]:
+    return {
+        "kinds": [event.value for event in point.events],
+        "word": point.word,
+        "periods": point.motion.sequence.periods,
+        "values": list(point.inputs),
+        "error_bounds": [bound if isfinite(bound) else None for bound in point.error_bound],
+        "velocity": point.motion.velocity.tolist(),
+        "phase_rad": point.motion.phase.tolist(),
+    }

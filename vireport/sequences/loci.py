@@ -1,0 +1,304 @@
+"""Loci: the curves in the plane of two inputs of a device along which an event of a motion occurs.
+
+Conditions of the motion and of the event together leave one unknown too many, so that a locus is a path like a family.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from collections.abc import Sequence as Row
+from dataclasses import dataclass, replace
+from math import atan, nan, prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.physics import ARRAYS, Device
+from vireport.scenario import DesignInput, Parameter
+from vireport.sequences.continuation import AT_ZERO, STEEPEST, STRAIGHTEST, Event, Path, Point
+from vireport.sequences.equations import linearised, residuals, weighted_trace
+from vireport.sequences.motions import BESIDE, IMAGE, Motion, Sequence, Turn, turns
+
+Floats = NDArray[np.float64]
+
+IMAGINARY = 1e-30
+"""Imaginary step of derivatives, whose square is lost in rounding."""
+
+STANDSTILL = 1e-5
+"""Part of a locus' direction within the plane up to which it stands still there, as at a cusp."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Here:
+    """The groups d and gbar, and r, at a point of a plane, with their derivatives by the inputs, (3, 2)."""
+
+    groups: tuple[Any, Any, Any]
+    gradients: Floats
+
+    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
+        """The groups."""
+        return self.groups
+
+    def slopes(self, varied: Row[Any]) -> Floats:
+        """The derivatives."""
+        return self.gradients
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plane:
+    """Two inputs of a device and their ranges; all else is held.
+
+    Attributes
+    ----------
+    device : Device
+        With any value of the two inputs.
+    inputs : tuple of DesignInput
+    low, high : ndarray (2,)
+    ops
+        Functions of the kind of number that groups are computed in.
+    """
+
+    device: Device
+    inputs: tuple[DesignInput, DesignInput]
+    low: Floats
+    high: Floats
+    ops: Any = ARRAYS
+
+    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
+        """The groups d and gbar, and r, at values of the inputs; a capsule tilted the other way has negative gbar."""
+        device = self.device_at([abs(value) for value in varied])
+        d, gbar = device.groups(Parameter.LENGTH, device.length_m, self.ops)
+        return d, self._side(varied) * gbar, self.ops.exact(device.restitution)
+
+    def here(self, varied: Row[float]) -> Here:
+        """The same with their derivatives by the inputs."""
+        d, gbar, r = self.at(varied)
+        device = self.device_at(varied)
+        return Here((d, gbar, r), np.array([device.slopes(one, d, gbar) for one in self.inputs]).T)
+
+    def _side(self, varied: Row[Any]) -> int:
+        """-1 beyond the horizontal."""
+        tilted = zip(self.inputs, varied, strict=True)
+        return -1 if any(one is DesignInput.INCLINATION and value < 0 for one, value in tilted) else 1
+
+    def device_at(self, varied: Row[Any]) -> Device:
+        """The device with these values of the inputs."""
+        changed: dict[str, Any] = dict(zip(self.inputs, varied, strict=True))
+        return replace(self.device, **changed)
+
+    @property
+    def widths(self) -> Floats:
+        """Of the ranges."""
+        return self.high - self.low
+
+    def room(self, varied: Floats) -> float:
+        """How far values are from the edges, as a share of the ranges."""
+        return float((np.minimum(varied - self.low, self.high - varied) / self.widths).min())
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether gravity has no part along the capsule, in all of the plane."""
+        return DesignInput.INCLINATION not in self.inputs and bool(self.device.inclination_deg == 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """What holds on a locus.
+
+    Attributes
+    ----------
+    event : Event
+    rests : tuple of int
+        Impacts without velocity; what concerns the trace is of the motion without them.
+    sign : int
+        Of the trace, where the type changes between node and focus.
+    """
+
+    event: Event
+    rests: tuple[int, ...] = ()
+    sign: int = 1
+
+    def value(self, sequence: Sequence, x: Row[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
+        """Zero where it holds; of the velocities and times in `x`, at d, gbar and r."""
+        count, (_, gbar, r) = len(sequence), groups
+        if self.event is Event.GRAZING:
+            return x[self.rests[0]]
+        if self.event is Event.RELEASE:
+            return gbar + ops.cos(ops.pi * x[count + self.rests[0]])
+        if self.event is Event.DEGENERATE_GRAZING:
+            return weighted_trace(sequence, x, groups, ops)
+        kept = [i for i in range(count) if i not in self.rests]
+        sequence = Sequence(tuple(sequence.walls[i] for i in kept), sequence.periods)
+        x = [x[i] for i in (*kept, *(count + i for i in kept))]
+        return weighted_trace(sequence, x, groups, ops) - self._level(r ** len(kept)) * prod(x[: len(kept)])
+
+    def _level(self, decay: Any) -> Any:
+        """The trace, by the root of the determinant."""
+        if self.event is Event.NODE_FOCUS:
+            return self.sign * 2 * decay
+        return (1 + decay * decay) * (-1 if self.event is Event.PERIOD_DOUBLING else 1)
+
+    def linearised(self, sequence: Sequence, x: Floats, here: Here) -> tuple[float, Floats]:
+        """Its value and derivatives by the unknowns, over their length."""
+        own = 2 * len(sequence)
+        if self.event is Event.GRAZING:
+            return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
+        at = np.append(x[:own], here.groups)
+        steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))
+        values = self.value(sequence, steps[:own], (steps[own], steps[own + 1], steps[own + 2]), ARRAYS)
+        slopes = np.imag(values) / IMAGINARY
+        gradient = np.append(slopes[:own], slopes[own:] @ here.gradients)
+        length = float(np.linalg.norm(gradient)) or 1.0
+        return float(np.real(values[0])) / length, gradient / length
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Locus(Path):
+    """The motions of one sequence at which a condition holds, as a curve over a plane.
+
+    The unknowns are the N velocities, the N times and the two inputs. A pitchfork is of symmetric motions: the second
+    half of their impacts is the mirror image of the first.
+    """
+
+    sequence: Sequence
+    plane: Plane
+    condition: Condition
+    longest = 0.06
+
+    @property
+    def scale(self) -> Floats:
+        """The ranges of the inputs, and 1 of velocities and times."""
+        return np.append(np.ones(2 * len(self.sequence)), self.plane.widths)
+
+    @property
+    def touched(self) -> Sequence:
+        """The impacts without those that have no velocity."""
+        kept = [i for i in range(len(self.sequence)) if i not in self.condition.rests]
+        return Sequence(tuple(self.sequence.walls[i] for i in kept), self.sequence.periods)
+
+    def motion(self, x: Floats) -> Motion:
+        """The motion of some unknowns; its coordinate is d."""
+        count = len(self.sequence)
+        d = float(self.plane.at(x[2 * count :].tolist())[0])
+        return Motion(self.sequence, x[:count], x[count : 2 * count], d)
+
+    def linearised(self, x: Floats) -> tuple[Floats, Floats]:
+        """The conditions of motion and event, and their derivatives by unknowns over their scale."""
+        here = self.plane.here(x[2 * len(self.sequence) :].tolist())
+        values, matrix = linearised(self.sequence, x, here)
+        if self.condition.event is Event.PITCHFORK:
+            half = len(self.sequence) // 2
+            values[2 * half :], matrix[2 * half :] = self._mirror(x), self._mirror_slopes()
+        value, gradient = self.condition.linearised(self.sequence, x, here)
+        return np.append(values, value), np.vstack([matrix, gradient]) * self.scale
+
+    def residuals(self, x: Row[Any], plane: Plane) -> list[Any]:
+        """The conditions of the motion alone, in the kind of number of the plane."""
+        values = residuals(self.sequence, x, plane, plane.ops)
+        if self.condition.event is Event.PITCHFORK:
+            values[len(self.sequence) :] = self._mirror(x)
+        return values
+
+    def _mirror(self, x: Any) -> list[Any]:
+        count, half, k = len(self.sequence), len(self.sequence) // 2, self.sequence.periods
+        velocities = [x[i] + x[i + half] for i in range(half)]
+        return [*velocities, *(x[i + half] - x[i] - k for i in range(count, count + half))]
+
+    def _mirror_slopes(self) -> Floats:
+        half = len(self.sequence) // 2
+        unit, none = np.eye(half), np.zeros((half, half))
+        return np.block([[unit, unit, none, none, np.zeros((half, 2))], [none, none, -unit, unit, np.zeros((half, 2))]])
+
+    def trace(self, x: Floats) -> float:
+        """At grazing points, the trace of the motion without the touch; nan elsewhere, where the condition has it."""
+        if self.condition.event is not Event.GRAZING:
+            return nan
+        count, kept = len(self.sequence), [i for i in range(len(self.sequence)) if i not in self.condition.rests]
+        own = [float(x[i]) for i in (*kept, *(count + i for i in kept))]
+        weight = prod(own[: len(kept)])
+        return weighted_trace(self.touched, own, self.plane.at(x[2 * count :].tolist())) / weight if weight else nan
+
+    def turns(self, x: Floats) -> list[Turn]:
+        """The turning points of a motion, without touches that are impacts."""
+        return self._turns(x, self.plane.at(x[2 * len(self.sequence) :].tolist()))
+
+    def _turns(self, x: Floats, groups: tuple[Any, Any, Any]) -> list[Turn]:
+        count, period = len(self.sequence), 2 * self.sequence.periods
+        motion = Motion(self.sequence, x[:count], x[count : 2 * count], groups[0])
+        rests = x[[count + i for i in self.condition.rests]]
+        found = turns(motion, *groups)
+        return [turn for turn in found if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
+
+    def margins(self, x: Floats) -> Floats:
+        """What is positive of a motion within the plane.
+
+        Distances to its edges, velocities, gaps to the walls; of an impact without velocity the acceleration away from
+        its membrane.
+        """
+        count, p = len(self.sequence), x[2 * len(self.sequence) :]
+        groups = self.plane.at(p.tolist())
+        edges = np.concatenate([p - self.plane.low, self.plane.high - p]) / np.tile(self.plane.widths, 2)
+        speed = x[:count] * self.sequence.walls
+        for i in self.condition.rests:
+            speed[i] = -self.sequence.walls[i] * (groups[1] + np.cos(np.pi * x[count + i]))
+        return np.concatenate([edges, speed, [turn.gap for turn in self._turns(x, groups)]])
+
+    def short(self, point: Point, new: Point, step: float) -> bool:
+        """Whether a step was short enough for nothing to be missed in it."""
+        if float(new.tangent @ point.tangent) < STRAIGHTEST:
+            return False
+        if self.condition.event is not Event.GRAZING or new.margin <= 0:
+            return True
+        return abs(atan(new.trace) - atan(point.trace)) < STEEPEST
+
+    def ended(self, last: Point) -> tuple[Event, Point]:
+        """Which of the margins it is that has become zero."""
+        margins, count = self.margins(last.x), len(self.sequence)
+        edge = int(np.argmin(margins[:4]))
+        if abs(margins[edge]) < AT_ZERO:
+            x = last.x.copy()
+            x[2 * count + edge % 2] = (self.plane.low, self.plane.high)[edge // 2][edge % 2]
+            return Event.SWEEP_END, last._replace(x=x)
+        which = int(np.argmin(margins)) - 4
+        if which in self.condition.rests:
+            return Event.RELEASE, last
+        return (Event.ZERO_VELOCITY if which < count else Event.GRAZING), last
+
+    def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """What happens within a step, in order, and whether the last of it ends the locus. Raises as `located`."""
+        if self.condition.event in (Event.FOLD, Event.PITCHFORK):
+            return self._standstill(point, new, size)
+        if self.condition.event is not Event.GRAZING:
+            return [], False
+        found: list[tuple[float, Point, Event | None]] = []
+        for event in (Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING):
+            value = self.coincidence(event)
+            if value(point) * value(new) < 0:
+                found.append((*self.located(point, size, value), event))
+        return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], False
+
+    def coincidence(self, event: Event) -> Callable[[Point], float]:
+        """How far a motion is from another event besides that of the locus."""
+        condition, own = Condition(event, self.condition.rests), 2 * len(self.sequence)
+
+        def value(point: Point) -> float:
+            x = point.x.tolist()
+            return float(condition.value(self.sequence, x[:own], self.plane.at(x[own:]), ARRAYS))
+
+        return value
+
+    def _standstill(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """A cusp, where a locus of folds turns round in the plane; or where it goes back as its own image."""
+        way, after = point.tangent[-2:], new.tangent[-2:]
+        if float(way @ after) > 0:
+            return [], False
+        _, at = self.located(point, size, lambda p: float(p.tangent[-2:] @ (way - after)))
+        if not float(np.linalg.norm(at.tangent[-2:])) < STANDSTILL:
+            return [], False
+        motion = self.motion(at.x)
+        if 2 * len(motion.primitive().sequence) == len(motion.sequence):
+            return [(at, Event.DEGENERATE_DOUBLING)], True
+        if self.plane.horizontal and motion.distance(motion.mirrored()) < IMAGE:
+            return [(at, Event.DEGENERATE_PITCHFORK)], self.condition.event is Event.FOLD
+        return [(at, Event.CUSP)], False
