@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from math import asin, pi
 
 import numpy as np
@@ -20,13 +21,20 @@ from vireport.sequences.equations import Model
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
 from vireport.sequences.motions import SAME, Motion, Sequence
 from vireport.sequences.polish import PolishedPoint, polished
-from vireport.sequences.surface import CELL, three_impacts
+from vireport.sequences.exclusion import FINEST, MOST_CELLS, Cells, Exclusion
+from vireport.sequences.surface import onto_sweep
 from vireport.sequences.switching import Beginning, Limits, at_rest, neighbours, touching
 
 Floats = NDArray[np.float64]
 
 SAMPLES_OF_ONE = 9
 """Values of the coordinate at which motions with one impact are looked for; each is in closed form."""
+
+NEAR = 1 / 256
+"""Side of squares of flight times [t_c] by which motions are near to those of a family: in the same one or beside."""
+
+REACH = 4
+"""Sides of a cell over which a motion is looked for from its centre."""
 
 MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Event.ZERO_VELOCITY
 """Events that are vertices."""
@@ -45,7 +53,7 @@ def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atl
     """
     low, high = (float(end) for end in sweep.coordinate_range)
     search = _Search(solve(sweep), Model(sweep.level, float(sweep.device.restitution)), low, high, limits)
-    for motion in (*_starts(search), *simulated):
+    for motion in chain(_starts(search), simulated):
         search.explore(motion)
     return search.atlas()
 
@@ -64,8 +72,7 @@ def _starts(search: _Search) -> Iterator[Motion]:
             yield from _with_one_impact(search.model, k, float(c))
         words = ((1, 1, -1), (1, -1, -1))[: 1 if search.model.level.horizontal else 2]  # mirror images of each other
         for walls in words if search.limits.impacts > 2 else ():
-            found = three_impacts(search.model, Sequence(walls, k), search.low, search.high)
-            yield from (motion for motion in found if not search.near(motion))
+            yield from search.three_impacts(Sequence(walls, k))
 
 
 def _with_one_impact(model: Model, k: int, coordinate: float) -> Iterator[Motion]:
@@ -100,6 +107,7 @@ class _Search:
     meetings: list[_Meeting] = field(default_factory=list)
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
     queue: deque[Beginning] = field(default_factory=deque)
+    undecided: list[Cells] = field(default_factory=list)
 
     @property
     def sweep(self) -> Sweep:
@@ -143,11 +151,28 @@ class _Search:
         known = (one for family in self._alike(motion) for one in family.at(float(x[-1])))
         return not any(self._same(motion, one) for one in known)
 
-    def near(self, motion: Motion) -> bool:
-        """Whether a motion is within a cell of the search for three impacts of a motion that is known."""
-        vector = self._curve(motion.sequence).vector(motion)
-        known = (family.x for family in self.families if family.sequence == motion.sequence)
-        return any(bool((np.abs(x - vector)[:, :-1].max(axis=1) < CELL).any()) for x in known)
+    def three_impacts(self, sequence: Sequence) -> Iterator[Motion]:
+        """Motions that lie on no family known; each must be explored before the next is asked for."""
+        exclusion = Exclusion(self.model, self.low, self.high, sequence)
+        cells, level = exclusion.cells(), self.model.level
+        while len(cells):
+            cells = cells[~self._near(sequence, cells.centre)]
+            starts, flights = onto_sweep(cells.motions, cells.centre, level, REACH * cells.side)
+            inside = (starts.coordinate(level) > self.low) & (starts.coordinate(level) < self.high)
+            rows = np.flatnonzero(starts.admissible & inside)
+            while rows.size:
+                yield starts.motion(int(rows[0]), level)
+                rows = rows[1:][~self._near(sequence, flights[:, rows[1:]])]
+            cells = cells[~self._near(sequence, cells.centre)]
+            if cells.side <= FINEST or len(cells) > MOST_CELLS:
+                break
+            cells = exclusion.halved(cells)
+        self.undecided.append(cells)
+
+    def _near(self, sequence: Sequence, flights: Floats) -> NDArray[np.bool_]:
+        """Which flight times are near to those of a family's motions."""
+        squares = [_squares(family) for family in self.families if family.sequence == sequence]
+        return np.isin(_codes(flights), np.concatenate([np.empty(0), *squares]))
 
     def _same(self, one: Motion, other: Motion) -> bool:
         return one.distance(other, mirror=self.model.level.horizontal) < SAME
@@ -251,3 +276,23 @@ def _completed(curve: Curve, start: Point, forward: Strand) -> Strand:
     shift = len(back.points) - 1
     events = [*back.events, *((i + shift, event) for i, event in forward.events)]
     return Strand([*back.points, *forward.points[1:]], events)
+
+
+def _squares(family: Family) -> Floats:
+    """Squares of the plane of flight times that a family passes, and all beside."""
+    flights = np.diff(family.x[:, len(family.sequence) : -1], axis=1).T
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(flights, axis=1)).max(axis=0))])
+    fine = np.append(np.arange(0, way[-1], NEAR / 2), way[-1])
+    return _beside(np.stack([np.interp(fine, way, flight) for flight in flights]))
+
+
+def _beside(flights: Floats) -> Floats:
+    """The squares that flight times lie in, and all beside."""
+    steps = np.array([[i, j] for i in (-NEAR, 0, NEAR) for j in (-NEAR, 0, NEAR)]).T
+    return np.unique(_codes(flights[:, :, None] + steps[:, None, :]))
+
+
+def _codes(flights: Floats) -> Floats:
+    """A number for the square that flight times lie in."""
+    index = np.floor(flights / NEAR)
+    return np.asarray(index[0] * 2.0**26 + index[1])
