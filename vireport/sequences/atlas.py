@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from itertools import chain
+from itertools import chain, product
 from math import asin, pi
 
 import numpy as np
@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 from vireport.analysis import BifurcationDiagram, CriticalKind, Sweep, solve
 from vireport.sequences.continuation import Curve, Event, Point, Strand, follow
 from vireport.sequences.equations import Model
+from vireport.sequences.exclusion import FINEST, MOST_CELLS, Cells, Exclusion
 from vireport.sequences.families import Atlas, Family, Mark, Vertex
 from vireport.sequences.motions import SAME, Motion, Sequence
 from vireport.sequences.polish import PolishedPoint, polished
-from vireport.sequences.exclusion import FINEST, MOST_CELLS, Cells, Exclusion
-from vireport.sequences.surface import onto_sweep
+from vireport.sequences.search import four_impacts
+from vireport.sequences.surface import Motions, onto_sweep
 from vireport.sequences.switching import Beginning, Limits, at_rest, neighbours, touching
 
 Floats = NDArray[np.float64]
@@ -30,8 +31,9 @@ Floats = NDArray[np.float64]
 SAMPLES_OF_ONE = 9
 """Values of the coordinate at which motions with one impact are looked for; each is in closed form."""
 
-NEAR = 1 / 256
-"""Side of squares of flight times [t_c] by which motions are near to those of a family: in the same one or beside."""
+NEAR, SQUARES = 1 / 256, 2.0**16
+"""Side of squares of flight times [t_c] by which motions are near to those of a family: in the same one or beside; and
+more than there are of them in a row."""
 
 REACH = 4
 """Sides of a cell over which a motion is looked for from its centre."""
@@ -70,9 +72,11 @@ def _starts(search: _Search) -> Iterator[Motion]:
                     yield Motion(Sequence((1, -1), k), velocity, time, float(search.sweep.coordinate(m)[i]))
         for c in np.linspace(search.low, search.high, SAMPLES_OF_ONE):
             yield from _with_one_impact(search.model, k, float(c))
-        words = ((1, 1, -1), (1, -1, -1))[: 1 if search.model.level.horizontal else 2]  # mirror images of each other
-        for walls in words if search.limits.impacts > 2 else ():
-            yield from search.three_impacts(Sequence(walls, k))
+        for sequence in search.sequences(3, k):
+            yield from search.three_impacts(sequence)
+    for k in range(1, search.limits.periods + 1):
+        for sequence in search.sequences(4, k):
+            yield from search.four_impacts(sequence)
 
 
 def _with_one_impact(model: Model, k: int, coordinate: float) -> Iterator[Motion]:
@@ -120,6 +124,20 @@ class _Search:
             return self.diagram
         return solve(replace(self.sweep, device=replace(self.sweep.device, period_ratio=periods)))
 
+    def sequences(self, count: int, periods: int) -> list[Sequence]:
+        """Those with so many impacts, on both membranes, that none is another or its mirror image counted otherwise."""
+        found = {
+            self.representative(Sequence(walls, periods))
+            for walls in product((1, -1), repeat=count)
+            if abs(sum(walls)) < count <= self.limits.impacts
+        }
+        return sorted(found, key=lambda sequence: sequence.word)
+
+    def representative(self, sequence: Sequence) -> Sequence:
+        """The one of a sequence's rotations and, in a horizontal capsule, mirror images that stands for all."""
+        images = (sequence, sequence.mirrored()) if self.model.level.horizontal else (sequence,)
+        return min((image.canonical() for image in images), key=lambda image: image.word)
+
     def explore(self, motion: Motion) -> None:
         """Follow the family of a motion, and all that it is joined to."""
         motion = self.model.representative(motion)
@@ -160,18 +178,27 @@ class _Search:
             starts, flights = onto_sweep(cells.motions, cells.centre, level, REACH * cells.side)
             inside = (starts.coordinate(level) > self.low) & (starts.coordinate(level) < self.high)
             rows = np.flatnonzero(starts.admissible & inside)
-            while rows.size:
-                yield starts.motion(int(rows[0]), level)
-                rows = rows[1:][~self._near(sequence, flights[:, rows[1:]])]
+            yield from self._unknown(starts[rows], flights[:, rows])
             cells = cells[~self._near(sequence, cells.centre)]
             if cells.side <= FINEST or len(cells) > MOST_CELLS:
                 break
             cells = exclusion.halved(cells)
         self.undecided.append(cells)
 
+    def four_impacts(self, sequence: Sequence) -> Iterator[Motion]:
+        """The same with four impacts, as far as a search over a grid finds them."""
+        yield from self._unknown(*four_impacts(self.model, self.low, self.high, sequence))
+
+    def _unknown(self, motions: Motions, flights: Floats) -> Iterator[Motion]:
+        rows = np.flatnonzero(~self._near(motions.sequence, flights))
+        while rows.size:
+            yield motions.motion(int(rows[0]), self.model.level)
+            rows = rows[1:][~self._near(motions.sequence, flights[:, rows[1:]])]
+
     def _near(self, sequence: Sequence, flights: Floats) -> NDArray[np.bool_]:
-        """Which flight times are near to those of a family's motions."""
-        squares = [_squares(family) for family in self.families if family.sequence == sequence]
+        """Which flight times are near to those of motions of a family, or of their images."""
+        images = (_images(family, sequence, self.model.level.horizontal) for family in self.families)
+        squares = [_squares(image) for image in chain.from_iterable(images)]
         return np.isin(_codes(flights), np.concatenate([np.empty(0), *squares]))
 
     def _same(self, one: Motion, other: Motion) -> bool:
@@ -278,21 +305,26 @@ def _completed(curve: Curve, start: Point, forward: Strand) -> Strand:
     return Strand([*back.points, *forward.points[1:]], events)
 
 
-def _squares(family: Family) -> Floats:
-    """Squares of the plane of flight times that a family passes, and all beside."""
-    flights = np.diff(family.x[:, len(family.sequence) : -1], axis=1).T
+def _images(family: Family, sequence: Sequence, mirror: bool) -> Iterator[Floats]:
+    """All flight times but the last of a family's motions, counted so that they have a sequence; with their mirror."""
+    own, count = family.sequence, len(sequence) // len(family.sequence)
+    whole = Sequence(count * own.walls, count * own.periods)
+    time = family.x[:, len(own) : -1]
+    flights = np.tile(np.diff(time, axis=1, append=time[:, :1] + 2 * own.periods).T, (count, 1))
+    for i in range(len(whole)):
+        if sequence in ((whole.rotated(i), whole.mirrored().rotated(i)) if mirror else (whole.rotated(i),)):
+            yield np.roll(flights, -i, axis=0)[:-1]
+
+
+def _squares(flights: Floats) -> Floats:
+    """Squares of the space of flight times that a line through points passes, and all beside."""
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(flights, axis=1)).max(axis=0))])
     fine = np.append(np.arange(0, way[-1], NEAR / 2), way[-1])
-    return _beside(np.stack([np.interp(fine, way, flight) for flight in flights]))
-
-
-def _beside(flights: Floats) -> Floats:
-    """The squares that flight times lie in, and all beside."""
-    steps = np.array([[i, j] for i in (-NEAR, 0, NEAR) for j in (-NEAR, 0, NEAR)]).T
-    return np.unique(_codes(flights[:, :, None] + steps[:, None, :]))
+    line = np.stack([np.interp(fine, way, flight) for flight in flights])
+    steps = np.array(list(product((-NEAR, 0, NEAR), repeat=len(line)))).T
+    return np.unique(_codes(line[:, :, None] + steps[:, None, :]))
 
 
 def _codes(flights: Floats) -> Floats:
     """A number for the square that flight times lie in."""
-    index = np.floor(flights / NEAR)
-    return np.asarray(index[0] * 2.0**26 + index[1])
+    return np.asarray(np.tensordot(SQUARES ** np.arange(len(flights)), np.floor(flights / NEAR), axes=1))

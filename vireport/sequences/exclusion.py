@@ -6,8 +6,9 @@ out when affine arithmetic shows that none of the solutions above it is a motion
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +55,7 @@ class Cells:
 
     def __len__(self) -> int:
         """Return their number."""
-        return self.corner.shape[1]
+        return len(self.motions.d)
 
     def __getitem__(self, index: Any) -> Cells:
         """Some of them."""
@@ -103,7 +104,7 @@ class Exclusion:
     def cells(self) -> Cells:
         """The cells that are left of all flight times."""
         count = round(2 * self.sequence.periods / COARSEST)
-        corner = COARSEST * np.stack([axis.ravel() for axis in np.indices((count, count))])
+        corner = COARSEST * np.indices((count, count), dtype=float).reshape(2, -1)
         cells = self._left(corner, COARSEST)
         while cells.side > FINE and len(cells) <= MOST_CELLS:
             cells = self.halved(cells)
@@ -125,23 +126,41 @@ class Exclusion:
 
     def _possible(self, corner: Floats, side: float) -> Mask:
         """Which cells may hold solutions of the sweep with velocities of the right signs."""
-        x, level = solution(self.sequence, _boxes(corner, side), self.model.r, AffineOps), self.model.level
-        # Solutions come with a common factor, which `scale` is the square of.
-        scale, value = x.sine * x.sine + x.cosine * x.cosine, float(level.value)
-        coordinate, held = (x.gbar, x.d) if level.held is Held.D else (x.d, x.gbar)
-        if level.held is Held.RATIO:
-            off = x.d - x.gbar * value
-        else:
-            off = held * held - scale * (value * value) if value else held
-        square = coordinate * coordinate
-        possible = (off.lower <= 0) & (off.upper >= 0) & ((square - scale * (self.high * self.high)).lower <= 0)
-        possible &= (square - scale * (max(self.low, 0.0) ** 2)).upper >= 0
-        # The sign of the factor makes d positive, and with it gbar and the velocities towards the walls.
-        positive = [x.d, *(v * float(wall) for v, wall in zip(x.velocity, self.sequence.walls, strict=True))]
-        if not level.horizontal:
-            positive.append(x.gbar)
-        above, below = ([part.lower > 0 for part in positive], [part.upper < 0 for part in positive])
-        return np.asarray(possible & ~(np.any(above, axis=0) & np.any(below, axis=0)))
+        x = solution(self.sequence, _boxes(corner, side), self.model.r, AffineOps)
+        return may_hold(wanted(x, self.sequence, self.model, self.low, self.high), lambda y: (y.lower, y.upper))
+
+
+class Wanted(NamedTuple):
+    """What is zero, not negative, and of one sign, for the solutions that are motions of a sweep."""
+
+    zero: list[Any]
+    inside: list[Any]
+    positive: list[Any]
+
+
+def wanted(x: Solution, sequence: Sequence, model: Model, low: float, high: float) -> Wanted:
+    """The conditions on solutions, in any kind of number; other parameters are those of `Exclusion`."""
+    level, value = model.level, float(model.level.value)
+    # Solutions come with a common factor, which `scale` is the square of.
+    scale = x.sine * x.sine + x.cosine * x.cosine
+    coordinate, held = (x.gbar, x.d) if level.held is Held.D else (x.d, x.gbar)
+    off = held * held - scale * (value * value) if value else held
+    if level.held is Held.RATIO:
+        off = x.d - x.gbar * value
+    square = coordinate * coordinate
+    inside = [square - scale * (max(low, 0.0) ** 2), scale * (high * high) - square]
+    # The sign of the factor makes d positive, and with it gbar and the velocities towards the walls.
+    positive = [x.d, *(v * float(wall) for v, wall in zip(x.velocity, sequence.walls, strict=True))]
+    return Wanted([off] + [x.excess] * (len(sequence) > 3), inside, positive + [x.gbar] * (not level.horizontal))
+
+
+def may_hold(conditions: Wanted, bounds: Callable[[Any], tuple[Floats, Floats]]) -> Mask:
+    """Where bounds of the conditions leave it open that there is a motion."""
+    zero, inside, positive = ([bounds(y) for y in part] for part in conditions)
+    possible = np.all([(lower <= 0) & (upper >= 0) for lower, upper in zero], axis=0)
+    possible &= np.all([upper >= 0 for _, upper in inside], axis=0)
+    above, below = ([lower > 0 for lower, _ in positive], [upper < 0 for _, upper in positive])
+    return np.asarray(possible & ~(np.any(above, axis=0) & np.any(below, axis=0)))
 
 
 def _boxes(corner: Floats, side: float) -> list[Affine]:

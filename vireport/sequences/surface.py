@@ -88,10 +88,13 @@ def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS)
     kernel = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     # The first flight across is towards the top when the word begins at the bottom, and covers -d.
     towards = -next(wall for i, wall in enumerate(walls) if wall != walls[(i + 1) % count])
+    sine, cosine, gbar = kernel
     return Solution(
         [_product(v, kernel) for v in velocities],
         time,
-        *kernel,
+        sine,
+        cosine,
+        gbar,
         _product(across[0], kernel) * float(towards),
         _product(rows[2], kernel) if count == 4 else 0.0,
     )
@@ -133,13 +136,13 @@ class Motions:
 
     def coordinate(self, level: Level) -> Floats:
         """What orders a sweep."""
-        return self.gbar if level.held is Held.D else self.d
+        return np.asarray(self.gbar if level.held is Held.D else self.d)
 
     def off(self, level: Level) -> Floats:
         """How far they are from what a sweep holds."""
         if level.held is Held.RATIO:
-            return self.d / level.value - self.gbar
-        return (self.d if level.held is Held.D else self.gbar) - level.value
+            return np.asarray(self.d / level.value - self.gbar)
+        return np.asarray((self.d if level.held is Held.D else self.gbar) - level.value)
 
     def motion(self, i: int, level: Level) -> Motion:
         """One of them."""
@@ -192,7 +195,7 @@ def motions_above(sequence: Sequence, flights: Floats, r: float) -> Motions:
 
 
 def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float) -> tuple[Motions, Floats]:
-    """The motions of a sweep next to some above flight times, by Newton's method; those that do not settle are left out.
+    """The motions of a sweep next to solutions above flight times, by Newton's method, where it settles.
 
     Parameters
     ----------
@@ -205,19 +208,22 @@ def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float)
         Most that a flight time may change [t_c].
     """
     start, sequence, r = flights, motions.sequence, motions.r
+    steps = STEP * np.eye(len(flights))[:, :, None]
     for _ in range(NEWTON_STEPS):
         value = _conditions(motions, level)
-        ahead = [
-            _conditions(motions_above(sequence, flights + unit[:, None], r), level)
-            for unit in STEP * np.eye(len(flights))
-        ]
-        slope = np.nan_to_num((np.stack(ahead, axis=-1) - value[:, :, None]) / STEP)
-        across = slope.transpose(0, 2, 1)
-        size = np.eye(value.shape[1]) * np.finfo(float).tiny  # where nothing changes with the flight times
-        flights = flights - (across @ np.linalg.solve(slope @ across + size, value[:, :, None]))[:, :, 0].T
-        settled = (np.abs(flights - start).max(axis=0) < farthest) & (flights > 0).all(axis=0)
-        settled &= flights.sum(axis=0) < 2 * sequence.periods
-        start, flights = start[:, settled], flights[:, settled]
+        with np.errstate(all="ignore"):
+            ahead = [_conditions(motions_above(sequence, flights + step, r), level) for step in steps]
+            slope = (np.stack(ahead, axis=-1) - value[:, :, None]) / STEP
+            square = slope @ slope.transpose(0, 2, 1)
+            size = np.linalg.det(square)
+        regular = np.isfinite(size) & (size > np.finfo(float).tiny)
+        value, slope, square, start, flights = (
+            value[regular], slope[regular], square[regular], start[:, regular], flights[:, regular],
+        )  # fmt: skip
+        flights = flights - np.einsum("nji,nj->in", slope, np.linalg.solve(square, value[:, :, None])[:, :, 0])
+        near = (np.abs(flights - start).max(axis=0) < farthest) & (flights > 0).all(axis=0)
+        near &= flights.sum(axis=0) < 2 * sequence.periods
+        start, flights = start[:, near], flights[:, near]
         motions = motions_above(sequence, flights, r)
     settled = np.abs(_conditions(motions, level)).max(axis=1) < SETTLED
     return motions[settled], flights[:, settled]
