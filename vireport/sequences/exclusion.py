@@ -6,7 +6,6 @@ out when affine arithmetic shows that none of the solutions above it is a motion
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -127,7 +126,8 @@ class Exclusion:
     def _possible(self, corner: Floats, side: float) -> Mask:
         """Which cells may hold solutions of the sweep with velocities of the right signs."""
         x = solution(self.sequence, _boxes(corner, side), self.model.r, AffineOps)
-        return may_hold(wanted(x, self.sequence, self.model, self.low, self.high), lambda y: (y.lower, y.upper))
+        conditions = wanted(x, self.sequence, self.model, self.low, self.high)
+        return may_hold(Wanted(*([(y.lower, y.upper) for y in part] for part in conditions)))
 
 
 class Wanted(NamedTuple):
@@ -154,12 +154,11 @@ def wanted(x: Solution, sequence: Sequence, model: Model, low: float, high: floa
     return Wanted([off] + [x.excess] * (len(sequence) > 3), inside, positive + [x.gbar] * (not level.horizontal))
 
 
-def may_hold(conditions: Wanted, bounds: Callable[[Any], tuple[Floats, Floats]]) -> Mask:
-    """Where bounds of the conditions leave it open that there is a motion."""
-    zero, inside, positive = ([bounds(y) for y in part] for part in conditions)
-    possible = np.all([(lower <= 0) & (upper >= 0) for lower, upper in zero], axis=0)
-    possible &= np.all([upper >= 0 for _, upper in inside], axis=0)
-    above, below = ([lower > 0 for lower, _ in positive], [upper < 0 for _, upper in positive])
+def may_hold(bounds: Wanted) -> Mask:
+    """Where lower and upper bounds of the conditions leave it open that there is a motion."""
+    possible = np.all([(lower <= 0) & (upper >= 0) for lower, upper in bounds.zero], axis=0)
+    possible &= np.all([upper >= 0 for _, upper in bounds.inside], axis=0)
+    above, below = ([lower > 0 for lower, _ in bounds.positive], [upper < 0 for _, upper in bounds.positive])
     return np.asarray(possible & ~(np.any(above, axis=0) & np.any(below, axis=0)))
 
 

@@ -6,13 +6,11 @@ curve, which passes cells in whose corners the signs of both differ.
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.sequences.equations import Model
-from vireport.sequences.exclusion import may_hold, wanted
+from vireport.sequences.exclusion import Wanted, may_hold, wanted
 from vireport.sequences.motions import Sequence
 from vireport.sequences.surface import Motions, motions_above, onto_sweep, solution
 
@@ -44,21 +42,30 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     """
     side = side_of(sequence)
     count = round(2 * sequence.periods / side)
-    index = np.indices((count + 1,) * 3).reshape(3, -1)
-    index = index[:, index.sum(axis=0) <= count + 2]
-    place = np.zeros((count + 2,) * 3, dtype=np.int32)
-    place[tuple(index)] = np.arange(index.shape[1])
-    conditions = wanted(solution(sequence, list(index * side), model.r), sequence, model, low, high)
-    lower = index[:, (index.sum(axis=0) < count) & (index < count).all(axis=0)]
-    corners = np.stack([place[tuple(lower + np.array(corner)[:, None])] for corner in product((0, 1), repeat=3)])
-
-    def bounds(values: Floats) -> tuple[Floats, Floats]:
-        at = values[corners]
-        least, largest = at.min(axis=0), at.max(axis=0)
-        return least - SLACK * (largest - least), largest + SLACK * (largest - least)
-
-    centre = np.asarray((lower[:, may_hold(conditions, bounds)] + 0.5) * side)
+    found, before = [], None
+    for i in range(count + 1):  # plane by plane, so that numbers stay in the processor's cache
+        grid = side * np.arange(count - i + 2.0)
+        x = solution(sequence, [np.full((1, 1), i * side), grid[:, None], grid[None, :]], model.r)
+        conditions = wanted(x, sequence, model, low, high)
+        values = np.stack(np.broadcast_arrays(*conditions.zero, *conditions.inside, *conditions.positive))
+        ends = _of_four(np.minimum, values), _of_four(np.maximum, values)
+        if before is not None:
+            cut = np.s_[:, : ends[0].shape[1], : ends[0].shape[2]]
+            least, largest = np.minimum(before[0][cut], ends[0]), np.maximum(before[1][cut], ends[1])
+            slack = SLACK * (largest - least)
+            bounds = iter(zip(least - slack, largest + slack, strict=True))
+            rows, columns = np.nonzero(may_hold(Wanted(*([next(bounds) for _ in part] for part in conditions))))
+            found.append(np.stack([np.full(len(rows), i - 1), rows, columns]))
+        before = ends
+    index = np.concatenate(found, axis=1)
+    centre = np.asarray((index[:, index.sum(axis=0) < count] + 0.5) * side)
     motions, flights = onto_sweep(motions_above(sequence, centre, model.r), centre, model.level, 2 * side)
     coordinate = motions.coordinate(model.level)
     inside = (coordinate > low) & (coordinate < high) & motions.admissible
     return motions[inside], flights[:, inside]
+
+
+def _of_four(choose: np.ufunc, values: Floats) -> Floats:
+    """The least or the largest of the values in the corners of each square of a plane."""
+    rows = choose(values[:, :-1], values[:, 1:])
+    return np.asarray(choose(rows[:, :, :-1], rows[:, :, 1:]))

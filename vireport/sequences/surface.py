@@ -231,5 +231,6 @@ def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float)
 
 def _conditions(motions: Motions, level: Level) -> Floats:
     """What is zero for motions of a sweep (n, conditions)."""
-    values = [motions.off(level), motions.excess] if len(motions.sequence) > 3 else [motions.off(level)]
+    with np.errstate(invalid="ignore"):
+        values = [motions.off(level), motions.excess] if len(motions.sequence) > 3 else [motions.off(level)]
     return np.stack(values, axis=-1)
