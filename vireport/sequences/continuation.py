@@ -34,11 +34,10 @@ GROWTH = 1.7
 STEEPEST = 0.35
 """Most that a step may change arctan(tr/(1 + det)) [rad]; from one border of stability to the other it is pi/2."""
 
-PER_MARGIN, CLOSE = 0.5, 1e-4
-"""Step over the least velocity or gap, and the step that need not be shorter for that: to go to zero and come back
-within a step, one would have to change by four times the arclength, and velocities cannot by more than once."""
+CLOSE = 1e-4
+"""Step that need not be shorter because a velocity or gap is small."""
 
-STRAIGHTEST = 0.97
+STRAIGHTEST = 0.995
 """Least cosine of the angle between the directions at both ends of a step."""
 
 MOST_POINTS = 4000
@@ -46,6 +45,9 @@ MOST_POINTS = 4000
 
 CONVERGED, ROUNDING = 1e-12, 1e-10
 """Newton correction at which a motion is found, and the one up to which rounding may keep it."""
+
+SQUARED = 1e-8
+"""Newton correction at which a motion is found where the next one would be about its square."""
 
 CORRECTIONS = 8
 
@@ -144,7 +146,7 @@ class Curve:
                 return None
             step[-1] *= scale
             x += step
-            if size < CONVERGED:
+            if size < (CONVERGED if crossing else SQUARED):
                 return x
         return x if size < ROUNDING else None
 
@@ -230,7 +232,7 @@ def follow(curve: Curve, start: Point) -> Strand:
     """Follow a curve from a motion, in the direction of its tangent, until something ends the family."""
     strand, step = Strand([start], []), FIRST_STEP
     while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
-        step = min(step, max(PER_MARGIN * strand.points[-1].margin, CLOSE))
+        step = min(step, max(max(strand.points[-1].margin, 0.0) ** 0.5 / 2, CLOSE))
         try:
             if _advance(curve, strand, step):
                 return strand
@@ -270,13 +272,18 @@ def _advance(curve: Curve, strand: Strand, step: float) -> bool:
 def _short(curve: Curve, point: Point, new: Point, step: float) -> bool:
     """Whether a step was short enough for nothing to be missed in it.
 
+    To go to zero and come back, a velocity or gap needs a rate that changes; rates change with the direction of the
+    curve and along it, at most by about eight times as much, and what is missed is an eighth of the step times that.
+
     Where a velocity goes through zero the trace has a pole; it must be near it, or the last step short, before that.
     """
     if (curve.motion(new.x).velocity * curve.sequence.walls <= 0).any():
         gentle = step < LAST_STEP or near_pole(curve, point)
     else:
         gentle = abs(atan(new.trace / curve.borders[0]) - atan(point.trace / curve.borders[0])) < STEEPEST
-    return gentle and float(new.tangent @ point.tangent) > STRAIGHTEST
+    hidden = step * (float(np.linalg.norm(new.tangent - point.tangent)) + step)
+    seen = step <= CLOSE or new.margin <= 0 or min(point.margin, new.margin) > hidden
+    return gentle and seen and float(new.tangent @ point.tangent) > STRAIGHTEST
 
 
 def _closes(curve: Curve, strand: Strand, new: Point) -> bool:

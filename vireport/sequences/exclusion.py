@@ -21,7 +21,7 @@ from vireport.sequences.surface import Motions, Solution, motions_above, solutio
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-COARSEST, FINE, FINEST = 1 / 8, 1 / 512, 1 / 4096
+COARSEST, FINE, FINEST = 1 / 8, 1 / 512, 1 / 2048
 """Sides of the first cells [t_c], larger than which are hardly ever left out, of those that are looked for motions, and
 of the last ones, to which only those are halved that are not near to motions known."""
 

@@ -16,11 +16,11 @@ from vireport.sequences.surface import Motions, motions_above, onto_sweep, solut
 
 Floats = NDArray[np.float64]
 
-FINEST, MOST_POINTS = 1 / 12, 600_000
+FINEST, MOST_POINTS = 1 / 12, 300_000
 """Side of the cells [t_c], and the number of corners from which they are larger."""
 
-SLACK = 0.25
-"""Of the range of a function in the corners of a cell: how far beyond it may go inside, by its curvature."""
+SLACK = 0.5
+"""Of the range of a function in the corners of a cell: how far beyond it the function may go inside."""
 
 
 def side_of(sequence: Sequence) -> float:
