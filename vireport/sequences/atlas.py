@@ -15,14 +15,14 @@ from math import asin, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import BifurcationDiagram, CriticalKind, Sweep, solve
+from vireport.analysis import BifurcationDiagram, CriticalKind, Held, Sweep, solve
 from vireport.sequences.continuation import Curve, Event, Point, Strand, follow
 from vireport.sequences.equations import Model
 from vireport.sequences.exclusion import FINEST, MOST_CELLS, Cells, Exclusion
-from vireport.sequences.families import Atlas, Family, Mark, Vertex
+from vireport.sequences.families import Atlas, Claim, Completeness, Family, Mark, Vertex
 from vireport.sequences.motions import SAME, Motion, Sequence
 from vireport.sequences.polish import PolishedPoint, polished
-from vireport.sequences.search import four_impacts
+from vireport.sequences.search import four_impacts, side_of
 from vireport.sequences.surface import Motions, onto_sweep
 from vireport.sequences.switching import Beginning, Limits, at_rest, neighbours, touching
 
@@ -255,7 +255,20 @@ class _Search:
             for (meeting, point), label in zip(points, labels, strict=True)
         }
         marked = (self._marked(family, numbers[family.number], vertices) for family in order)
-        return Atlas(self.sweep, self.limits, tuple(marked), tuple(vertices.values()))
+        return Atlas(self.sweep, self.limits, tuple(marked), tuple(vertices.values()), tuple(self._completeness()))
+
+    def _completeness(self) -> Iterator[Completeness]:
+        """What is claimed of the words that are looked for."""
+        if not self.model.level.horizontal:
+            yield Completeness("B", Claim.COMPLETE if self.model.level.held is Held.GBAR else Claim.SEARCHED)
+        if self.limits.impacts > 1:
+            yield Completeness("BT", Claim.COMPLETE)
+        for sequence in self.sequences(3, self.limits.periods):
+            cells = [cells for cells in self.undecided if cells.motions.sequence.word == sequence.word]
+            resolution = NEAR + max(part.side for part in cells) / 2
+            yield Completeness(sequence.word, Claim.COMPLETE, resolution, max(part.share for part in cells))
+        for sequence in self.sequences(4, self.limits.periods):
+            yield Completeness(sequence.word, Claim.SEARCHED, side_of(sequence) / 2)
 
     def _labels(self, points: list[tuple[_Meeting, PolishedPoint]]) -> Iterator[str]:
         """Labels of vertices along the sweep: critical points of the 1:1 motions keep those that they have."""

@@ -13,6 +13,7 @@ from itertools import chain, combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.errors import UsageError
 from vireport.sequences.continuation import AT_ZERO, Curve, Event, Point, near_pole
 from vireport.sequences.motions import Motion, Sequence
 
@@ -21,6 +22,9 @@ Floats = NDArray[np.float64]
 STEPS_OFF = 1e-3, 1e-4, 1e-5
 """From the point, by arclength, the first that leads to a motion: far enough for families to differ, and near enough
 for nothing to happen before."""
+
+MOST = 16
+"""Impacts and periods of a motion: there are 4116 words of sixteen impacts, and about twice as many of one more."""
 
 BESIDE = 1e-3
 """Time [t_c] from an impact without velocity within which a turning point is the same touch: its distance grows with
@@ -33,6 +37,21 @@ class Limits:
 
     impacts: int
     periods: int
+
+    def __post_init__(self) -> None:
+        """Refuse limits beyond reason.
+
+        Raises
+        ------
+        UsageError
+            If a motion might have more impacts than that, or take more periods.
+        """
+        for most, what in ((self.impacts, "impacts"), (self.periods, "forcing periods")):
+            if not 1 <= most <= MOST:
+                raise UsageError(
+                    f"motions of up to {most} {what} are too many to follow (allowed: 1 to {MOST}): the words of "
+                    "N impacts double with each impact, 4116 of sixteen"
+                )
 
     def admit(self, sequence: Sequence) -> bool:
         """Whether motions with these impacts are within the limits."""
