@@ -158,7 +158,7 @@ def may_hold(bounds: Wanted) -> Mask:
     """Where lower and upper bounds of the conditions leave it open that there is a motion."""
     possible = np.all([(lower <= 0) & (upper >= 0) for lower, upper in bounds.zero], axis=0)
     possible &= np.all([upper >= 0 for _, upper in bounds.inside], axis=0)
-    above, below = ([lower > 0 for lower, _ in bounds.positive], [upper < 0 for _, upper in bounds.positive])
+    above, below = zip(*((lower > 0, upper < 0) for lower, upper in bounds.positive), strict=True)
     return np.asarray(possible & ~(np.any(above, axis=0) & np.any(below, axis=0)))
 
 
