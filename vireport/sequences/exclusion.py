@@ -118,8 +118,8 @@ class Exclusion:
         last, walls, shortest = 2 * self.sequence.periods - corner.sum(axis=0), self.sequence.walls, self.shortest
         longest = zip((*(corner + side), last), walls, (*walls[1:], walls[0]), strict=True)
         corner = corner[:, np.all([time > (shortest if wall != other else 0) for time, wall, other in longest], axis=0)]
-        parts = (corner[:, i : i + BLOCK] for i in range(0, corner.shape[1], BLOCK))
-        corner = np.concatenate([part[:, self._possible(part, side)] for part in parts], axis=1)
+        parts = [corner[:, i : i + BLOCK] for i in range(0, corner.shape[1], BLOCK)]
+        corner = np.concatenate([corner[:, :0], *(part[:, self._possible(part, side)] for part in parts)], axis=1)
         cells = Cells(motions_above(self.sequence, corner + side / 2, self.model.r), corner, side)
         return cells[~_beyond_walls(cells)] if side <= FINE else cells
 
