@@ -26,7 +26,7 @@ from vireport.sequences import (
     trace,
     turns,
 )
-from vireport.sequences.surface import three_impacts
+from vireport.sequences.exclusion import Exclusion
 from vireport.simulation import Impact, find_attractor, simulate
 from vireport.study.study import sweep_of
 
@@ -125,13 +125,13 @@ def test_a_motion_is_the_same_from_whichever_impact_it_is_counted():
     assert motion.primitive() is motion
 
 
-def test_the_search_for_three_impacts_comes_close_to_a_simulated_motion():
+def test_no_cell_with_a_motion_is_left_out():
     motion, (d, gbar, r) = simulated("BBT"), SIMULATED["BBT"]
-    model = Model(Level(Held.GBAR, gbar), r)
-    starts = three_impacts(model, motion.sequence, 0.95 * d, 1.05 * d)
-    nearest = min(starts, key=motion.apart)
-    assert motion.apart(nearest) < 0.1
-    assert nearest.coordinate == pytest.approx(d, rel=0.1)
+    for level, coordinate in ((Level(Held.GBAR, gbar), d), (Level(Held.RATIO, d / gbar), d), (Level(Held.D, d), gbar)):
+        cells = Exclusion(Model(level, r), 0.95 * coordinate, 1.05 * coordinate, motion.sequence).cells()
+        flights = np.diff(motion.time)[:, None]
+        assert ((cells.corner <= flights) & (flights <= cells.corner + cells.side)).all(axis=0).any()
+        assert 0 < cells.share < 1e-3
 
 
 def printed_maps(sequence: Sequence, x: list[Any], d: Any, gbar: Any, r: Any) -> list[Any]:

@@ -18,17 +18,16 @@ from vireport import analyse, load, loads, recheck
 from vireport.analysis import design_point
 from vireport.cli.app import main
 from vireport.errors import UsageError
-from vireport.physics import Device
+from vireport.physics import Affine, AffineOps, Device
 from vireport.scenario import DesignInput, Parameter
 from vireport.simulation import BOTTOM, PHASE, VELOCITY, check_model, follow
 from vireport.study import device_of
 from vireport.tolerances import Leaf, Region, prove_again, prove_region, region_of, stable_motions
-from vireport.tolerances.affine import SYMBOLS, Affine, AffineOps
-from vireport.tolerances.devices import devices_off
+from vireport.tolerances.devices import SYMBOLS, devices_off
 
 PAPER = ("horizontal", "inclined", "inclined-forcing", "design-point")
 BINARY = (operator.add, operator.sub, operator.mul, operator.truediv)
-UNARY = ("sin", "cos", "square", "inverse")
+UNARY = ("sin", "cos", "sinc", "square", "inverse")
 
 
 def random_numbers(rng: np.random.Generator, count: int) -> Affine:
@@ -57,8 +56,9 @@ def escapes(seed: int, count: int = 20) -> int:
                 x, exact = operation(x, b), [operation(p, q) for p, q in zip(exact, other, strict=True)]
             else:
                 name = UNARY[rng.integers(len(UNARY))]
-                image = {"sin": ops.sin, "cos": ops.cos, "square": lambda y: y**2, "inverse": lambda y: 1 / y}[name](x)
-                true = {"sin": mp.sin, "cos": mp.cos, "square": lambda y: y * y, "inverse": lambda y: 1 / y}[name]
+                image = {"square": x**2, "inverse": 1 / x}.get(name) or getattr(ops, name)(x)
+                true = {"sinc": mp.sincpi, "square": lambda y: y * y, "inverse": lambda y: 1 / y}.get(name)
+                true = true or getattr(mp, name)
                 x, exact = image, [true(p) for p in exact]
             for i in np.flatnonzero(np.isfinite(x.radius)):
                 linear = Affine(x.centre[[i]], x.linear[:, [i]], np.zeros(1))

@@ -1,6 +1,7 @@
 """What analysis and simulation share: the device and its units, flight and impact law, membranes, kinds of numbers."""
 
 from vireport.physics import flight
+from vireport.physics.affine import AFFINE_ROUNDING, Affine, AffineOps, between
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
 from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device, Shaker
 from vireport.physics.energy import (
@@ -30,6 +31,7 @@ from vireport.physics.numbers import (
 )
 
 __all__ = [
+    "AFFINE_ROUNDING",
     "ARRAYS",
     "COMPLEX",
     "DIGITS",
@@ -41,6 +43,8 @@ __all__ = [
     "NO_GRAVITY",
     "SMALLEST_RESTITUTION",
     "UNIT",
+    "Affine",
+    "AffineOps",
     "Conversion",
     "DecimalOps",
     "Device",
@@ -51,6 +55,7 @@ __all__ = [
     "RoundedOps",
     "Shaker",
     "Voltages",
+    "between",
     "contact_cosine",
     "contacts",
     "conversion",

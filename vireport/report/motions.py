@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vireport.sequences import Atlas, Family, Mark, generation
+from vireport.sequences import Atlas, Event, Family, Mark, generation
 from vireport.study import Study
 from vireport.text import Table, numbers, significant, texts
 
@@ -27,11 +27,13 @@ def _row(family: Family) -> tuple[str, ...]:
 
     stable = ", ".join(span(*part) for part in family.stable_ranges) or "nowhere"
     whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()))
-    sequence, ends = family.sequence, map(_end, family.ends)
+    sequence, ends = family.sequence, (_end(family, mark) for mark in family.ends)
     return (sequence.word, sequence.ratio, str(sequence.periods), whole, stable, *ends)
 
 
-def _end(mark: Mark) -> str:
+def _end(family: Family, mark: Mark) -> str:
+    if mark.event is Event.LOST:
+        return f"not followed beyond {significant(float(family.sweep_value[mark.row]), 6)}"
     return mark.vertex.label if mark.vertex is not None else mark.event.replace("_", " ")
 
 

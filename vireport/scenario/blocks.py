@@ -42,15 +42,20 @@ REQUIRED: Any = ...
 """Stands for the default of a key that has none."""
 
 
-def _key(default: Any, title: str, unit: str, meaning: str, *, example: Any = None, **rules: Any) -> Any:
-    """Declare a key; the unit is "" where there is none and "1" for a pure number, the example that of its default."""
+def _key(
+    default: Any, title: str, unit: str, meaning: str, *, example: Any = None, beyond: str = "", **rules: Any
+) -> Any:
+    """Declare a key; the unit is "" where there is none and "1" for a pure number, the example that of its default.
+
+    What is beyond its range is refused with the reason `beyond`.
+    """
     example = default if example is None and default is not REQUIRED else example
     return Field(
         default,
         title=title,
         description=meaning,
         examples=None if example is None else [example],
-        json_schema_extra={"unit": unit} if unit else None,
+        json_schema_extra={name: text for name, text in (("unit", unit), ("beyond", beyond)) if text} or None,
         **rules,
     )
 
@@ -334,11 +339,14 @@ MotionName = Annotated[
 ]
 
 
+_TOO_MANY = "sequences double with each impact, to 4116 of sixteen"
+
+
 class Motions(Block):
     """The families of motions with other sequences of impacts than one on each membrane."""
 
-    impacts: int = _key(6, "Impacts", "1", "Most impacts in one period of a motion.", ge=1, le=16)
-    periods: int = _key(4, "Periods", "1", "Most forcing periods that a motion takes.", ge=1, le=16)
+    impacts: int = _key(6, "Impacts", "1", "Most impacts in one period of a motion.", ge=1, le=16, beyond=_TOO_MANY)
+    periods: int = _key(4, "Periods", "1", "Most forcing periods that a motion takes.", ge=1, le=16, beyond=_TOO_MANY)
     portraits: tuple[MotionName, ...] = _key(
         (),
         "Portraits of motions",

@@ -3,19 +3,22 @@
 from vireport.sequences.atlas import atlas
 from vireport.sequences.chart import Chart, FollowedLocus, Meeting, chart
 from vireport.sequences.continuation import Curve, Event
-from vireport.sequences.data import families_data, families_of, family_rows, motion_data
+from vireport.sequences.data import families_data, families_of, family_rows, motion_data, motions_data
 from vireport.sequences.energy import Generation, Rung, generation, ladder
 from vireport.sequences.equations import Model, linearised, residuals, trace
-from vireport.sequences.families import Atlas, Family, Mark, Vertex
+from vireport.sequences.families import Atlas, Claim, Completeness, Family, Mark, Vertex
 from vireport.sequences.loci import Condition, Plane
 from vireport.sequences.motions import Motion, Sequence, motion_of_cycle, turns
 from vireport.sequences.polish import PolishedPoint
 from vireport.sequences.portraits import portrait_of
+from vireport.sequences.surface import Motions, motions_above
 from vireport.sequences.switching import Limits
 
 __all__ = [
     "Atlas",
     "Chart",
+    "Claim",
+    "Completeness",
     "Condition",
     "Curve",
     "Event",
@@ -27,6 +30,7 @@ __all__ = [
     "Meeting",
     "Model",
     "Motion",
+    "Motions",
     "Plane",
     "PolishedPoint",
     "Rung",
@@ -42,6 +46,8 @@ __all__ = [
     "linearised",
     "motion_data",
     "motion_of_cycle",
+    "motions_above",
+    "motions_data",
     "portrait_of",
     "residuals",
     "trace",

@@ -9,24 +9,34 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import chain, product
 from math import asin, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import BifurcationDiagram, CriticalKind, Sweep, solve
+from vireport.analysis import BifurcationDiagram, CriticalKind, Held, Sweep, solve
 from vireport.sequences.continuation import Curve, Event, Strand, completed, follow
 from vireport.sequences.equations import Model
-from vireport.sequences.families import Atlas, Family, Mark, Vertex
+from vireport.sequences.exclusion import FINEST, MOST_CELLS, Cells, Exclusion
+from vireport.sequences.families import Atlas, Claim, Completeness, Family, Mark, Vertex
 from vireport.sequences.motions import SAME, Motion, Sequence
 from vireport.sequences.polish import PolishedPoint, polished
-from vireport.sequences.surface import CELL, three_impacts
+from vireport.sequences.search import four_impacts, side_of
+from vireport.sequences.surface import Motions, onto_sweep
 from vireport.sequences.switching import Beginning, Limits, at_rest, neighbours, touching
 
 Floats = NDArray[np.float64]
 
 SAMPLES_OF_ONE = 9
 """Values of the coordinate at which motions with one impact are looked for; each is in closed form."""
+
+NEAR, SQUARES = 1 / 256, 2.0**16
+"""Side of squares of flight times [t_c] by which motions are near to those of a family: in the same one or beside; and
+more than there are of them in a row."""
+
+REACH = 4
+"""Sides of a cell over which a motion is looked for from its centre."""
 
 MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Event.ZERO_VELOCITY
 """Events that are vertices."""
@@ -45,7 +55,7 @@ def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atl
     """
     low, high = (float(end) for end in sweep.coordinate_range)
     search = _Search(solve(sweep), Model(sweep.level, float(sweep.device.restitution)), low, high, limits)
-    for motion in (*_starts(search), *simulated):
+    for motion in chain(_starts(search), simulated):
         search.explore(motion)
     return search.atlas()
 
@@ -62,10 +72,11 @@ def _starts(search: _Search) -> Iterator[Motion]:
                     yield Motion(Sequence((1, -1), k), velocity, time, float(search.sweep.coordinate(m)[i]))
         for c in np.linspace(search.low, search.high, SAMPLES_OF_ONE):
             yield from _with_one_impact(search.model, k, float(c))
-        words = ((1, 1, -1), (1, -1, -1))[: 1 if search.model.level.horizontal else 2]  # mirror images of each other
-        for walls in words if search.limits.impacts > 2 else ():
-            found = three_impacts(search.model, Sequence(walls, k), search.low, search.high)
-            yield from (motion for motion in found if not search.near(motion))
+        for sequence in search.sequences(3, k):
+            yield from search.three_impacts(sequence)
+    for k in range(1, search.limits.periods + 1):
+        for sequence in search.sequences(4, k):
+            yield from search.four_impacts(sequence)
 
 
 def _with_one_impact(model: Model, k: int, coordinate: float) -> Iterator[Motion]:
@@ -100,6 +111,7 @@ class _Search:
     meetings: list[_Meeting] = field(default_factory=list)
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
     queue: deque[Beginning] = field(default_factory=deque)
+    undecided: list[Cells] = field(default_factory=list)
 
     @property
     def sweep(self) -> Sweep:
@@ -111,6 +123,20 @@ class _Search:
         if periods == self.sweep.device.period_ratio:
             return self.diagram
         return solve(replace(self.sweep, device=replace(self.sweep.device, period_ratio=periods)))
+
+    def sequences(self, count: int, periods: int) -> list[Sequence]:
+        """Those with so many impacts, on both membranes, that none is another or its mirror image counted otherwise."""
+        found = {
+            self.representative(Sequence(walls, periods))
+            for walls in product((1, -1), repeat=count)
+            if abs(sum(walls)) < count <= self.limits.impacts
+        }
+        return sorted(found, key=lambda sequence: sequence.word)
+
+    def representative(self, sequence: Sequence) -> Sequence:
+        """The one of a sequence's rotations and, in a horizontal capsule, mirror images that stands for all."""
+        images = (sequence, sequence.mirrored()) if self.model.level.horizontal else (sequence,)
+        return min((image.canonical() for image in images), key=lambda image: image.word)
 
     def explore(self, motion: Motion) -> None:
         """Follow the family of a motion, and all that it is joined to."""
@@ -143,11 +169,37 @@ class _Search:
         known = (one for family in self._alike(motion) for one in family.at(float(x[-1])))
         return not any(self._same(motion, one) for one in known)
 
-    def near(self, motion: Motion) -> bool:
-        """Whether a motion is within a cell of the search for three impacts of a motion that is known."""
-        vector = self._curve(motion.sequence).vector(motion)
-        known = (family.x for family in self.families if family.sequence == motion.sequence)
-        return any(bool((np.abs(x - vector)[:, :-1].max(axis=1) < CELL).any()) for x in known)
+    def three_impacts(self, sequence: Sequence) -> Iterator[Motion]:
+        """Motions that lie on no family known; each must be explored before the next is asked for."""
+        exclusion = Exclusion(self.model, self.low, self.high, sequence)
+        cells, level = exclusion.cells(), self.model.level
+        while len(cells):
+            cells = cells[~self._near(sequence, cells.centre)]
+            starts, flights = onto_sweep(cells.motions, cells.centre, level, REACH * cells.side)
+            inside = (starts.coordinate(level) > self.low) & (starts.coordinate(level) < self.high)
+            rows = np.flatnonzero(starts.admissible & inside)
+            yield from self._unknown(starts[rows], flights[:, rows])
+            cells = cells[~self._near(sequence, cells.centre)]
+            if cells.side <= FINEST or len(cells) > MOST_CELLS:
+                break
+            cells = exclusion.halved(cells)
+        self.undecided.append(cells)
+
+    def four_impacts(self, sequence: Sequence) -> Iterator[Motion]:
+        """The same with four impacts, as far as a search over a grid finds them."""
+        yield from self._unknown(*four_impacts(self.model, self.low, self.high, sequence))
+
+    def _unknown(self, motions: Motions, flights: Floats) -> Iterator[Motion]:
+        rows = np.flatnonzero(~self._near(motions.sequence, flights))
+        while rows.size:
+            yield motions.motion(int(rows[0]), self.model.level)
+            rows = rows[1:][~self._near(motions.sequence, flights[:, rows[1:]])]
+
+    def _near(self, sequence: Sequence, flights: Floats) -> NDArray[np.bool_]:
+        """Which flight times are near to those of motions of a family, or of their images."""
+        images = (_images(family, sequence, self.model.level.horizontal) for family in self.families)
+        squares = [_squares(image) for image in chain.from_iterable(images)]
+        return np.isin(_codes(flights), np.concatenate([np.empty(0), *squares]))
 
     def _same(self, one: Motion, other: Motion) -> bool:
         return one.distance(other, mirror=self.model.level.horizontal) < SAME
@@ -203,7 +255,20 @@ class _Search:
             for (meeting, point), label in zip(points, labels, strict=True)
         }
         marked = (self._marked(family, numbers[family.number], vertices) for family in order)
-        return Atlas(self.sweep, self.limits, tuple(marked), tuple(vertices.values()))
+        return Atlas(self.sweep, self.limits, tuple(marked), tuple(vertices.values()), tuple(self._completeness()))
+
+    def _completeness(self) -> Iterator[Completeness]:
+        """What is claimed of the words that are looked for."""
+        if not self.model.level.horizontal:
+            yield Completeness("B", Claim.COMPLETE if self.model.level.held is Held.GBAR else Claim.SEARCHED)
+        if self.limits.impacts > 1:
+            yield Completeness("BT", Claim.COMPLETE)
+        for sequence in self.sequences(3, self.limits.periods):
+            cells = [cells for cells in self.undecided if cells.motions.sequence.word == sequence.word]
+            resolution = NEAR + max(part.side for part in cells) / 2
+            yield Completeness(sequence.word, Claim.COMPLETE, resolution, max(part.share for part in cells))
+        for sequence in self.sequences(4, self.limits.periods):
+            yield Completeness(sequence.word, Claim.SEARCHED, side_of(sequence) / 2)
 
     def _labels(self, points: list[tuple[_Meeting, PolishedPoint]]) -> Iterator[str]:
         """Labels of vertices along the sweep: critical points of the 1:1 motions keep those that they have."""
@@ -241,3 +306,28 @@ class _Search:
                 family.sweep_value[row] = point.sweep_value
             marks.append(Mark(row, event, vertex, point))
         return replace(family, number=number, marks=tuple(marks))
+
+
+def _images(family: Family, sequence: Sequence, mirror: bool) -> Iterator[Floats]:
+    """All flight times but the last of a family's motions, counted so that they have a sequence; with their mirror."""
+    own, count = family.sequence, len(sequence) // len(family.sequence)
+    whole = Sequence(count * own.walls, count * own.periods)
+    time = family.x[:, len(own) : -1]
+    flights = np.tile(np.diff(time, axis=1, append=time[:, :1] + 2 * own.periods).T, (count, 1))
+    for i in range(len(whole)):
+        if sequence in ((whole.rotated(i), whole.mirrored().rotated(i)) if mirror else (whole.rotated(i),)):
+            yield np.roll(flights, -i, axis=0)[:-1]
+
+
+def _squares(flights: Floats) -> Floats:
+    """Squares of the space of flight times that a line through points passes, and all beside."""
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(flights, axis=1)).max(axis=0))])
+    fine = np.append(np.arange(0, way[-1], NEAR / 2), way[-1])
+    line = np.stack([np.interp(fine, way, flight) for flight in flights])
+    steps = np.array(list(product((-NEAR, 0, NEAR), repeat=len(line)))).T
+    return np.unique(_codes(line[:, :, None] + steps[:, None, :]))
+
+
+def _codes(flights: Floats) -> Floats:
+    """A number for the square that flight times lie in."""
+    return np.asarray(np.tensordot(SQUARES ** np.arange(len(flights)), np.floor(flights / NEAR), axes=1))

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from math import atan, nan, pi
+from math import atan, nan, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,10 +36,9 @@ STEEPEST = 0.35
 """Most that a step may change arctan(tr/(1 + det)) [rad]; from one border of stability to the other it is pi/2."""
 
 PER_MARGIN, CLOSE = 0.5, 1e-4
-"""Step over the least velocity or gap, and the step that need not be shorter for that: to go to zero and come back
-within a step, one would have to change by four times the arclength, and velocities cannot by more than once."""
+"""Step over the least velocity or gap, and the step that need not be shorter because one is small."""
 
-STRAIGHTEST = 0.97
+STRAIGHTEST = 0.995
 """Least cosine of the angle between the directions at both ends of a step."""
 
 MOST_POINTS = 4000
@@ -47,6 +46,9 @@ MOST_POINTS = 4000
 
 CONVERGED, ROUNDING = 1e-12, 1e-10
 """Newton correction at which a motion is found, and the one up to which rounding may keep it."""
+
+SQUARED = 1e-8
+"""Newton correction at which a motion is found where the next one would be about its square."""
 
 CORRECTIONS = 8
 
@@ -137,6 +139,10 @@ class Path(ABC):
     def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the path. Raises as `located`."""
 
+    def reach(self, margin: float) -> float:
+        """Longest step from a point with a least velocity or gap."""
+        return max(PER_MARGIN * margin, CLOSE)
+
     def leaves(self, x: Floats, first: Point) -> bool:
         """Whether nothing happens between a point from which the path begins and a motion next to it."""
         return True
@@ -159,7 +165,7 @@ class Path(ABC):
             if not size < 1:
                 return None
             x += step * scale
-            if size < CONVERGED:
+            if size < (CONVERGED if crossing else SQUARED):
                 return x
         return x if size < ROUNDING else None
 
@@ -234,7 +240,7 @@ def follow(path: Path, start: Point) -> Strand:
     """Follow a path from a motion, in the direction of its tangent, until something ends it."""
     strand, step = Strand([start], []), FIRST_STEP
     while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
-        step = min(step, max(PER_MARGIN * strand.points[-1].margin, CLOSE))
+        step = min(step, path.reach(strand.points[-1].margin))
         try:
             if _advance(path, strand, step):
                 return strand
@@ -358,13 +364,21 @@ class Curve(Path):
     def short(self, point: Point, new: Point, step: float) -> bool:
         """Whether a step was short enough for nothing to be missed in it.
 
-        Where a velocity goes through zero the trace has a pole: it must be near it before, or the last step short.
+        To go to zero and come back, a velocity or gap needs a rate that changes; rates change with the direction of
+        the curve and along it, at most by about eight times as much, and what is missed is an eighth of the step times
+        that. Where a velocity goes through zero the trace has a pole: it must be near it, or the last step short.
         """
         if (self.motion(new.x).velocity * self.sequence.walls <= 0).any():
             gentle = step < LAST_STEP or self._near_pole(point)
         else:
             gentle = abs(atan(new.trace / self.borders[0]) - atan(point.trace / self.borders[0])) < STEEPEST
-        return gentle and float(new.tangent @ point.tangent) > STRAIGHTEST
+        hidden = step * (float(np.linalg.norm(new.tangent - point.tangent)) + step)
+        seen = step <= CLOSE or new.margin <= 0 or min(point.margin, new.margin) > hidden
+        return gentle and seen and float(new.tangent @ point.tangent) > STRAIGHTEST
+
+    def reach(self, margin: float) -> float:
+        """Longest step: as `short` sees what is hidden, it may go with the root of the least velocity or gap."""
+        return max(sqrt(max(margin, 0.0)) / 2, CLOSE)
 
     def _near_pole(self, point: Point) -> bool:
         """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""

@@ -15,11 +15,23 @@ from vireport.physics import Membrane
 from vireport.sequences.continuation import Curve
 from vireport.sequences.energy import generation, impact_rate
 from vireport.sequences.equations import Model
-from vireport.sequences.families import Atlas, Family, Mark, Vertex
+from vireport.sequences.families import Atlas, Claim, Family, Mark, Vertex
 from vireport.sequences.motions import Motion, Sequence
 from vireport.sequences.polish import PolishedPoint
 
 Floats = NDArray[np.float64]
+
+
+def motions_data(atlas: Atlas) -> dict[str, Any]:
+    """The limits of the motions, and how completely their families are found."""
+    completeness = [
+        {"word": of.word, "claim": of.claim, "resolution": of.resolution, "undecided": of.undecided}
+        for of in atlas.completeness
+    ]
+    rest = {"word": None, "claim": Claim.FOLLOWED, "resolution": None, "undecided": None}
+    return {
+        "impacts": atlas.limits.impacts, "periods": atlas.limits.periods, "completeness": [*completeness, rest],
+    }  # fmt: skip
 
 
 def families_data(atlas: Atlas, membrane: Membrane | None) -> list[dict[str, Any]]:
@@ -36,8 +48,8 @@ def _family(family: Family, membrane: Membrane | None) -> dict[str, Any]:
         "periods": family.sequence.periods,
         "from": float(value.min()),
         "to": float(value.max()),
-        "begins_with": _end(family.ends[0]),
-        "ends_with": _end(family.ends[1]),
+        "begins_with": _end(family, family.ends[0]),
+        "ends_with": _end(family, family.ends[1]),
         "stable_range": [dict(zip(("from", "to"), pair, strict=True)) for pair in family.stable_ranges],
         "critical_points": [_point(mark, mark.point) for mark in family.marks if mark.point is not None],
         "generation": [] if membrane is None else _generation(family, membrane),
@@ -117,9 +129,10 @@ def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str,
             }
 
 
-def _end(mark: Mark) -> dict[str, Any]:
-    vertex = mark.vertex
-    return {"kind": mark.event, "label": None if vertex is None else vertex.label, "families": _families(vertex)}
+def _end(family: Family, mark: Mark) -> dict[str, Any]:
+    vertex, value = mark.vertex, float(family.sweep_value[mark.row])
+    label = None if vertex is None else vertex.label
+    return {"kind": mark.event, "label": label, "families": _families(vertex), "sweep_value": value}
 
 
 def _families(vertex: Vertex | None) -> list[int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
 from math import isfinite, pi
@@ -214,6 +215,37 @@ class Family:
         return found
 
 
+class Claim(StrEnum):
+    """What is claimed of the families of a word."""
+
+    COMPLETE = "complete"
+    """All are found, but for those closer to a found one than the resolution, and in flight times not decided."""
+    SEARCHED = "searched"
+    """All are looked for; those that are smaller than the resolution can be missed."""
+    FOLLOWED = "followed"
+    """Those are found that join others, or that a simulation found."""
+
+
+@dataclass(frozen=True, slots=True)
+class Completeness:
+    """How completely the families of a word are found.
+
+    Attributes
+    ----------
+    word : str
+    claim : Claim
+    resolution : float or None
+        Distance in flight times, as a share of a forcing period.
+    undecided : float or None
+        Share of all flight times that is not decided, the largest over the numbers of forcing periods.
+    """
+
+    word: str
+    claim: Claim
+    resolution: float | None = None
+    undecided: float | None = None
+
+
 def multipliers(trace: Floats, determinant: float) -> NDArray[np.complex128]:
     """Eigenvalues of matrices, (n, 2), that of larger modulus first; the other from their product, the determinant."""
     root = np.sqrt(trace.astype(complex) ** 2 - 4 * determinant)
@@ -234,12 +266,15 @@ class Atlas:
         By number of impacts, word, periods and range.
     vertices : tuple of Vertex
         Along the sweep.
+    completeness : tuple of Completeness
+        Of each word that is looked for; all others are `Claim.FOLLOWED`.
     """
 
     sweep: Sweep
     limits: Limits
     families: tuple[Family, ...]
     vertices: tuple[Vertex, ...]
+    completeness: tuple[Completeness, ...]
 
     def at(self, value: float) -> list[tuple[Family, Motion]]:
         """Every motion at a value of the swept parameter, with its family."""

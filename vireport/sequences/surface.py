@@ -1,96 +1,236 @@
-"""Motions with three impacts, searched for over all of their flight times.
+"""Motions with three or four impacts in closed form above their flight times.
 
 At given flight times the conditions are linear and homogeneous in the velocities, the sine and cosine of the phase,
-gbar and d. With three impacts they leave one solution for each pair of flight times, without iteration; a sweep is a
-curve in the plane of both, on which a sign changes.
+gbar and d. With three impacts they leave one solution above each pair of flight times, without iteration; with four,
+one above each triple and one condition on these.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence as Row
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import flight
-from vireport.sequences.equations import Model
+from vireport.analysis import Held, Level
+from vireport.physics import ARRAYS
+from vireport.sequences.equations import Model, trace
 from vireport.sequences.motions import Motion, Sequence
+from vireport.sequences.turns import Turns, turning_points
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
-CELLS = 60
-"""Cells of the grid along one forcing period: families that are smaller than a cell can be missed."""
-
-ROWS = 8
-"""Rows of the grid at a time, few enough for the processor's cache."""
-
-AROUND = 0.1
-"""Velocity of the wrong sign [y_c] that the corner of a cell may have in which there is a motion."""
-
-CELL = 2 / CELLS
-"""Side of a cell [t_c]."""
+NEWTON_STEPS, STEP, SETTLED = 5, 1e-7, 1e-8
+"""Newton steps, the difference of flight times that derivatives are taken over [t_c], and the residual that is small
+enough to follow a family from: the steps square it."""
 
 
-def three_impacts(model: Model, sequence: Sequence, low: float, high: float) -> Iterator[Motion]:
-    """Solutions close to those of a sweep, in every cell that its curve passes, as starts for Newton's method.
+class Solution(NamedTuple):
+    """What the conditions leave above flight times, up to a common factor.
+
+    Velocities and times of the impacts, the first at time zero; sine and cosine of the phase there; the groups. With
+    four impacts `excess` is zero above those flight times that there is a motion for.
+    """
+
+    velocity: list[Any]
+    time: list[Any]
+    sine: Any
+    cosine: Any
+    gbar: Any
+    d: Any
+    excess: Any
+
+
+def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS) -> Solution:
+    """Solve the linear conditions of a motion with three or four impacts.
 
     Parameters
     ----------
-    model : Model
     sequence : Sequence
-        Of three impacts.
-    low, high : float
-        Range of the coordinate.
+        With impacts on both membranes.
+    flights : sequence
+        All flight times but the last [t_c].
+    r : float
+        Restitution coefficient.
+    ops
+        Of the kind of number of `flights`.
+
+    Source: Eqs. (2.11)-(2.13). Velocities are eliminated by (2.11); flights from a membrane to the same one do not
+    depend on d, nor do two flights there and back together, which leaves two conditions, or three, on three unknowns.
     """
-    count = CELLS * sequence.periods
-    share = (np.arange(count) + 0.5) / count
-    for row in range(0, count, ROWS):
-        first, second = np.meshgrid(share[row : row + ROWS + 1], share[: count - row], indexing="ij")
-        time = 2 * sequence.periods * np.stack([0 * first, first, first + second])
-        velocity, sine, cosine, gbar, d = _solution(sequence, time, model.r)
-        coordinate = d if model.slope[0] else gbar
-        held = model.groups(coordinate)
-        value = gbar - held[1] if model.slope[0] else d - held[0]
-        sound = (np.array(sequence.walls)[:, None, None] * velocity > -AROUND).all(axis=0) & (first + second < 1)
-        sound &= np.abs(coordinate - (low + high) / 2) < high - low
-        crossing = np.zeros_like(sound)
-        for here, there in ((np.s_[:-1, :], np.s_[1:, :]), (np.s_[:, :-1], np.s_[:, 1:])):
-            crossing[here] |= sound[here] & sound[there] & (value[here] * value[there] <= 0)
-        for i, j in np.argwhere(crossing):
-            start = float(np.arctan2(sine[i, j], cosine[i, j])) / np.pi
-            start -= 2 * np.floor(start / 2)
-            yield Motion(sequence, velocity[:, i, j], start + time[:, i, j], float(coordinate[i, j]))
-
-
-def _solution(sequence: Sequence, time: Floats, r: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Velocities, sine and cosine of the phase at the first impact, gbar and d, for the times since it (3, ...)."""
     count, walls = len(sequence), sequence.walls
-    ends = [*time[1:], time[0] + 2 * sequence.periods]
-    zero, one = np.zeros_like(time[0]), np.ones_like(time[0])
-    velocities, rows = [], []
-    for of_sine, of_cosine, gbar in ((one, zero, zero), (zero, one, zero), (zero, zero, one)):
-        phases = [np.pi * t for t in (*time, time[0])]
-        sines = [of_sine * np.cos(p) + of_cosine * np.sin(p) for p in phases]
-        cosines = [of_cosine * np.cos(p) - of_sine * np.sin(p) for p in phases]
-        flights = [end - start for start, end in zip(time, ends, strict=True)]
-        gains = [flight.velocity(flights[i], 0.0, sines[i], sines[i + 1], gbar) for i in range(count)]
-        velocity = [sum((-r) ** (count - 1 - i) * gain for i, gain in enumerate(gains)) / (1 - (-r) ** count)]
-        for gain in gains[:-1]:
-            velocity.append(gain - r * velocity[-1])
-        velocities.append(velocity)
-        after = (flight.reflect(v, r) for v in velocity)
-        ends_of = zip(flights, after, sines, cosines, cosines[1:], strict=False)
-        rows.append([flight.displacement(*of, gbar) for of in ends_of])
-    ways = [(walls[(i + 1) % count] - walls[i]) // 2 for i in range(count)]
-    columns = [*rows, [-way * one for way in ways]]
-    kernel = np.stack([(-1) ** i * _determinant(*(columns[k] for k in range(4) if k != i)) for i in range(4)])
-    with np.errstate(invalid="ignore", divide="ignore"):  # where flight times leave more than one solution
-        kernel /= np.hypot(kernel[0], kernel[1])
-    velocity = np.einsum("b...,bi...->i...", kernel[:3], np.array(velocities))
-    sign = np.sign(kernel[3])
-    return sign * velocity, *(sign * part for part in kernel)
+    time = [flights[0] * 0.0]
+    for duration in flights:
+        time.append(time[-1] + duration)
+    durations = [*flights, 2.0 * sequence.periods - time[-1]]
+    # Vectors hold what multiplies the sine and the cosine of the phase at the first impact, and gbar.
+    swings = [(ops.cos(ops.pi * t) * (1 / np.pi), ops.sin(ops.pi * t) * (1 / np.pi)) for t in time]
+    gains = [(b[0] - a[0], b[1] - a[1], t) for (a, b), t in zip(pairwise([*swings, swings[0]]), durations, strict=True)]
+    decays = [(-r) ** (count - 1 - i) / (1 - (-r) ** count) for i in range(count)]
+    velocities = [[sum(gain[part] * decay for gain, decay in zip(gains, decays, strict=True)) for part in range(3)]]
+    for gain in gains[:-1]:
+        velocities.append([g - v * r for g, v in zip(gain, velocities[-1], strict=True)])
+    rows, across = [], []
+    for i, (t, v, swing) in enumerate(zip(durations, velocities, swings, strict=True)):
+        drift = [v[0] * -r - swing[0], v[1] * -r - swing[1], t * 0.5 - v[2] * r]
+        if walls[i] == walls[(i + 1) % count]:  # divided by the flight time, with which it vanishes
+            middle, chord = ops.pi * (time[i] + t * 0.5), ops.sinc(t * 0.5) * (1 / np.pi)
+            rows.append([drift[0] + chord * ops.cos(middle), drift[1] + chord * ops.sin(middle), drift[2]])
+        else:
+            sine, cosine = (gains[i][part] * (1 / np.pi) for part in (1, 0))
+            across.append([drift[0] * t + sine, drift[1] * t - cosine, drift[2] * t])
+    rows += [[x + y for x, y in zip(*both, strict=True)] for both in pairwise(across)]
+    a, b = rows[:2]
+    kernel = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    # The first flight across is towards the top when the word begins at the bottom, and covers -d.
+    towards = -next(wall for i, wall in enumerate(walls) if wall != walls[(i + 1) % count])
+    sine, cosine, gbar = kernel
+    return Solution(
+        [_product(v, kernel) for v in velocities],
+        time,
+        sine,
+        cosine,
+        gbar,
+        _product(across[0], kernel) * float(towards),
+        _product(rows[2], kernel) if count == 4 else 0.0,
+    )
 
 
-def _determinant(a: list[Floats], b: list[Floats], c: list[Floats]) -> Floats:
-    """Of the matrices with these columns."""
-    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+def _product(a: Row[Any], b: Row[Any]) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motions:
+    """Motions with one sequence of impacts, in arrays; some may only solve the equations.
+
+    Attributes
+    ----------
+    sequence : Sequence
+    velocity, time : ndarray (N, n)
+        Of each impact [y_c], [t_c].
+    gbar, d : ndarray (n,)
+        The groups at which the motion occurs.
+    excess : ndarray (n,)
+        With four impacts: zero for a motion.
+    r : float
+        Restitution coefficient.
+    """
+
+    sequence: Sequence
+    velocity: Floats
+    time: Floats
+    gbar: Floats
+    d: Floats
+    excess: Floats
+    r: float
+
+    def __getitem__(self, index: Any) -> Motions:
+        """Some of them."""
+        parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], self.excess[index])
+        return Motions(self.sequence, *parts, self.r)
+
+    def coordinate(self, level: Level) -> Floats:
+        """What orders a sweep."""
+        return np.asarray(self.gbar if level.held is Held.D else self.d)
+
+    def off(self, level: Level) -> Floats:
+        """How far they are from what a sweep holds."""
+        if level.held is Held.RATIO:
+            return np.asarray(self.d / level.value - self.gbar)
+        return np.asarray((self.d if level.held is Held.D else self.gbar) - level.value)
+
+    def motion(self, i: int, level: Level) -> Motion:
+        """One of them."""
+        return Motion(self.sequence, self.velocity[:, i], self.time[:, i], float(self.coordinate(level)[i]))
+
+    @property
+    def trace(self) -> Floats:
+        """Trace of the product of the flights' Jacobians, whose determinant is r^(2N)."""
+        x = [*self.velocity, *self.time, self.gbar]
+        return np.asarray(trace(self.sequence, x, Model(Level(Held.D, self.d), self.r), ARRAYS))
+
+    @property
+    def turns(self) -> Turns:
+        """The turning points of the ball."""
+        walls, period = np.array(self.sequence.walls), 2.0 * self.sequence.periods
+        return turning_points(walls, self.velocity, self.time, period, (self.d, self.gbar), self.r)
+
+    @property
+    def admissible(self) -> Mask:
+        """Whether they are motions: velocities towards the membranes, and the ball between these at all times."""
+        speeds = self.velocity * np.array(self.sequence.walls)[:, None]
+        sound, turns = (speeds > 0).all(axis=0) & (self.d > 0), self.turns
+        sound[turns.motion[turns.gap <= 0]] = False
+        return np.asarray(sound)
+
+
+def motions_above(sequence: Sequence, flights: Floats, r: float) -> Motions:
+    """The motions with three impacts above pairs of flight times, and what may be one with four above triples.
+
+    Parameters
+    ----------
+    sequence : Sequence
+        With impacts on both membranes.
+    flights : ndarray (N - 1, n)
+        All flight times but the last [t_c].
+    r : float
+        Restitution coefficient.
+
+    Notes
+    -----
+    Of a solution and its negative, which solves the conditions too, this is the one with positive d. NaN where flight
+    times leave more than these.
+    """
+    x = solution(sequence, list(flights), r)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        scale = np.copysign(1 / np.hypot(x.sine, x.cosine), x.d)
+        start = np.arctan2(scale * x.sine, scale * x.cosine) / np.pi % 2
+        groups = scale * x.gbar, scale * x.d, scale * x.excess
+        return Motions(sequence, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, r)
+
+
+def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float) -> tuple[Motions, Floats]:
+    """The motions of a sweep next to solutions above flight times, by Newton's method, where it settles.
+
+    Parameters
+    ----------
+    motions : Motions
+    flights : ndarray (N - 1, n)
+        What they are above [t_c].
+    level : Level
+        What the sweep holds.
+    farthest : float
+        Most that a flight time may change [t_c].
+    """
+    start, sequence, r = flights, motions.sequence, motions.r
+    steps = STEP * np.eye(len(flights))[:, :, None]
+    for _ in range(NEWTON_STEPS):
+        value = _conditions(motions, level)
+        with np.errstate(all="ignore"):
+            ahead = [_conditions(motions_above(sequence, flights + step, r), level) for step in steps]
+            slope = (np.stack(ahead, axis=-1) - value[:, :, None]) / STEP
+            square = slope @ slope.transpose(0, 2, 1)
+            size = np.linalg.det(square)
+        regular = np.isfinite(size) & (size > np.finfo(float).tiny)
+        value, slope, square, start, flights = (
+            value[regular], slope[regular], square[regular], start[:, regular], flights[:, regular],
+        )  # fmt: skip
+        flights = flights - np.einsum("nji,nj->in", slope, np.linalg.solve(square, value[:, :, None])[:, :, 0])
+        near = (np.abs(flights - start).max(axis=0) < farthest) & (flights > 0).all(axis=0)
+        near &= flights.sum(axis=0) < 2 * sequence.periods
+        start, flights = start[:, near], flights[:, near]
+        motions = motions_above(sequence, flights, r)
+    settled = np.abs(_conditions(motions, level)).max(axis=1) < SETTLED
+    return motions[settled], flights[:, settled]
+
+
+def _conditions(motions: Motions, level: Level) -> Floats:
+    """What is zero for motions of a sweep (n, conditions)."""
+    with np.errstate(invalid="ignore"):
+        values = [motions.off(level), motions.excess] if len(motions.sequence) > 3 else [motions.off(level)]
+    return np.stack(values, axis=-1)

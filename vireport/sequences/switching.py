@@ -13,6 +13,7 @@ from itertools import chain, combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.errors import UsageError
 from vireport.sequences.continuation import AT_ZERO, Curve, Event, Path, Point
 from vireport.sequences.motions import BESIDE, Motion, Sequence, Turn
 
@@ -23,12 +24,31 @@ STEPS_OFF = 1e-3, 1e-4, 1e-5
 for nothing to happen before."""
 
 
+MOST = 16
+"""Impacts and periods of a motion: there are 4116 words of sixteen impacts, and about twice as many of one more."""
+
+
 @dataclass(frozen=True, slots=True)
 class Limits:
     """Impacts of a motion and forcing periods that it takes, at most."""
 
     impacts: int
     periods: int
+
+    def __post_init__(self) -> None:
+        """Refuse limits beyond reason.
+
+        Raises
+        ------
+        UsageError
+            If a motion might have more impacts than that, or take more periods.
+        """
+        for most, what in ((self.impacts, "impacts"), (self.periods, "forcing periods")):
+            if not 1 <= most <= MOST:
+                raise UsageError(
+                    f"motions of up to {most} {what} are too many to follow (allowed: 1 to {MOST}): the words of "
+                    "N impacts double with each impact, 4116 of sixteen"
+                )
 
     def admit(self, sequence: Sequence) -> bool:
         """Whether motions with these impacts are within the limits."""

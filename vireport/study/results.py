@@ -75,6 +75,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "fits_membrane": _fitting(solution.fitting),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
         "simulation": None if study.crosscheck is None else _simulation(study, study.crosscheck),
+        "motions": None if study.atlas is None else _completeness(study.atlas),
         "families": None if study.atlas is None else _families(study.atlas, study.solution.membrane),
         "accuracy": None if study.work is None else _accuracy(study.work),
         "compliant": None if study.compliance is None else _compliant(study.compliance),
@@ -490,6 +491,12 @@ def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any
         "lyapunov": exponent if finite else None,
         "error_bounds": {"multiplier": bound, "lyapunov": rate},
     }
+
+
+def _completeness(atlas: Atlas) -> dict[str, Any]:
+    from vireport.sequences import motions_data
+
+    return motions_data(atlas)
 
 
 def _families(atlas: Atlas, membrane: Membrane | None) -> list[dict[str, Any]]:

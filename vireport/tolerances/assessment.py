@@ -10,8 +10,7 @@ import numpy as np
 
 from vireport.physics import Device, Membrane, voltages
 from vireport.scenario import DesignInput, Distribution, Parameter
-from vireport.tolerances.affine import Floats, Mask
-from vireport.tolerances.devices import FACTORS, Region, devices_off, region_of, stable_motions
+from vireport.tolerances.devices import FACTORS, Floats, Mask, Region, devices_off, region_of, stable_motions
 from vireport.tolerances.proof import BORDER, Leaf, Proof, prove_region
 
 SEED = 0

@@ -7,14 +7,21 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vireport.analysis import Orbits, find_motions
-from vireport.physics import ARRAYS, Device, magnitude
+from vireport.physics import ARRAYS, Affine, AffineOps, Device, between, magnitude
 from vireport.scenario import DesignInput, Parameter
-from vireport.tolerances.affine import Affine, AffineOps, Floats, Ints, between
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 
 FACTORS = 4
 """M/F, s f^2, sin(beta) and r: d is the product of the first two, and gbar that of the first and the third."""
+
+SYMBOLS = 8
+"""Of affine numbers: those of the four factors, three of the motion, and that of time."""
 
 FACTOR_OF = {
     DesignInput.CAPSULE_MASS: 0,
@@ -72,7 +79,7 @@ class Region:
         x: dict[DesignInput, Affine] = {}
         for varied, factor in FACTOR_OF.items():
             first, width = self.start[varied], self.end[varied] - self.start[varied]
-            x[varied] = between(first + low[factor] * width, first + high[factor] * width, factor)
+            x[varied] = between(first + low[factor] * width, first + high[factor] * width, factor, SYMBOLS)
         frequency, sine = x[DesignInput.FREQUENCY], AffineOps.sin(AffineOps.pi * x[DesignInput.INCLINATION] / 180)
         mass_over_force = x[DesignInput.CAPSULE_MASS] / x[DesignInput.AMPLITUDE]
         d = 4 * mass_over_force * (x[DesignInput.LENGTH] * frequency * frequency)

@@ -21,8 +21,8 @@ from enum import IntEnum
 import numpy as np
 
 from vireport.analysis import Flight, Orbits, return_trace
-from vireport.tolerances.affine import ROUNDING, SYMBOLS, Affine, AffineOps, Floats, Ints, Mask, between
-from vireport.tolerances.devices import FACTORS, Region, stable_motions
+from vireport.physics import AFFINE_ROUNDING, Affine, AffineOps, between
+from vireport.tolerances.devices import FACTORS, SYMBOLS, Floats, Ints, Mask, Region, stable_motions
 
 TIME = SYMBOLS - 1
 """The symbol of time; those before it and after the factors' are of how far the motion is from its prediction."""
@@ -104,9 +104,9 @@ def _tube(d: Affine, gbar: Affine, r: Affine, n: int, guess: Floats) -> tuple[Ma
         orbit, residual = _residual(guess, along, width, d, gbar, r, n)
         linear = _applied(inverse, [g.linear for g in residual])
         linear[:, FACTORS:TIME] -= np.eye(3)[:, :, None] * width[:, None]  # the identity less Y times the Jacobian
-        rest = _applied(np.abs(inverse), [g.radius + ROUNDING * (np.abs(g.centre) + g.reach) for g in residual])
+        rest = _applied(np.abs(inverse), [g.radius + AFFINE_ROUNDING * (np.abs(g.centre) + g.reach) for g in residual])
         image = np.abs(_applied(inverse, [g.centre for g in residual])) + np.abs(linear).sum(axis=1) + rest
-        mapped = np.asarray((image * (1 + ROUNDING) < width).all(axis=0))
+        mapped = np.asarray((image * (1 + AFFINE_ROUNDING) < width).all(axis=0))
         if mapped.all():
             break
         width = np.where(mapped, width, SLACK * image + THINNEST)
@@ -161,7 +161,7 @@ def _stays_between(way: Flight, n: int, count: int) -> Mask:
     row, place = np.repeat(np.arange(count), parts), np.tile(np.arange(parts), count)
     for _ in range(HALVINGS):
         part = way.select(row)
-        time = part.duration * between(place / parts, (place + 1) / parts, TIME)
+        time = part.duration * between(place / parts, (place + 1) / parts, TIME, SYMBOLS)
         angle = ops.pi * time
         sine, cosine = part.turned(ops.sin(angle), ops.cos(angle))
         covered, speed, away = part.covered(time, cosine, ops), part.speed(time, sine, ops), part.pressing(cosine)

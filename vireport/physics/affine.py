@@ -18,12 +18,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-SYMBOLS = 8
-"""Those of the four factors of a device, three of its motion, and that of time."""
-
-ROUNDING = 2.0**-48
+AFFINE_ROUNDING = 2.0**-48
 """Share of the size of its terms by which an operation's radius grows: 32 times the unit roundoff. No operation here
 has more than twenty roundings in a row, and NumPy's sines and cosines are good to four units in the last place."""
+
+NEAR_ZERO = 0.01
+"""Argument up to which the derivative of sinc is a series: beyond, its rounding is below a hundred units."""
 
 UNDERFLOW = 1e-290
 """Added to every radius, for products that underflow."""
@@ -36,7 +36,7 @@ class Affine:
     Attributes
     ----------
     centre : ndarray, shape (k,)
-    linear : ndarray, shape (SYMBOLS, k)
+    linear : ndarray, shape (symbols, k)
         What a symbol adds at 1.
     radius : ndarray, shape (k,)
         Bound of all the rest, roundings included; infinite or NaN where an operation was not defined.
@@ -56,12 +56,12 @@ class Affine:
     @property
     def lower(self) -> Floats:
         """A number below all that this can be."""
-        return np.asarray(self.centre - self.reach - ROUNDING * (np.abs(self.centre) + self.reach))
+        return np.asarray(self.centre - self.reach - AFFINE_ROUNDING * (np.abs(self.centre) + self.reach))
 
     @property
     def upper(self) -> Floats:
         """A number above all that this can be."""
-        return np.asarray(self.centre + self.reach + ROUNDING * (np.abs(self.centre) + self.reach))
+        return np.asarray(self.centre + self.reach + AFFINE_ROUNDING * (np.abs(self.centre) + self.reach))
 
     def __getitem__(self, index: Any) -> Affine:
         """The numbers of some of the boxes."""
@@ -112,7 +112,7 @@ class Affine:
 
     def inverse(self) -> Affine:
         """1/x = 1/c - delta/c^2 + delta^2/(c^2 x), of which the last term has the sign of c."""
-        size, reach = np.abs(self.centre), self.reach * (1 + ROUNDING)
+        size, reach = np.abs(self.centre), self.reach * (1 + AFFINE_ROUNDING)
         slope = -1 / (self.centre * self.centre)
         rest = np.where(size > reach, -slope * reach * reach / (2 * (size - reach)), np.inf)
         return _rounded(
@@ -130,6 +130,15 @@ class Affine:
         """Cosine."""
         return self._wave(np.cos(self.centre), -np.sin(self.centre))
 
+    def sinc(self) -> Affine:
+        """sin(pi x)/(pi x), to first order, with the bound pi^2/3 of the second derivative."""
+        reach, value, c = self.reach, np.sinc(self.centre), self.centre
+        square, far = (np.pi * c) ** 2, np.where(np.abs(c) > NEAR_ZERO, c, 1.0)
+        series = -(np.pi**2) * c / 3 * (1 - square / 10 * (1 - square / 28))
+        slope = np.where(np.abs(c) > NEAR_ZERO, (np.cos(np.pi * c) - value) / far, series)
+        rest = np.pi**2 / 6 * reach * reach
+        return _rounded(value, slope * self.linear, np.abs(slope) * self.radius + rest, 1 + reach / NEAR_ZERO)
+
     def _wave(self, value: Floats, slope: Floats) -> Affine:
         """Sine or cosine, to second order in the distance from the centre, with the bound 1/6 of the third."""
         reach = self.reach
@@ -141,7 +150,7 @@ class Affine:
 def _rounded(centre: Floats, linear: Floats, radius: Floats, size: Any = 0.0) -> Affine:
     """A number whose radius includes the roundings of terms as large as itself, or as `size`."""
     terms = np.abs(centre) + np.abs(linear).sum(axis=0) + radius + size
-    return Affine(centre, linear, radius + ROUNDING * terms + UNDERFLOW)
+    return Affine(centre, linear, radius + AFFINE_ROUNDING * terms + UNDERFLOW)
 
 
 def _exact(value: float | Floats) -> Affine:
@@ -150,9 +159,9 @@ def _exact(value: float | Floats) -> Affine:
     return Affine(centre, np.zeros((1, 1)), np.zeros(1))
 
 
-def between(low: Floats, high: Floats, symbol: int) -> Affine:
-    """Any number between two, as a symbol's own."""
-    linear = np.zeros((SYMBOLS, len(low)))
+def between(low: Floats, high: Floats, symbol: int, symbols: int) -> Affine:
+    """Any number between two, as a symbol's own, of so many that there are."""
+    linear = np.zeros((symbols, len(low)))
     linear[symbol] = (high - low) / 2
     return _rounded((low + high) / 2, linear, np.zeros(len(low)), np.abs(low) + np.abs(high))
 
@@ -171,3 +180,8 @@ class AffineOps:
     def cos(x: Affine) -> Affine:
         """Cosine."""
         return x.cosine()
+
+    @staticmethod
+    def sinc(x: Affine) -> Affine:
+        """sin(pi x)/(pi x)."""
+        return x.sinc()

@@ -1,0 +1,130 @@
+"""Time of a motion with three impacts, with stability, admissibility and voltages, and of a whole atlas.
+
+    python benchmarks/atlas.py
+
+The peer of the motions is SciPy's root finder on the conditions, from the neighbouring motion, one at a time. That of
+the atlas is simulation: as many values of the sweep as a family has points, from eight starts each, which finds the
+stable motions only. Times are of the processor, on one core.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import statistics
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from record import record
+from scipy.optimize import root
+
+from vireport import load, loads
+from vireport.physics import generated_voltage
+from vireport.sequences import Atlas, Family, Limits, atlas, motions_above, residuals, trace
+from vireport.simulation import attractors, random_starts, start_speed
+from vireport.study import device_of
+from vireport.study.study import membrane_of, sweep_of
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+COUNT, BLOCK, SEED = 200_000, 4096, 20190301
+STARTS, MOST_PERIODS = 8, 4
+"""Starts of the simulation at each value."""
+
+THREE = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, ball_mass_kg: 0.0041, restitution: 0.5}
+excitation: {amplitude_n: 5, frequency_hz: 2.5}
+inclination_deg: 30
+sweep: {parameter: length_m, from: 0.26, to: 0.34}
+"""
+"""A stable 2:1 motion, from one end to the other."""
+
+
+def processor_time(function: Callable[[], Any], repeats: int = 3) -> tuple[float, Any]:
+    """Median processor time of a call, and what it returns."""
+    times = []
+    for _ in range(repeats):
+        start = time.process_time()
+        result = function()
+        times.append(time.process_time() - start)
+    return statistics.median(times), result
+
+
+def three_impacts() -> dict[str, float]:
+    """Microseconds a motion with three impacts, in closed form and by SciPy."""
+    scenario = loads(THREE).scenario
+    sweep, membrane = sweep_of(scenario), membrane_of(scenario)
+    unit = float(device_of(scenario).velocity_unit(sweep.parameter, sweep.start))
+    families = atlas(sweep, Limits(3, 1)).families
+    family = max((f for f in families if f.sequence.word == "BBT"), key=lambda f: len(f.x))
+    rows, count = np.linspace(0, len(family.x) - 1, COUNT), len(family.sequence)
+    x = np.stack([np.interp(rows, np.arange(len(family.x)), column) for column in family.x.T])
+    flights = np.diff(x[count:-1], axis=0)
+
+    def closed_form() -> None:
+        for i in range(0, COUNT, BLOCK):
+            motions = motions_above(family.sequence, flights[:, i : i + BLOCK], family.curve.model.r)
+            generated_voltage(unit * motions.velocity, membrane), motions.trace, motions.admissible
+
+    ours = processor_time(closed_form)[0] / COUNT
+    peer = scipy_time(family, x[:, :: COUNT // 200])
+    return {"us_per_motion": 1e6 * ours, "us_scipy": 1e6 * peer, "ratio": peer / ours}
+
+
+def scipy_time(family: Family, x: np.ndarray) -> float:
+    """Seconds a motion by SciPy's root finder at values of the coordinate, from the neighbour, with its trace."""
+    model, sequence, guess = family.curve.model, family.sequence, x[:-1, 0]
+
+    def follow() -> None:
+        y = guess
+        for coordinate in x[-1]:
+            y = root(lambda y, c=coordinate: residuals(sequence, [*y, c], model), y, tol=1e-12).x
+            trace(sequence, [*y.tolist(), coordinate], model)
+
+    return processor_time(follow)[0] / x.shape[1]
+
+
+def simulated_words(found: Atlas, count: int) -> set[str]:
+    """Words of the motions within the limits that a simulation of as many values ends in."""
+    sweep = found.sweep
+    values, r = np.linspace(sweep.start, sweep.end, count), float(sweep.device.restitution)
+    d, gbar = (np.broadcast_to(x, count).astype(float) for x in sweep.device.groups(sweep.parameter, values))
+    ends = attractors(d, gbar, r, random_starts(d, start_speed(r, [0.0] * count), STARTS, SEED))
+    cycles = [end.cycle for row in ends for end in row if end.cycle is not None and not end.cycle.sticks]
+    return {cycle.word for cycle in cycles if len(cycle.wall) <= found.limits.impacts and cycle.period <= MOST_PERIODS}
+
+
+def main() -> None:
+    """Print and record the tables."""
+    three = three_impacts()
+    print(f"three impacts   {three['us_per_motion']:.2f} us a motion, SciPy {three['us_scipy']:.0f} us")
+    rows = []
+    for name in ("inclined", "horizontal", "inclined-forcing"):
+        sweep = sweep_of(load(EXAMPLES / f"{name}.yaml").scenario)
+        seconds, found = processor_time(lambda sweep=sweep: atlas(sweep, Limits(6, MOST_PERIODS)))
+        points = sum(len(family.x) for family in found.families)
+        count = round(points / len(found.families))
+        simulated_words(found, 2)  # compiled
+        peer, words = processor_time(lambda found=found, count=count: simulated_words(found, count), 1)
+        ours = {family.sequence.word for family in found.families}
+        rows.append(
+            {
+                "scenario": name, "seconds": seconds, "families": len(found.families), "points": points,
+                "words": len(ours), "vertices": len(found.vertices), "simulated_values": count,
+                "simulation_seconds": peer, "simulation_words": len(words), "ratio": peer / seconds,
+            }
+        )  # fmt: skip
+        print(
+            f"{name:<18} atlas {seconds:5.2f} s, {len(found.families)} families of {len(ours)} words, {points} points; "
+            f"simulation at {count} values {peer:6.2f} s, {len(words)} words"
+        )
+    record("atlas", three_impacts=three, atlas=rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""Motions in closed form above their flight times, and that none is missed: any of them lies on a family."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vireport import load
+from vireport.analysis import Held, Level, flight_jacobian
+from vireport.sequences import Claim, Limits, Model, Motion, Sequence, atlas, motions_above, residuals, turns
+from vireport.sequences.search import four_impacts
+from vireport.study.study import sweep_of
+
+BBT, BTT = (1, 1, -1), (1, -1, -1)
+
+
+def random_flights(seed: int, periods: int, count: int, impacts: int = 3) -> np.ndarray:
+    """All flight times but the last."""
+    return np.random.default_rng(seed).dirichlet([1] * impacts, count).T[:-1] * 2 * periods
+
+
+@pytest.mark.parametrize(("walls", "periods"), [(BBT, 1), (BTT, 2), (BBT, 3)])
+def test_motions_with_three_impacts_solve_the_conditions(walls: tuple[int, ...], periods: int):
+    sequence, r = Sequence(walls, periods), 0.6
+    found = motions_above(sequence, random_flights(periods, periods, 100), r)
+    for i in np.flatnonzero(np.abs(found.gbar) < 1):
+        x, d = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]], found.d[i]
+        assert max(map(abs, residuals(sequence, x, Model(Level(Held.D, d), r)))) < 1e-13
+        motion = Motion(sequence, found.velocity[:, i], found.time[:, i], found.gbar[i])
+        inside = all(turn.gap > 0 for turn in turns(motion, d, found.gbar[i], r))
+        assert found.admissible[i] == (inside and (motion.velocity * walls > 0).all())
+    assert 2 < found.admissible.sum() < 50
+
+
+def test_their_multipliers_have_the_product_of_the_restitution_and_the_sum_of_the_trace():
+    sequence, r = Sequence(BBT, 2), 0.7
+    found = motions_above(sequence, random_flights(0, 2, 100), r)
+    product, pull = np.eye(2), found.gbar + np.cos(np.pi * found.time)
+    ends = [*found.time[1:], found.time[0] + 4]
+    for i in range(3):
+        j = (i + 1) % 3
+        parts = flight_jacobian(ends[i] - found.time[i], found.velocity[i], found.velocity[j], pull[i], pull[j], r)
+        product = np.moveaxis(np.array(parts).reshape(2, 2, -1), -1, 0) @ product
+    size = np.abs(product).max(axis=(1, 2))
+    assert (np.abs(np.linalg.det(product) - r**6) < 1e-13 * size**2).all()
+    np.testing.assert_allclose(np.trace(product, axis1=1, axis2=2), found.trace, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("walls", [BBT, BTT, (1, 1, 1, -1), (1, 1, -1, -1)])
+def test_the_mirror_image_is_a_motion_with_gravity_the_other_way(walls: tuple[int, ...]):
+    flights = random_flights(1, 2, 50, len(walls))
+    one, other = (motions_above(s, flights, 0.5) for s in (Sequence(walls, 2), Sequence(walls, 2).mirrored()))
+    np.testing.assert_allclose(other.velocity, -one.velocity, atol=1e-12)
+    np.testing.assert_allclose(other.gbar, -one.gbar, atol=1e-12)
+    np.testing.assert_allclose(other.d, one.d, atol=1e-12)
+    np.testing.assert_allclose((other.time - one.time) % 2, 1, atol=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("walls", [BBT, BTT])
+def test_every_motion_with_three_impacts_lies_on_a_family(walls: tuple[int, ...], seed: int, example):
+    """Random ones, most of them unstable and on families that join no other, each with a sweep that passes it."""
+    sweep = sweep_of(load(example("inclined")).scenario)
+    periods = 1 + seed % 3
+    found = motions_above(Sequence(walls, periods), random_flights(seed, periods, 4000), sweep.device.restitution)
+    rows = np.flatnonzero(
+        found.admissible & (found.gbar > 0.02) & (found.gbar < 0.9 * unit_gbar(sweep)) & (found.d < 2)
+    )
+    i = int(rows[0])
+    device = replace(sweep.device, inclination_deg=float(np.degrees(np.arcsin(found.gbar[i] / unit_gbar(sweep)))))
+    middle = float(found.d[i] / sweep.device.groups(sweep.parameter, 1.0)[0])
+    passing = replace(sweep, device=device, start=0.99 * middle, end=1.01 * middle)
+    motion = found.motion(i, passing.level)
+    found_atlas = atlas(passing, Limits(3, periods))
+    near = [motion.distance(m) for family in found_atlas.families for m in family.at(motion.coordinate)]
+    assert min(near) < 1e-8
+    (claim,) = [of for of in found_atlas.completeness if of.word == motion.sequence.canonical().word]
+    assert claim.claim is Claim.COMPLETE
+    assert claim.undecided is not None
+    assert claim.undecided < 1e-4
+
+
+def unit_gbar(sweep) -> float:
+    """What gbar would be at 90 degrees."""
+    return float(replace(sweep.device, inclination_deg=90.0).groups(sweep.parameter, sweep.start)[1])
+
+
+@pytest.mark.slow
+def test_the_search_for_four_impacts_finds_a_family_that_joins_no_other(example):
+    sweep = sweep_of(load(example("inclined")).scenario)
+    low, high = map(float, sweep.coordinate_range)
+    model = Model(sweep.level, float(sweep.device.restitution))
+    found, flights = four_impacts(model, low, high, Sequence((1, 1, 1, -1), 3))
+    assert found.admissible.all()
+    for i in range(0, len(found.d), 5):
+        x = [*found.velocity[:, i], *found.time[:, i], found.d[i]]
+        assert max(map(abs, residuals(found.sequence, x, model))) < 1e-7
+    assert np.ptp(flights, axis=1).max() > 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["inclined-forcing", "horizontal"])
+def test_what_is_claimed_of_each_word_is_said(name: str, example):
+    sweep = replace(sweep_of(load(example(name)).scenario), end=3.3 if name == "inclined-forcing" else 0.5)
+    claims = {of.word: of for of in atlas(sweep, Limits(4, 1)).completeness}
+    mirror = sweep.level.horizontal
+    assert set(claims) == {"BT", "BBT", "BBBT", "BBTT", "BTBT"} | (set() if mirror else {"B", "BTT", "BTTT"})
+    assert claims["BT"].claim is claims["BBT"].claim is Claim.COMPLETE
+    assert claims["BBTT"].claim is Claim.SEARCHED
+    assert 0 < claims["BBT"].resolution < claims["BBTT"].resolution < 0.1
+    assert claims["BBT"].undecided < 1e-4

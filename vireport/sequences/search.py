@@ -1,0 +1,89 @@
+"""Motions with four impacts, searched for over a grid of all their flight times.
+
+Above each triple of flight times there is one solution, and it is a motion of a sweep where two conditions hold: a
+curve, which passes cells in whose corners the signs of both differ.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.sequences.equations import Model
+from vireport.sequences.exclusion import wanted
+from vireport.sequences.motions import Sequence
+from vireport.sequences.surface import Motions, motions_above, onto_sweep, solution
+
+Floats = NDArray[np.float64]
+
+FINEST, MOST_POINTS = 1 / 16, 400_000
+"""Side of the cells [t_c], and the number of corners from which they are larger."""
+
+FARTHEST = 1.0
+"""Sides of a cell from its centre: half of one, and as much again for the curvature of both functions."""
+
+SLOPES = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) / 4
+"""From the values of a function in the corners of a cell, in their order, to its slopes over the cell's side."""
+
+SLACK = 0.25
+"""Of the range of a function in the corners of a cell: how far beyond it the function may go inside."""
+
+
+def side_of(sequence: Sequence) -> float:
+    """Side of the cells in which motions are searched for [t_c]."""
+    period = 2 * sequence.periods
+    return float(max(FINEST, period / round((6 * MOST_POINTS) ** (1 / 3))))
+
+
+def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> tuple[Motions, Floats]:
+    """Motions of a sweep, in the cells that its curve passes, with all their flight times but the last.
+
+    Parameters
+    ----------
+    model : Model
+    low, high : float
+        Range of the coordinate.
+    sequence : Sequence
+        Four impacts, on both membranes.
+    """
+    side, found = side_of(sequence), [np.empty((3, 0))]
+    count = round(2 * sequence.periods / side)
+    half = sequence.rotated(2) == sequence  # counted from the third impact, the motions are the same once more
+    before: NDArray[Any] = np.empty((2, 0, 0))
+    for i in range(count + 1):  # plane by plane, so that numbers stay in the processor's cache; few digits are enough
+        grid = np.float32(side) * np.arange(count - i + 2, dtype=np.float32)
+        rows = grid[: max(count // 2 + 3 - i, 2)] if half else grid
+        x = solution(sequence, [np.full((1, 1), i * side, np.float32), rows[:, None], grid[None, :]], model.r)
+        plane = np.stack(np.broadcast_arrays(*wanted(x, sequence, model, low, high).zero))
+        if i:
+            cells = _passed(before, plane)
+            found.append(np.stack([np.full(cells.shape[1], i - 1.0), *cells]))
+        before = plane
+    index = np.concatenate(found, axis=1)
+    centre = np.asarray((index[:, index.sum(axis=0) < count] + 0.5) * side)
+    motions, flights = onto_sweep(motions_above(sequence, centre, model.r), centre, model.level, 2 * side)
+    coordinate = motions.coordinate(model.level)
+    inside = (coordinate > low) & (coordinate < high) & motions.admissible
+    return motions[inside], flights[:, inside]
+
+
+def _passed(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.intp]:
+    """Cells between two planes that the curve may pass on which both conditions are zero (2, n).
+
+    Either may be zero there, and the point that is next to the centre on the line on which the functions are, as linear
+    ones, is not far from the cell.
+    """
+    rows, columns = (size - 1 for size in other.shape[1:])
+    corners = [plane[:, j : j + rows, k : k + columns] for plane in (one, other) for j in (0, 1) for k in (0, 1)]
+    least, largest = np.minimum.reduce(corners), np.maximum.reduce(corners)
+    slack = SLACK * (largest - least)
+    cells = np.stack(np.nonzero((least <= slack).all(axis=0) & (largest >= -slack).all(axis=0)))
+    at = np.stack([corner[:, *cells] for corner in corners], axis=-1).astype(float)
+    (a, b), (f, g) = at @ SLOPES, at.mean(axis=-1)
+    aa, ab, bb = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
+    size = aa * bb - ab * ab
+    with np.errstate(all="ignore"):
+        step = ((bb * f - ab * g) / size)[:, None] * a + ((aa * g - ab * f) / size)[:, None] * b
+    return cells[:, ~(np.abs(step).max(axis=1) > FARTHEST)]
