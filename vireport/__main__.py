@@ -52,6 +52,8 @@ def _run() -> int:
     if os.name != "nt":  # a console of Windows takes text, not bytes
         sys.stdout = _text(output, sys.stdout)
         sys.stderr = _text(_Output(2, "w", closefd=False), sys.stderr)
+    # No matrix here is so large that several threads pay; they cost as long as the import of numpy to start.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from errno import EPIPE
 
     from vireport.cli import main

@@ -406,8 +406,6 @@ def sweep(
     quiet: Quiet = False,
 ) -> None:
     """Compute a map over two or more parameters. Begun anew, it resumes where it was interrupted."""
-    # One process works on each core: threads of the linear algebra would be in their way. Before numpy is imported.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from vireport.sweep import run_map, terminal_progress
 
     shown = None if quiet or not sys.stderr.isatty() else terminal_progress()
