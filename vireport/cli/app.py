@@ -7,7 +7,6 @@ numbers could not be had or written, or an internal error; 130 interrupted.
 from __future__ import annotations
 
 import json as plain_json
-import os
 import sys
 from io import StringIO
 from pathlib import Path

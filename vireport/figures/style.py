@@ -11,7 +11,7 @@ from html import escape
 from io import BytesIO
 from pathlib import Path
 from struct import pack
-from typing import Any
+from typing import Any, cast
 from zlib import crc32
 
 import matplotlib
@@ -231,7 +231,7 @@ class Picture:
     def png(self) -> bytes:
         """The figure as a PNG file, made of the SVG file: Matplotlib draws each figure only once."""
         inputs = {"svg": self.svg.decode(), "width": f"{self.width}", "height": f"{self.height}"}
-        png = bytes(_typst().compile(_PAGE, format="png", ppi=DPI, sys_inputs=inputs))
+        png = cast(bytes, _typst().compile(_PAGE, format="png", ppi=DPI, sys_inputs=inputs))
         return png[:_PNG_HEAD] + _PNG_DENSITY + png[_PNG_HEAD:]
 
     @cached_property
