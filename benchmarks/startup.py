@@ -7,8 +7,8 @@ do nothing of ours:
 
 - command: imports numpy, yaml, typer and pydantic, and runs a command that does nothing: only then do the last two
 import what they are made of;
-- report: imports what a report needs, draws six empty panels in three figures of the same size, saves them and
-compiles an empty page.
+- report: imports what a report needs, draws as many empty panels in as many figures of the same size, saves each as
+PNG and as SVG, and compiles an empty page to PDF and to HTML: the files that a report is made of.
 """
 
 from __future__ import annotations
@@ -24,6 +24,9 @@ from record import record
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
+FIGURES = (3, 7.6), (2, 6.6), (1, 4.95), (2, 3.3), (1, 2.4)
+"""Panels and height [in] of each figure that a report of the examples has."""
+
 COMMAND = """
 import numpy, yaml, typer
 from pydantic import BaseModel
@@ -37,13 +40,15 @@ REPORT = f"""{COMMAND}
 import io, jinja2, typst
 from matplotlib.figure import Figure
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-for panels, height in ((3, 7.4), (2, 6.45), (1, 4.95)):
+for panels, height in {FIGURES}:
     figure = Figure(figsize=(6.7, height))
     FigureCanvasAgg(figure)
     for i in range(panels):
         figure.add_subplot(panels, 1, i + 1)
-    figure.savefig(io.BytesIO(), dpi=150)
-typst.Compiler(b"empty").compile(format="pdf")
+    for suffix in ("png", "svg"):
+        figure.savefig(io.BytesIO(), dpi=150, format=suffix)
+for suffix in ("pdf", "html"):
+    typst.Compiler(b"empty").compile(format=suffix)
 """
 
 

@@ -6,6 +6,7 @@ a traceback, nor in the exit code 1, which means that a requirement is not met.
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import sys
@@ -52,6 +53,9 @@ def _run() -> int:
     if os.name != "nt":  # a console of Windows takes text, not bytes
         sys.stdout = _text(output, sys.stdout)
         sys.stderr = _text(_Output(2, "w", closefd=False), sys.stderr)
+    # No matrix here is so large that several threads of the linear algebra pay, and they take long to start.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(20_000)  # hardly any object here is in a cycle, and to look for them takes a twentieth of a report
     from errno import EPIPE
 
     from vireport.cli import main

@@ -109,12 +109,12 @@ def find_motions(d: Floats, gbar: Floats, r: float | Floats, n: int) -> Pointwis
         Forcing periods per motion, the same for all.
     """
     each = np.broadcast_to(np.asarray(r, dtype=float), d.shape)
-    shared, place = np.unique(each, return_inverse=True)
+    shared = sorted(set(np.ravel(r).tolist()))
     groups: list[tuple[Ints, float | None]]
     if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(d):
         groups = [(np.arange(len(d)), None)]
     else:
-        groups = [(np.flatnonzero(place == k), float(value)) for k, value in enumerate(shared)]
+        groups = [(np.flatnonzero(each == value), value) for value in shared]
     parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
     for cells, value in groups:
         for chosen, points in _portions(cells, d, gbar, each, n, value):
@@ -281,7 +281,7 @@ def _grid(r: float, n: int, scale: int) -> Floats:
         smallest = float(SCALES[scale] * np.hypot(at.sine_gbar, at.cosine_gbar) / growth)
     near_edge = 0.5 - spacing * 10.0 ** np.arange(-4, 0, 0.5)
     decades = 10.0 ** np.arange(np.floor(np.log10(smallest)), np.log10(PER_DECADE * spacing), 1 / PER_DECADE)
-    return np.unique(np.concatenate([even, decades, -decades, near_edge, -near_edge]))
+    return np.array(sorted({*even, *decades, *-decades, *near_edge, *-near_edge}))
 
 
 @lru_cache(maxsize=64)

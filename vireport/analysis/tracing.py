@@ -222,7 +222,7 @@ def _with_dips(curve: Curve, pieces: list[Piece]) -> list[Piece]:
 
     lowest = golden_minimum(height, w[row - 1], w[row + 1], DIP_SECTIONS)
     crossing = height(lowest) < -CROSSED
-    extra = [np.unique(lowest[crossing & (owner[row] == i)]) for i in range(len(pieces))]
+    extra = [np.array(sorted(set(lowest[crossing & (owner[row] == i)]))) for i in range(len(pieces))]
     return [p.with_rows(x, np.full(len(x), -1, dtype=np.int8)) for p, x in zip(pieces, extra, strict=True)]
 
 

@@ -7,7 +7,6 @@ numbers could not be had or written, or an internal error; 130 interrupted.
 from __future__ import annotations
 
 import json as plain_json
-import os
 import sys
 from enum import StrEnum
 from io import StringIO
@@ -466,7 +465,6 @@ def chart(
 ) -> None:
     """Draw where motions are stable over two inputs, and the exact curves along which they change."""
     _refuse_files_beside_json(json, "chart", output, None)
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices; before numpy is imported
     loaded = _loaded(scenario, set_)
     from vireport import charts
     from vireport.files import require_writable
@@ -498,8 +496,6 @@ def sweep(
     quiet: Quiet = False,
 ) -> None:
     """Compute a map over two or more parameters. Begun anew, it resumes where it was interrupted."""
-    # One process works on each core: threads of the linear algebra would be in their way. Before numpy is imported.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from vireport.sweep import run_map, terminal_progress
 
     shown = None if quiet or not sys.stderr.isatty() else terminal_progress()

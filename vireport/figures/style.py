@@ -6,12 +6,16 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from html import escape
 from io import BytesIO
-from typing import Any
+from pathlib import Path
+from struct import pack
+from typing import Any, cast
+from zlib import crc32
 
 import matplotlib
+import typst
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
@@ -132,7 +136,7 @@ NUMBERS = {
 
 
 class NotebookFigure(Figure):
-    """A figure that a notebook shows as it would be written to a file, without pyplot."""
+    """A figure that a notebook shows without pyplot."""
 
     def _repr_png_(self) -> bytes:
         return png_of(self)
@@ -143,7 +147,8 @@ def png_of(figure: Figure) -> bytes:
     file = BytesIO()
     canvas: Any = figure.canvas
     with style():
-        # `Figure.savefig` does the same, but first lays the figure out, which is final already.
+        # `Figure.savefig` does the same, but first lays the figure out, which is final already. Not by way of SVG, as
+        # for a `Picture`: a heat map is an image already.
         canvas.print_png(file, metadata={"Software": None})
     return file.getvalue()
 
@@ -156,6 +161,21 @@ _HEAD = re.compile(r'.*?viewBox="0 0 (?P<width>[\d.]+) (?P<height>[\d.]+)".*?</d
 
 _NEEDLESS = re.compile(r"""(?<=<g) id="[^"]*"| font-family: 'DejaVu Sans';| transform="rotate\(-0 [^"]*\)\"""")
 """Identifiers that nothing refers to, which would be the same in every figure of a page, and what says nothing."""
+
+_PAGE = f"""
+#let inputs = sys.inputs
+#let side(pixels) = int(pixels) * 1in / {DPI}
+#set page(width: side(inputs.width), height: side(inputs.height), margin: 0pt)
+#image(bytes(inputs.svg), format: "svg", width: 100%)
+""".encode()
+"""A page of Typst that a figure fills."""
+
+_PNG_HEAD = 33
+"""Bytes of a PNG file's signature and header."""
+
+_PNG_DENSITY = pack(">I4sIIB", 9, b"pHYs", *2 * [round(DPI / 0.0254)], 1)
+_PNG_DENSITY += pack(">I", crc32(_PNG_DENSITY[4:]))
+"""The chunk of a PNG file that says how large its pixels are, which Typst leaves out."""
 
 _LINK = re.compile(r"</?a\b[^>]*>")
 _COLOR = re.compile(r"#[0-9a-f]{6}\b")
@@ -176,6 +196,13 @@ def _drawing(figure: Figure, name: str) -> tuple[str, str]:
         raise ValueError("Matplotlib wrote an SVG file without a head that is known")
     drawing = _NEEDLESS.sub("", text[head.end() :].removesuffix("</svg>\n"))
     return f"0 0 {head['width']} {head['height']}", re.sub(r"\n\s*", "\n", drawing)
+
+
+@cache
+def _typst() -> typst.Compiler:
+    """Typst with the font of the figures."""
+    font = findfont(FontProperties(family=STYLE["font.family"]))
+    return typst.Compiler(ignore_system_fonts=True, font_paths=[Path(font).parent])
 
 
 def figure_css() -> str:
@@ -226,8 +253,10 @@ class Picture:
 
     @cached_property
     def png(self) -> bytes:
-        """The figure as a PNG file."""
-        return png_of(self.figure)
+        """The figure as a PNG file, made of the SVG file: Matplotlib draws each figure only once."""
+        inputs = {"svg": self.svg.decode(), "width": f"{self.width}", "height": f"{self.height}"}
+        png = cast(bytes, _typst().compile(_PAGE, format="png", ppi=DPI, sys_inputs=inputs))
+        return png[:_PNG_HEAD] + _PNG_DENSITY + png[_PNG_HEAD:]
 
     @cached_property
     def _elements(self) -> tuple[str, str]:

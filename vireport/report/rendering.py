@@ -290,6 +290,7 @@ def _environment(templates: Path | None) -> Environment:
     environment = Environment(
         loader=_Templates(folders),
         undefined=StrictUndefined,
+        optimized=False,  # no template is rendered so often that it pays
         finalize=_literal,
         trim_blocks=True,
         lstrip_blocks=True,

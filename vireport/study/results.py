@@ -33,13 +33,13 @@ from vireport.gate import SWEEP_END
 from vireport.physics import Conversion, Fitting, Membrane, Shaker, Voltages
 from vireport.scenario import Scenario, to_dict
 from vireport.study.provenance import Provenance
-from vireport.study.study import Study
 from vireport.text import inert_cell
 
 if TYPE_CHECKING:
     from vireport.gate import Criterion
     from vireport.sequences import Atlas
     from vireport.simulation import Attractor, Course, Stage
+    from vireport.study.study import Study
     from vireport.tolerances import Failure, Tolerances
     from vireport.trust import Compliance, CrossCheck, Hysteresis, MotionCount, WorkPrecision
 

@@ -18,6 +18,7 @@ from vireport.progress import Progress
 from vireport.scenario import DesignInput, Loaded, Scenario, blocks, load, loads
 from vireport.study.plan import FORMATS, Plan, Task, plan
 from vireport.study.provenance import provenance_of
+from vireport.study.results import PROVED_MOTION, branch_rows, results
 from vireport.text import bounded, html_table, significant, visible
 
 if TYPE_CHECKING:
@@ -106,16 +107,12 @@ class Study:
 
     def to_dict(self) -> dict[str, Any]:
         """The results as plain data: results.json without its provenance."""
-        from vireport.study.results import results
-
         data = results(self, provenance_of(self.loaded, ""))
         del data["provenance"]
         return data
 
     def rows(self) -> list[dict[str, Any]]:
         """Every motion of every branch as a dict, by the names of branches.csv; for a data frame."""
-        from vireport.study.results import branch_rows
-
         return [row for branch in self.to_dict()["branches"] for row in branch_rows(branch)]
 
     def __repr__(self) -> str:
@@ -292,7 +289,6 @@ def recheck(data: Mapping[str, Any]) -> float:
     """
     import numpy as np
 
-    from vireport.study.results import PROVED_MOTION
     from vireport.tolerances import prove_again, region_of
 
     scenario, proof = loads(json.dumps(data["scenario"])).scenario, (data.get("tolerances") or {}).get("proof")
