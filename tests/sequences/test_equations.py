@@ -165,7 +165,8 @@ def printed_trace(sequence: Sequence, x: list[Any], d: Any, gbar: Any, r: Any) -
 @pytest.mark.parametrize("name", ["inclined", "horizontal", "inclined-forcing"])
 def test_points_are_those_of_the_printed_maps_to_the_last_digit(name: str, example):
     sweep, kinds = sweep_of(load(example(name)).scenario), set()
-    for vertex in atlas(sweep, Limits(6, 4)).vertices:
+    vertices = atlas(sweep, Limits(6, 4)).vertices
+    for vertex in vertices[:: 1 + len(vertices) // 12]:
         motion, event, r = vertex.point.motion, vertex.event, mpf(sweep.device.restitution)
         if event is Event.PITCHFORK:
             continue  # singular without its symmetry; that of the 1:1 motions is compared with theirs
