@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from vireport import analyse, loads
-from vireport.sequences import generation
+from vireport.errors import ScenarioError, UsageError
+from vireport.sequences import Limits, generation
 from vireport.study import json_bytes
 
 TEXT = """\
@@ -71,6 +72,20 @@ def test_without_the_block_no_family_is_followed():
     assert study.atlas is None
     assert study.to_dict()["families"] is None
     assert any(step["step"] == "motions" for step in study.to_dict()["left_out"])
+
+
+def test_more_than_sixteen_impacts_are_refused_with_the_reason():
+    with pytest.raises(UsageError, match="4116 of sixteen"):
+        Limits(17, 4)
+    with pytest.raises(ScenarioError, match="too large: sequences double"):
+        loads(TEXT.replace("impacts: 3", "impacts: 17"))
+
+
+def test_results_say_what_is_claimed_of_each_word(study):
+    motions = study.to_dict()["motions"]
+    assert (motions["impacts"], motions["periods"]) == (3, 1)
+    claims = {row["word"]: row["claim"] for row in motions["completeness"]}
+    assert claims == {"B": "complete", "BT": "complete", "BBT": "complete", "BTT": "complete", None: "followed"}
 
 
 @pytest.mark.slow
