@@ -24,14 +24,14 @@ def random_flights(seed: int, periods: int, count: int, impacts: int = 3) -> np.
 @pytest.mark.parametrize(("walls", "periods"), [(BBT, 1), (BTT, 2), (BBT, 3)])
 def test_motions_with_three_impacts_solve_the_conditions(walls: tuple[int, ...], periods: int):
     sequence, r = Sequence(walls, periods), 0.6
-    found = motions_above(sequence, random_flights(periods, periods, 100), r)
+    found = motions_above(sequence, random_flights(periods, periods, 40), r)
     for i in np.flatnonzero(np.abs(found.gbar) < 1):
         x, d = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]], found.d[i]
         assert max(map(abs, residuals(sequence, x, Model(Level(Held.D, d), r)))) < 1e-13
         motion = Motion(sequence, found.velocity[:, i], found.time[:, i], found.gbar[i])
         inside = all(turn.gap > 0 for turn in turns(motion, d, found.gbar[i], r))
         assert found.admissible[i] == (inside and (motion.velocity * walls > 0).all())
-    assert 2 < found.admissible.sum() < 50
+    assert 0 < found.admissible.sum() < 20
 
 
 def test_their_multipliers_have_the_product_of_the_restitution_and_the_sum_of_the_trace():

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from vireport import analyse, loads
+from vireport.errors import ScenarioError, UsageError
 from vireport.physics import generated_voltage
-from vireport.sequences import families_of, generation, ladder, portrait_of
+from vireport.sequences import Limits, families_of, generation, ladder, portrait_of
 from vireport.study import families_csv, json_bytes
 
 TEXT = """\
@@ -43,8 +44,9 @@ def test_results_hold_every_family_with_its_ends_and_voltages(study):
         product = np.prod(real + 1j * imaginary, axis=1)
         np.testing.assert_allclose(product[~np.isnan(product)], family["determinant"])
         size = np.hypot(real, imaginary).max(axis=1)
-        middle = len(size) // 2
-        assert family["stable"][middle] == (size[middle] < 1)
+        off = np.abs(size - 1) > 1e-9  # from where stability changes
+        assert off.any()
+        assert (np.array(family["stable"])[off] == (size[off] < 1)).all()
         assert np.max(family["error_bounds"]["velocity"]) < 1e-10
         for end in (family["begins_with"], family["ends_with"]):
             assert (end["label"] is None) == (end["kind"] == "sweep_end")
@@ -146,6 +148,20 @@ def test_without_the_block_no_family_is_followed():
     assert study.atlas is None
     assert study.to_dict()["families"] is None
     assert any(step["step"] == "motions" for step in study.to_dict()["left_out"])
+
+
+def test_more_than_sixteen_impacts_are_refused_with_the_reason():
+    with pytest.raises(UsageError, match="4116 of sixteen"):
+        Limits(17, 4)
+    with pytest.raises(ScenarioError, match="too large: sequences double"):
+        loads(TEXT.replace("impacts: 3", "impacts: 17"))
+
+
+def test_results_say_what_is_claimed_of_each_word(study):
+    motions = study.to_dict()["motions"]
+    assert (motions["impacts"], motions["periods"]) == (3, 1)
+    claims = {row["word"]: row["claim"] for row in motions["completeness"]}
+    assert claims == {"B": "complete", "BT": "complete", "BBT": "complete", "BTT": "complete", None: "followed"}
 
 
 @pytest.mark.slow

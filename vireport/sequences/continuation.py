@@ -47,7 +47,7 @@ MOST_POINTS = 4000
 CONVERGED, ROUNDING = 1e-12, 1e-10
 """Newton correction at which a motion is found, and the one up to which rounding may keep it."""
 
-SQUARED = 1e-8
+SQUARED = 1e-9
 """Newton correction at which a motion is found where the next one would be about its square."""
 
 CORRECTIONS = 8

@@ -7,7 +7,7 @@ out when affine arithmetic shows that none of the solutions above it is a motion
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from vireport.analysis import Held
 from vireport.physics import Affine, AffineOps, between, flight
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import Sequence
-from vireport.sequences.surface import Motions, Solution, motions_above, solution
+from vireport.sequences.surface import Motions, Solution, motions_above, solution, sweep_conditions
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -126,40 +126,18 @@ class Exclusion:
     def _possible(self, corner: Floats, side: float) -> Mask:
         """Which cells may hold solutions of the sweep with velocities of the right signs."""
         x = solution(self.sequence, _boxes(corner, side), self.model.r, AffineOps)
-        conditions = wanted(x, self.sequence, self.model, self.low, self.high)
-        return may_hold(Wanted(*([(y.lower, y.upper) for y in part] for part in conditions)))
-
-
-class Wanted(NamedTuple):
-    """What is zero, not negative, and of one sign, for the solutions that are motions of a sweep."""
-
-    zero: list[Any]
-    inside: list[Any]
-    positive: list[Any]
-
-
-def wanted(x: Solution, sequence: Sequence, model: Model, low: float, high: float) -> Wanted:
-    """The conditions on solutions, in any kind of number; other parameters are those of `Exclusion`."""
-    level, value = model.level, float(model.level.value)
-    # Solutions come with a common factor, which `scale` is the square of.
-    scale = x.sine * x.sine + x.cosine * x.cosine
-    coordinate, held = (x.gbar, x.d) if level.held is Held.D else (x.d, x.gbar)
-    off = held * held - scale * (value * value) if value else held
-    if level.held is Held.RATIO:
-        off = x.d - x.gbar * value
-    square = coordinate * coordinate
-    inside = [square - scale * (max(low, 0.0) ** 2), scale * (high * high) - square]
-    # The sign of the factor makes d positive, and with it gbar and the velocities towards the walls.
-    positive = [x.d, *(v * float(wall) for v, wall in zip(x.velocity, sequence.walls, strict=True))]
-    return Wanted([off] + [x.excess] * (len(sequence) > 3), inside, positive + [x.gbar] * (not level.horizontal))
-
-
-def may_hold(bounds: Wanted) -> Mask:
-    """Where lower and upper bounds of the conditions leave it open that there is a motion."""
-    possible = np.all([(lower <= 0) & (upper >= 0) for lower, upper in bounds.zero], axis=0)
-    possible &= np.all([upper >= 0 for _, upper in bounds.inside], axis=0)
-    above, below = zip(*((lower > 0, upper < 0) for lower, upper in bounds.positive), strict=True)
-    return np.asarray(possible & ~(np.any(above, axis=0) & np.any(below, axis=0)))
+        possible = np.all([(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)], axis=0)
+        scale = x.sine * x.sine + x.cosine * x.cosine
+        coordinate = x.gbar if self.model.level.held is Held.D else x.d
+        square = coordinate * coordinate
+        possible &= (square - scale * (max(self.low, 0.0) ** 2)).upper >= 0
+        possible &= (square - scale * (self.high * self.high)).lower <= 0
+        # The sign of the factor makes d positive, and with it gbar and the velocities towards the walls.
+        positive = [x.d, *(v * float(wall) for v, wall in zip(x.velocity, self.sequence.walls, strict=True))]
+        if not self.model.level.horizontal:
+            positive.append(x.gbar)
+        above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
+        return np.asarray(possible & ~(np.any(above, axis=0) & np.any(below, axis=0)))
 
 
 def _boxes(corner: Floats, side: float) -> list[Affine]:

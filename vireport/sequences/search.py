@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.sequences.equations import Model
-from vireport.sequences.exclusion import wanted
 from vireport.sequences.motions import Sequence
-from vireport.sequences.surface import Motions, motions_above, onto_sweep, solution
+from vireport.sequences.surface import Motions, motions_above, onto_sweep, solution, sweep_conditions
 
 Floats = NDArray[np.float64]
 
@@ -56,7 +55,7 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
         grid = np.float32(side) * np.arange(count - i + 2, dtype=np.float32)
         rows = grid[: max(count // 2 + 3 - i, 2)] if half else grid
         x = solution(sequence, [np.full((1, 1), i * side, np.float32), rows[:, None], grid[None, :]], model.r)
-        plane = np.stack(np.broadcast_arrays(*wanted(x, sequence, model, low, high).zero))
+        plane = np.stack(np.broadcast_arrays(*sweep_conditions(x, model)))
         if i:
             cells = _passed(before, plane)
             found.append(np.stack([np.full(cells.shape[1], i - 1.0), *cells]))

@@ -100,6 +100,18 @@ def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS)
     )
 
 
+def sweep_conditions(x: Solution, model: Model) -> list[Any]:
+    """What is zero of the solutions of a sweep: one number, or two with four impacts, of any kind."""
+    value = float(model.level.value)
+    if model.level.held is Held.RATIO:
+        off = x.d - x.gbar * value
+    else:
+        held = x.d if model.level.held is Held.D else x.gbar
+        # The common factor is the root of the sum of the squares.
+        off = held * held - (x.sine * x.sine + x.cosine * x.cosine) * (value * value) if value else held
+    return [off, x.excess] if len(x.velocity) > 3 else [off]
+
+
 def _product(a: Row[Any], b: Row[Any]) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 

@@ -56,7 +56,7 @@ def turning_points(
     # Z'' is zero at phases of this and the opposite sign; where gbar > 1 it is positive throughout.
     turn = np.arccos(np.clip(-gbar, -1.0, 1.0)) / np.pi
     lap = 2 * np.floor(time / 2)
-    laps = int(np.ceil((ends - lap).max(initial=0.0) / 2))
+    laps = int(np.ceil(np.fmax.reduce(ends - lap, axis=None, initial=0.0) / 2))  # NaN are left out
     border_time, border_speed = [time], [after]
     for i in range(laps):
         for at, swing in ((turn, np.sin(np.pi * turn)), (2 - turn, -np.sin(np.pi * turn))):
