@@ -199,16 +199,16 @@ def test_derivatives_are_those_of_40_digits(name: str) -> None:
             assert [here.slope[k], *here.slopes[:, k]] == pytest.approx(expected, rel=1e-10, abs=1e-12)
 
 
-@pytest.mark.parametrize("r", first(1, [(0.5, 0.5), (0.48, 0.52), (0.9, 0.9)]))
-def test_every_stable_motion_is_in_the_picture(r: tuple[float, float]) -> None:
+@pytest.mark.parametrize("r", first(1, [0.5, 0.2, 0.9]))
+def test_every_stable_motion_is_in_the_picture(r: float) -> None:
     low, high, rng, count = np.array([np.log(0.02), 0.05]), np.array([np.log(5.0), 1.5]), np.random.default_rng(3), 3000
     picture = picture_of(r, 1, low, high)
-    (x, gbar), given = rng.uniform(low, high, (count, 2)).T, rng.uniform(*r, count)
-    found = find_motions(np.exp(x), gbar, given, 1)
-    stable = found.admissible & (classify(found.trace, given[found.cell]) != UNSTABLE)
+    x, gbar = rng.uniform(low, high, (count, 2)).T
+    found = find_motions(np.exp(x), gbar, r, 1)
+    stable = found.admissible & (classify(found.trace, r) != UNSTABLE)
     i, j = (picture.index(of[found.cell[stable]], axis) for axis, of in enumerate((x, gbar)))
     speeds = np.stack([found.orbit.velocity_bottom, -found.orbit.velocity_top])[:, stable]
-    assert stable.sum() > 100
+    assert stable.sum() > 40
     assert (picture.slowest[:, i, j] <= speeds).all()
     assert (speeds <= picture.fastest[:, i, j]).all()
     without = np.setdiff1d(np.arange(count), found.cell[stable])

@@ -104,8 +104,8 @@ class Picture:
                 yield chosen, i[chosen] + di, j[chosen] + dj
 
 
-def picture_of(r: tuple[float, float], n: int, low: Floats, high: Floats) -> Picture:
-    """Draw where devices with restitutions between two may have stable motions, from one (log d, gbar) to another."""
+def picture_of(r: float, n: int, low: Floats, high: Floats) -> Picture:
+    """Draw where devices with a restitution may have stable motions, from one (log d, gbar) to another."""
     pixel = (high - low) / PIXELS
     pixel = np.maximum(pixel, pixel.max() / 4)  # not too fine across a picture that is a line
     shape = (2, *PIXELS)
@@ -124,10 +124,10 @@ def picture_of(r: tuple[float, float], n: int, low: Floats, high: Floats) -> Pic
     return picture
 
 
-def _drawn(picture: Picture, start: Floats, end: Floats, r: tuple[float, float], n: int, last: bool) -> Floats:
+def _drawn(picture: Picture, start: Floats, end: Floats, r: float, n: int, last: bool) -> Floats:
     """Draw the tiles that are small enough; both halves of the others that may have a stable motion, (2, 2, k)."""
     size = start.shape[1]
-    restitution = between(np.full(size, r[0]), np.full(size, r[1]), 2)
+    restitution = between(np.full(size, r), np.full(size, r), 2)
     with np.errstate(all="ignore"):  # what is not finite leaves out nothing
         orbit = orbits(between(start[0], end[0], 0), between(start[1], end[1], 1), restitution, n, AffineOps())
         lower, upper = (
@@ -187,8 +187,9 @@ def _may_stay_between(orbit: Orbits, r: Affine, n: int) -> Mask:
 def largest_value(problem: Problem, best: float) -> float | None:
     """A value of the objective that no design in the ranges exceeds; None where none can be given.
 
-    That is where the objective is none of `GROWING`, or a number of the membranes varies. Of the requirements, limits
-    that designs with slower impacts meet, and margins in restitution, and tolerances, are left out: they make it less.
+    That is where the objective is none of `GROWING`, or the restitution or a number of the membranes varies. Left out of
+    the requirements, which only makes it larger, are tolerances, margins in restitution and to one kind of critical
+    point, and the difference of the voltages.
 
     Parameters
     ----------
@@ -196,7 +197,8 @@ def largest_value(problem: Problem, best: float) -> float | None:
     best : float
         The best value known.
     """
-    if problem.objective not in GROWING or any(path.startswith("device.membrane.") for path in problem.paths):
+    beyond = any(path == DesignPath.RESTITUTION or path.startswith("device.membrane.") for path in problem.paths)
+    if problem.objective not in GROWING or beyond:
         return None
     axes, done, above = len(problem.paths), best, np.inf
     ends = np.linspace(0, 1, FIRST + 1)
@@ -240,12 +242,12 @@ def _bounds(
     """
     first = _place(problem, low, high, None, 1.0)
     others = [_place(problem, low, high, *change) for change in off]
-    r = [problem.at(ends.T)[0].restitution for ends in (low, high)]
+    scenario = problem.loaded.scenario
 
     def drawn(places: list[tuple[Floats, Floats, Mask]], rows: Any) -> Picture:
         corner = np.min([start[:, rows].min(axis=1) for start, _, _ in places], axis=0)
         opposite = np.max([end[:, rows].max(axis=1) for _, end, _ in places], axis=0)
-        return picture_of((np.min(r[0]), np.max(r[1])), problem.loaded.scenario.period_ratio, corner, opposite)
+        return picture_of(scenario.device.restitution, scenario.period_ratio, corner, opposite)
 
     picture = drawn([first, *others] if together else [first], slice(None))
     fastest, slowest = picture.over(*first[:2])
