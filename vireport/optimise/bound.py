@@ -187,9 +187,9 @@ def _may_stay_between(orbit: Orbits, r: Affine, n: int) -> Mask:
 def largest_value(problem: Problem, best: float) -> float | None:
     """A value of the objective that no design in the ranges exceeds; None where none can be given.
 
-    That is where the objective is none of `GROWING`, or the restitution or a number of the membranes varies. Left out of
-    the requirements, which only makes it larger, are tolerances, margins in restitution and to one kind of critical
-    point, and the difference of the voltages.
+    That is where the objective is none of `GROWING`, or the restitution or a number of the membranes varies. Tolerances
+    have no part in it, nor have margins in restitution or to one kind of critical point and the difference of the
+    voltages: without them it can only be larger.
 
     Parameters
     ----------
