@@ -61,6 +61,7 @@ def optimise_json(result: Result, provenance: Provenance) -> bytes:
                 "best_cell": evidence.best_cell,
                 "largest_step": evidence.step,
                 "no_cell_has_margin_percent": None if evidence.widest is None else 100 * evidence.widest,
+                "proved_bound": evidence.bound,
                 "cells_elsewhere": evidence.elsewhere,
             },
             "provenance": provenance.to_dict(),
@@ -163,6 +164,12 @@ def _evidence_text(result: Result) -> str:
         said += f" None of these has a margin of {significant(100 * evidence.widest, 4)} %."
     if evidence.best_cell is None:
         return said
+    if evidence.bound is not None and result.best is not None:
+        above = percent(max(evidence.bound / result.best.value - 1, 0.0))
+        said += (
+            f" No design in the ranges that meets the requirements, on the grid or between, has more than "
+            f"{_in_unit(result, evidence.bound, 8)}, {above} above the best: proved in affine arithmetic."
+        )
     others = "No other part" if not evidence.elsewhere else f"{evidence.elsewhere} other parts"
     return (
         f"{said} No cell that meets all requirements has more than {_in_unit(result, evidence.best_cell, 8)}; around "

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import DesignPoint
+from vireport.optimise.bound import largest_value
 from vireport.optimise.cells import Cells, corner_slack, evaluate, keeps_motion
 from vireport.optimise.problem import Problem, smallest_margin
 from vireport.optimise.refine import refine
@@ -82,6 +83,8 @@ class Evidence:
         Largest difference of the objective between neighbouring cells within `APART` of the best design.
     widest : float or None
         A margin, as a share, that no cell within the limits has; None where it was not looked for.
+    bound : float or None
+        A value that no design in the ranges exceeds that meets the requirements, proved; None where none is known.
     elsewhere : int
         Parts of the grid that may hold a better design, by the differences between neighbouring cells to first order,
         and were not refined from.
@@ -96,6 +99,7 @@ class Evidence:
     best_cell: float | None = None
     step: float = 0.0
     widest: float | None = None
+    bound: float | None = None
     elsewhere: int = 0
 
 
@@ -220,6 +224,8 @@ def optimise(problem: Problem, progress: Progress | None = None) -> Result:
         return Result(problem, best, None, (), evidence)
     step = 2 * float(grid.changes()[grid.near(best)].max(initial=0.0))
     evidence = replace(evidence, best_cell=float(grid.cells.value[tried[0]]), step=step, elsewhere=len(left))
+    say("bounding what any other design may reach")
+    evidence = replace(evidence, bound=largest_value(problem, best.value))
     say("trading the objective for margin")
     return Result(problem, best, None, _front(grid, order), evidence)
 

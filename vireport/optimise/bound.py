@@ -1,0 +1,318 @@
+"""An upper bound of the objective over all designs, proved: what no design in the ranges exceeds.
+
+Every stable motion is a point of the surface over (q, phase), see `vireport.analysis.orbits`. Tiles cover it, in affine
+arithmetic; those are left out on which no motion is stable, or the ball would pass through a membrane. What remains is
+drawn into a picture of (log d, gbar): where stable motions may be, and how fast their impacts. The ranges are cut into
+boxes. Where only empty pixels are met, by a box or by its devices with an input off by the margin required, no design
+has both; of the other boxes the fastest impacts bound the objective. Those that may hold a better design are halved,
+and the picture is drawn anew of what they meet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.analysis import Orbits, orbits, return_trace
+from vireport.optimise.cells import DISPLACED, RINGS
+from vireport.optimise.problem import ACCELERATION, DEFLECTION, FIELD, STROKE, Problem, quantities
+from vireport.physics import Device, Membrane, conversion, voltages
+from vireport.scenario import DesignInput, DesignPath, Objective, Parameter
+from vireport.tolerances import Affine, AffineOps, between
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+GROWING = (
+    *(Objective.U_AVE, Objective.VOLTAGE_RATE, Objective.POWER),
+    *(Objective.U_BOTTOM, Objective.U_TOP, Objective.VELOCITY_BOTTOM),
+)
+"""Objectives that grow with both impact speeds, with the ball's mass and with the frequency."""
+
+FALLING = DesignPath.AMPLITUDE
+"""The input with which d and gbar fall; with all others they grow, if they change."""
+
+PIXELS = np.array([64, 16])
+"""Of the picture, along either axis; it is drawn anew where it matters."""
+
+TILES, MOST_TILES, BLOCK = 32, 20_000, 4096
+"""Tiles along q and phase at first, for each forcing period; after how many the rest is drawn as it is, some seconds;
+tiles evaluated at once."""
+
+SAMPLES = 6
+"""Times of each flight, for each forcing period, at which the ball must be between the membranes."""
+
+FIRST = 16
+"""Boxes along each input at first."""
+
+AIM, ROUNDS, MOST_BOXES, LEAST_GAIN = 1e-3, 5, 40_000, 0.9
+"""Share of the best value up to which a box need not be cut further; the most rounds; the most boxes; share of what is
+above the best value that a round must leave less than, for another."""
+
+TOGETHER, TELLING = 2, 2
+"""Rounds in which one picture serves for all; in the others that many devices off by the margin, those that exclude
+most."""
+
+ROUNDING = 1e-9
+"""Share by which ranges of d and gbar, and values against limits, are widened."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """Where stable motions may be, in pixels of (log d, gbar).
+
+    Attributes
+    ----------
+    low, high, pixel : ndarray, shape (2,)
+        Its corners, and the size of a pixel.
+    fastest, slowest : ndarray, shape (2, *PIXELS)
+        Bounds of the impact speeds at the bottom and at the top [y_c]; -inf and inf where there is no motion.
+    """
+
+    low: Floats
+    high: Floats
+    pixel: Floats
+    fastest: Floats
+    slowest: Floats
+
+    def index(self, value: Floats, axis: int) -> Ints:
+        """The pixels of values along an axis."""
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            place = np.floor((value - self.low[axis]) / self.pixel[axis])
+        return np.asarray(np.clip(np.nan_to_num(place), 0, PIXELS[axis] - 1), dtype=np.intp)
+
+    def over(self, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+        """Fastest and slowest, (2, k), over boxes of (log d, gbar) with ends of shape (2, k)."""
+        fastest, slowest = np.full(low.shape, -np.inf), np.full(low.shape, np.inf)
+        for rows, i, j in self.pixels(low, high):
+            fastest[:, rows] = np.maximum(fastest[:, rows], self.fastest[:, i, j])
+            slowest[:, rows] = np.minimum(slowest[:, rows], self.slowest[:, i, j])
+        return fastest, slowest
+
+    def pixels(self, low: Floats, high: Floats) -> Iterator[tuple[Ints, Ints, Ints]]:
+        """The pixels of boxes: which boxes, and a pixel of each."""
+        (i, j), (last_i, last_j) = ([self.index(ends[axis], axis) for axis in (0, 1)] for ends in (low, high))
+        for di in range(int((last_i - i).max(initial=-1)) + 1):
+            rows = np.flatnonzero(i + di <= last_i)
+            for dj in range(int((last_j - j)[rows].max(initial=-1)) + 1):
+                chosen = rows[(j + dj <= last_j)[rows]]
+                yield chosen, i[chosen] + di, j[chosen] + dj
+
+
+def picture_of(r: float, n: int, low: Floats, high: Floats) -> Picture:
+    """Draw where devices with a restitution may have stable motions, from one (log d, gbar) to another."""
+    pixel = (high - low) / PIXELS
+    pixel = np.maximum(pixel, pixel.max() / 4)  # not too fine across a picture that is a line
+    shape = (2, *PIXELS)
+    picture = Picture(low, high, pixel, np.full(shape, -np.inf), np.full(shape, np.inf))
+    u, phi = np.linspace(-0.5, 0.5, TILES * n + 1), np.linspace(0, 2 * np.pi * (1 + ROUNDING), TILES * n + 1)
+    start = np.stack(np.meshgrid(u[:-1], phi[:-1], indexing="ij")).reshape(2, -1)
+    end = np.stack(np.meshgrid(u[1:], phi[1:], indexing="ij")).reshape(2, -1)
+    tiles_so_far = 0
+    while start.size:
+        tiles_so_far += start.shape[1]
+        parts = [np.empty((2, 2, 0))]
+        for first in range(0, start.shape[1], BLOCK):
+            tiles = start[:, first : first + BLOCK], end[:, first : first + BLOCK]
+            parts.append(_drawn(picture, *tiles, r, n, last=tiles_so_far > MOST_TILES))
+        start, end = np.concatenate(parts, axis=2)
+    return picture
+
+
+def _drawn(picture: Picture, start: Floats, end: Floats, r: float, n: int, last: bool) -> Floats:
+    """Draw the tiles that are small enough; both halves of the others that may have a stable motion, (2, 2, k)."""
+    size = start.shape[1]
+    restitution = between(np.full(size, r), np.full(size, r), 2)
+    with np.errstate(all="ignore"):  # what is not finite leaves out nothing
+        orbit = orbits(between(start[0], end[0], 0), between(start[1], end[1], 1), restitution, n, AffineOps())
+        lower, upper = (
+            np.stack([np.log(np.maximum(d, 0)), gbar])
+            for d, gbar in ((orbit.d.lower, orbit.gbar.lower), (orbit.d.upper, orbit.gbar.upper))
+        )
+        edge = picture.low[:, None], picture.high[:, None]
+        out = (upper < edge[0]).any(axis=0) | (lower > edge[1]).any(axis=0)
+        rows = np.flatnonzero(~(out | (orbit.velocity_bottom.upper <= 0) | (orbit.velocity_top.lower >= 0)))
+        rows = rows[_may_be_stable(_chosen(orbit, rows), restitution[rows])]
+        rows = rows[_may_stay_between(_chosen(orbit, rows), restitution[rows], n)]
+        moved = np.abs(np.stack([orbit.d.linear[:2] / orbit.d.centre, orbit.gbar.linear[:2]]))[:, :, rows]
+        moved = np.nan_to_num(moved / picture.pixel[:, None, None], nan=np.inf)
+    fine = (2 * moved.sum(axis=1) <= 1).all(axis=0) & np.isfinite(upper[:, rows]).all(axis=0) | last
+    drawn = rows[fine]
+    speeds = orbit.velocity_bottom[drawn], -orbit.velocity_top[drawn]
+    fast, slow = (
+        np.nan_to_num(np.stack(x), nan=limit)
+        for x, limit in (([v.upper for v in speeds], np.inf), ([v.lower for v in speeds], 0.0))
+    )
+    for tiles, i, j in picture.pixels(
+        np.nan_to_num(lower[:, drawn], nan=-np.inf), np.nan_to_num(upper[:, drawn], nan=np.inf)
+    ):
+        for side in (0, 1):
+            np.maximum.at(picture.fastest[side], (i, j), fast[side, tiles])
+            np.minimum.at(picture.slowest[side], (i, j), np.maximum(slow[side, tiles], 0))
+    rows, moved = rows[~fine], moved[:, :, ~fine].max(axis=0)
+    low, high = np.repeat(start[:, rows], 2, axis=1), np.repeat(end[:, rows], 2, axis=1)
+    along, lower_half = moved.argmax(axis=0), 2 * np.arange(len(rows))
+    middle = (start[along, rows] + end[along, rows]) / 2
+    high[along, lower_half] = low[along, lower_half + 1] = middle
+    return np.stack([low, high])
+
+
+def _chosen(orbit: Orbits, rows: Ints) -> Orbits:
+    return Orbits(*(getattr(orbit, one.name)[rows] for one in fields(Orbits)))
+
+
+def _may_be_stable(orbit: Orbits, r: Affine) -> Mask:
+    """Whether the trace may be within its borders."""
+    trace, border = return_trace(orbit, r), 1 + r**4
+    return np.asarray(~((trace - border).lower > 0) & ~((trace + border).upper < 0))
+
+
+def _may_stay_between(orbit: Orbits, r: Affine, n: int) -> Mask:
+    """Whether the ball may be between the membranes at some times of its flights."""
+    ops, inside = AffineOps(), np.ones(len(orbit.d.centre), dtype=bool)
+    for way in orbit.flights(r):
+        for k in range(SAMPLES * n):
+            time = way.duration * ((k + 0.5) / (SAMPLES * n))
+            angle = ops.pi * time
+            covered = way.covered(time, way.turned(ops.sin(angle), ops.cos(angle))[1], ops)
+            inside &= ~(covered.upper < 0) & ~((way.d - covered).upper < 0)
+    return inside
+
+
+def largest_value(problem: Problem, best: float) -> float | None:
+    """A value of the objective that no design in the ranges exceeds; None where none can be given.
+
+    That is where the objective is none of `GROWING`, or the restitution or a number of the membranes varies. Tolerances
+    have no part in it, nor have margins in restitution or to one kind of critical point and the difference of the
+    voltages: without them it can only be larger.
+
+    Parameters
+    ----------
+    problem : Problem
+    best : float
+        The best value known.
+    """
+    beyond = any(path == DesignPath.RESTITUTION or path.startswith("device.membrane.") for path in problem.paths)
+    if problem.objective not in GROWING or beyond:
+        return None
+    axes, done, above = len(problem.paths), best, np.inf
+    ends = np.linspace(0, 1, FIRST + 1)
+    low, high = (
+        np.stack(np.meshgrid(*[part] * axes, indexing="ij")).reshape(axes, -1) for part in (ends[:-1], ends[1:])
+    )
+    off = [(varied, 1 + sign * ring * problem.share) for ring in RINGS for varied, sign in DISPLACED if problem.share]
+    off = [change for change in off if change[0] is not DesignInput.RESTITUTION]
+    for number in range(ROUNDS):
+        bound, excluded = _bounds(problem, low, high, off, together=number < TOGETHER)
+        off = [off[k] for k in sorted(excluded.argsort(kind="stable")[::-1][:TELLING])] if number else off
+        kept = bound > best * (1 + AIM)
+        done = max(done, float(bound[~kept].max(initial=-np.inf)))
+        low, high, bound, before = low[:, kept], high[:, kept], bound[kept], above
+        above = float(bound.max(initial=best)) - best
+        if not bound.size or above > LEAST_GAIN * before:
+            break
+        while low.shape[1] * 2**axes <= MOST_BOXES / 4 or low.shape[1] == len(bound):
+            low, high = _cut(low, high)
+    most = max(done, float(bound.max(initial=-np.inf)))
+    return most if np.isfinite(most) else None
+
+
+def _cut(low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Both halves of boxes along every axis."""
+    for axis in range(len(low)):
+        middle = (low[axis] + high[axis]) / 2
+        upper, lower = low.copy(), high.copy()
+        upper[axis], lower[axis] = middle, middle
+        low, high = np.hstack([low, upper]), np.hstack([lower, high])
+    return low, high
+
+
+def _bounds(
+    problem: Problem, low: Floats, high: Floats, off: list[tuple[DesignInput, float]], together: bool
+) -> tuple[Floats, Ints]:
+    """Upper bounds of the objective over boxes of designs, ends of shape (inputs, k); -inf where there is none to meet.
+
+    `off` are inputs and by what factor they are off in devices that have stable motion, if a design has the margin; the
+    second result is how many boxes each excludes. One picture serves for all that is looked up, or one for each.
+    """
+    first = _place(problem, low, high, None, 1.0)
+    others = [_place(problem, low, high, *change) for change in off]
+    scenario = problem.loaded.scenario
+
+    def drawn(places: list[tuple[Floats, Floats, Mask]], rows: Any) -> Picture:
+        corner = np.min([start[:, rows].min(axis=1) for start, _, _ in places], axis=0)
+        opposite = np.max([end[:, rows].max(axis=1) for _, end, _ in places], axis=0)
+        return picture_of(scenario.device.restitution, scenario.period_ratio, corner, opposite)
+
+    picture = drawn([first, *others] if together else [first], slice(None))
+    fastest, slowest = picture.over(*first[:2])
+    there, excluded = fastest[0] > 0, []
+    for place in others:
+        start, end, applies = place
+        rows = np.flatnonzero(there & applies)
+        if rows.size:
+            shown = picture if together else drawn([place], rows)
+            there[rows] = shown.over(start[:, rows], end[:, rows])[0][0] > 0
+        excluded.append(rows.size - np.count_nonzero(there[rows]))
+    bound = np.full(low.shape[1], -np.inf)
+    rows = np.flatnonzero(there)
+    with np.errstate(all="ignore"):  # no impacts, no efficiency
+        value, meets = _values(problem, low[:, rows], high[:, rows], fastest[:, rows], slowest[:, rows])
+    bound[rows] = np.where(meets, value * (1 + ROUNDING), -np.inf)
+    return bound, np.array(excluded, dtype=np.intp)
+
+
+def _place(
+    problem: Problem, low: Floats, high: Floats, varied: DesignInput | None, factor: float
+) -> tuple[Floats, Floats, Mask]:
+    """The (log d, gbar) of boxes, from and to, (2, k), with an input off by a factor, and whether all may be so."""
+    falls = np.array([path == FALLING for path in problem.paths])[:, None]
+    ends, applies = [], np.ones(low.shape[1], dtype=bool)
+    for t in (np.where(falls, high, low), np.where(falls, low, high)):
+        device, _ = problem.at(t.T)
+        if varied is not None:
+            value = np.broadcast_to(getattr(device, varied) * factor, low.shape[1])
+            applies &= value <= varied.limits[1]
+            changed: dict[str, Any] = {varied: np.minimum(value, varied.limits[1])}
+            device = replace(device, **changed)
+        d, gbar = (np.broadcast_to(x, low.shape[1]) for x in device.groups(Parameter.LENGTH, device.length_m))
+        ends.append(np.stack([np.log(d), gbar]))
+    return ends[0] - ROUNDING * (1 + np.abs(ends[0])), ends[1] + ROUNDING * (1 + np.abs(ends[1])), applies
+
+
+def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowest: Floats) -> tuple[Floats, Mask]:
+    """The objective at the fastest impacts of boxes, and whether the slowest may meet the limits."""
+    rising = np.array([path in (FALLING, DesignPath.BALL_MASS) for path in problem.paths])[:, None]
+    meets = np.ones(low.shape[1], dtype=bool)
+    quickest, _ = problem.at(high.T)
+    columns = []
+    for t, speeds in ((np.where(rising, high, low), fastest), (np.where(rising, low, high), slowest)):
+        device, membrane = problem.at(t.T)
+        columns.append(_columns(device, membrane, speeds, quickest.period_ratio / quickest.frequency_hz))
+    fast, slow = columns
+    shaker = device.shaker(Parameter.LENGTH, device.length_m)
+    slow |= {ACCELERATION: shaker.acceleration_g, STROKE: shaker.stroke_m}
+    for quantity, least, limit in problem.limits:
+        if least:
+            meets &= fast[quantity] >= limit * (1 - ROUNDING)
+        elif quantity in (DEFLECTION, FIELD, ACCELERATION, STROKE):
+            meets &= slow[quantity] <= limit * (1 + ROUNDING)
+    return np.broadcast_to(fast[problem.objective], meets.shape), meets
+
+
+def _columns(device: Device, membrane: Membrane | None, speeds: Floats, period_s: Any) -> dict[str, Floats]:
+    """The quantities of impacts at dimensionless speeds, (2, k)."""
+    if membrane is None:
+        return quantities(speeds[0], speeds[0], None, None, period_s)
+    bottom, top = device.velocity_unit(Parameter.LENGTH, device.length_m) * speeds
+    volts, dielectric = voltages(bottom, top, membrane), membrane.dielectric
+    if dielectric is None:
+        return quantities(speeds[0], speeds[0], volts, None, period_s)
+    converted = conversion((volts.bottom_v, volts.top_v), (bottom, top), membrane, dielectric, 0.0, period_s)
+    columns = quantities(speeds[0], speeds[0], volts, converted, period_s)
+    return columns | {FIELD: 100 * converted.field_v_m / dielectric.breakdown_field_v_m}
