@@ -24,7 +24,13 @@ LEAVES = [path for path, key in KEYS.items() if "properties" not in key]
 # What a schema cannot see: how a number is written, not-a-number, control characters, and comparisons.
 BEYOND = {
     *("period_ratio 2.0", "schema_version 1.0", "device.length_m .nan", "title '  '", "sweep.to 0.59"),
-    *('title "\\e[31m"', 'title "two\\nlines"', "device.ball_mass_kg 0.2", "device.ball_mass_kg 0.1245"),
+    *(
+        'title "\\e[31m"',
+        'title "two\\nlines"',
+        "row 2 'title: a\\u202eb'",
+        "device.ball_mass_kg 0.2",
+        "device.ball_mass_kg 0.1245",
+    ),
     *("row 9 '    ball_radius_m: 7e-3'", "row 9 '    active_radius_m: 5e-3'", "key simulation: {samples: 4.0}"),
     *("nothing behind requirements", "required stable_from: 0.6, stable_to: 0.76 stable_to"),
     "required inclination_from_deg: 20, inclination_to_deg: 20.0 inclination_to_deg",

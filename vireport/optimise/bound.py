@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from vireport.analysis import Orbits, orbits, return_trace
 from vireport.optimise.cells import DISPLACED, RINGS
 from vireport.optimise.problem import ACCELERATION, DEFLECTION, FIELD, STROKE, Problem, quantities
-from vireport.physics import Device, Membrane, conversion, voltages
+from vireport.physics import Affine, AffineOps, Device, Membrane, between, conversion, voltages
 from vireport.scenario import DesignInput, DesignPath, Objective, Parameter
-from vireport.tolerances import Affine, AffineOps, between
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -36,6 +35,9 @@ GROWING = (
 
 FALLING = DesignPath.AMPLITUDE
 """The input with which d and gbar fall; with all others they grow, if they change."""
+
+SYMBOLS = 2
+"""Of the affine numbers: half the duration of a flight, as q, and the phase."""
 
 PIXELS = np.array([64, 16])
 """Of the picture, along either axis; it is drawn anew where it matters."""
@@ -127,9 +129,10 @@ def picture_of(r: float, n: int, low: Floats, high: Floats) -> Picture:
 def _drawn(picture: Picture, start: Floats, end: Floats, r: float, n: int, last: bool) -> Floats:
     """Draw the tiles that are small enough; both halves of the others that may have a stable motion, (2, 2, k)."""
     size = start.shape[1]
-    restitution = between(np.full(size, r), np.full(size, r), 2)
+    restitution = between(np.full(size, r), np.full(size, r), 0, SYMBOLS)
+    times, phases = (between(start[i], end[i], i, SYMBOLS) for i in (0, 1))
     with np.errstate(all="ignore"):  # what is not finite leaves out nothing
-        orbit = orbits(between(start[0], end[0], 0), between(start[1], end[1], 1), restitution, n, AffineOps())
+        orbit = orbits(times, phases, restitution, n, AffineOps())
         lower, upper = (
             np.stack([np.log(np.maximum(d, 0)), gbar])
             for d, gbar in ((orbit.d.lower, orbit.gbar.lower), (orbit.d.upper, orbit.gbar.upper))
