@@ -25,6 +25,7 @@ COMMANDS = {
     "hysteresis": ("run", "hysteresis.yaml"),
     "design-point": ("run", "design-point.yaml"),
     "compare": ("compare", "horizontal.yaml", "inclined.yaml", "inclined-forcing.yaml"),
+    "chart": ("chart", "inclined.yaml", "--over", "restitution=0.2..0.8,length_m=0.3..1"),
     "map": ("sweep", "maps/map.yaml"),
 }
 
@@ -36,6 +37,7 @@ SHOWN = {
     "hysteresis": "hysteresis/figure-hysteresis",
     "compare-figure-2": "compare/figure-2",
     "compare-figure-variants": "compare/figure-variants",
+    "inclined-chart": "chart/figure-chart",
     "map-stability": "map/map-stability",
 }
 """Of each picture, the file that it is, without suffixes."""
@@ -46,10 +48,10 @@ FIRST_PAGE = b'#set page(width: auto, height: auto, margin: 0pt)\n#image("report
 def main() -> None:
     """Run the examples and copy what the documentation shows."""
     with TemporaryDirectory() as folder:
-        for name, (command, *files) in COMMANDS.items():
-            scenarios = [str(EXAMPLES / file) for file in files]
+        for name, (command, *words) in COMMANDS.items():
+            arguments = [str(EXAMPLES / word) if word.endswith(".yaml") else word for word in words]
             out = str(Path(folder) / name)
-            run([sys.executable, "-m", "vireport", command, *scenarios, "-o", out], check=True)
+            run([sys.executable, "-m", "vireport", command, *arguments, "-o", out], check=True)
         for picture, file in SHOWN.items():
             (PICTURES / f"{picture}.png").write_bytes((Path(folder) / f"{file}.png").read_bytes())
         page = typst.Compiler(root=str(Path(folder) / "design-point")).compile(FIRST_PAGE, format="png", ppi=70.0)

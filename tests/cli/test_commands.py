@@ -172,3 +172,19 @@ def test_sweep_writes_a_map(tmp_path: Path) -> None:
     first = (tmp_path / "m" / "map.parquet").read_bytes()
     assert main([*arguments, "--no-figures"]) == 0
     assert (tmp_path / "m" / "map.parquet").read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("over", "message"),
+    [
+        ("length_m", "does not name two inputs"),
+        ("length_m,lenght_m", "unknown input 'lenght_m' (allowed: length_m, amplitude_n"),
+        ("length_m,length_m", "length_m is named twice"),
+        ("length_m=1..0.3,restitution", "length_m: 1..0.3 is no range of it (allowed: ascending, from"),
+        ("length_m=a..b,restitution", "'a..b' is no range (such as"),
+        ("restitution=0.2..1.2,length_m", "restitution: 0.2..1.2 is no range of it"),
+    ],
+)
+def test_a_chart_says_what_is_wrong_with_its_inputs(over: str, message: str, example, capsys) -> None:
+    assert main(["chart", str(example("inclined")), "--over", over]) == 2
+    assert message in capsys.readouterr().err

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vireport.charts.outputs import EVENTS
 from vireport.figures import DOTTED, HALO, LOCI, Color, Entry, Label, Look, Picture, blank, finished, round_ticks, style
-from vireport.sequences import Chart, FollowedLocus
+from vireport.sequences import Chart, Event, FollowedLocus
 
 Floats = NDArray[np.float64]
 
@@ -71,10 +71,10 @@ def _draw(axes: Axes, locus: FollowedLocus) -> None:
 
 def _legend(chart: Chart) -> list[Entry]:
     drawn = {locus.event for locus in chart.loci}
-    entries: list[Entry] = [(name, look | {"linewidth": 1.3}) for kind, (name, look) in LOCI.items() if kind in drawn]
+    entries: list[Entry] = [(name, {"linewidth": 1.3} | look) for kind, (name, look) in LOCI.items() if kind in drawn]
     faint: list[Entry] = [("of unstable motions", {"color": Color.PURPLE, "linestyle": DOTTED} | BETWEEN)]
     marks: list[Entry] = [("points of the table", MEETING)]
-    unstable = any(not locus.bounds_stability.all() for locus in chart.loci)
+    unstable = any(locus.event is Event.GRAZING and not locus.bounds_stability.all() for locus in chart.loci)
     return entries + faint * unstable + marks * bool(chart.meetings)
 
 

@@ -48,6 +48,10 @@ AT_CUSP = Decimal("1e-12"), 1e-4
 AT_EDGE, SAME_POINT = 1e-6, 1e-6
 """Shares of the range: from the plane's edge, within which what happens is that of the edge, and between two points."""
 
+SAME_MOTION = 1e-4
+"""Difference of velocities and times up to which the motions of two such points are one: where no polish applies, half
+of the digits are left."""
+
 Progress = Callable[[str], None]
 
 
@@ -196,7 +200,7 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
         sweep = cut_sweep(plane, k, other)
         if not sweep.unresolved:
             families = atlas(sweep, limits)
-            crossed.append(Cut(k, other, _stable(families, plane, k)))
+            crossed.append(Cut(k, other, _stable(families, plane, k, other)))
             for start in _events(families, plane, k, other):
                 progress(f"loci of {start[0].sequence.word}")
                 search.explore(*start)
@@ -268,11 +272,11 @@ def _events(families: Atlas, plane: Plane, k: int, other: float) -> Iterator[Sta
         yield vertex.point.motion, _place(plane, k, vertex.point.sweep_value, other), vertex.event
 
 
-def _stable(families: Atlas, plane: Plane, k: int) -> tuple[tuple[float, float, tuple[str, ...]], ...]:
+def _stable(families: Atlas, plane: Plane, k: int, other: float) -> tuple[tuple[float, float, tuple[str, ...]], ...]:
     """Between the ends of stable ranges, the words of the motions that are stable."""
 
     def place(pair: tuple[float, float]) -> list[float]:
-        return sorted(float(_place(plane, k, value, float(plane.low[1 - k]))[k]) for value in pair)
+        return sorted(float(_place(plane, k, value, other)[k]) for value in pair)
 
     ranges = [(place(pair), family.sequence.word) for family in families.families for pair in family.stable_ranges]
     ends = place((families.sweep.start, families.sweep.end))
@@ -299,7 +303,7 @@ class _Search:
         for sign in (1, -1) if event is Event.NODE_FOCUS else (1,):
             path = Locus(motion.sequence, self.plane, Condition(event, rests, sign))
             x = path.nearest(np.concatenate([motion.velocity, motion.time, p])) if self._wanted(path) else None
-            if x is not None and np.abs(x[-2:] - p).max() < 1e-6 * self.plane.widths.max():
+            if x is not None and np.abs((x[-2:] - p) / self.plane.widths).max() < SAME_POINT:
                 self._follow(path, path.point(x, path.tangent(x)))
         while self.queue:
             self._follow(*self.queue.popleft())
@@ -316,7 +320,7 @@ class _Search:
         waits = np.diff(motion.time, append=motion.time[0] + 2 * motion.sequence.periods)
         if not path.admits(first.x) or waits.min() < BESIDE or motion.primitive() is not motion:
             return
-        if self.known(path, first.x):
+        if self._known(path, first.x):
             return
         strand = completed(path, first, follow(path, first))
         x = np.array([point.x for point in strand.points])
@@ -325,21 +329,19 @@ class _Search:
         for row, event in strand.events:
             self._meet(path, strand.points[row].x, event)
 
-    def known(self, path: Locus, x: Floats) -> bool:
-        """Whether a motion lies on a locus that has been followed."""
-        motion, own = path.motion(x), 2 * len(path.sequence)
+    def _known(self, path: Locus, x: Floats) -> bool:
+        """Whether a motion lies on a locus that has been followed, counted from any impact or in the mirror."""
+        motion = path.motion(x)
         images = [motion, motion.mirrored()] if self.plane.horizontal else [motion]
-        for locus in self.loci:
-            if locus.event is not path.condition.event or len(locus.path.sequence) != len(path.sequence):
-                continue
-            for image in images:
-                for i in range(len(path.sequence)):
-                    turned = image.rotated(i)
-                    if turned.sequence != locus.path.sequence or at_rest(turned) != locus.path.condition.rests:
-                        continue
-                    if _on(locus, np.concatenate([turned.velocity, turned.time, x[own:]])):
-                        return True
-        return False
+        turned = [image.rotated(i) for image in images for i in range(len(path.sequence))]
+        return any(
+            _on(locus, np.concatenate([one.velocity, one.time, x[-2:]]))
+            for locus in self.loci
+            for one in turned
+            if locus.event is path.condition.event
+            and one.sequence == locus.path.sequence
+            and at_rest(one) == locus.path.condition.rests
+        )
 
     def _meet(self, path: Locus, x: Floats, event: Event) -> None:
         """Take up a point of codimension two, and start the loci through it."""
@@ -364,7 +366,7 @@ class _Search:
 
     def _same(self, meeting: Meeting, motion: Motion, p: Floats) -> bool:
         near = np.abs((np.array(meeting.inputs) - p) / self.plane.widths).max() < SAME_POINT
-        return bool(near) and meeting.motion.distance(motion, mirror=self.plane.horizontal) < 1e-4
+        return bool(near) and meeting.motion.distance(motion, mirror=self.plane.horizontal) < SAME_MOTION
 
     def _through(self, motion: Motion, p: Floats) -> Iterator[Locus]:
         """The loci through a point: of every condition that holds for a motion with some of its touches as impacts."""

@@ -149,10 +149,10 @@ class Path(ABC):
 
     def solved(self, guess: Floats, normal: Floats) -> Floats | None:
         """The motion nearest to a guess in the plane through it with a normal; None where there is none in reach."""
-        x = self._newton(guess, normal, crossing=False)
-        return self._newton(guess, normal, crossing=True) if x is None else x
+        return (self._newton(guess, normal, False) or self._newton(guess, normal, True) or (None,))[0]
 
-    def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> Floats | None:
+    def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> tuple[Floats, Floats] | None:
+        """The motion, and the derivatives of the conditions at the last correction."""
         solve: Any = _within_rank if crossing else np.linalg.solve
         x, scale = guess.copy(), self.scale
         for _ in range(CORRECTIONS):
@@ -166,16 +166,19 @@ class Path(ABC):
                 return None
             x += step * scale
             if size < (CONVERGED if crossing else SQUARED):
-                return x
-        return x if size < ROUNDING else None
+                return x, matrix
+        return (x, matrix) if size < ROUNDING else None
 
     def nearest(self, guess: Floats) -> Floats | None:
         """The motion nearest to a guess."""
-        return self._newton(guess, np.zeros(len(guess)), crossing=True)
+        return (self._newton(guess, np.zeros(len(guess)), True) or (None,))[0]
 
     def point(self, x: Floats, along: Floats) -> Point:
         """A motion with the direction of the path there, on the side of another direction."""
-        matrix, unit = np.vstack([self.linearised(x)[1], along]), np.eye(len(x))[-1]
+        return self._point(x, along, self.linearised(x)[1])
+
+    def _point(self, x: Floats, along: Floats, derivatives: Floats) -> Point:
+        matrix, unit = np.vstack([derivatives, along]), np.eye(len(x))[-1]
         try:
             tangent = np.linalg.solve(matrix, unit)
         except np.linalg.LinAlgError:
@@ -196,10 +199,11 @@ class Path(ABC):
         NumericalError
             If none is found.
         """
-        x = self.solved(point.x + step * self.scale * point.tangent, point.tangent)
-        if x is None:
+        guess = point.x + step * self.scale * point.tangent
+        found = self._newton(guess, point.tangent, False) or self._newton(guess, point.tangent, True)
+        if found is None:
             raise NumericalError(f"a family of {self.sequence.word} was lost")
-        return self.point(x, point.tangent)
+        return self._point(found[0], point.tangent, found[1])
 
     def located(self, point: Point, step: float, value: Callable[[Point], float]) -> tuple[float, Point]:
         """Where, within a step, a function of the motion is zero whose signs differ at its ends. Raises as `ahead`."""
