@@ -160,4 +160,4 @@ def test_lettering_can_be_read(report: Report) -> None:
 
 
 def test_a_report_is_short(report: Report) -> None:
-    assert len(report.reader.pages) <= MOST_PAGES.get(report.name, 9)
+    assert len(report.reader.pages) <= MOST_PAGES.get(report.name, 9) + (report.paper == "letter")  # which is shorter
