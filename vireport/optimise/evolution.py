@@ -67,7 +67,7 @@ def _cost(problem: Problem, t: Floats, widest: float | None) -> Floats:
     """What is to be as small as possible: minus the objective, or from 0 on what a design lacks of its limits."""
     cells = evaluate(problem, t)
     slack = np.nan_to_num(np.hstack([cells.slack, corner_slack(problem, t)]), nan=-1.0)
-    cost = -np.minimum(slack, 0.0).sum(axis=1)
+    cost: Floats = -np.minimum(slack, 0.0).sum(axis=1)
     rows = np.flatnonzero(cost == 0)
     if problem.objective is Objective.MARGIN:
         low, high = np.zeros(len(rows)), np.full(len(rows), 1.5 * widest if widest else 1.0)
