@@ -157,8 +157,8 @@ def _evidence_text(result: Result) -> str:
     )
     if evidence.yielding is not None:
         said += (
-            f" The required yield takes stable motion at all corners of {percent(evidence.yielding)} of the tolerances, as "
-            f"designs with more and with less of it show; {evidence.tolerated} of these keep that, and "
+            f" The required yield takes stable motion at all corners of {percent(evidence.yielding)} of the "
+            f"tolerances, as designs with more and with less show; {evidence.tolerated} of these keep that, and "
             f"{evidence.judged} designs were judged in full."
         )
     elif evidence.tolerated is not None:

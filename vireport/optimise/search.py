@@ -30,10 +30,8 @@ STARTS, APART, MOST_REFINED = 2, 4.0, 8
 """Cells that are refined from at first, how many spacings they are apart, and the most cells."""
 
 HALVINGS = 12
-"""Steps in which the largest margin of the cells is bracketed, to 0.02 %."""
-
-YIELDS = 8
-"""Most designs that are judged for a required yield, with more or less of the tolerances."""
+"""Steps in which the largest margin of the cells, or the share of the tolerances that a yield takes, is bracketed, to
+0.02 % and 0.1 %."""
 
 LEVELS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.10, 0.14, 0.20, 0.28, 0.40, 0.55)
 """Margins of the front."""
@@ -259,17 +257,17 @@ def _yielding(grid: Grid, within: Ints) -> float | None:
     """
     low, high, share, found = 0.0, 1.0, 0.0, None
     by_margin = grid.problem.objective is Objective.MARGIN
-    for _ in range(YIELDS):
+    for _ in range(HALVINGS):
         other = grid.tolerating(share)
-        rows = other.tolerated(within)
-        rows = _widest(other, rows)[0] if by_margin else rows
+        kept = other.tolerated(within)
+        rows = _widest(other, kept)[0] if by_margin else kept
         row = next(_passing(other, rows, other.problem.share), None)
         t = None if row is None else refine(other.problem, grid.t[row], grid.spacing)
         point = None if t is None else other.judge(t)
         if point is None or point.tolerated:
             high, found = share, found if point is None else share
         else:
-            low = share
+            low, within = share, kept
         if high == low:
             break
         share = 1.0 if low == share == 0 else (low + high) / 2
