@@ -74,7 +74,8 @@ class Evidence:
     stable, within : int
         Cells with a stable motion, and those of them that meet the limits that every cell is judged by.
     tolerated : int or None
-        Those of the latter with stable motion at all corners of the tolerances; None where there are none.
+        Those of the latter with stable motion at all corners of the tolerances, or of the share of them that a required
+        yield takes; None where neither counts.
     tolerances : float
         Where there are none, a share of the tolerances at which there are none either; else 1.
     yielding : float or None
@@ -222,12 +223,13 @@ def optimise(problem: Problem, progress: Progress | None = None) -> Result:
     yielding = None
     if problem.loaded.scenario.tolerances is not None and not problem.tolerated:
         yielding = _yielding(grid, within)
-        grid = grid.tolerating(1.0 if yielding is None else yielding)
+        # Where no design meets the rest, that is what is in the way; else, where none reaches the yield, the tolerances.
+        grid = grid.tolerating(float(len(grid.judged) > 0) if yielding is None else yielding)
     order, share = grid.tolerated(within), 1.0
     by_margin = problem.objective is Objective.MARGIN
     ranked, widest = _widest(grid, order) if by_margin else (order, None)
     tried, left = _climb(grid, ranked, widest)
-    tolerated = None if problem.loaded.scenario.tolerances is None else len(order)
+    tolerated = None if yielding is None and not grid.problem.tolerated else len(order)
     evidence = Evidence(
         grid.counts, int(grid.cells.stable.sum()), len(within), tolerated, yielding=yielding, widest=widest
     )
