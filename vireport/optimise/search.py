@@ -223,7 +223,7 @@ def optimise(problem: Problem, progress: Progress | None = None) -> Result:
     yielding = None
     if problem.loaded.scenario.tolerances is not None and not problem.tolerated:
         yielding = _yielding(grid, within)
-        # Where no design meets the rest, that is what is in the way; else, where none reaches the yield, the tolerances.
+        # Where none reaches the yield, the tolerances are in the way, unless no design meets the rest.
         grid = grid.tolerating(float(len(grid.judged) > 0) if yielding is None else yielding)
     order, share = grid.tolerated(within), 1.0
     by_margin = problem.objective is Objective.MARGIN
