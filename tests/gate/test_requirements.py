@@ -146,6 +146,23 @@ def test_no_mark_of_approval_stands_beside_a_requirement_that_is_not_met() -> No
 
 
 @pytest.mark.parametrize(
+    ("required", "status", "fact", "word"),
+    [
+        ({}, "caution", "caution", "Stable, but not for every device within the tolerances"),
+        ({"requirements.yield_at_least_percent": 50}, "good", "caution", "Stable"),
+        ({"requirements.yield_at_least_percent": 99}, "bad", "bad", "Requirements not met"),
+    ],
+)
+def test_tolerances_that_are_not_kept_are_not_approved(
+    required: dict[str, int], status: str, fact: str, word: str
+) -> None:
+    over = {"tolerances": {"frequency_percent": 8, "samples": 64}, **required}
+    verdict = analyse(load(ROOT / "examples/design-point.yaml", over)).verdict
+    assert (verdict.status, verdict.word) == (status, word)
+    assert next(one.status for one in verdict.facts if one.question == Question.TOLERANCES) == fact
+
+
+@pytest.mark.parametrize(
     ("key", "value"), [("acceleration_at_most_g", 3 / 0.1245 / 9.80665), ("stroke_at_most_m", None)]
 )
 def test_what_the_shaker_must_do(key: str, value: float | None) -> None:

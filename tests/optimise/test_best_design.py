@@ -15,9 +15,10 @@ from vireport import analyse, load, loads, reference
 from vireport.analysis import UNSTABLE, classify, find_motions
 from vireport.cli.app import main
 from vireport.errors import UsageError
-from vireport.optimise import optimise, problem_of
+from vireport.optimise import Point, optimise, problem_of
 from vireport.optimise.bound import largest_value, picture_of
 from vireport.optimise.cells import AT_FOLD, corner_slack, evaluate, keeps_motion
+from vireport.optimise.evolution import evolve
 from vireport.optimise.problem import Problem, smallest_margin
 from vireport.optimise.refine import SLOTS, _linear
 from vireport.reference import mp, mpf
@@ -231,6 +232,17 @@ def test_no_map_has_a_better_design(name: str) -> None:
 
 
 @pytest.mark.slow
+def test_the_global_solver_needs_no_grid() -> None:
+    search = problem(*PROBLEMS["rate"])
+    first, again = (evolve(search, np.empty((0, 2)), None) for _ in range(2))
+    assert (first == again).all()
+    found = evaluate(search, first[None])
+    assert (found.slack >= 0).all()
+    assert keeps_motion(search, first[None], search.share).all()
+    assert found.value[0] >= 0.9999 * best_of_map(search, 100)
+
+
+@pytest.mark.slow
 def test_front_falls_and_ends_at_the_largest_margin() -> None:
     _, vary, _ = PROBLEMS["rate"]
     result = optimise(problem("voltage_rate_v_s", vary, "margin_any_percent: 5, stroke_at_most_m: 0.35"))
@@ -376,3 +388,33 @@ def test_tolerances_that_no_design_has_are_in_the_way(tmp_path: Path, capsys) ->
     )
     assert (corner_slack(search, nearest[None], (share - 0.1) / 100) > 0).all()
     assert not (corner_slack(search, nearest[None], share / 100) > 0).all()
+
+
+@pytest.mark.slow
+def test_no_better_design_reaches_the_required_yield() -> None:
+    loose = TOLERANCES.replace("}", ", samples: 512}")
+    search = problem_of(loads(text_of("voltage_rate_v_s", (FREQUENCY,), "yield_at_least_percent: 80", 60) + loose))
+    result = optimise(search)
+    assert result.best.met
+    assert not result.best.study.tolerances.proved
+    assert 0 < result.evidence.yielding < 1
+    t = np.linspace(0, 1, 100)[:, None]
+    value = evaluate(search, t).value
+    better = np.flatnonzero(value > result.best.value * (1 + 2e-3))
+    assert better.size > 2
+    assert not any(Point(t[row], search.study(t[row]), value[row]).met for row in better)
+
+
+@pytest.mark.slow
+def test_a_yield_that_no_design_reaches_is_named_with_what_is_missing(tmp_path: Path, capsys) -> None:
+    scenario = tmp_path / "scenario.yaml"
+    wide = "tolerances: {frequency_percent: 45, samples: 512}\n"
+    scenario.write_text(text_of("u_ave_v", (LENGTH, FREQUENCY), "yield_at_least_percent: 95", 100) + wide)
+    assert main(["optimise", str(scenario), "--json"]) == 1
+    captured = capsys.readouterr()
+    assert "the nearest fails Yield within the tolerances (at least 95 %): " in captured.err
+    data = json.loads(captured.out)
+    assert data["evidence"]["yield_takes_percent"] is None
+    assert data["evidence"]["judged"] > 1
+    (missed,) = (one for one in data["nearest"]["requirements"] if not one["passed"])
+    assert -60 < missed["margin"] < 0

@@ -135,7 +135,7 @@ def verdict_of(
         motion = replace(motion, status=Status.GOOD)
     rigid = _rigid(compliance.grade) if compliance is not None and compliance.grade is not None else None
     simulated = _simulated(crosscheck) if crosscheck is not None else None
-    headline = _headline(solution, motion, where, (margin, reached, voltage, simulated))
+    headline = _headline(solution, motion, where, (margin, tolerated, reached, voltage, simulated))
     if simulated is not None and simulated.status is Status.BAD:
         headline = f"Not verified: the simulation does not agree with the solution. {headline}"
     if missed := unmet(criteria):
@@ -143,7 +143,8 @@ def verdict_of(
     shaker = _shaker(solution) if _judged(Question.SHAKER, criteria) else None
     facts = (accepted, motion, where, margin, tolerated, reached, voltage, shaker, rigid, simulated)
     margin_word = "small" if solution.design is None or not solution.design.unresolved else "not known"
-    status, word = _status(motion, margin, margin_word, accepted, rigid, simulated)
+    asked = None if _judged(Question.TOLERANCES, criteria) else tolerances
+    status, word = _status(motion, margin, margin_word, asked, accepted, rigid, simulated)
     return Verdict(status, word, headline, tuple(_held(fact, criteria) for fact in facts if fact is not None), instead)
 
 
@@ -170,11 +171,15 @@ def _status(
     motion: Fact,
     margin: Fact | None,
     margin_word: str,
+    tolerances: Tolerances | None,
     accepted: Fact | None,
     rigid: Fact | None,
     simulated: Fact | None,
 ) -> tuple[Status, str]:
-    """What weighs most: a contradicted solution, no motion, a requirement, the margin, the model."""
+    """What weighs most: a contradicted solution, no motion, a requirement, the tolerances, the margin, the model.
+
+    A required yield stands for the tolerances.
+    """
 
     def bad(fact: Fact | None) -> bool:
         return fact is not None and fact.status is Status.BAD
@@ -187,6 +192,9 @@ def _status(
         return Status.BAD, "Requirements not met"
     if motion.status is Status.CAUTION:
         return Status.CAUTION, "Stable, but not 1:1"
+    if tolerances is not None and not tolerances.proved:
+        some = "not for every device within the tolerances"
+        return Status.CAUTION, f"Stable, but {some if tolerances.worst is not None else 'tolerances not decided'}"
     if margin is not None and margin.status is Status.CAUTION:
         return Status.CAUTION, f"Stable, margin {margin_word}"
     if bad(rigid):
@@ -204,9 +212,11 @@ def _tolerated(found: Tolerances) -> Fact:
     interval = f"95 % interval {percent(sampled.low)} to {percent(sampled.high)}"
     detail = f"{sampled.stable} of {sampled.samples} random devices have stable motion ({interval})"
     if found.proved:
-        return Fact(Question.TOLERANCES, "Yes", "It is proved for every one", Status.GOOD)
+        short = "stable for every device within the tolerances"
+        return Fact(Question.TOLERANCES, "Yes", "It is proved for every one", Status.GOOD, short)
     answer = "No" if found.worst is not None else "Not decided"
-    return Fact(Question.TOLERANCES, answer, detail, Status.CAUTION)
+    short = f"stable for {percent(sampled.stable / sampled.samples)} of the devices within the tolerances"
+    return Fact(Question.TOLERANCES, answer, detail, Status.CAUTION, short)
 
 
 def _simulated(check: CrossCheck) -> Fact:

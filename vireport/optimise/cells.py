@@ -89,17 +89,17 @@ def evaluate(problem: Problem, t: Floats) -> Cells:
     return Cells(stable, value, np.where(stable[:, None], np.stack(slack, axis=1), np.nan))
 
 
-def keeps_motion(problem: Problem, t: Floats, share: float) -> Mask:
-    """Whether designs have stable motion where any one input is off by a share, to either side.
+def keeps_motion(problem: Problem, t: Floats, share: float | Floats) -> Mask:
+    """Whether designs have stable motion where any one input is off by a share, or each by its own, to either side.
 
     A design has that margin only if so: where this fails, a stable motion ends on the way.
     """
-    kept = np.ones(len(t), dtype=bool)
+    kept, share = np.ones(len(t), dtype=bool), np.broadcast_to(share, len(t))
     for ring in RINGS:
         for varied, sign in DISPLACED:
             rows = np.flatnonzero(kept)
             device, _ = problem.at(t[rows])
-            value = np.broadcast_to(getattr(device, varied) * (1 + sign * ring * share), len(rows))
+            value = np.broadcast_to(getattr(device, varied) * (1 + sign * ring * share[rows]), len(rows))
             high = HIGHEST_RESTITUTION if varied is DesignInput.RESTITUTION else varied.limits[1]
             moved = np.flatnonzero(value <= high)  # beyond it no margin is looked for
             device, _ = problem.at(t[rows[moved]])

@@ -57,6 +57,7 @@ def optimise_json(result: Result, provenance: Provenance) -> bytes:
                 "within_limits": evidence.within,
                 "tolerated": evidence.tolerated,
                 "no_cell_tolerates_percent": None if evidence.tolerances == 1 else 100 * evidence.tolerances,
+                "yield_takes_percent": None if evidence.yielding is None else 100 * evidence.yielding,
                 "judged": evidence.judged,
                 "best_cell": evidence.best_cell,
                 "largest_step": evidence.step,
@@ -154,7 +155,13 @@ def _evidence_text(result: Result) -> str:
         f"Evaluated: {' x '.join(map(str, evidence.counts))} designs on a grid, by the closed form; {evidence.stable} "
         f"have a stable motion, {evidence.within} of them meet the limits on voltage, energy and shaker."
     )
-    if evidence.tolerated is not None:
+    if evidence.yielding is not None:
+        said += (
+            f" The required yield takes stable motion at all corners of {percent(evidence.yielding)} of the "
+            f"tolerances, as designs with more and with less show; {evidence.tolerated} of these keep that, and "
+            f"{evidence.judged} designs were judged in full."
+        )
+    elif evidence.tolerated is not None:
         share = "" if evidence.tolerances == 1 else f" even {percent(evidence.tolerances)} of"
         said += (
             f" {evidence.tolerated or 'None'} of these keep stable motion at all corners of{share} the tolerances; for "
@@ -170,12 +177,13 @@ def _evidence_text(result: Result) -> str:
             f" No design in the ranges that meets the requirements, on the grid or between, has more than "
             f"{_in_unit(result, evidence.bound, 8)}, {above} above the best: proved in affine arithmetic."
         )
+    kept = "meets all requirements" if evidence.yielding is None else "keeps that and meets the other requirements"
     others = "No other part" if not evidence.elsewhere else f"{evidence.elsewhere} other parts"
     return (
-        f"{said} No cell that meets all requirements has more than {_in_unit(result, evidence.best_cell, 8)}; around "
-        f"the best design neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} of the "
-        "grid may hold a better design, by the differences between neighbouring cells, to first order; what is "
-        "narrower than a cell may be missed."
+        f"{said} No cell that {kept} has more than {_in_unit(result, evidence.best_cell, 8)}; around the best design "
+        f"neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} of the grid may hold a "
+        "better design, by the differences between neighbouring cells, to first order; what is narrower than a cell "
+        "may be missed."
     )
 
 

@@ -63,12 +63,15 @@ class Problem:
         The margins required, as shares, to critical points of some kinds.
     limits : tuple of (str, bool, float)
         Quantities, whether they are to be at least a limit, and the limit.
+    tolerated : float
+        Share of the tolerances at all corners of which a design must have stable motion.
     """
 
     loaded: Loaded
     design: Design
     margins: tuple[tuple[tuple[CriticalKind, ...], float], ...]
     limits: tuple[tuple[str, bool, float], ...]
+    tolerated: float = 0.0
 
     @property
     def objective(self) -> Objective:
@@ -96,21 +99,14 @@ class Problem:
         """The margin required to critical points of any kind; 0 where none is."""
         return max((share for kinds, share in self.margins if len(kinds) == len(CriticalKind)), default=0.0)
 
-    @property
-    def proves(self) -> bool:
-        """Whether every device within the tolerances must be proved to work: without a smaller yield required."""
-        required = self.loaded.scenario.requirements
-        share = None if required is None else required.yield_at_least_percent
-        return self.loaded.scenario.tolerances is not None and share in (None, 100)
-
     def half_widths(self, device: Device) -> dict[DesignInput, Any]:
-        """By how much each input may be off for every device to work, in its unit, for devices as arrays."""
+        """By how much each input is off at the corners, in its unit, for devices as arrays."""
         tolerances = self.loaded.scenario.tolerances
-        if tolerances is None or not self.proves:
+        if tolerances is None or not self.tolerated:
             return {}
         off = {varied: tolerances.off(varied) for varied in DesignInput}
         return {
-            varied: np.maximum(fixed, getattr(device, varied) * percent / 100)
+            varied: self.tolerated * np.maximum(fixed, getattr(device, varied) * percent / 100)
             for varied, (fixed, percent) in off.items()
             if fixed or percent
         }
@@ -184,7 +180,8 @@ def problem_of(loaded: Loaded) -> Problem:
     given = {} if scenario.requirements is None else to_dict(scenario.requirements)
     margins = tuple((kinds, given[key] / 100) for key, kinds in MARGINS.items() if given.get(key) is not None)
     limits = tuple((*of, given[key]) for key, of in LIMITS.items() if given.get(key) is not None)
-    return Problem(loaded, scenario.design, margins, limits)
+    proved = scenario.tolerances is not None and given.get("yield_at_least_percent") in (None, 100)
+    return Problem(loaded, scenario.design, margins, limits, float(proved))
 
 
 def quantities(

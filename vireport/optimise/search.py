@@ -1,4 +1,4 @@
-"""The best design: a grid over all designs, the best of its cells refined, and what the grid proves of the others."""
+"""The best design: a grid and a global solver over all designs, the best refined, and what is proved of the others."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vireport.analysis import DesignPoint
 from vireport.optimise.bound import largest_value
 from vireport.optimise.cells import Cells, corner_slack, evaluate, keeps_motion
+from vireport.optimise.evolution import POPULATION, evolve
 from vireport.optimise.problem import Problem, smallest_margin
 from vireport.optimise.refine import refine
 from vireport.progress import Progress
@@ -29,7 +30,8 @@ STARTS, APART, MOST_REFINED = 2, 4.0, 8
 """Cells that are refined from at first, how many spacings they are apart, and the most cells."""
 
 HALVINGS = 12
-"""Steps in which the largest margin of the cells is bracketed, to 0.02 %."""
+"""Steps in which the largest margin of the cells, or the share of the tolerances that a yield takes, is bracketed, to
+0.02 % and 0.1 %."""
 
 LEVELS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.10, 0.14, 0.20, 0.28, 0.40, 0.55)
 """Margins of the front."""
@@ -45,10 +47,10 @@ class Point:
 
     @property
     def tolerated(self) -> bool:
-        """Whether every device within the tolerances is proved to work, as far as no smaller yield is required."""
-        required, found = self.study.scenario.requirements, self.study.tolerances
-        least = None if required is None else required.yield_at_least_percent
-        return found is None or found.proved or least not in (None, 100)
+        """Whether every device within the tolerances is proved to work, or as many do as are required."""
+        found = self.study.tolerances
+        enough = any(one.key == "yield_at_least_percent" and one.passed for one in self.study.criteria)
+        return found is None or found.proved or enough
 
     @property
     def met(self) -> bool:
@@ -72,11 +74,15 @@ class Evidence:
     stable, within : int
         Cells with a stable motion, and those of them that meet the limits that every cell is judged by.
     tolerated : int or None
-        Those of the latter with stable motion at all corners of the tolerances; None where no proof is required.
+        Those of the latter with stable motion at all corners of the tolerances, or of the share of them that a required
+        yield takes; None where neither counts.
     tolerances : float
         Where there are none, a share of the tolerances at which there are none either; else 1.
+    yielding : float or None
+        The share of the tolerances at whose corners the best design has stable motion so that it reaches the yield
+        required; None where none smaller than 100 % is, or it is not reached.
     judged : int
-        Designs judged as a run judges them, with the proof over the tolerances.
+        Designs judged as a run judges them, with the proof over the tolerances, or the yield.
     best_cell : float or None
         Objective of the best cell that meets all requirements, None where there is none.
     step : float
@@ -95,6 +101,7 @@ class Evidence:
     within: int
     tolerated: int | None = None
     tolerances: float = 1.0
+    yielding: float | None = None
     judged: int = 0
     best_cell: float | None = None
     step: float = 0.0
@@ -134,7 +141,7 @@ class Grid:
     counts: tuple[int, ...]
     t: Floats
     cells: Cells
-    judged: list[Floats] = field(default_factory=list)
+    judged: list[Point | None] = field(default_factory=list)
 
     @property
     def spacing(self) -> Floats:
@@ -155,11 +162,20 @@ class Grid:
     def judge(self, t: Floats) -> Point | None:
         """The results of a design; None where it has no stable motion."""
         study = self.problem.study(t)
-        self.judged.append(t)
         design = study.solution.design
-        if design is None or not design.motions.stable.any():
-            return None
-        return Point(t, study, self.problem.value_of(study))
+        stable = design is not None and bool(design.motions.stable.any())
+        self.judged.append(Point(t, study, self.problem.value_of(study)) if stable else None)
+        return self.judged[-1]
+
+    @property
+    def best(self) -> Point | None:
+        """The best of the designs judged that meet all requirements."""
+        met = [point for point in self.judged if point is not None and point.met]
+        return max(met, key=lambda point: point.value, default=None)
+
+    def tolerating(self, share: float) -> Grid:
+        """The same with stable motion required at all corners of a share of the tolerances."""
+        return replace(self, problem=replace(self.problem, tolerated=share))
 
     def near(self, point: Point) -> NDArray[np.bool_]:
         """Cells within `APART` of a design."""
@@ -203,23 +219,29 @@ def optimise(problem: Problem, progress: Progress | None = None) -> Result:
     say("evaluating the grid")
     grid = grid_of(problem)
     within = grid.within()
-    order, share = grid.tolerated(within), 1.0
     say("looking for the best design")
+    yielding = None
+    if problem.loaded.scenario.tolerances is not None and not problem.tolerated:
+        yielding = _yielding(grid, within)
+        # Where none reaches the yield, the tolerances are in the way, unless no design meets the rest.
+        grid = grid.tolerating(float(len(grid.judged) > 0) if yielding is None else yielding)
+    order, share = grid.tolerated(within), 1.0
     by_margin = problem.objective is Objective.MARGIN
     ranked, widest = _widest(grid, order) if by_margin else (order, None)
-    best, tried, left = _climbed(grid, ranked)
-    tolerated = len(order) if problem.proves else None
-    evidence = Evidence(grid.counts, int(grid.cells.stable.sum()), len(within), tolerated, widest=widest)
-    if best is None:
+    tried, left = _climb(grid, ranked, widest)
+    tolerated = None if yielding is None and not grid.problem.tolerated else len(order)
+    evidence = Evidence(
+        grid.counts, int(grid.cells.stable.sum()), len(within), tolerated, yielding=yielding, widest=widest
+    )
+    if grid.best is None:
         ranked, widest = _widest(grid, order) if problem.share else (order, None)
         if not order.size:
             ranked, share = _halved(within, 1.0, grid.tolerated)
-        best = _nearest(grid, ranked)
-        if best is None or not best.met:
-            return Result(
-                problem, None, best, (), replace(evidence, widest=widest, tolerances=share, judged=len(grid.judged))
-            )
-    evidence = replace(evidence, judged=len(grid.judged))
+        nearest = _nearest(grid, ranked)
+        if grid.best is None:
+            evidence = replace(evidence, widest=widest, tolerances=share, judged=len(grid.judged))
+            return Result(problem, None, nearest, (), evidence)
+    best, evidence = grid.best, replace(evidence, judged=len(grid.judged))
     if by_margin or not tried:
         return Result(problem, best, None, (), evidence)
     step = 2 * float(grid.changes()[grid.near(best)].max(initial=0.0))
@@ -230,22 +252,46 @@ def optimise(problem: Problem, progress: Progress | None = None) -> Result:
     return Result(problem, best, None, _front(grid, order), evidence)
 
 
-def _climbed(grid: Grid, ranked: Ints) -> tuple[Point | None, list[int], list[int]]:
-    """The best of the designs refined from cells, these cells, and cells that might hold a better one."""
-    tried: list[int] = []
-    best: Point | None = None
-    left: list[int] = []
+def _yielding(grid: Grid, within: Ints) -> float | None:
+    """The least share of the tolerances at whose corners a design is stable and reaches the required yield, if any is.
+
+    With a larger share the best design has a smaller objective, and more of its devices work.
+    """
+    low, high, share, found = 0.0, 1.0, 0.0, None
+    by_margin = grid.problem.objective is Objective.MARGIN
+    for _ in range(HALVINGS):
+        other = grid.tolerating(share)
+        kept = other.tolerated(within)
+        rows = _widest(other, kept)[0] if by_margin else kept
+        row = next(_passing(other, rows, other.problem.share), None)
+        t = None if row is None else refine(other.problem, grid.t[row], grid.spacing)
+        point = None if t is None else other.judge(t)
+        if point is None or point.tolerated:
+            high, found = share, found if point is None else share
+        else:
+            low, within = share, kept
+        if high == low:
+            break
+        share = 1.0 if low == share == 0 else (low + high) / 2
+    return found
+
+
+def _climb(grid: Grid, ranked: Ints, widest: float | None) -> tuple[list[int], list[int]]:
+    """Judge designs refined from what the global solver finds and from cells; these, and others that may be better."""
+    problem, tried, left = grid.problem, list[int](), list[int]()
+    first = list(islice(_passing(grid, ranked, problem.share), POPULATION // 2))
+    found = evolve(problem, grid.t[first], widest)
+    if found is not None:
+        _refine(grid, found)
     starts = _starts(grid, ranked)
     while len(tried) < MOST_REFINED and (row := next(starts, None)) is not None:
-        point = _refined(grid, grid.t[row])
-        best = point if best is None or (point is not None and point.value > best.value) else best
+        _refine(grid, grid.t[row])
         tried.append(row)
-        if len(tried) >= STARTS and best is not None and grid.problem.objective is not Objective.MARGIN:
-            left = _regions(grid, ranked, best, tried)
+        best = grid.best if len(tried) >= STARTS else None
+        if best is not None:
+            left = [] if problem.objective is Objective.MARGIN else _regions(grid, ranked, best, tried)
             starts = iter(left[:1])
-        elif len(tried) >= STARTS and best is not None:
-            break
-    return best, tried, left
+    return tried, left
 
 
 def _passing(grid: Grid, rows: Ints, share: float) -> Iterator[int]:
@@ -285,13 +331,12 @@ def _halved(rows: Ints, most: float, passing: Callable[[Ints, float], Ints]) -> 
     return rows, high
 
 
-def _refined(grid: Grid, start: Floats) -> Point | None:
-    """The design refined from a cell, or else the cell's own, if it meets all requirements."""
+def _refine(grid: Grid, start: Floats) -> None:
+    """Judge the design refined from one, and that itself if it does not meet all requirements."""
     for t in (refine(grid.problem, start, grid.spacing), start):
         point = None if t is None else grid.judge(t)
         if point is not None and point.met:
-            return point
-    return None
+            break
 
 
 def _nearest(grid: Grid, ranked: Ints) -> Point | None:

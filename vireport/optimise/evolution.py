@@ -1,0 +1,82 @@
+"""The best design by a global solver: SciPy's differential evolution over the exact values that a grid has.
+
+It looks between the cells, wherever in the ranges that is; what it finds is refined and judged as a cell is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.optimise.cells import corner_slack, evaluate, keeps_motion
+from vireport.optimise.problem import Problem
+from vireport.scenario import Objective
+
+Floats = NDArray[np.float64]
+
+SEED = 0
+"""Of the random numbers: the same input, the same design."""
+
+POPULATION, GENERATIONS = 64, 40
+"""Designs of a population, and how often it is replaced. Evaluated at once, 64 cost hardly more than one."""
+
+SETTLED = 1e-4
+"""Spread of the population's objective, over its mean, that ends the search: refinement finds the rest."""
+
+HALVINGS = 6
+"""Steps in which a margin that is the objective is bracketed."""
+
+
+def evolve(problem: Problem, cells: Floats, widest: float | None) -> Floats | None:
+    """Look for the best design in all of the ranges.
+
+    Parameters
+    ----------
+    problem : Problem
+    cells : ndarray, shape (cells, inputs)
+        The best of a grid, half of the first population; the other half are Sobol points.
+    widest : float or None
+        A margin, as a share, that no cell has, where margins are looked for.
+
+    Returns
+    -------
+    ndarray, shape (inputs,), or None
+        None where no design was met that has stable motion within the limits, and the margins of `cells.keeps_motion`.
+    """
+    from scipy.optimize import differential_evolution  # type: ignore[import-untyped]
+    from scipy.stats import qmc  # type: ignore[import-untyped]
+
+    inputs = len(problem.paths)
+    cells = cells[: POPULATION // 2]
+    spread = qmc.Sobol(inputs, rng=np.random.default_rng(SEED)).random(POPULATION)
+    found = differential_evolution(
+        lambda x: _cost(problem, x.reshape(inputs, -1).T, widest),
+        [(0.0, 1.0)] * inputs,
+        init=np.vstack([cells, spread[len(cells) :]]),
+        maxiter=GENERATIONS,
+        tol=SETTLED,
+        rng=np.random.default_rng(SEED),
+        polish=False,
+        updating="deferred",
+        vectorized=True,
+    )
+    return np.asarray(found.x, dtype=float) if found.fun < 0 else None
+
+
+def _cost(problem: Problem, t: Floats, widest: float | None) -> Floats:
+    """What is to be as small as possible: minus the objective, or from 0 on what a design lacks of its limits."""
+    cells = evaluate(problem, t)
+    slack = np.nan_to_num(np.hstack([cells.slack, corner_slack(problem, t)]), nan=-1.0)
+    cost: Floats = -np.minimum(slack, 0.0).sum(axis=1)
+    rows = np.flatnonzero(cost == 0)
+    if problem.objective is Objective.MARGIN:
+        low, high = np.zeros(len(rows)), np.full(len(rows), 1.5 * widest if widest else 1.0)
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            kept = keeps_motion(problem, t[rows], middle)
+            low, high = np.where(kept, middle, low), np.where(kept, high, middle)
+        cost[rows] = -low
+    else:
+        kept = keeps_motion(problem, t[rows], problem.share) if problem.share else np.ones(len(rows), dtype=bool)
+        cost[rows] = np.where(kept, -cells.value[rows], 0.0)
+    return cost
