@@ -104,12 +104,13 @@ def _passed(
         coordinate = scale * (gbar if model.level.held is Held.D else d)
         positive = [coordinate - limits[0], limits[1] - coordinate]
         positive += [scale * v * wall for v, wall in zip(velocity, sequence.walls, strict=True)]
-        least, largest = np.min(positive, axis=1), np.max(positive, axis=1)
-        (a, f), (b, g) = (
-            (SLOPES.T @ value, value.mean(axis=0))
-            for value in sweep_conditions(Solution(velocity, [], sine, cosine, gbar, d, excess), model)
-        )
+        values = np.stack([*sweep_conditions(Solution(velocity, [], sine, cosine, gbar, d, excess), model), *positive])
+        slopes, middle = SLOPES.T @ values, values.mean(axis=1)
+        (a, b), (f, g) = slopes[:2], middle[:2]
         aa, ab, bb = (a * a).sum(axis=0), (a * b).sum(axis=0), (b * b).sum(axis=0)
-        step = ((bb * f - ab * g) * a + (aa * g - ab * f) * b) / (aa * bb - ab * ab)
-        possible = (largest + SLACK * (largest - least) > 0).all(axis=0)
-        return np.asarray(possible & ~(np.abs(step).max(axis=0) > FARTHEST))
+        step = ((ab * g - bb * f) * a + (ab * f - aa * g) * b) / (aa * bb - ab * ab)
+        along = np.cross(a, b, axis=0)
+        along /= np.sqrt((along * along).sum(axis=0))
+        nearest, change = (np.einsum("fin,in->fn", slopes[2:], way) for way in (step, along))
+        largest = middle[2:] + nearest + np.abs(change) + SLACK * np.abs(slopes[2:]).sum(axis=1)
+        return np.asarray(~(np.abs(step).max(axis=0) > FARTHEST) & ~(largest < 0).any(axis=0))

@@ -176,8 +176,10 @@ class Motions:
     def admissible(self) -> Mask:
         """Whether they are motions: velocities towards the membranes, and the ball between these at all times."""
         speeds = self.velocity * np.array(self.sequence.walls)[:, None]
-        sound, turns = (speeds > 0).all(axis=0) & (self.d > 0), self.turns
-        sound[turns.motion[turns.gap <= 0]] = False
+        sound = (speeds > 0).all(axis=0) & (self.d > 0)
+        rows = np.flatnonzero(sound)
+        turns = self[rows].turns
+        sound[rows[turns.motion[turns.gap <= 0]]] = False
         return np.asarray(sound)
 
 
