@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 FINEST, MOST_POINTS = 1 / 16, 400_000
 """Side of the cells [t_c], and the number of corners from which they are larger."""
 
-LAYERS = 4
+LAYERS = 8
 """Layers of cells evaluated at once: numbers stay in the processor's cache, and are many enough for NumPy."""
 
 FARTHEST = 2.0

@@ -68,7 +68,9 @@ def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS)
         time.append(time[-1] + duration)
     durations = [*flights, 2.0 * sequence.periods - time[-1]]
     # Vectors hold what multiplies the sine and the cosine of the phase at the first impact, and gbar.
-    swings = [(ops.cos(ops.pi * t) * (1 / np.pi), ops.sin(ops.pi * t) * (1 / np.pi)) for t in time]
+    swings = [(1 / np.pi, 0.0)]
+    for angle in (ops.pi * t for t in time[1:]):
+        swings.append((ops.cos(angle) * (1 / np.pi), ops.sin(angle) * (1 / np.pi)))
     gains = [(b[0] - a[0], b[1] - a[1], t) for (a, b), t in zip(pairwise([*swings, swings[0]]), durations, strict=True)]
     decays = [(-r) ** (count - 1 - i) / (1 - (-r) ** count) for i in range(count)]
     velocities = [[sum(gain[part] * decay for gain, decay in zip(gains, decays, strict=True)) for part in range(3)]]
