@@ -93,8 +93,8 @@ def _passed(
 ) -> NDArray[np.bool_]:
     """Which cells of a grid of solutions the curve of a sweep's motions may pass.
 
-    Velocities and the coordinate may be in their ranges, and the point that is next to the centre on the line on which
-    both conditions are zero, as linear functions, is not far from the cell.
+    To first order both conditions are zero on a line, whose point next to the centre must not be far from the cell; a
+    unit to either side of that point each velocity and the coordinate must be in its range somewhere, but for the slack.
     """
     index = np.ravel_multi_index(tuple(cells[:, None, :] + CORNERS.T[:, :, None]), x.d.shape)
     velocity = [v.ravel()[index] for v in x.velocity]
