@@ -93,8 +93,8 @@ def _passed(
 ) -> NDArray[np.bool_]:
     """Which cells of a grid of solutions the curve of a sweep's motions may pass.
 
-    To first order both conditions are zero on a line, whose point next to the centre must not be far from the cell; a
-    unit to either side of that point each velocity and the coordinate must be in its range somewhere, but for the slack.
+    To first order both conditions are zero on a line, whose point next to the centre must not be far from the cell; up
+    to a side of a cell from that point each velocity and the coordinate must be in its range, but for the slack.
     """
     index = np.ravel_multi_index(tuple(cells[:, None, :] + CORNERS.T[:, :, None]), x.d.shape)
     velocity = [v.ravel()[index] for v in x.velocity]
