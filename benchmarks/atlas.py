@@ -2,9 +2,12 @@
 
     python benchmarks/atlas.py
 
-The peer of the motions is SciPy's root finder on the conditions, from the neighbouring motion, one at a time. That of
-the atlas is simulation: as many values of the sweep as a family has points, from eight starts each, which finds the
-stable motions only. Times are of the processor, on one core.
+The peer of the motions is SciPy's root finder on the conditions, from the neighbouring motion, one at a time. The atlas
+has two. Simulation, at as many values of the sweep as a family has points, from eight starts each, finds the stable
+motions only. Pseudo-arclength continuation with SciPy's root finder on the same conditions is compared with that of the
+atlas, along its families, without the search for them. SciPy's is given where a family begins and the length of each
+step, and evaluates the trace; that of the atlas chooses its steps, and also finds the events and which motions are
+admissible. Times are of the processor, on one core.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ from scipy.optimize import root
 from vireport import load, loads
 from vireport.physics import generated_voltage
 from vireport.sequences import Atlas, Family, Limits, atlas, motions_above, residuals, trace
+from vireport.sequences.continuation import Strand, completed, follow
 from vireport.simulation import attractors, random_starts, start_speed
 from vireport.study import device_of
 from vireport.study.study import membrane_of, sweep_of
@@ -34,6 +38,9 @@ EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 COUNT, BLOCK, SEED = 200_000, 4096, 20190301
 STARTS, MOST_PERIODS = 8, 4
 """Starts of the simulation at each value."""
+
+LEAST_STEP, ARRIVED = 1e-9, 0.01
+"""Of the arclength: steps that are taken, and the distance from the end of a family."""
 
 THREE = """\
 schema_version: 1
@@ -89,6 +96,31 @@ def scipy_time(family: Family, x: np.ndarray) -> float:
     return processor_time(follow)[0] / x.shape[1]
 
 
+def followed(family: Family) -> Strand:
+    """A family followed from its middle to both ends, with its events."""
+    x = family.x[len(family.x) // 2]
+    start = family.curve.point(x, family.curve.tangent(x))
+    return completed(family.curve, start, follow(family.curve, start))
+
+
+def followed_by_scipy(family: Family) -> bool:
+    """Whether pseudo-arclength continuation by SciPy from the first two points of a family arrives at its end."""
+    curve, (x, second) = family.curve, family.x[:2]
+    ways = np.linalg.norm(np.diff(family.x, axis=0) / curve.scale, axis=1)
+    along = (second - x) / curve.scale / ways[0]
+    for way in ways[ways > LEAST_STEP]:
+        guess = x + way * along * curve.scale
+
+        def conditions(y: np.ndarray, guess: np.ndarray = guess, along: np.ndarray = along) -> list[float]:
+            return [*residuals(curve.sequence, y.tolist(), curve.model), along @ ((y - guess) / curve.scale)]
+
+        new = root(conditions, guess, tol=1e-12).x
+        along = (new - x) / curve.scale
+        along, x = along / np.linalg.norm(along), new
+        curve.trace(x)
+    return bool(np.abs((x - family.x[-1]) / curve.scale).max() < ARRIVED)
+
+
 def simulated_words(found: Atlas, count: int) -> set[str]:
     """Words of the motions within the limits that a simulation of as many values ends in."""
     sweep = found.sweep
@@ -111,17 +143,22 @@ def main() -> None:
         count = round(points / len(found.families))
         simulated_words(found, 2)  # compiled
         peer, words = processor_time(lambda found=found, count=count: simulated_words(found, count), 1)
+        following = processor_time(lambda found=found: [followed(family) for family in found.families])[0]
+        arclength, ends = processor_time(lambda found=found: [followed_by_scipy(family) for family in found.families])
         ours = {family.sequence.word for family in found.families}
         rows.append(
             {
                 "scenario": name, "seconds": seconds, "families": len(found.families), "points": points,
                 "words": len(ours), "vertices": len(found.vertices), "simulated_values": count,
                 "simulation_seconds": peer, "simulation_words": len(words), "ratio": peer / seconds,
+                "following_seconds": following, "arclength_seconds": arclength, "arclength_families": sum(ends),
+                "arclength_ratio": arclength / following,
             }
         )  # fmt: skip
         print(
             f"{name:<18} atlas {seconds:5.2f} s, {len(found.families)} families of {len(ours)} words, {points} points; "
-            f"simulation at {count} values {peer:6.2f} s, {len(words)} words"
+            f"simulation at {count} values {peer:6.2f} s, {len(words)} words; "
+            f"following {following:.2f} s, SciPy {arclength:.2f} s, {sum(ends)} families to their end"
         )
     record("atlas", three_impacts=three, atlas=rows)
 

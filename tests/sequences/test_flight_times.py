@@ -89,11 +89,12 @@ def unit_gbar(sweep) -> float:
 
 
 @pytest.mark.slow
-def test_the_search_for_four_impacts_finds_a_family_that_joins_no_other(example):
+@pytest.mark.parametrize("periods", [3, 4])
+def test_the_search_for_four_impacts_finds_a_family_that_joins_no_other(periods: int, example):
     sweep = sweep_of(load(example("inclined")).scenario)
     low, high = map(float, sweep.coordinate_range)
     model = Model(sweep.level, float(sweep.device.restitution))
-    found, flights = four_impacts(model, low, high, Sequence((1, 1, 1, -1), 3))
+    found, flights = four_impacts(model, low, high, Sequence((1, 1, 1, -1), periods))
     assert found.admissible.all()
     for i in range(0, len(found.d), 5):
         x = [*found.velocity[:, i], *found.time[:, i], found.d[i]]

@@ -16,7 +16,7 @@ from vireport.analysis import Held
 from vireport.physics import Affine, AffineOps, between, flight
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import Sequence
-from vireport.sequences.surface import Motions, Solution, motions_above, solution, sweep_conditions
+from vireport.sequences.surface import Motions, motions_above, solution, sweep_conditions
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -151,27 +151,30 @@ def _beyond_walls(cells: Cells) -> Mask:
     share of its flight throughout the cell.
     """
     motions, turns, sequence = cells.motions, cells.motions.turns, cells.motions.sequence
-    beyond = np.zeros(len(cells), dtype=bool)
     order = np.argsort(-turns.gap, kind="stable")
-    farthest = np.full(len(beyond), -1)
+    farthest = np.full(len(cells), -1)
     farthest[turns.motion[order]] = order  # of the turning points of a motion the last one assigned
-    durations = np.vstack([cells.centre, 2 * sequence.periods - cells.centre.sum(axis=0)])
+    beyond = np.isin(farthest, np.flatnonzero(turns.gap < 0))
+    boxes = _boxes(cells.corner[:, beyond], cells.side)
+    x, turning = solution(sequence, boxes, motions.r, AffineOps), farthest[beyond]
+    durations = [*boxes, -(boxes[0] + boxes[1]) + 2.0 * sequence.periods]
+    certain = np.zeros(len(turning), dtype=bool)
     for i, wall in enumerate(sequence.walls):
-        rows = np.flatnonzero((farthest >= 0) & (turns.after[farthest] == i) & (turns.gap[farthest] < 0))
-        share = turns.elapsed[farthest[rows]] / durations[i, rows]
-        boxes = _boxes(cells.corner[:, rows], cells.side)
-        x = solution(sequence, boxes, motions.r, AffineOps)
-        elapsed = ([*boxes, -(boxes[0] + boxes[1]) + 2.0 * sequence.periods][i]) * share
-        start, turn = (_phase(x, t) for t in (x.time[i], x.time[i] + elapsed))
+        rows = turns.after[turning] == i
+        duration, time, d = durations[i][rows], x.time[i][rows], x.d[rows]
+        sine, cosine, gbar = x.sine[rows], x.cosine[rows], x.gbar[rows]
+        elapsed = duration * (turns.elapsed[turning[rows]] / duration.centre)
+        start, turn = (_phase(sine, cosine, t) for t in (time, time + elapsed))
         covered = flight.displacement(
-            elapsed, flight.reflect(x.velocity[i], motions.r), start[0], start[1], turn[1], x.gbar
+            elapsed, flight.reflect(x.velocity[i][rows], motions.r), start[0], start[1], turn[1], gbar
         )
-        for gap in (x.d * ((1 - wall) / 2) - covered, x.d * ((1 + wall) / 2) + covered):
-            beyond[rows] |= ((gap.upper < 0) & (x.d.lower > 0)) | ((gap.lower > 0) & (x.d.upper < 0))
+        for gap in (d * ((1 - wall) / 2) - covered, d * ((1 + wall) / 2) + covered):
+            certain[rows] |= ((gap.upper < 0) & (d.lower > 0)) | ((gap.lower > 0) & (d.upper < 0))
+    beyond[beyond] = certain
     return beyond
 
 
-def _phase(x: Solution, t: Affine) -> tuple[Affine, Affine]:
-    """Sine and cosine of the forcing phase at a time, with the solution's factor."""
-    sine, cosine = AffineOps.sin(t * np.pi), AffineOps.cos(t * np.pi)
-    return x.sine * cosine + x.cosine * sine, x.cosine * cosine - x.sine * sine
+def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:
+    """Sine and cosine of the forcing phase at a time, with the solution's factor, by those at time zero."""
+    s, c = AffineOps.sin(t * np.pi), AffineOps.cos(t * np.pi)
+    return sine * c + cosine * s, cosine * c - sine * s

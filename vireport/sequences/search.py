@@ -1,7 +1,7 @@
-"""Motions with four impacts, searched for over a grid of all their flight times.
+"""Motions with four impacts, searched for over a grid of the times of all of them.
 
-Above each triple of flight times there is one solution, and it is a motion of a sweep where two conditions hold: a
-curve, which passes cells in whose corners the signs of both differ.
+At each three times after the first impact there is one solution, and it is a motion of a sweep where two conditions
+hold: a curve, which passes cells in whose corners the signs of both differ.
 """
 
 from __future__ import annotations
@@ -11,20 +11,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.analysis import Held
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import Sequence
-from vireport.sequences.surface import Motions, motions_above, onto_sweep, solution, sweep_conditions
+from vireport.sequences.surface import Motions, Solution, motions_above, onto_sweep, solution, sweep_conditions
 
 Floats = NDArray[np.float64]
 
 FINEST, MOST_POINTS = 1 / 16, 400_000
 """Side of the cells [t_c], and the number of corners from which they are larger."""
 
-FARTHEST = 1.0
-"""Sides of a cell from its centre: half of one, and as much again for the curvature of both functions."""
+LAYERS = 8
+"""Layers of cells evaluated at once: numbers stay in the processor's cache, and are many enough for NumPy."""
 
-SLOPES = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) / 4
-"""From the values of a function in the corners of a cell, in their order, to its slopes over the cell's side."""
+FARTHEST = 2.0
+"""Sides of a cell from its centre: half of one, and the rest for the curvature of both functions."""
+
+CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+"""Of a cell, from that with the least times."""
+
+SLOPES = (CORNERS - 0.5) / 2
+"""From the values of a function in the corners of a cell to its slopes over the cell's side."""
 
 SLACK = 0.25
 """Of the range of a function in the corners of a cell: how far beyond it the function may go inside."""
@@ -49,40 +56,61 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     """
     side, found = side_of(sequence), [np.empty((3, 0))]
     count = round(2 * sequence.periods / side)
-    half = sequence.rotated(2) == sequence  # counted from the third impact, the motions are the same once more
-    before: NDArray[Any] = np.empty((2, 0, 0))
-    for i in range(count + 1):  # plane by plane, so that numbers stay in the processor's cache; few digits are enough
-        grid = np.float32(side) * np.arange(count - i + 2, dtype=np.float32)
-        rows = grid[: max(count // 2 + 3 - i, 2)] if half else grid
-        x = solution(sequence, [np.full((1, 1), i * side, np.float32), rows[:, None], grid[None, :]], model.r)
-        plane = np.stack(np.broadcast_arrays(*sweep_conditions(x, model)))
-        if i:
-            cells = _passed(before, plane)
-            found.append(np.stack([np.full(cells.shape[1], i - 1.0), *cells]))
-        before = plane
-    index = np.concatenate(found, axis=1)
-    centre = np.asarray((index[:, index.sum(axis=0) < count] + 0.5) * side)
-    motions, flights = onto_sweep(motions_above(sequence, centre, model.r), centre, model.level, 2 * side)
+    images = (sequence, sequence.mirrored()) if model.level.horizontal else (sequence,)
+    # Counted from the third impact, the motions are then the same once more.
+    last = (count + 1) // 2 if sequence.rotated(2) in images else count
+    grid = np.float32(side) * np.arange(count + 1, dtype=np.float32)  # few digits are enough
+    for i in range(0, last, LAYERS):
+        j = min(i + LAYERS, count)
+        second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]
+        x = solution(sequence, [first, second - first, third - second], model.r)
+        crossed = np.all([_crossed(condition) for condition in sweep_conditions(x, model)], axis=0)
+        cells = np.stack(np.nonzero(crossed))
+        layer, row, column = cells
+        cells = cells[:, (row <= layer + i) & (column >= layer)]  # in which the impacts can be in order
+        layer, row, column = cells[:, _passed(x, cells, sequence, model, (low, high))]
+        found.append(np.stack([row, layer + i, column + i]))
+    times = (np.concatenate(found, axis=1) + 0.5) * side
+    flights = np.maximum(np.diff(times, axis=0, prepend=0.0), side / 4)  # where two times are in one cell
+    motions, flights = onto_sweep(motions_above(sequence, flights, model.r), flights, model.level, 2 * side)
     coordinate = motions.coordinate(model.level)
     inside = (coordinate > low) & (coordinate < high) & motions.admissible
     return motions[inside], flights[:, inside]
 
 
-def _passed(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.intp]:
-    """Cells between two planes that the curve may pass on which both conditions are zero (2, n).
-
-    Either may be zero there, and the point that is next to the centre on the line on which the functions are, as linear
-    ones, is not far from the cell.
-    """
-    rows, columns = (size - 1 for size in other.shape[1:])
-    corners = [plane[:, j : j + rows, k : k + columns] for plane in (one, other) for j in (0, 1) for k in (0, 1)]
-    least, largest = np.minimum.reduce(corners), np.maximum.reduce(corners)
+def _crossed(values: NDArray[Any]) -> NDArray[np.bool_]:
+    """In which cells of a grid a function may be zero."""
+    least = largest = values
+    for _ in values.shape:  # each axis in turn
+        least = np.minimum(least[1:], least[:-1]).transpose(1, 2, 0)
+        largest = np.maximum(largest[1:], largest[:-1]).transpose(1, 2, 0)
     slack = SLACK * (largest - least)
-    cells = np.stack(np.nonzero((least <= slack).all(axis=0) & (largest >= -slack).all(axis=0)))
-    at = np.stack([corner[:, *cells] for corner in corners], axis=-1).astype(float)
-    (a, b), (f, g) = at @ SLOPES, at.mean(axis=-1)
-    aa, ab, bb = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
-    size = aa * bb - ab * ab
+    return np.asarray((least <= slack) & (largest >= -slack))
+
+
+def _passed(
+    x: Solution, cells: NDArray[np.intp], sequence: Sequence, model: Model, limits: tuple[float, float]
+) -> NDArray[np.bool_]:
+    """Which cells of a grid of solutions the curve of a sweep's motions may pass.
+
+    To first order both conditions are zero on a line, whose point next to the centre must not be far from the cell; up
+    to a side of a cell from that point each velocity and the coordinate must be in its range, but for the slack.
+    """
+    index = np.ravel_multi_index(tuple(cells[:, None, :] + CORNERS.T[:, :, None]), x.d.shape)
+    velocity = [v.ravel()[index] for v in x.velocity]
+    sine, cosine, gbar, d, excess = (values.ravel()[index].astype(float) for values in x[2:])
     with np.errstate(all="ignore"):
-        step = ((bb * f - ab * g) / size)[:, None] * a + ((aa * g - ab * f) / size)[:, None] * b
-    return cells[:, ~(np.abs(step).max(axis=1) > FARTHEST)]
+        scale = np.copysign(1 / np.hypot(sine, cosine), d)
+        coordinate = scale * (gbar if model.level.held is Held.D else d)
+        positive = [coordinate - limits[0], limits[1] - coordinate]
+        positive += [scale * v * wall for v, wall in zip(velocity, sequence.walls, strict=True)]
+        values = np.stack([*sweep_conditions(Solution(velocity, [], sine, cosine, gbar, d, excess), model), *positive])
+        slopes, middle = SLOPES.T @ values, values.mean(axis=1)
+        (a, b), (f, g) = slopes[:2], middle[:2]
+        aa, ab, bb = (a * a).sum(axis=0), (a * b).sum(axis=0), (b * b).sum(axis=0)
+        step = ((ab * g - bb * f) * a + (ab * f - aa * g) * b) / (aa * bb - ab * ab)
+        along = np.cross(a, b, axis=0)
+        along /= np.sqrt((along * along).sum(axis=0))
+        nearest, change = (np.einsum("fin,in->fn", slopes[2:], way) for way in (step, along))
+        largest = middle[2:] + nearest + np.abs(change) + SLACK * np.abs(slopes[2:]).sum(axis=1)
+        return np.asarray(~(np.abs(step).max(axis=0) > FARTHEST) & ~(largest < 0).any(axis=0))

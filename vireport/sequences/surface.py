@@ -68,7 +68,9 @@ def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS)
         time.append(time[-1] + duration)
     durations = [*flights, 2.0 * sequence.periods - time[-1]]
     # Vectors hold what multiplies the sine and the cosine of the phase at the first impact, and gbar.
-    swings = [(ops.cos(ops.pi * t) * (1 / np.pi), ops.sin(ops.pi * t) * (1 / np.pi)) for t in time]
+    swings = [(1 / np.pi, 0.0)]
+    for angle in (ops.pi * t for t in time[1:]):
+        swings.append((ops.cos(angle) * (1 / np.pi), ops.sin(angle) * (1 / np.pi)))
     gains = [(b[0] - a[0], b[1] - a[1], t) for (a, b), t in zip(pairwise([*swings, swings[0]]), durations, strict=True)]
     decays = [(-r) ** (count - 1 - i) / (1 - (-r) ** count) for i in range(count)]
     velocities = [[sum(gain[part] * decay for gain, decay in zip(gains, decays, strict=True)) for part in range(3)]]
@@ -176,8 +178,10 @@ class Motions:
     def admissible(self) -> Mask:
         """Whether they are motions: velocities towards the membranes, and the ball between these at all times."""
         speeds = self.velocity * np.array(self.sequence.walls)[:, None]
-        sound, turns = (speeds > 0).all(axis=0) & (self.d > 0), self.turns
-        sound[turns.motion[turns.gap <= 0]] = False
+        sound = (speeds > 0).all(axis=0) & (self.d > 0)
+        rows = np.flatnonzero(sound)
+        turns = self[rows].turns
+        sound[rows[turns.motion[turns.gap <= 0]]] = False
         return np.asarray(sound)
 
 
