@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,11 @@ def first(count: int, cases: Iterable[Any]) -> list[Any]:
     """Mark all cases but the first ones as slow."""
     slow = (pytest.mark.slow,)
     return [case if k < count else pytest.param(case, marks=slow) for k, case in enumerate(cases)]
+
+
+def sentences(text: str) -> int:
+    """How many sentences a caption has."""
+    return len(re.findall(r"\.(?= |$)", text))
 
 
 settings.register_profile("default", derandomize=True, deadline=None)

@@ -38,7 +38,7 @@ def imported_by(*arguments: str) -> set[str]:
     return set(run.stderr.split("\n"))
 
 
-HEAVY = {"matplotlib", "jinja2", "typst", "scipy", "numba", "mpmath", "rich"}
+HEAVY = {"matplotlib", "jinja2", "typst", "markdownify", "scipy", "numba", "mpmath", "rich"}
 
 
 def test_json_imports_nothing_heavy(example) -> None:

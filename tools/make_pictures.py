@@ -1,19 +1,24 @@
 """Draws the pictures of README.md and docs/ into `examples/pictures`.
 
-    python tools/make_pictures.py
+    python tools/make_pictures.py [--check] [NAME ...]
 
-Needs vireport with its extras for simulation and maps. Error against run time is drawn by benchmarks/accuracy.py, from
-the measurement that docs/accuracy.md shows.
+With --check, pictures that are out of date are named, and nothing is written. Needs vireport with its extras for
+simulation and maps. Error against run time is drawn by benchmarks/accuracy.py, from the measurement that
+docs/accuracy.md shows.
 """
 
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser
+from collections.abc import Iterator, Sequence
+from io import BytesIO
 from pathlib import Path
 from subprocess import run
 from tempfile import TemporaryDirectory
 
 import typst
+from PIL import Image, ImageChops, ImageStat
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 PICTURES = EXAMPLES / "pictures"
@@ -42,21 +47,61 @@ SHOWN = {
 }
 """Of each picture, the file that it is, without suffixes."""
 
+REPORT = "design-point-report"
+"""The picture of a report's first page."""
+
 FIRST_PAGE = b'#set page(width: auto, height: auto, margin: 0pt)\n#image("report.pdf")'
 
 
-def main() -> None:
-    """Run the examples and copy what the documentation shows."""
+SHRUNK = (200, 150)
+"""Pixels in which two pictures are compared, so that the rendering of letters does not count."""
+
+MOST_APART = 0.2
+"""Mean difference of pixels, of 255, up to which pictures are the same: libraries draw lines a little differently."""
+
+
+def main() -> int:
+    """Draw the pictures of the documentation, or check those that there are; exit code 1 if one is out of date."""
+    parser = ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("names", nargs="*", choices=[[], *SHOWN, REPORT], metavar="NAME", help="only these")
+    parser.add_argument("--check", action="store_true", help="compare instead of writing")
+    given = parser.parse_args()
+    code = 0
+    for name, png in drawn(given.names or [*SHOWN, REPORT]):
+        file = PICTURES / f"{name}.png"
+        if not given.check:
+            file.write_bytes(png)
+        elif why := difference(png, file.read_bytes()):
+            print(f"{file.name} is out of date ({why}): run python tools/make_pictures.py")
+            code = 1
+    return code
+
+
+def drawn(names: Sequence[str]) -> Iterator[tuple[str, bytes]]:
+    """Each picture with its PNG, from the examples run once each."""
+    files = {name: Path(SHOWN.get(name, "design-point/report")) for name in names}
     with TemporaryDirectory() as folder:
-        for name, (command, *words) in COMMANDS.items():
+        for example in dict.fromkeys(file.parent.name for file in files.values()):
+            command, *words = COMMANDS[example]
             arguments = [str(EXAMPLES / word) if word.endswith(".yaml") else word for word in words]
-            out = str(Path(folder) / name)
-            run([sys.executable, "-m", "vireport", command, *arguments, "-o", out], check=True)
-        for picture, file in SHOWN.items():
-            (PICTURES / f"{picture}.png").write_bytes((Path(folder) / f"{file}.png").read_bytes())
-        page = typst.Compiler(root=str(Path(folder) / "design-point")).compile(FIRST_PAGE, format="png", ppi=70.0)
-        (PICTURES / "design-point-report.png").write_bytes(page)
+            run([sys.executable, "-m", "vireport", command, *arguments, "-o", f"{folder}/{example}"], check=True)
+        for name, file in files.items():
+            if name == REPORT:
+                compiler = typst.Compiler(root=f"{folder}/{file.parent}")
+                yield name, compiler.compile(FIRST_PAGE, format="png", ppi=70.0)
+            else:
+                yield name, Path(folder, f"{file}.png").read_bytes()
+
+
+def difference(new: bytes, old: bytes) -> str:
+    """How two pictures differ, or "" where they are the same."""
+    one, other = (Image.open(BytesIO(png)).convert("RGB") for png in (new, old))
+    if one.size != other.size:
+        return f"{other.size} pixels, now {one.size}"
+    apart = ImageStat.Stat(ImageChops.difference(one.resize(SHRUNK), other.resize(SHRUNK)))
+    mean = sum(apart.mean) / len(apart.mean)
+    return f"pixels differ by {mean:.2g} on average" if mean > MOST_APART else ""
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from markdown_it import MarkdownIt
 
 from vireport import analyse, compare, diff, load, loads, results
 from vireport.alerts import AlertCode
@@ -25,7 +26,6 @@ README = ROOT / "README.md"
 DOCS = sorted((ROOT / "docs").glob("*.md"))
 PAGES = [README, *DOCS, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-CODE = re.compile(r"`[^`]*`")
 COMMANDS = typer.main.get_command(app)
 
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -39,9 +39,9 @@ def blocks(page: Path, language: str) -> list[str]:
     return [code for name, code in FENCED.findall(text_of(page)) if name == language]
 
 
-def prose(page: Path) -> str:
-    """A page without its code."""
-    return CODE.sub("", FENCED.sub("", text_of(page)))
+def rendered(page: Path) -> str:
+    """A page in HTML."""
+    return MarkdownIt().enable("table").render(text_of(page))
 
 
 def anchors(page: Path) -> set[str]:
@@ -118,7 +118,7 @@ def test_scenarios_are_valid() -> None:
 
 @every_page
 def test_links_lead_somewhere(page: Path) -> None:
-    for target in re.findall(r"\]\(([^)]+)\)", prose(page)):
+    for target in re.findall(r'(?:href|src)="([^"]+)"', rendered(page)):
         if target.startswith("https://"):
             continue
         file, _, anchor = target.partition("#")
@@ -140,6 +140,13 @@ def test_every_page_of_the_docs_can_be_reached_from_the_readme() -> None:
         assert f"](docs/{page.name})" in text_of(README)
 
 
+@pytest.mark.slow
+def test_pictures_are_those_that_are_drawn_now() -> None:
+    check = [sys.executable, ROOT / "tools" / "make_pictures.py", "--check", "horizontal-figure-2"]
+    run = subprocess.run(check, capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
 def test_every_picture_is_shown() -> None:
     shown = "".join(map(text_of, PAGES))
     for picture in (ROOT / "examples" / "pictures").iterdir():
@@ -149,7 +156,9 @@ def test_every_picture_is_shown() -> None:
 @every_page
 def test_tables_are_whole(page: Path) -> None:
     """A table is a head, a rule and rows with as many cells each; an empty line would end it."""
-    for table in re.findall(r"(?:^\|.*\n)+", text_of(page), re.MULTILINE):
+    tables = re.findall(r"(?:^\|.*\n)+", text_of(page), re.MULTILINE)
+    assert rendered(page).count("<table>") == len(tables)
+    for table in tables:
         rows = [re.split(r"(?<!\\)\|", row)[1:-1] for row in table.splitlines()]
         assert len(rows) > 2, table
         assert all(re.fullmatch(r":?-+:?", cell.strip()) for cell in rows[1]), table

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import sentences
 from matplotlib.figure import Figure
 from pages import Page
 from PIL import Image
@@ -368,12 +369,15 @@ def test_scenarios_on_one_axis_are_drawn_in_the_order_of_their_ranks() -> None:
 
 @pytest.mark.slow
 def test_more_scenarios_than_fit_across_make_several_figures() -> None:
-    names = [picture.name for picture in compare_pictures(inclinations())]
+    drawn = compare_pictures(inclinations())
+    assert max(sentences(picture.caption) for picture in drawn) <= 2
+    names = [picture.name for picture in drawn]
     assert names == ["figure-variants", "figure-2", "figure-2-2", "figure-4", "figure-4-2", "figure-7", "figure-7-2"]
 
 
 def test_captions_have_the_conditions_of_the_papers_captions() -> None:
     overlaid, two, four, seven = compare_pictures(three())
+    assert [sentences(picture.caption) for picture in (overlaid, two, four, seven)] == [2] * 4
     assert overlaid.caption.startswith("Over d, as the sweeps are of different parameters")
     for picture, letters in ((two, "(a)–(c)"), (four, "(a)–(b)"), (seven, "(a)")):
         caption = picture.caption

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import matplotlib
 import numpy as np
 import pytest
-from conftest import first
+from conftest import first, sentences
 from figure_cases import CASES, FIGURES, ROOT, curves, figure_of, labels, rows, study_of, texts_of, vertices
 from matplotlib.colors import to_rgb
 from matplotlib.path import Path as MplPath
@@ -363,7 +363,7 @@ def test_pictures_are_whole(name: str) -> None:
         assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
         assert picture.title
         assert picture.caption.endswith(".")
-        assert len(re.findall(r"\.(?= |$)", picture.caption)) <= 2
+        assert sentences(picture.caption) <= 2
         assert picture.alt.endswith(".")
         assert not re.search(r"\b(nan|inf|None)\b", picture.caption + picture.alt)
 
@@ -373,7 +373,7 @@ def test_captions_say_what_is_drawn_in_two_sentences() -> None:
     assert "period doubling B1 at f = 1.90555 Hz" in margins.caption
     assert "inclination 0.3" in margins.alt
     for picture in (two, four, seven):
-        assert len(re.findall(r"\.(?= [A-Z]|$)", picture.caption)) == 2
+        assert sentences(picture.caption) == 2
         assert "F = 3 N, f = 2 Hz, β = 45°, M = 0.1245 kg, r = 0.5; s from 0.59 m to 0.75 m" in picture.caption
         assert "Stable 1:1 motion for 0.629457 m < s ≤ 0.75 m." in picture.alt
         assert "B1" in picture.alt
@@ -382,6 +382,15 @@ def test_captions_say_what_is_drawn_in_two_sentences() -> None:
     assert "m = 4.1 g" in seven.caption
     assert "mirror" not in two.caption
     assert "mirror image" in pictures(study_of("horizontal"))[0].caption
+
+
+@pytest.mark.slow
+def test_captions_of_motions_and_of_a_slow_sweep_have_two_sentences() -> None:
+    quick = ("simulation.samples=3", "simulation.starts=1", "motions.impacts=3", "motions.periods=1", "sweep.to=0.24")
+    drawn = pictures(analyse(load(ROOT / "examples/hysteresis.yaml", (*quick, "motions.portraits=[BBT]"))))
+    assert {f"figure-{name}" for name in ("atlas", "ladder", "portraits", "hysteresis")} <= {x.name for x in drawn}
+    for picture in drawn:
+        assert 1 <= sentences(picture.caption) <= 2, picture.name
 
 
 # As vectors

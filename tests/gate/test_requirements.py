@@ -21,8 +21,7 @@ from vireport.cli.app import main
 from vireport.gate.requirements import REQUIREMENTS, Criterion, Limit, LimitKind, assess, held, unmet, with_peaks
 from vireport.gate.verdict import CONCERNS, Question, Status
 from vireport.physics import generated_voltage
-from vireport.report import Report, render_html
-from vireport.report.ci_formats import github, junit, markdown
+from vireport.report import Report, github, junit, render_html, render_markdown
 from vireport.scenario import Requirements
 from vireport.scenario.document import read
 from vireport.simulation import attractors, random_starts
@@ -449,26 +448,32 @@ def odd():
     return analyse(loads(text.replace(title, f"title: '{TITLE}'"), "odd,na:me%.yaml"))
 
 
+def markdown(study, command: str) -> str:
+    report = Report(study, {}, provenance_of(study.loaded, command), template="summary.typ.j2")
+    return render_markdown(report).decode()
+
+
 def test_a_title_is_text_in_every_format(odd) -> None:
     (suite,) = JUnitXml.fromstring(junit(odd))
     assert suite.name == TITLE
-    text = markdown(odd, provenance_of(odd.loaded, "test"))
+    text = markdown(odd, "vireport run `a`|<b>.yaml")
     head = "## Requirements not met: &lt;script&gt;\\|%0A\\`x\\` \\*y\\* \\_z\\_ \\[l\\](u) &amp; \\~s\\~ \\$m\\$: "
     assert text.splitlines()[0] == f"{head}{{{{ 1 }}}} #panic() \u05d0\u05d1 \\]\\]&gt; \\\\\\|"
-    assert "<" not in text
-    rows = [line for line in text.splitlines() if line.startswith("|")]
+    assert set(re.findall(r"<[^>]*>", text)) == {"<sub>", "</sub>", "<b>"}
+    assert "`` vireport run `a`|<b>.yaml ``" in text
+    rows = re.search(r"(?:^\|.*\n)+", text, re.MULTILINE)[0].splitlines()
     assert len(rows) == 2 + 9
-    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {8}
-    assert sum("**NOT MET**" in row for row in rows) == 4
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {7}
+    assert sum("NOT MET" in row for row in rows) == 4
 
 
 def test_markdown_leads_to_the_line_and_says_how_to_run_it_again(odd, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = markdown(odd, provenance_of(odd.loaded, "vireport run x_y.yaml"))
-    assert "Again, with the exit code: vireport run x\\_y.yaml" in text
+    text = markdown(odd, "vireport run x_y.yaml")
+    assert "Again, with the exit code: `vireport run x_y.yaml`" in text
     assert "| odd,na:me%.yaml:28 |" in text
     for name, value in (("SERVER_URL", "https://github.com"), ("REPOSITORY", "a/b"), ("SHA", "0123")):
         monkeypatch.setenv(f"GITHUB_{name}", value)
-    text = markdown(odd, provenance_of(odd.loaded, "test"))
+    text = markdown(odd, "test")
     assert "[odd,na:me%.yaml:28](https://github.com/a/b/blob/0123/odd%2Cna%3Ame%25.yaml#L28)" in text
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import first
+from conftest import first, sentences
 
 from vireport import analyse, load, loads, reference
 from vireport.analysis import UNSTABLE, classify, find_motions
@@ -19,6 +19,7 @@ from vireport.optimise import Point, optimise, problem_of
 from vireport.optimise.bound import largest_value, picture_of
 from vireport.optimise.cells import AT_FOLD, corner_slack, evaluate, keeps_motion
 from vireport.optimise.evolution import evolve
+from vireport.optimise.outputs import picture_front
 from vireport.optimise.problem import Problem, smallest_margin
 from vireport.optimise.refine import SLOTS, _linear
 from vireport.reference import mp, mpf
@@ -250,6 +251,7 @@ def test_front_falls_and_ends_at_the_largest_margin() -> None:
     assert (np.diff(margins) > 0).all()
     assert (np.diff(values) < 0).all()
     assert result.best.value <= np.interp(0.05, margins, values) * (1 + 1e-2)
+    assert sentences(picture_front(result).caption) <= 2
     largest = optimise(problem("margin_percent", vary, "stroke_at_most_m: 0.35"))
     assert margins[-1] <= largest.best.margin
     assert largest.best.value == 100 * largest.best.margin

@@ -1,4 +1,4 @@
-"""The pages of every example's PDF: filled, nothing parted that belongs together, lettering that can be read."""
+"""The pages of the PDFs of every example and of a comparison: filled, nothing parted that belongs together, legible."""
 
 from __future__ import annotations
 
@@ -17,7 +17,12 @@ NAMES = (
     *("inclined", "horizontal", "inclined-forcing", "simulated"),
     *("design-point", "best-design", "ci/passing", "ci/failing"),
 )
-CASES = [*((name, "a4") for name in NAMES), ("inclined", "letter")]
+COMPARED = ("horizontal", "inclined", "inclined-forcing")
+CASES = [
+    *((name, "a4") for name in NAMES),
+    ("inclined", "letter"),
+    pytest.param(("comparison", "a4"), marks=pytest.mark.slow),
+]
 EMPTY_FROM = 40.0
 """Height without text from which it counts as empty: more than that between the ticks of a figure [pt]."""
 
@@ -76,8 +81,9 @@ def texts(page: PageObject) -> list[Text]:
 def report(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Report:
     name, paper = request.param
     folder = tmp_path_factory.mktemp("pages")
+    command, names = ("compare", COMPARED) if name == "comparison" else ("run", (name,))
     options = ["--format", "pdf", "--paper", paper, "-q", "-o", str(folder)]
-    assert main(["run", str(EXAMPLES / f"{name}.yaml"), *options]) == (name == "ci/failing")
+    assert main([command, *(str(EXAMPLES / f"{one}.yaml") for one in names), *options]) == (name == "ci/failing")
     reader = PdfReader(folder / "report.pdf")
     return Report(name, paper, reader, [texts(page) for page in reader.pages])
 

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from conftest import EXAMPLES
+from conftest import EXAMPLES, sentences
 from test_equations import printed_maps, printed_trace
 
 from vireport import load, reference
@@ -133,7 +133,9 @@ def test_two_curves_of_folds_end_together_in_a_cusp():
 @pytest.mark.slow
 def test_regions_are_labelled_by_what_is_stable_there():
     found, checked = all_words(), 0
-    for text in picture(found).figure.axes[0].texts:
+    drawn = picture(found)
+    assert sentences(drawn.caption) <= 2
+    for text in drawn.figure.axes[0].texts:
         if text.get_color() != "#0072B2":
             continue
         r, length = text.get_position()

@@ -179,7 +179,7 @@ def test_figure_and_section_name_the_words(study):
     assert solid
     labels = {text.get_text() for text in axes.texts}
     assert {vertex.label for vertex in study.atlas.vertices} <= labels
-    assert "BBT" in picture.caption
+    assert "BBT" in picture.alt
     table = families_table(study, study.atlas)
     assert [row[0] for row in table.rows].count("BBT") == sum(
         family.sequence.word == "BBT" for family in study.atlas.families

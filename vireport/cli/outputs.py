@@ -156,13 +156,15 @@ def run_files(
         files["branches.csv"] = branches_csv(study)
         if study.atlas is not None:
             files["families.csv"] = families_csv(study)
-    if plan.runs(Task.JUNIT, Task.MARKDOWN):
-        from vireport.report import junit, markdown
+    if plan.runs(Task.JUNIT):
+        from vireport.report import junit
 
-        if plan.runs(Task.JUNIT):
-            files["junit.xml"] = junit(study)
-        if plan.runs(Task.MARKDOWN):
-            files["summary.md"] = markdown(study, provenance, changes).encode()
+        files["junit.xml"] = junit(study)
+    if plan.runs(Task.MARKDOWN):
+        from vireport.report import Report, render_markdown
+
+        summary = Report(study, {}, provenance, changes, template="summary.typ.j2")
+        files["summary.md"] = render_markdown(summary, templates)
     return files
 
 

@@ -73,13 +73,14 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
         "is stable, numbered as they are ranked"
     )
     others = [name for name in comparison.names if name not in shown]
-    missing = f" Not drawn: {listed(others)}." if others else ""
-    outside = any(not drawing.study.solution.within_membrane for drawing in shown.values())
-    note = f" Voltages {OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})." if outside else ""
+    remarks = [f"not drawn: {listed(others)}"] if others else []
+    if any(not drawing.study.solution.within_membrane for drawing in shown.values()):
+        remarks.append(f"voltages {OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})")
+    note = f" {capital('; '.join(remarks))}." if remarks else ""
     ranges = "; ".join(f"{one.name}: {one.show(Merit.RANGE)}" for one in comparison.ranking if one.name in shown)
     alt = f"Line charts of {len(shown)} scenarios. {axis}: {drawn}. Stable ranges: {ranges}."
     figure = overlay(shown, parameter)
-    yield Picture(OVERLAY, "All scenarios on one axis", f"{axis}: {drawn}.{missing}{note}", alt, figure)
+    yield Picture(OVERLAY, "All scenarios on one axis", f"{axis}: {drawn}.{note}", alt, figure)
 
 
 def _with_stable(drawing: Drawing) -> Drawing:

@@ -13,7 +13,7 @@ from vireport.comparison.comparison import FEW_NAMES, FIGURES, OVERLAY, Comparis
 from vireport.comparison.ranking import ranking_table
 from vireport.comparison.variants import MOST
 from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of, with_pages
-from vireport.text import markdown_of, markdown_text, plain_text
+from vireport.text import plain_text
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -73,14 +73,6 @@ def summary(comparison: Comparison) -> str:
     return f"{plain_text(parts)}\n\n" + ("\n".join(lines) if comparison.differences else f"{count}.")
 
 
-def compare_markdown(comparison: Comparison, provenance: Provenance) -> str:
-    """Which scenario is best and why, and the ranking, as Markdown for a pull request."""
-    name, version = (markdown_text(x) for x in (provenance.scenario_name, provenance.version))
-    origin = f"vireport {version}, {name}, SHA-256 `{provenance.scenario_sha256}`\n"
-    ranked = markdown_of(ranking_table(comparison.ranking))
-    return "\n".join((f"{markdown_text(comparison.headline)}\n", ranked, origin))
-
-
 def render_comparison(
     comparison: Comparison,
     formats: set[str],
@@ -117,7 +109,11 @@ def render_comparison(
     if "csv" in formats:
         files["compare.csv"] = compare_csv(comparison)
     if "markdown" in formats:
-        files["summary.md"] = compare_markdown(comparison, provenance).encode()
+        from vireport.comparison.pages import ComparisonReport
+        from vireport.report import render_markdown
+
+        report = ComparisonReport(comparison, {}, provenance, "comparison-summary.typ.j2")
+        files["summary.md"] = render_markdown(report, templates)
     return files
 
 

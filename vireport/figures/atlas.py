@@ -77,8 +77,7 @@ def picture(study: Study, atlas: Atlas) -> Picture:
         notes: list[Entry] = [("families meet", VERTEX), *([("simulation", SIMULATED)] if simulated else [])]
         legends = _legends(looks, atlas, notes)
         drawn = finished(figure, HEIGHT, [(conditions(study), Color.BLACK)], legends, [(axes, labels)])
-    held = f"{conditions(study)}."
-    return Picture(Task.FIGURE_ATLAS, TITLE, f"{_caption(study, atlas)} {held}", _alt(atlas), drawn)
+    return Picture(Task.FIGURE_ATLAS, TITLE, _caption(study), _alt(atlas), drawn)
 
 
 def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane) -> Picture:
@@ -182,22 +181,19 @@ def _legends(looks: dict[str, Look], atlas: Atlas, notes: list[Entry]) -> list[l
     return [words, [("stable", STABLE | grey), ("unstable", UNSTABLE | grey), *notes]]
 
 
-def _caption(study: Study, atlas: Atlas) -> str:
-    simulated = " Light discs: periodic motions that the simulation found." if study.crosscheck is not None else ""
+def _caption(study: Study) -> str:
+    simulated = "; light discs: periodic motions that the simulation found" if study.crosscheck is not None else ""
     return (
         "Velocity |Ż| of every impact of the admissible motions, by the word of their impacts on the bottom (B) and on "
-        f"the top (T). {_counts(atlas)} Letters: B, period doubling; C, fold or pitchfork; G, grazing, where an "
-        f"impact without velocity comes or goes.{simulated}"
+        "the top (T). Letters: B, period doubling; C, fold or pitchfork; G, grazing, where an impact without velocity "
+        f"comes or goes{simulated}; {conditions(study)}."
     )
 
 
 def _alt(atlas: Atlas) -> str:
-    return f"Line chart of impact velocities over the {atlas.sweep.parameter.quantity}. {_counts(atlas)}"
-
-
-def _counts(atlas: Atlas) -> str:
     stable = sorted(
         {family.sequence.word for family in atlas.families if family.stable_runs}, key=lambda w: (len(w), w)
     )
     words = f"stable motions are {', '.join(stable)}" if stable else "none is stable"
-    return f"{len(atlas.families)} families that meet at {len(atlas.vertices)} points; {words}."
+    counts = f"{len(atlas.families)} families that meet at {len(atlas.vertices)} points; {words}."
+    return f"Line chart of impact velocities over the {atlas.sweep.parameter.quantity}. {counts}"

@@ -149,10 +149,10 @@ def _design_not_stable(results: Evidence) -> str | None:
     design = results.solution.design
     if design is None or design.motions.stable.any():
         return None
-    return (
-        f"At {design.parameter} = {design.value:.6g} there are {len(design.motions)} solutions, none of them "
-        "admissible and stable."
-    )
+    count = len(design.motions)
+    which = {0: "there is no solution", 1: "the one solution is not admissible and stable"}
+    none = f"none of the {count} solutions is admissible and stable"
+    return f"At {design.parameter} = {design.value:.6g}, {which.get(count, none)}."
 
 
 def _several_stable(results: Evidence) -> str | None:

@@ -2,9 +2,9 @@
 
 from vireport.report.carried import Carried, read_carried
 from vireport.report.certificates import certify_text
-from vireport.report.ci_formats import github, junit, markdown
+from vireport.report.ci_formats import github, junit
 from vireport.report.context import Report
-from vireport.report.rendering import render_html, render_pdf
+from vireport.report.rendering import render_html, render_markdown, render_pdf
 
 __all__ = [
     "Carried",
@@ -12,8 +12,8 @@ __all__ = [
     "certify_text",
     "github",
     "junit",
-    "markdown",
     "read_carried",
     "render_html",
+    "render_markdown",
     "render_pdf",
 ]

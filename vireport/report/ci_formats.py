@@ -1,4 +1,4 @@
-"""A study in the formats of systems that run jobs: JUnit's XML, annotations, and Markdown for the page of a job.
+"""A study in the formats of systems that run jobs: JUnit's XML and annotations.
 
 All is the same for the same study: there is no clock in it. What a scenario or a file's name says is text in every
 format, and never markup.
@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 from xml.etree import ElementTree
 
 from vireport.alerts import Severity
-from vireport.text import Table, markdown_of, markdown_table, markdown_text, words
 
 if TYPE_CHECKING:
     from vireport.gate import Criterion
-    from vireport.study import Provenance, Study
+    from vireport.study import Study
 
 _NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -103,44 +101,10 @@ def _escaped(text: str, more: str) -> str:
     return "".join(f"%{ord(x):02X}" if x in f"%\r\n{more}" else x for x in plain)
 
 
-def markdown(study: Study, provenance: Provenance, changes: Table | None = None) -> str:
-    """The verdict, the acceptance table, what has changed since a baseline if there is one, and the alerts."""
-    return "\n".join(_markdown(study, provenance, changes))
-
-
-def _markdown(study: Study, provenance: Provenance, changes: Table | None) -> Iterator[str]:
-    verdict = study.verdict
-    yield f"## {markdown_text(verdict.word)}: {markdown_text(_title(study))}\n"
-    yield f"{markdown_text(verdict.headline)}\n"
-    if study.criteria:
-        head = ("Requirement", "Limit", "Value", "Margin", "Outcome", "In the scenario", "Remark")
-        yield markdown_table(head, ["left"] * len(head), (_row(study, criterion) for criterion in study.criteria))
-    if not all(criterion.passed for criterion in study.criteria):
-        yield f"Again, with the exit code: {markdown_text(provenance.command)}\n"
-    if changes is not None:
-        yield f"### Changed since the baseline\n\n{markdown_of(changes)}"
-    for alert in study.alerts:
-        text = markdown_text(words(f"{alert.cause} {alert.remedy}"))
-        yield f"- **{alert.severity.capitalize()} {alert.code}: {markdown_text(words(alert.title))}.** {text}"
-    if study.alerts:
-        yield ""
-    name, digest = markdown_text(provenance.scenario_name), provenance.scenario_sha256
-    yield f"vireport {markdown_text(provenance.version)}, {name}, SHA-256 `{digest}`\n"
-
-
-def _row(study: Study, criterion: Criterion) -> tuple[str, ...]:
-    texts = (criterion.title, criterion.limit.text, criterion.outcome.text, criterion.margin_text)
-    title, limit, value, margin, why = (markdown_text(words(text)) for text in (*texts, criterion.outcome.why))
-    where = _link(_place(study, criterion.line)) if criterion.line is not None else "set over it"
-    return title, limit, value, margin, "met" if criterion.passed else "**NOT MET**", where, why
-
-
-def _link(place: dict[str, str]) -> str:
-    """File and line, as a link where GitHub says which commit is checked out."""
-    if not place:
-        return ""
-    text = markdown_text(f"{place['file']}:{place['line']}")
+def source_url(study: Study) -> str:
+    """Address of the scenario on the site that runs the job, of the commit that is checked out; "" elsewhere."""
     server, repository, commit = map(os.environ.get, ("GITHUB_SERVER_URL", "GITHUB_REPOSITORY", "GITHUB_SHA"))
-    if not (server and repository and commit):
-        return text
-    return f"[{text}]({server}/{repository}/blob/{commit}/{quote(place['file'])}#L{place['line']})"
+    place = _place(study, None)
+    if not (place and server and repository and commit):
+        return ""
+    return f"{server}/{repository}/blob/{commit}/{quote(place['file'])}"

@@ -17,6 +17,7 @@ from vireport.analysis import CriticalPoint, DesignPoint, Held, Margin, Polished
 from vireport.gate import Criterion, Fact, Question, Verdict, longest_contact, mirror_images
 from vireport.physics import DIGITS, Device
 from vireport.report.certificates import summary
+from vireport.report.ci_formats import source_url
 from vireport.report.voltages import MassEffect, Place, mass_effects, places
 from vireport.scenario import LARGEST, SMALLEST, UNIT_OF_SWEPT, Parameter, ScalarInput, inputs
 from vireport.study import Provenance, Study, results
@@ -139,6 +140,11 @@ class Report:
     template: str = "report.typ.j2"
     decimals: int = field(default=DIGITS, init=False)
     paper_title: str = field(default=PAPER, init=False)
+
+    @property
+    def source_url(self) -> str:
+        """Address of the scenario on the site that runs the job, or ""."""
+        return source_url(self.study)
 
     @property
     def title(self) -> str:

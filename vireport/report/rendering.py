@@ -130,6 +130,13 @@ def render_html(report: Document, templates: Path | None = None) -> bytes:
     return in_page(page, report.pictures.values(), report.live, TEMPLATES).encode("utf-8")
 
 
+def render_markdown(report: Document, templates: Path | None = None) -> bytes:
+    """Set a summary as Markdown, for a pull request or the page of a job; its parameters are those of `render_html`."""
+    from vireport.report.markdown import as_markdown
+
+    return as_markdown(_compiled(report, _fill(report, templates), "html").decode("utf-8")).encode("utf-8")
+
+
 def render_pdf(
     report: Document, templates: Path | None = None, standards: Iterable[str] = (), paper: str = "a4"
 ) -> bytes:

@@ -23,7 +23,6 @@ _LINKS = re.compile(r"@(?=\w)|#(?=\d)|:(?=//)|\bwww(?=\.)|\bmailto(?=:)", re.IGN
 """What sites like GitHub make a link of, or a message to somebody."""
 _UNITS = re.compile(r"(?<=\d) (?=%|[kMm]?V\b)")
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
-_RULES = {"left": "---", "right": "---:"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,21 +123,15 @@ def markdown_text(text: str) -> str:
     return _MARKS.sub(r"\\\1", apart.translate(_ENTITIES))
 
 
-def markdown_table(head: Sequence[str], align: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table of cells that are Markdown already, its columns aligned ``left`` or ``right``; a newline ends it."""
-    lines = [f"| {' | '.join(row)} |" for row in (head, *rows)]
-    lines.insert(1, f"|{'|'.join(_RULES[side] for side in align)}|")
-    return "\n".join(lines) + "\n"
-
-
 def markdown_of(table: Table) -> str:
     """A table under its caption, without its note, as Markdown; the caption as a sentence where it has no rows."""
     caption = markdown_text(table.caption)
     if not table.rows:
         return f"{caption}.\n"
-    align = ["right" if column.kind == "number" else "left" for column in table.columns]
-    rows = [[markdown_text(cell) for cell in row] for row in table.rows]
-    return f"**{caption}**\n\n{markdown_table([column.title for column in table.columns], align, rows)}"
+    rows = [[column.title for column in table.columns], *([markdown_text(cell) for cell in row] for row in table.rows)]
+    lines = [f"| {' | '.join(row)} |" for row in rows]
+    lines.insert(1, f"|{'|'.join('---:' if column.kind == 'number' else '---' for column in table.columns)}|")
+    return "\n".join((f"**{caption}**\n", *lines, ""))
 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
