@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vireport.physics import ARRAYS, Device
 from vireport.scenario import DesignInput, Parameter
-from vireport.sequences.continuation import AT_ZERO, STEEPEST, STRAIGHTEST, Event, Path, Point
+from vireport.sequences.continuation import AT_ZERO, STEEPEST, Event, Path, Point
 from vireport.sequences.equations import linearised, residuals, weighted_trace
 from vireport.sequences.motions import BESIDE, IMAGE, Motion, Sequence, Turn, turns
 
@@ -164,7 +164,7 @@ class Locus(Path):
     sequence: Sequence
     plane: Plane
     condition: Condition
-    longest = 0.06
+    first, longest, straightest = 3e-3, 0.06, 0.97
 
     @property
     def scale(self) -> Floats:
@@ -244,10 +244,8 @@ class Locus(Path):
             speed[i] = -self.sequence.walls[i] * (groups[1] + np.cos(np.pi * x[count + i]))
         return np.concatenate([edges, speed, [turn.gap for turn in self._turns(x, groups)]])
 
-    def short(self, point: Point, new: Point, step: float) -> bool:
-        """Whether a step was short enough for nothing to be missed in it."""
-        if float(new.tangent @ point.tangent) < STRAIGHTEST:
-            return False
+    def gentle(self, point: Point, new: Point, step: float) -> bool:
+        """Whether a step was short enough for no event to be missed in it."""
         if self.condition.event is not Event.GRAZING or new.margin <= 0:
             return True
         return abs(atan(new.trace) - atan(point.trace)) < STEEPEST
