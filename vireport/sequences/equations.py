@@ -124,27 +124,30 @@ def residuals(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS
 def linearised(sequence: Sequence, x: Floats, model: Varied) -> tuple[Floats, Floats]:
     """The residuals and their derivatives, arrays (2N,) and (2N, len(x))."""
     count, row = len(sequence), x.tolist()
-    d, gbar, r = model.at(row[2 * count :])
-    values, matrix = np.empty(2 * count), np.zeros((2 * count, 2 * count + 3))
+    varied = row[2 * count :]
+    d, gbar, r = model.at(varied)
+    slopes = list(zip(*model.slopes(varied).tolist(), strict=True))
+    values, matrix = [], []  # as lists, of which single numbers are read and written several times as fast
     for leg in legs(sequence, row[count : 2 * count]):
         i, j, t = leg.start, leg.end, leg.duration
         after, pull_start, pull_end = flight.reflect(row[i], r), gbar + leg.cosine_start, gbar + leg.cosine_end
         way = (sequence.walls[j] - sequence.walls[i]) // 2
         speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar)
         covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar)
-        values[2 * i], values[2 * i + 1] = speed - row[j], covered - way * d
+        values += [speed - row[j], covered - way * d]
+        velocity, position = [0.0] * (2 * count), [0.0] * (2 * count)
         # Added up, because with one impact both ends of the flight are the same.
-        velocity, position = matrix[2 * i], matrix[2 * i + 1]
         velocity[i] -= r
         velocity[j] -= 1
         velocity[count + i] -= pull_start
         velocity[count + j] += pull_end
-        velocity[-3:] = 0, t, -row[i]
+        velocity += [t * by_gbar - row[i] * by_r for _, by_gbar, by_r in slopes]
         position[i] -= r * t
         position[count + i] -= after + pull_start * t
         position[count + j] += speed
-        position[-3:] = -way, t * t / 2, -row[i] * t
-    return values, np.hstack([matrix[:, :-3], matrix[:, -3:] @ model.slopes(row[2 * count :])])
+        position += [t * (t / 2 * by_gbar - row[i] * by_r) - way * by_d for by_d, by_gbar, by_r in slopes]
+        matrix += [velocity, position]
+    return np.array(values), np.array(matrix)
 
 
 def trace(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import acos, pi, sin
+from math import acos, ceil, cos, floor, pi, sin
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -202,9 +202,9 @@ def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
     walls, times, velocities = motion.sequence.walls, motion.time.tolist(), motion.velocity.tolist()
     for i, (start, end) in enumerate(pairwise([*times, times[0] + 2 * motion.sequence.periods])):
         after, phase = flight.reflect(velocities[i], r), pi * start
-        sine, cosine = np.sin(phase), np.cos(phase)
-        for time, rising in _rests(start, end, after, float(sine), gbar, lift):
-            z = walls[i] * d / 2 + flight.displacement(time - start, after, sine, cosine, np.cos(pi * time), gbar)
+        sine, cosine = sin(phase), cos(phase)
+        for time, rising in _rests(start, end, after, sine, gbar, lift):
+            z = walls[i] * d / 2 + flight.displacement(time - start, after, sine, cosine, cos(pi * time), gbar)
             wall = -1 if rising else 1
             yield Turn(i, time, wall, float(d / 2 - wall * z))
 
@@ -219,8 +219,7 @@ def _rests(
 
     ends = [start, end]
     if lift is not None:
-        first = 2 * np.floor(start / 2)
-        laps = np.arange(first - 2, end + 2, 2.0)
+        laps = range(2 * floor(start / 2) - 2, ceil(end + 2), 2)
         ends = [start, *sorted(t for x in laps for t in (x + lift, x + 2 - lift) if start < t < end), end]
     values = [after, *map(speed, ends[1:])]
     for (low, high), (f_low, f_high) in zip(pairwise(ends), pairwise(values), strict=True):
@@ -234,7 +233,7 @@ def _root(speed: Any, gbar: float, low: float, high: float, rising: bool) -> flo
     for _ in range(BISECTIONS):
         value = speed(t)
         low, high = (low, t) if (value > 0) == rising else (t, high)
-        slope = gbar + np.cos(pi * t)
+        slope = gbar + cos(pi * t)
         new = t - value / slope if slope else low
         if abs(new - t) < SETTLED and slope:
             break

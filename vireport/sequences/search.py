@@ -6,6 +6,7 @@ curve, which passes cells in whose corners the signs of both differ.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import Sequence
-from vireport.sequences.surface import Motions, motions_above, onto_sweep, solution, sweep_conditions
+from vireport.sequences.surface import Motions, Solution, motions_above, onto_sweep, solution, sweep_conditions
 
 Floats = NDArray[np.float64]
 
@@ -49,12 +50,8 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     """
     side, found = side_of(sequence), [np.empty((3, 0))]
     count = round(2 * sequence.periods / side)
-    half = sequence.rotated(2) == sequence  # counted from the third impact, the motions are the same once more
     before: NDArray[Any] = np.empty((2, 0, 0))
-    for i in range(count + 1):  # plane by plane, so that numbers stay in the processor's cache; few digits are enough
-        grid = np.float32(side) * np.arange(count - i + 2, dtype=np.float32)
-        rows = grid[: max(count // 2 + 3 - i, 2)] if half else grid
-        x = solution(sequence, [np.full((1, 1), i * side, np.float32), rows[:, None], grid[None, :]], model.r)
+    for i, x in enumerate(_grid(sequence, model.r)):
         plane = np.stack(np.broadcast_arrays(*sweep_conditions(x, model)))
         if i:
             cells = _passed(before, plane)
@@ -68,6 +65,24 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     return motions[inside], flights[:, inside]
 
 
+@lru_cache(maxsize=8)
+def _grid(sequence: Sequence, r: float) -> list[Solution]:
+    """The solutions above the corners of the cells, which are those of every sweep with this restitution coefficient.
+
+    They are computed plane by plane, so that numbers stay in the processor's cache; few digits are enough.
+    """
+    side = side_of(sequence)
+    count = round(2 * sequence.periods / side)
+    half = sequence.rotated(2) == sequence  # counted from the third impact, the motions are the same once more
+    found = []
+    for i in range(count + 1):
+        grid = np.float32(side) * np.arange(count - i + 2, dtype=np.float32)
+        rows = grid[: max(count // 2 + 3 - i, 2)] if half else grid
+        x = solution(sequence, [np.full((1, 1), i * side, np.float32), rows[:, None], grid[None, :]], r)
+        found.append(x._replace(velocity=[]))
+    return found
+
+
 def _passed(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.intp]:
     """Cells between two planes that the curve may pass on which both conditions are zero (2, n).
 
@@ -75,10 +90,13 @@ def _passed(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.intp]:
     ones, is not far from the cell.
     """
     rows, columns = (size - 1 for size in other.shape[1:])
-    corners = [plane[:, j : j + rows, k : k + columns] for plane in (one, other) for j in (0, 1) for k in (0, 1)]
-    least, largest = np.minimum.reduce(corners), np.maximum.reduce(corners)
+    one = one[:, : rows + 1, : columns + 1]
+    least, largest = np.minimum(one, other), np.maximum(one, other)
+    for ahead, behind in ((np.s_[:, 1:], np.s_[:, :-1]), (np.s_[:, :, 1:], np.s_[:, :, :-1])):
+        least, largest = np.minimum(least[ahead], least[behind]), np.maximum(largest[ahead], largest[behind])
     slack = SLACK * (largest - least)
     cells = np.stack(np.nonzero((least <= slack).all(axis=0) & (largest >= -slack).all(axis=0)))
+    corners = [plane[:, j : j + rows, k : k + columns] for plane in (one, other) for j in (0, 1) for k in (0, 1)]
     at = np.stack([corner[:, *cells] for corner in corners], axis=-1).astype(float)
     (a, b), (f, g) = at @ SLOPES, at.mean(axis=-1)
     aa, ab, bb = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
