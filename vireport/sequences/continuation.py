@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 from math import atan, nan, pi, sqrt
 from typing import Any, NamedTuple
 
@@ -169,7 +170,8 @@ class Path(ABC):
         for _ in range(CORRECTIONS):
             values, matrix = self.linearised(x)
             try:
-                step = solve(np.vstack([matrix, normal]), -np.append(values, normal @ ((x - guess) / scale)))
+                away = normal @ ((x - guess) / scale)
+                step = solve(np.concatenate([matrix, normal[None]]), -np.concatenate([values, [away]]))
             except np.linalg.LinAlgError:
                 return None
             size = float(np.abs(step).max())
@@ -189,7 +191,7 @@ class Path(ABC):
         return self._point(x, along, self.linearised(x)[1])
 
     def _point(self, x: Floats, along: Floats, derivatives: Floats) -> Point:
-        matrix, unit = np.vstack([derivatives, along]), np.eye(len(x))[-1]
+        matrix, unit = np.concatenate([derivatives, along[None]]), np.eye(len(x))[-1]
         try:
             tangent = np.linalg.solve(matrix, unit)
         except np.linalg.LinAlgError:
@@ -219,6 +221,7 @@ class Path(ABC):
     def located(self, point: Point, step: float, value: Callable[[Point], float]) -> tuple[float, Point]:
         """Where, within a step, a function of the motion is zero whose signs differ at its ends. Raises as `ahead`."""
 
+        @cache  # the last that was tried is the one that is wanted
         def at(size: float) -> Point:
             return self.ahead(point, size) if size else point
 

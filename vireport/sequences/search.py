@@ -24,7 +24,13 @@ FINEST, MOST_POINTS = 1 / 16, 400_000
 FARTHEST = 1.0
 """Sides of a cell from its centre: half of one, and as much again for the curvature of both functions."""
 
-SLOPES = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) / 4
+LAYER = 1 << 14
+"""Corners that are evaluated at once: their numbers stay in the processor's cache."""
+
+CORNERS = np.indices((2, 2, 2)).reshape(3, 8)
+"""Of a cell, by their distance from its first one."""
+
+SLOPES = (2 * CORNERS.T - 1) / 4
 """From the values of a function in the corners of a cell, in their order, to its slopes over the cell's side."""
 
 SLACK = 0.25
@@ -48,15 +54,11 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     sequence : Sequence
         Four impacts, on both membranes.
     """
-    side, found = side_of(sequence), [np.empty((3, 0))]
-    count = round(2 * sequence.periods / side)
-    before: NDArray[Any] = np.empty((2, 0, 0))
-    for i, x in enumerate(_grid(sequence, model.r)):
-        plane = np.stack(np.broadcast_arrays(*sweep_conditions(x, model)))
-        if i:
-            cells = _passed(before, plane)
-            found.append(np.stack([np.full(cells.shape[1], i - 1.0), *cells]))
-        before = plane
+    side = side_of(sequence)
+    count, found = round(2 * sequence.periods / side), []
+    for first, x in _grid(sequence, model.r):
+        cells = _passed(np.stack(np.broadcast_arrays(*sweep_conditions(x, model))))
+        found.append(cells + np.array([[first], [0], [0]]))
     index = np.concatenate(found, axis=1)
     centre = np.asarray((index[:, index.sum(axis=0) < count] + 0.5) * side)
     motions, flights = onto_sweep(motions_above(sequence, centre, model.r), centre, model.level, 2 * side)
@@ -66,38 +68,39 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
 
 
 @lru_cache(maxsize=8)
-def _grid(sequence: Sequence, r: float) -> list[Solution]:
+def _grid(sequence: Sequence, r: float) -> list[tuple[int, Solution]]:
     """The solutions above the corners of the cells, which are those of every sweep with this restitution coefficient.
 
-    They are computed plane by plane, so that numbers stay in the processor's cache; few digits are enough.
+    In layers of planes, each with the number of its first one; few digits are enough.
     """
     side = side_of(sequence)
     count = round(2 * sequence.periods / side)
     half = sequence.rotated(2) == sequence  # counted from the third impact, the motions are the same once more
-    found = []
-    for i in range(count + 1):
-        grid = np.float32(side) * np.arange(count - i + 2, dtype=np.float32)
-        rows = grid[: max(count // 2 + 3 - i, 2)] if half else grid
-        x = solution(sequence, [np.full((1, 1), i * side, np.float32), rows[:, None], grid[None, :]], r)
-        found.append(x._replace(velocity=[]))
+    found, first = [], 0
+    while first < count:
+        grid = np.float32(side) * np.arange(count - first + 2, dtype=np.float32)
+        rows = grid[: max(count // 2 + 3 - first, 2)] if half else grid
+        last = min(first + max(LAYER // (len(rows) * len(grid)), 1), count)
+        planes = np.float32(side) * np.arange(first, last + 1, dtype=np.float32)
+        x = solution(sequence, [planes[:, None, None], rows[:, None], grid], r)
+        found.append((first, x._replace(velocity=[])))
+        first = last
     return found
 
 
-def _passed(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.intp]:
-    """Cells between two planes that the curve may pass on which both conditions are zero (2, n).
+def _passed(values: NDArray[Any]) -> NDArray[np.intp]:
+    """Cells that the curve may pass on which both conditions are zero, whose values in the corners these are (3, n).
 
     Either may be zero there, and the point that is next to the centre on the line on which the functions are, as linear
     ones, is not far from the cell.
     """
-    rows, columns = (size - 1 for size in other.shape[1:])
-    one = one[:, : rows + 1, : columns + 1]
-    least, largest = np.minimum(one, other), np.maximum(one, other)
-    for ahead, behind in ((np.s_[:, 1:], np.s_[:, :-1]), (np.s_[:, :, 1:], np.s_[:, :, :-1])):
+    least = largest = values
+    for axis in (1, 2, 3):
+        ahead, behind = ((np.s_[:],) * axis + (part,) for part in (np.s_[1:], np.s_[:-1]))
         least, largest = np.minimum(least[ahead], least[behind]), np.maximum(largest[ahead], largest[behind])
     slack = SLACK * (largest - least)
     cells = np.stack(np.nonzero((least <= slack).all(axis=0) & (largest >= -slack).all(axis=0)))
-    corners = [plane[:, j : j + rows, k : k + columns] for plane in (one, other) for j in (0, 1) for k in (0, 1)]
-    at = np.stack([corner[:, *cells] for corner in corners], axis=-1).astype(float)
+    at = values[:, *(cells[:, :, None] + CORNERS[:, None, :])].astype(float)
     (a, b), (f, g) = at @ SLOPES, at.mean(axis=-1)
     aa, ab, bb = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
     size = aa * bb - ab * ab
