@@ -29,6 +29,10 @@ STANDSTILL = 1e-5
 """Part of a locus' direction within the plane up to which it stands still there, as at a cusp."""
 
 
+FIRST_STEP, LONGEST_STEP, STRAIGHTEST = 3e-3, 0.06, 0.97
+"""As of families, but longer: along most loci the trace is given, and its poles need no short steps."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Here:
     """The groups d and gbar, and r, at a point of a plane, with their derivatives by the inputs, (3, 2)."""
@@ -166,7 +170,7 @@ class Locus(Path):
     sequence: Sequence
     plane: Plane
     condition: Condition
-    first, longest, straightest = 3e-3, 0.06, 0.97
+    first, longest, straightest = FIRST_STEP, LONGEST_STEP, STRAIGHTEST
 
     @property
     def scale(self) -> Floats:
