@@ -36,7 +36,7 @@ format: setup ## format the code
 	$(BIN)/ruff format .
 
 benchmarks: setup ## measure the figures of docs/accuracy.md anew, on an idle machine
-	for name in accuracy atlas branch extremes impacts maps startup; do $(BIN)/python benchmarks/$$name.py || exit 1; done
+	for name in accuracy atlas branch chart extremes impacts maps startup; do $(BIN)/python benchmarks/$$name.py || exit 1; done
 	$(BIN)/python tools/make_docs.py
 
 docs: setup ## make docs/accuracy.md from tools/accuracy.md.j2 and benchmarks/results

@@ -82,7 +82,8 @@ class Sweep:
     @property
     def level(self) -> Level:
         """What stays the same along the sweep."""
-        return self.level_in(ARRAYS)
+        level = self.level_in(ARRAYS)
+        return Level(level.held, float(level.value))
 
     def level_in(self, ops: Any) -> Level:
         """The same in another kind of number."""

@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 from math import atan, nan, pi, sqrt
 from typing import Any, NamedTuple
 
@@ -35,8 +36,8 @@ GROWTH = 1.7
 STEEPEST = 0.35
 """Most that a step may change arctan(tr/(1 + det)) [rad]; from one border of stability to the other it is pi/2."""
 
-PER_MARGIN, CLOSE = 0.5, 1e-4
-"""Step over the least velocity or gap, and the step that need not be shorter because one is small."""
+CLOSE = 1e-4
+"""Step that need not be shorter because a velocity or gap is small."""
 
 STRAIGHTEST = 0.995
 """Least cosine of the angle between the directions at both ends of a step."""
@@ -104,7 +105,7 @@ class Path(ABC):
 
     __slots__ = ()
     sequence: Sequence
-    longest = LONGEST_STEP
+    first, longest, straightest = FIRST_STEP, LONGEST_STEP, STRAIGHTEST
 
     @property
     @abstractmethod
@@ -128,8 +129,8 @@ class Path(ABC):
         """What is positive of a motion that is admissible, and within the range."""
 
     @abstractmethod
-    def short(self, point: Point, new: Point, step: float) -> bool:
-        """Whether a step was short enough for nothing to be missed in it."""
+    def gentle(self, point: Point, new: Point, step: float) -> bool:
+        """Whether a step was short enough for no event to be missed in it."""
 
     @abstractmethod
     def ended(self, last: Point) -> tuple[Event, Point]:
@@ -139,9 +140,20 @@ class Path(ABC):
     def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the path. Raises as `located`."""
 
+    def short(self, point: Point, new: Point, step: float) -> bool:
+        """Whether a step was short enough for nothing to be missed in it.
+
+        To go to zero and come back, a velocity or gap needs a rate that changes; rates change with the direction of
+        the curve and along it, at most by about eight times as much, and what is missed is an eighth of the step times
+        that.
+        """
+        hidden = step * (float(np.linalg.norm(new.tangent - point.tangent)) + step)
+        seen = step <= CLOSE or new.margin <= 0 or min(point.margin, new.margin) > hidden
+        return seen and float(new.tangent @ point.tangent) > self.straightest and self.gentle(point, new, step)
+
     def reach(self, margin: float) -> float:
-        """Longest step from a point with a least velocity or gap."""
-        return max(PER_MARGIN * margin, CLOSE)
+        """Longest step: as `short` sees what is hidden, it may go with the root of the least velocity or gap."""
+        return max(sqrt(max(margin, 0.0)) / 2, CLOSE)
 
     def leaves(self, x: Floats, first: Point) -> bool:
         """Whether nothing happens between a point from which the path begins and a motion next to it."""
@@ -158,7 +170,8 @@ class Path(ABC):
         for _ in range(CORRECTIONS):
             values, matrix = self.linearised(x)
             try:
-                step = solve(np.vstack([matrix, normal]), -np.append(values, normal @ ((x - guess) / scale)))
+                away = normal @ ((x - guess) / scale)
+                step = solve(np.concatenate([matrix, normal[None]]), -np.concatenate([values, [away]]))
             except np.linalg.LinAlgError:
                 return None
             size = float(np.abs(step).max())
@@ -178,7 +191,7 @@ class Path(ABC):
         return self._point(x, along, self.linearised(x)[1])
 
     def _point(self, x: Floats, along: Floats, derivatives: Floats) -> Point:
-        matrix, unit = np.vstack([derivatives, along]), np.eye(len(x))[-1]
+        matrix, unit = np.concatenate([derivatives, along[None]]), np.eye(len(x))[-1]
         try:
             tangent = np.linalg.solve(matrix, unit)
         except np.linalg.LinAlgError:
@@ -208,6 +221,7 @@ class Path(ABC):
     def located(self, point: Point, step: float, value: Callable[[Point], float]) -> tuple[float, Point]:
         """Where, within a step, a function of the motion is zero whose signs differ at its ends. Raises as `ahead`."""
 
+        @cache  # the last that was tried is the one that is wanted
         def at(size: float) -> Point:
             return self.ahead(point, size) if size else point
 
@@ -242,7 +256,7 @@ class Strand:
 
 def follow(path: Path, start: Point) -> Strand:
     """Follow a path from a motion, in the direction of its tangent, until something ends it."""
-    strand, step = Strand([start], []), FIRST_STEP
+    strand, step = Strand([start], []), path.first
     while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
         step = min(step, path.reach(strand.points[-1].margin))
         try:
@@ -365,24 +379,14 @@ class Curve(Path):
         gaps = [turn.gap for turn in self.model.turns(motion)]
         return np.concatenate([ends, motion.velocity * motion.sequence.walls, gaps])
 
-    def short(self, point: Point, new: Point, step: float) -> bool:
-        """Whether a step was short enough for nothing to be missed in it.
+    def gentle(self, point: Point, new: Point, step: float) -> bool:
+        """Whether a step was short enough for no event to be missed in it.
 
-        To go to zero and come back, a velocity or gap needs a rate that changes; rates change with the direction of
-        the curve and along it, at most by about eight times as much, and what is missed is an eighth of the step times
-        that. Where a velocity goes through zero the trace has a pole: it must be near it, or the last step short.
+        Where a velocity goes through zero the trace has a pole: the step must be near it, or the last step short.
         """
         if (self.motion(new.x).velocity * self.sequence.walls <= 0).any():
-            gentle = step < LAST_STEP or self._near_pole(point)
-        else:
-            gentle = abs(atan(new.trace / self.borders[0]) - atan(point.trace / self.borders[0])) < STEEPEST
-        hidden = step * (float(np.linalg.norm(new.tangent - point.tangent)) + step)
-        seen = step <= CLOSE or new.margin <= 0 or min(point.margin, new.margin) > hidden
-        return gentle and seen and float(new.tangent @ point.tangent) > STRAIGHTEST
-
-    def reach(self, margin: float) -> float:
-        """Longest step: as `short` sees what is hidden, it may go with the root of the least velocity or gap."""
-        return max(sqrt(max(margin, 0.0)) / 2, CLOSE)
+            return step < LAST_STEP or self._near_pole(point)
+        return abs(atan(new.trace / self.borders[0]) - atan(point.trace / self.borders[0])) < STEEPEST
 
     def _near_pole(self, point: Point) -> bool:
         """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""

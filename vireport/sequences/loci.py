@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vireport.physics import ARRAYS, Device
 from vireport.scenario import DesignInput, Parameter
-from vireport.sequences.continuation import AT_ZERO, STEEPEST, STRAIGHTEST, Event, Path, Point
+from vireport.sequences.continuation import AT_ZERO, STEEPEST, Event, Path, Point
 from vireport.sequences.equations import linearised, residuals, weighted_trace
 from vireport.sequences.motions import BESIDE, IMAGE, Motion, Sequence, Turn, turns
 
@@ -27,6 +27,10 @@ IMAGINARY = 1e-30
 
 STANDSTILL = 1e-5
 """Part of a locus' direction within the plane up to which it stands still there, as at a cusp."""
+
+
+FIRST_STEP, LONGEST_STEP, STRAIGHTEST = 3e-3, 0.06, 0.97
+"""As of families, but longer: along most loci the trace is given, and its poles need no short steps."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +73,8 @@ class Plane:
         """The groups d and gbar, and r, at values of the inputs; a capsule tilted the other way has negative gbar."""
         device = self.device_at([abs(value) for value in varied])
         d, gbar = device.groups(Parameter.LENGTH, device.length_m, self.ops)
+        if self.ops is ARRAYS:  # as Python's numbers, with which arithmetic is several times as fast as with NumPy's
+            d, gbar = float(d), float(gbar)
         return d, self._side(varied) * gbar, self.ops.exact(device.restitution)
 
     def here(self, varied: Row[float]) -> Here:
@@ -164,7 +170,7 @@ class Locus(Path):
     sequence: Sequence
     plane: Plane
     condition: Condition
-    longest = 0.06
+    first, longest, straightest = FIRST_STEP, LONGEST_STEP, STRAIGHTEST
 
     @property
     def scale(self) -> Floats:
@@ -244,10 +250,8 @@ class Locus(Path):
             speed[i] = -self.sequence.walls[i] * (groups[1] + np.cos(np.pi * x[count + i]))
         return np.concatenate([edges, speed, [turn.gap for turn in self._turns(x, groups)]])
 
-    def short(self, point: Point, new: Point, step: float) -> bool:
-        """Whether a step was short enough for nothing to be missed in it."""
-        if float(new.tangent @ point.tangent) < STRAIGHTEST:
-            return False
+    def gentle(self, point: Point, new: Point, step: float) -> bool:
+        """Whether a step was short enough for no event to be missed in it."""
         if self.condition.event is not Event.GRAZING or new.margin <= 0:
             return True
         return abs(atan(new.trace) - atan(point.trace)) < STEEPEST

@@ -6,6 +6,7 @@ hold: a curve, which passes cells in whose corners the signs of both differ.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -59,11 +60,7 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     images = (sequence, sequence.mirrored()) if model.level.horizontal else (sequence,)
     # Counted from the third impact, the motions are then the same once more.
     last = (count + 1) // 2 if sequence.rotated(2) in images else count
-    grid = np.float32(side) * np.arange(count + 1, dtype=np.float32)  # few digits are enough
-    for i in range(0, last, LAYERS):
-        j = min(i + LAYERS, count)
-        second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]
-        x = solution(sequence, [first, second - first, third - second], model.r)
+    for i, x in _layers(sequence, model.r, last):
         crossed = np.all([_crossed(condition) for condition in sweep_conditions(x, model)], axis=0)
         cells = np.stack(np.nonzero(crossed))
         layer, row, column = cells
@@ -76,6 +73,22 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     coordinate = motions.coordinate(model.level)
     inside = (coordinate > low) & (coordinate < high) & motions.admissible
     return motions[inside], flights[:, inside]
+
+
+@lru_cache(maxsize=8)
+def _layers(sequence: Sequence, r: float, last: int) -> list[tuple[int, Solution]]:
+    """The solutions above the corners of the cells, which are those of every sweep with this restitution coefficient.
+
+    In layers up to a last one, each with the number of its first one; few digits are enough.
+    """
+    side = side_of(sequence)
+    count, layers = round(2 * sequence.periods / side), []
+    grid = np.float32(side) * np.arange(count + 1, dtype=np.float32)
+    for i in range(0, last, LAYERS):
+        j = min(i + LAYERS, count)
+        second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]
+        layers.append((i, solution(sequence, [first, second - first, third - second], r)))
+    return layers
 
 
 def _crossed(values: NDArray[Any]) -> NDArray[np.bool_]:
