@@ -30,6 +30,9 @@ Mask = NDArray[np.bool_]
 IMAGINARY = 1e-30
 """Imaginary step that gives the derivative of an analytic function to the last digit."""
 
+IMAGINARY_STEPS = 1j * IMAGINARY * np.eye(3)[:, None, :]
+"""One along each coordinate of a point."""
+
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.02, 0.08, 1e-15
 """Steps along the curve, in units of q, of radians and of the position on a line: no feature of a motion is known that
 hides in the longest; where the shortest does not do, rounding does not resolve the curve."""
@@ -134,24 +137,20 @@ class Paths:
     def conditions(self, x: Any) -> tuple[Any, Any]:
         """The two conditions that hold on the curves, at points (..., count, 3)."""
         u, phi, position = x[..., 0], x[..., 1], x[..., 2]
-        d, gbar, r = (
-            start * np.exp(position * self.growth[:, k]) + position * self.shift[:, k]
-            for k, start in enumerate(self.origin)
-        )
+        groups = np.array(self.origin) * np.exp(position[..., None] * self.growth) + position[..., None] * self.shift
+        d, gbar, r = np.moveaxis(groups, -1, 0)
         k = coefficients(u, r, self.n)
         orbit = orbits_above(k, u, phi, r, self.n)
-        second = orbit.gbar - gbar
-        if self.divided.any() or self.symmetric.any():
+        second = np.where(self.symmetric, u, orbit.gbar - gbar)
+        if self.divided.any():
             a, b, _ = level_terms(Level(Held.GBAR, 0.0), k, u, r, self.n)
             second = np.where(self.divided, a * orbit.sin_phi + b * orbit.cos_phi, second)
-            second = np.where(self.symmetric, u, second)
         return orbit.d - d, second
 
-    def linearised(self, x: Floats) -> tuple[Floats, Floats]:
-        """The conditions (count, 2) at points (count, 3), and their gradients (count, 2, 3)."""
-        first, second = self.conditions(x + 1j * IMAGINARY * np.eye(3)[:, None, :])
-        both = np.stack([first, second], axis=-1)
-        return both[0].real, np.moveaxis(both.imag, 0, -1) / IMAGINARY
+    def linearised(self, x: Floats) -> list[tuple[Floats, Floats]]:
+        """Each of the conditions at points (count, 3): its values (count, 1) and its gradients (count, 3)."""
+        conditions = self.conditions(x + IMAGINARY_STEPS)
+        return [(of[0].real[:, None], of.imag.T / IMAGINARY) for of in conditions]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,57 +229,65 @@ class Trace:
     tangent: Floats
 
 
-def _tangent(gradients: Floats) -> Floats:
-    """Unit tangents (count, 3) of curves on which two conditions hold."""
-    a, b = gradients[:, 0], gradients[:, 1]
-    cross = a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]]
-    size = np.sqrt(np.sum(cross * cross, axis=1, keepdims=True))
-    return cross / np.where(size == 0, 1.0, size)
+def _cross(a: Floats, b: Floats) -> Floats:
+    """Vector products of arrays of shape (count, 3)."""
+    (a0, a1, a2), (b0, b1, b2) = a.T, b.T
+    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=1)
+
+
+def _size(vectors: Floats) -> Floats:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
 
 
 def _corrected(paths: Paths, x: Floats, normal: Floats) -> tuple[Floats, Floats, Floats]:
-    """One Newton correction across `normal`: the new points, the size of the corrections, and the gradients used."""
-    value, gradients = paths.linearised(x)
-    matrix = np.concatenate([gradients, normal[:, None, :]], axis=1)
-    right = np.concatenate([value, np.zeros((len(x), 1))], axis=1)
-    usable = np.abs(np.linalg.det(matrix)) > 0
-    step = np.linalg.solve(np.where(usable[:, None, None], matrix, np.eye(3)), right[..., None])[..., 0]
-    size = np.where(usable, np.sqrt(np.sum(step * step, axis=1)), np.inf)
-    return x - step, size, gradients
+    """One Newton correction across `normal`.
+
+    Returns
+    -------
+    ndarray, shape (count, 3)
+        The new points.
+    ndarray
+        Size of the corrections; infinite where the conditions do not determine one.
+    ndarray, shape (count, 3)
+        Unit tangents at `x` of the curves on which the conditions keep their values.
+    """
+    (f, a), (g, b) = paths.linearised(x)
+    along = _cross(a, b)
+    volume = np.einsum("ij,ij->i", along, normal)  # determinant of both gradients and the normal
+    usable = np.abs(volume) > 0
+    step = _cross(f * b - g * a, normal) / np.where(usable, volume, 1.0)[:, None]  # by Cramer's rule
+    length = _size(along)
+    return x - step, np.where(usable, _size(step), np.inf), along / np.where(length == 0, 1.0, length)[:, None]
 
 
 def _traced(paths: Paths) -> list[Trace]:
     """Points along the curves, each up to a step beyond the first in which a motion is not known to be stable."""
     x, count = paths.x.copy(), len(paths.source)
-    tangent = _tangent(paths.linearised(x)[1])
-    growing = paths.sign * tangent[:, 2]
-    # Where an asymmetric motion leaves the symmetric one, its position does not change at first: either half will do.
-    orientation = np.where(growing < 0, -1.0, 1.0)
+    tangent = _corrected(paths, x, x)[2]
+    # Where an asymmetric motion leaves the symmetric one, its position does not change at first, and u takes its part.
+    growing = np.where(paths.handed_over & paths.divided, tangent[:, 0], paths.sign * tangent[:, 2])
+    orientation = np.where(growing < 0, -1.0, 1.0)[:, None]
+    tangent *= orientation
     step, beyond = np.full(count, FIRST_STEP), np.zeros(count, dtype=int)
-    points = [[start.copy()] for start in x]
-    tangents = [[t * o] for t, o in zip(tangent, orientation, strict=True)]
+    points, tangents = [[start] for start in paths.x], [[start] for start in tangent.copy()]
     active = np.arange(count)
     for _ in range(MOST_STEPS):
         if not active.size:
             break
-        part, t = paths.select(active), tangent[active] * orientation[active, None]
-        y = x[active] + step[active, None] * t
-        y, first, _ = _corrected(part, y, t)
-        y, second, gradients = _corrected(part, y, t)
-        new = _tangent(gradients) * orientation[active, None]
-        along = np.sum(new * t, axis=1)
-        good = (second <= SETTLED * step[active]) & (first <= step[active]) & (along > GENTLE_TURN)
-        good &= np.isfinite(y).all(axis=1)
-        moved = active[good]
-        x[moved], tangent[moved] = y[good], new[good] * orientation[moved, None]
-        for k, point, direction in zip(moved, y[good], new[good], strict=True):
+        part, t, h = paths.select(active), tangent[active], step[active]
+        y, first, _ = _corrected(part, x[active] + h[:, None] * t, t)
+        y, second, new = _corrected(part, y, t)
+        new *= orientation[active]
+        along = np.einsum("ij,ij->i", new, t)
+        good = (second <= SETTLED * h) & (first <= h) & (along > GENTLE_TURN) & np.isfinite(y).all(axis=1)
+        moved, y, new = active[good], y[good], new[good]
+        x[moved], tangent[moved] = y, new
+        for k, point, direction in zip(moved, y, new, strict=True):
             points[k].append(point)
             tangents[k].append(direction)
-        failing = np.zeros(count, dtype=bool)
-        failing[moved] = _health(paths.select(moved), x[moved], with_gap=False).min(axis=1) <= 0
-        beyond[moved] += failing[moved] | (beyond[moved] > 0)
-        longer = np.zeros(count, dtype=bool)
-        longer[moved] = along[good] > STRAIGHT
+        failing = _health(part.select(good), y, with_gap=False).min(axis=1) <= 0
+        beyond[moved] += failing | (beyond[moved] > 0)
+        longer = moved[along[good] > STRAIGHT]
         step[active[~good]] /= 2
         step[longer] = np.minimum(step[longer] * 1.6, LONGEST_STEP)
         active = active[(beyond[active] < 2) & (step[active] > SHORTEST_STEP)]
@@ -377,27 +384,25 @@ def _located(paths: Paths, low: Floats, high: Floats, bound: Floats, with_gap: M
     rows, gaps = np.arange(len(low)), bool(with_gap.any())
     start = np.where(paths.handed_over & (low == paths.x).all(axis=1), BRACKET, 0.0)
     at_start = _health(paths, _between(paths, low, high, start), gaps)
-
+    at_bound = _health(paths, _between(paths, low, high, bound), gaps)
     for _ in range(MOST_EVENTS):
-        at_bound = _health(paths, _between(paths, low, high, bound), gaps)
         falling = (at_start > 0) & (at_bound <= 0)
-        with np.errstate(all="ignore"):
-            share = np.where(falling, at_start / (at_start - at_bound), np.inf)
+        share = np.where(falling, at_start / (at_start - at_bound), np.inf)
         column = np.where(falling.any(axis=1), share.argmin(axis=1), at_bound.argmin(axis=1))
 
         def value(share: Floats, column: Ints = column) -> Floats:
             at = _between(paths, low, high, share)
             return np.asarray(_health(paths, at, gaps and bool((column == GAP).any()))[rows, column])
 
-        root = bracketed_root(value, start, bound, BRACKET)
+        root = bracketed_root(value, start, bound, BRACKET, (at_start[rows, column], at_bound[rows, column]))
         x = _between(paths, low, high, root)
-        health = _health(paths, x, gaps)
-        others = health.copy()
+        at_root = _health(paths, x, gaps)
+        others = at_root.copy()
         others[rows, column] = 1.0
         earlier = (others.min(axis=1) < 0) & (root < bound)
         if not earlier.any():
             break
-        bound = np.where(earlier, root, bound)
+        bound, at_bound = np.where(earlier, root, bound), np.where(earlier[:, None], at_root, at_bound)
     return x, column
 
 
@@ -406,5 +411,5 @@ def _between(paths: Paths, low: Floats, high: Floats, share: Floats) -> Floats:
     chord = high - low
     x = low + share[:, None] * chord
     for _ in range(CORRECTIONS):
-        x, _, _ = _corrected(paths, x, chord)
+        x = _corrected(paths, x, chord)[0]
     return x

@@ -38,7 +38,13 @@ GOLDEN = (5**0.5 - 1) / 2
 """Share by which a golden section narrows a bracket."""
 
 
-def bracketed_root(function: Callable[[Floats], Floats], low: Floats, high: Floats, tolerance: float = 0.0) -> Floats:
+def bracketed_root(
+    function: Callable[[Floats], Floats],
+    low: Floats,
+    high: Floats,
+    tolerance: float = 0.0,
+    values: tuple[Floats, Floats] | None = None,
+) -> Floats:
     """Zeros of a function between `low` and `high`, where its signs differ, by secant steps and bisections.
 
     The Illinois rule, with every third step a bisection.
@@ -51,10 +57,12 @@ def bracketed_root(function: Callable[[Floats], Floats], low: Floats, high: Floa
         Ends of the brackets, in either order.
     tolerance : float
         Width of the last bracket; 0 for the last bit.
+    values : tuple of ndarray, optional
+        Of the function at both ends, where they are known.
     """
     if not low.size:
         return low
-    f_low, f_high = function(low), function(high)
+    f_low, f_high = values or (function(low), function(high))
     for iteration in range(MOST_HALVINGS):
         bisecting = iteration % 3 == 2
         with np.errstate(invalid="ignore", divide="ignore"):
