@@ -111,7 +111,7 @@ def sweep_conditions(x: Solution, model: Model) -> list[Any]:
         held = x.d if model.level.held is Held.D else x.gbar
         # The common factor is the root of the sum of the squares.
         off = held * held - (x.sine * x.sine + x.cosine * x.cosine) * (value * value) if value else held
-    return [off, x.excess] if len(x.time) > 3 else [off]
+    return [off, x.excess] if len(x.velocity) > 3 else [off]
 
 
 def _product(a: Row[Any], b: Row[Any]) -> Any:
