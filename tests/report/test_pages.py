@@ -8,21 +8,17 @@ from itertools import groupby, pairwise
 from typing import Any
 
 import pytest
-from conftest import EXAMPLES
+from conftest import EXAMPLES, first
 from pypdf import PageObject, PdfReader
 
 from vireport.cli import main
 
 NAMES = (
-    *("inclined", "horizontal", "inclined-forcing", "simulated"),
+    *("horizontal", "inclined-forcing", "simulated"),
     *("design-point", "best-design", "ci/passing", "ci/failing"),
 )
 COMPARED = ("horizontal", "inclined", "inclined-forcing")
-CASES = [
-    *((name, "a4") for name in NAMES),
-    ("inclined", "letter"),
-    pytest.param(("comparison", "a4"), marks=pytest.mark.slow),
-]
+CASES = first(1, [("inclined", "a4"), ("inclined", "letter"), *((name, "a4") for name in (*NAMES, "comparison"))])
 EMPTY_FROM = 40.0
 """Height without text from which it counts as empty: more than that between the ticks of a figure [pt]."""
 

@@ -10,7 +10,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cache
 from math import atan, nan, pi, sqrt
 from typing import Any, NamedTuple
 
@@ -218,18 +217,18 @@ class Path(ABC):
             raise NumericalError(f"a family of {self.sequence.word} was lost")
         return self._point(found[0], point.tangent, found[1])
 
-    def located(self, point: Point, step: float, value: Callable[[Point], float]) -> tuple[float, Point]:
-        """Where, within a step, a function of the motion is zero whose signs differ at its ends. Raises as `ahead`."""
-
-        @cache  # the last that was tried is the one that is wanted
-        def at(size: float) -> Point:
-            return self.ahead(point, size) if size else point
+    def located(self, point: Point, new: Point, step: float, value: Callable[[Point], float]) -> tuple[float, Point]:
+        """Where, within a step to a new point, a function is zero whose signs differ at its ends. Raises as `ahead`."""
+        known = {0.0: point, step: new}
 
         def values(sizes: Floats) -> Floats:
-            return np.array([value(at(float(size))) for size in sizes])
+            for size in sizes.tolist():
+                if size not in known:
+                    known[size] = self.ahead(point, size)
+            return np.array([value(known[size]) for size in sizes.tolist()])
 
         size = float(bracketed_root(values, np.zeros(1), np.full(1, step), tolerance=1e-14)[0])
-        return size, at(size)
+        return size, known[size]
 
     def admits(self, x: Floats) -> bool:
         """Whether a solution is a motion within the range."""
@@ -293,7 +292,7 @@ def _advance(path: Path, strand: Strand, step: float) -> bool:
     if not path.short(point, new, step):
         raise NumericalError("the curve bends too much within a step")
     if new.margin <= 0:
-        step, new = path.located(point, step, lambda p: p.margin)
+        step, new = path.located(point, new, step, lambda p: p.margin)
         end, new = path.ended(new)
     happenings, over = path.happenings(point, new, step)
     if end is None and _closes(strand, new):
@@ -419,17 +418,17 @@ class Curve(Path):
             (Event.PERIOD_DOUBLING, -border), (Event.NODE_FOCUS, focus), (Event.NODE_FOCUS, -focus),
         ):  # fmt: skip
             if pass_through(_above(level)):
-                found.append((*self.located(point, size, _above(level)), event))
+                found.append((*self.located(point, new, size, _above(level)), event))
         over, meets = False, pass_through(_above(border))
         if pass_through(_along):
-            where = self.located(point, size, _along)
+            where = self.located(point, new, size, _along)
             image = None if meets else _turned_back(self, where[1].x)
             over = image is not None
             found = [one for one in found if not over or one[0] < where[0]]
             if meets or over:
                 found.append((*where, image or Event.FOLD))
         elif meets:
-            where = self.located(point, size, _above(border))
+            where = self.located(point, new, size, _above(border))
             if _is_symmetric(self, where[1].x):
                 found.append((*where, Event.PITCHFORK))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over

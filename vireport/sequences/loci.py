@@ -279,7 +279,7 @@ class Locus(Path):
         for event in (Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING):
             value = self.coincidence(event)
             if value(point) * value(new) < 0:
-                found.append((*self.located(point, size, value), event))
+                found.append((*self.located(point, new, size, value), event))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], False
 
     def coincidence(self, event: Event) -> Callable[[Point], float]:
@@ -297,7 +297,7 @@ class Locus(Path):
         way, after = point.tangent[-2:], new.tangent[-2:]
         if float(way @ after) > 0:
             return [], False
-        _, at = self.located(point, size, lambda p: float(p.tangent[-2:] @ (way - after)))
+        _, at = self.located(point, new, size, lambda p: float(p.tangent[-2:] @ (way - after)))
         if not float(np.linalg.norm(at.tangent[-2:])) < STANDSTILL:
             return [], False
         motion = self.motion(at.x)
