@@ -162,7 +162,8 @@ def test_tolerances_that_are_not_kept_are_not_approved(
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("acceleration_at_most_g", 3 / 0.1245 / 9.80665), ("stroke_at_most_m", None)]
+    ("key", "value"),
+    [("acceleration_at_most_g", 3 / 0.1245 / 9.80665), ("stroke_at_most_m", None), ("force_at_most_n", 3.0)],
 )
 def test_what_the_shaker_must_do(key: str, value: float | None) -> None:
     # The capsule's displacement is F/(M omega^2) to either side.

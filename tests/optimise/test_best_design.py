@@ -105,7 +105,7 @@ def test_cells_are_what_a_run_has(objective: Objective) -> None:
 
 def sorted_limits(search: Problem):
     """Limits in the order of the acceptance table."""
-    order = ["u_ave_v", "u_difference", "deflection", "power_mw", "field", "acceleration", "stroke"]
+    order = ["u_ave_v", "u_difference", "deflection", "power_mw", "field", "acceleration_g", "stroke_m"]
     return sorted(search.limits, key=lambda limit: order.index(limit[0]))
 
 

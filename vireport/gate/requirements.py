@@ -468,6 +468,10 @@ def _stroke(results: Results, limit: Limit) -> Outcome:
     return held(value, limit, bound=SHAKER_ERROR * value)
 
 
+def _force(results: Results, limit: Limit) -> Outcome:
+    return held(results.solution.shaker.force_n, limit)  # as it is given
+
+
 def _u_ave_difference(results: Results, limit: Limit) -> Outcome:
     """Largest less least U_ave of the stable motions over the range that is required, or over all stable ranges."""
     solution, required, diagram = results.solution, results.required, _swept(results)
@@ -603,6 +607,7 @@ REQUIREMENTS = (
     Requirement(("yield_at_least_percent",), "Yield within the tolerances", AT_LEAST, "%", _yield),
     Requirement(("acceleration_at_most_g",), "Acceleration of the shaker", AT_MOST, "g", _acceleration),
     Requirement(("stroke_at_most_m",), "Stroke of the shaker", AT_MOST, "m", _stroke),
+    Requirement(("force_at_most_n",), "Force of the shaker", AT_MOST, "N", _force),
     Requirement(("crosscheck_passed",), "Simulation agrees", AGREEMENT, "", _agreement),
 )
 """All that can be required, in the order of the acceptance table."""

@@ -71,6 +71,7 @@ CONCERNS = {
     "yield_at_least_percent": Question.TOLERANCES,
     "acceleration_at_most_g": Question.SHAKER,
     "stroke_at_most_m": Question.SHAKER,
+    "force_at_most_n": Question.SHAKER,
     "crosscheck_passed": Question.SIMULATED,
 }
 """Which answer each requirement is about, by the first of its keys."""

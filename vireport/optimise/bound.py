@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from vireport.analysis import Orbits, orbits, return_trace
 from vireport.optimise.cells import DISPLACED, RINGS
-from vireport.optimise.problem import ACCELERATION, DEFLECTION, FIELD, STROKE, Problem, quantities
+from vireport.optimise.problem import DEFLECTION, FIELD, SHAKER, Problem, quantities
 from vireport.physics import Affine, AffineOps, Device, Membrane, between, conversion, voltages
 from vireport.scenario import DesignInput, DesignPath, Objective, Parameter
 
@@ -299,11 +299,11 @@ def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowes
         columns.append(_columns(device, membrane, speeds, quickest.period_ratio / quickest.frequency_hz))
     fast, slow = columns
     shaker = device.shaker(Parameter.LENGTH, device.length_m)
-    slow |= {ACCELERATION: shaker.acceleration_g, STROKE: shaker.stroke_m}
+    slow |= {quantity: getattr(shaker, quantity) for quantity in SHAKER}
     for quantity, least, limit in problem.limits:
         if least:
             meets &= fast[quantity] >= limit * (1 - ROUNDING)
-        elif quantity in (DEFLECTION, FIELD, ACCELERATION, STROKE):
+        elif quantity in (DEFLECTION, FIELD, *SHAKER):
             meets &= slow[quantity] <= limit * (1 + ROUNDING)
     return np.broadcast_to(fast[problem.objective], meets.shape), meets
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import HIGHEST_RESTITUTION, PointwiseMotions, differentiated_motions, find_motions
-from vireport.optimise.problem import ACCELERATION, FIELD, STROKE, Problem, quantities
+from vireport.optimise.problem import FIELD, SHAKER, Problem, quantities
 from vireport.physics import Device, Dielectric, Membrane, conversion, magnitude, voltages
 from vireport.scenario import DesignInput, Parameter
 from vireport.tolerances import FACTOR_OF, devices_off
@@ -76,10 +76,9 @@ def evaluate(problem: Problem, t: Floats) -> Cells:
         columns = _of_motions(device, membrane, found, rows, r)
         slack = [worst(part[rows], True) for part in _slack(found, r)]
         for quantity, least, limit in problem.limits:
-            if quantity in (ACCELERATION, STROKE):
+            if quantity in SHAKER:
                 shaker = device.shaker(Parameter.LENGTH, device.length_m)
-                ratio = (shaker.acceleration_g if quantity == ACCELERATION else shaker.stroke_m) / limit
-                slack.append(np.broadcast_to(1 - ratio, count))
+                slack.append(np.broadcast_to(1 - getattr(shaker, quantity) / limit, count))
             else:
                 ratio = worst(columns[quantity], least) / limit
                 slack.append(ratio - 1 if least else 1 - ratio)

@@ -21,7 +21,10 @@ from vireport.study import Study, Task, analyse, device_of, membrane_of
 
 Floats = NDArray[np.float64]
 
-U_DIFFERENCE, DEFLECTION, FIELD, ACCELERATION, STROKE = "u_difference", "deflection", "field", "acceleration", "stroke"
+U_DIFFERENCE, DEFLECTION, FIELD = "u_difference", "deflection", "field"
+
+SHAKER = ACCELERATION, STROKE, FORCE = "acceleration_g", "stroke_m", "force_n"
+"""Quantities of `physics.Shaker`, by their names there."""
 
 LIMITS = {
     "u_ave_at_least_v": (Objective.U_AVE, True),
@@ -31,6 +34,7 @@ LIMITS = {
     "field_at_most_percent": (FIELD, False),
     "acceleration_at_most_g": (ACCELERATION, False),
     "stroke_at_most_m": (STROKE, False),
+    "force_at_most_n": (FORCE, False),
 }
 """Requirements that every cell of a grid is judged by: their quantity, and whether it is to be at least the limit."""
 

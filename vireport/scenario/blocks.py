@@ -314,6 +314,13 @@ class Requirements(Block):
         "over the sweep.",
         example=0.4,
     )
+    force_at_most_n: float | None = _positive(
+        None,
+        "Force at most",
+        "N",
+        "Largest amplitude of the force on the capsule, F, at the design point or, without one, over the sweep.",
+        example=5.0,
+    )
     yield_at_least_percent: float | None = _key(
         None,
         "Yield at least",
