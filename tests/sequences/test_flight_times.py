@@ -103,6 +103,18 @@ def test_the_search_for_four_impacts_finds_a_family_that_joins_no_other(periods:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "sequence", "fold"),
+    [("horizontal", Sequence.of("BTBT", 3), 0.708135), ("inclined-forcing", Sequence.of("BBBT", 4), 3.239618)],
+)
+def test_families_within_few_cells_are_found(name: str, sequence: Sequence, fold: float, example):
+    found = atlas(sweep_of(load(example(name)).scenario), Limits(4, sequence.periods))
+    families = [family for family in found.families if family.sequence == sequence]
+    ends = [end for family in families for end in (family.sweep_value.min(), family.sweep_value.max())]
+    assert min(abs(end - fold) for end in ends) < 1e-6
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["inclined-forcing", "horizontal"])
 def test_what_is_claimed_of_each_word_is_said(name: str, example):
     sweep = replace(sweep_of(load(example(name)).scenario), end=3.3 if name == "inclined-forcing" else 0.5)
