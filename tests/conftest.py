@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import Browser
 from hypothesis import settings
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -51,3 +52,12 @@ def study_of() -> Callable[[str], object]:
         return studies[name]
 
     return get
+
+
+@pytest.fixture(scope="module")
+def browser(folder: Path) -> Iterator[Browser]:
+    """The page that a module's `folder` holds, in Chromium."""
+    browser = Browser(folder / "profile")
+    browser.open(folder / "report.html")
+    yield browser
+    browser.close()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from base64 import b64decode
-from collections.abc import Iterator
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
@@ -45,14 +44,6 @@ def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
         command = ["compare", str(EXAMPLES / "inclined.yaml"), "--vary", "inclination_deg=0,45"]
     assert main([*command, "-o", str(folder), "--format", "html", "-q"]) == (name == "ci/failing")
     return folder
-
-
-@pytest.fixture(scope="module")
-def browser(folder: Path) -> Iterator[Browser]:
-    browser = Browser(folder / "profile")
-    browser.open(folder / "report.html")
-    yield browser
-    browser.close()
 
 
 OVERLAPS = """(() => {

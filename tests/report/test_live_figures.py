@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -23,14 +22,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         main(["run", str(ROOT / "examples" / "horizontal.yaml"), "-o", str(folder), "--format", "html,json", "-q"]) == 0
     )
     return folder
-
-
-@pytest.fixture(scope="module")
-def browser(folder: Path) -> Iterator[Browser]:
-    browser = Browser(folder / "profile")
-    browser.open(folder / "report.html")
-    yield browser
-    browser.close()
 
 
 READ = """Object.fromEntries([...document.querySelectorAll(".live dd")].map(x => [x.dataset.name, x.textContent]))"""

@@ -12,6 +12,7 @@ from vireport.figures.captions import OUTSIDE, conditions
 from vireport.figures.curves import Curve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
+    AXES_HEIGHT,
     Entry,
     SweepAxis,
     blank,
@@ -32,9 +33,6 @@ LADDER_TITLE = "Voltage and impacts of each impact sequence"
 
 HEIGHT, RUNG_HEIGHT = 4.6, 2.0
 """Of the atlas with its axes, and of a panel of the ladder with its letter [in]."""
-
-AXES_HEIGHT = 0.95
-"""Of the ticks and labels along the top and the bottom [in]."""
 
 COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),

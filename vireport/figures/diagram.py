@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from vireport.figures.captions import conditions
 from vireport.figures.curves import Curve, Floats, impact_pairs, joined
 from vireport.figures.labels import Label
-from vireport.figures.layout import Entry, blank, finished, fit_vertically, say
+from vireport.figures.layout import AXES_HEIGHT, Entry, blank, finished, fit_vertically, say
 from vireport.figures.portraits import short
 from vireport.figures.style import GUIDE, SMALL, Color, Look, style
-from vireport.figures.sweeps import AXES_HEIGHT, NO_MOTION, Drawing, drawing_of
+from vireport.figures.sweeps import NO_MOTION, Drawing, drawing_of
 from vireport.simulation import Outcome
 from vireport.study import Study
 from vireport.text import significant

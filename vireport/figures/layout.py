@@ -39,6 +39,9 @@ ACROSS = 5.75
 LETTER = 0.58 * SMALL / 72
 """Mean width of a letter of the small size [in]."""
 
+AXES_HEIGHT = 0.95
+"""Of the ticks and labels along the top and the bottom of a sweep's panels [in]."""
+
 TICK_DIGITS = 12
 """Significant digits of tick labels: fewer than rounding errors leave alone."""
 

@@ -22,6 +22,7 @@ from vireport.figures.curves import BESIDE, TURN, Curve, Doubled, Event, Floats,
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     ACROSS,
+    AXES_HEIGHT,
     LETTER,
     Entry,
     SweepAxis,
@@ -91,9 +92,6 @@ HEIGHTS = {Task.FIGURE_2: 1.25, Task.FIGURE_4: 2.05, Task.FIGURE_7: 2.7}
 
 ROOM_FOR = 15
 """Critical points whose labels a panel has room for; with more it is higher in proportion."""
-
-AXES_HEIGHT = 0.95
-"""Of the ticks and labels along the top and the bottom [in]."""
 
 BOLD = 1.05
 """Width of bold letters over that of others."""

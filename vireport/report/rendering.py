@@ -9,9 +9,9 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -76,7 +76,7 @@ class RenderError(VireportError):
         return tuple(str(self).split("\n"))
 
 
-class Document(Protocol):
+class Document(Hashable, Protocol):
     """What is set: the object `report` of the templates.
 
     Attributes
@@ -319,6 +319,7 @@ class _Templates(FileSystemLoader):
             raise TemplateSyntaxError(what, line, template) from error
 
 
+@lru_cache(maxsize=1)  # one report is set as HTML and as PDF, from the same source
 def _fill(report: Document, templates: Path | None) -> str:
     if templates is not None and not templates.is_dir():
         raise UsageError(f"{templates}: no such folder of templates")
