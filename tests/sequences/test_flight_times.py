@@ -7,10 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vireport import load
+from vireport import load, loads
 from vireport.analysis import Held, Level, flight_jacobian
-from vireport.sequences import Claim, Limits, Model, Motion, Sequence, atlas, motions_above, residuals, turns
+from vireport.sequences import (
+    Claim,
+    Limits,
+    Model,
+    Motion,
+    Sequence,
+    atlas,
+    motion_of_cycle,
+    motions_above,
+    residuals,
+    turns,
+)
 from vireport.sequences.search import four_impacts
+from vireport.simulation import Impact, find_attractor
 from vireport.study.study import sweep_of
 
 BBT, BTT = (1, 1, -1), (1, -1, -1)
@@ -112,6 +124,27 @@ def test_families_within_few_cells_are_found(name: str, sequence: Sequence, fold
     families = [family for family in found.families if family.sequence == sequence]
     ends = [end for family in families for end in (family.sweep_value.min(), family.sweep_value.max())]
     assert min(abs(end - fold) for end in ends) < 1e-6
+
+
+UPRIGHT = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.125, restitution: 0.565, length_m: 0.02}
+excitation: {amplitude_n: 5.75}
+inclination_deg: 90
+sweep: {parameter: frequency_hz, from: 7.5, to: 8.9}
+"""
+
+
+@pytest.mark.slow
+def test_a_family_is_found_where_the_factor_of_the_solutions_changes_its_sign():
+    """It joins no other, and the simulation ends on it."""
+    sweep = sweep_of(loads(UPRIGHT).scenario)
+    d, gbar = (float(x) for x in sweep.device.groups(sweep.parameter, 8.6))
+    cycle = find_attractor(d, gbar, float(sweep.device.restitution), Impact(1, 0.375, 5.66)).cycle
+    assert cycle is not None
+    assert cycle.word == "BBBT"
+    motion = motion_of_cycle(cycle, float(sweep.coordinate_of(8.6)))
+    assert min(motion.distance(other) for _, other in atlas(sweep, Limits(4, 1)).stable_at(8.6)) < 1e-9
 
 
 @pytest.mark.slow

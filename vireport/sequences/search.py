@@ -25,8 +25,9 @@ FINEST, MOST_POINTS = 1 / 16, 400_000
 LAYERS = 8
 """Layers of cells evaluated at once: numbers stay in the processor's cache, and are many enough for NumPy."""
 
-FARTHEST = 2.0
-"""Sides of a cell from its centre: half of one, and the rest for the curvature of both functions."""
+FARTHEST, INSIDE = 2.0, 0.5
+"""Sides of a cell from its centre: half of one, and the rest for the curvature of both functions; and where the centre
+has the other sign of d, within the cell."""
 
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 """Of a cell, from that with the least times."""
@@ -65,9 +66,9 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
         cells = np.stack(np.nonzero(crossed))
         layer, row, column = cells
         cells = cells[:, (row <= layer + i) & (column >= layer)]  # in which the impacts can be in order
-        layer, row, column = cells[:, _passed(x, cells, sequence, model, (low, high))]
+        layer, row, column = _starts(x, cells, sequence, model, (low, high))
         found.append(np.stack([row, layer + i, column + i]))
-    times = (np.concatenate(found, axis=1) + 0.5) * side
+    times = np.concatenate(found, axis=1) * side
     flights = np.maximum(np.diff(times, axis=0, prepend=0.0), side / 4)  # where two times are in one cell
     motions, flights = onto_sweep(motions_above(sequence, flights, model.r), flights, model.level, 2 * side)
     coordinate = motions.coordinate(model.level)
@@ -97,33 +98,49 @@ def _crossed(values: NDArray[Any]) -> NDArray[np.bool_]:
     for _ in values.shape:  # each axis in turn
         least = np.minimum(least[1:], least[:-1]).transpose(1, 2, 0)
         largest = np.maximum(largest[1:], largest[:-1]).transpose(1, 2, 0)
+    return _within_slack(least, largest)
+
+
+def _within_slack(least: NDArray[Any], largest: NDArray[Any]) -> NDArray[np.bool_]:
+    """Whether a function between these values in the corners of cells may be zero inside."""
     slack = SLACK * (largest - least)
     return np.asarray((least <= slack) & (largest >= -slack))
 
 
-def _passed(
+def _starts(
     x: Solution, cells: NDArray[np.intp], sequence: Sequence, model: Model, limits: tuple[float, float]
-) -> NDArray[np.bool_]:
-    """Which cells of a grid of solutions the curve of a sweep's motions may pass.
+) -> Floats:
+    """Where motions of a sweep may be next to the cells of a grid of solutions, in sides of a cell, (3, n).
 
     To first order both conditions are zero on a line, whose point next to the centre must not be far from the cell; up
-    to a side of a cell from that point each velocity and the coordinate must be in its range, but for the slack.
+    to a side of a cell from that point each velocity and the coordinate must be in its range, but for the slack. In a
+    cell in which d changes its sign, and so the factor of the motions, all is smooth for either sign alone.
     """
     index = np.ravel_multi_index(tuple(cells[:, None, :] + CORNERS.T[:, :, None]), x.d.shape)
-    velocity = [v.ravel()[index] for v in x.velocity]
     sine, cosine, gbar, d, excess = (values.ravel()[index].astype(float) for values in x[2:])
-    with np.errstate(all="ignore"):
-        scale = np.copysign(1 / np.hypot(sine, cosine), d)
-        coordinate = scale * (gbar if model.level.held is Held.D else d)
-        positive = [coordinate - limits[0], limits[1] - coordinate]
-        positive += [scale * v * wall for v, wall in zip(velocity, sequence.walls, strict=True)]
-        values = np.stack([*sweep_conditions(Solution(velocity, [], sine, cosine, gbar, d, excess), model), *positive])
-        slopes, middle = SLOPES.T @ values, values.mean(axis=1)
-        (a, b), (f, g) = slopes[:2], middle[:2]
+    outward = [v.ravel()[index] * wall for v, wall in zip(x.velocity, sequence.walls, strict=True)]
+    level, norm = model.level, np.hypot(sine, cosine)
+    found: list[NDArray[Any]] = []
+    for sign in (1, -1):
+        held = {Held.D: d, Held.GBAR: gbar, Held.RATIO: d - gbar * level.value}[level.held]
+        off = sign * held - (0.0 if level.held is Held.RATIO else level.value * norm)
+        rows = np.flatnonzero((sign * d > 0).any(axis=0) & _within_slack(off.min(axis=0), off.max(axis=0)))
+        both = np.stack([off[:, rows], excess[:, rows]])
+        (a, b), (f, g) = SLOPES.T @ both, both.mean(axis=1)
         aa, ab, bb = (a * a).sum(axis=0), (a * b).sum(axis=0), (b * b).sum(axis=0)
-        step = ((ab * g - bb * f) * a + (ab * f - aa * g) * b) / (aa * bb - ab * ab)
-        along = np.cross(a, b, axis=0)
-        along /= np.sqrt((along * along).sum(axis=0))
-        nearest, change = (np.einsum("fin,in->fn", slopes[2:], way) for way in (step, along))
-        largest = middle[2:] + nearest + np.abs(change) + SLACK * np.abs(slopes[2:]).sum(axis=1)
-        return np.asarray(~(np.abs(step).max(axis=0) > FARTHEST) & ~(largest < 0).any(axis=0))
+        with np.errstate(all="ignore"):
+            step = ((ab * g - bb * f) * a + (ab * f - aa * g) * b) / (aa * bb - ab * ab)
+            along = np.cross(a, b, axis=0)
+            along /= np.sqrt((along * along).sum(axis=0))
+        centred = sign * d[:, rows].mean(axis=0) > 0
+        near = np.abs(step).max(axis=0) <= np.where(centred, FARTHEST, INSIDE)
+        rows, step, along, centred = rows[near], step[:, near], along[:, near], centred[near]
+        scale, coordinate = norm[:, rows], sign * (gbar if level.held is Held.D else d)[:, rows]
+        ranges = coordinate - limits[0] * scale, limits[1] * scale - coordinate
+        positive = np.stack([*ranges, *(sign * part[:, rows] for part in (d, *outward))])
+        slopes = SLOPES.T @ positive
+        nearest, change = (np.einsum("fin,in->fn", slopes, way) for way in (step, along))
+        largest = positive.mean(axis=1) + nearest + np.abs(change) + SLACK * np.abs(slopes).sum(axis=1)
+        passed = (largest >= 0).all(axis=0)
+        found.append(cells[:, rows[passed]] + 0.5 + np.where(centred, 0.0, step)[:, passed])
+    return np.concatenate(found, axis=1)
