@@ -16,7 +16,7 @@ from vireport.analysis import UNSTABLE, classify, find_motions
 from vireport.cli.app import main
 from vireport.errors import UsageError
 from vireport.optimise import Point, optimise, problem_of
-from vireport.optimise.bound import largest_value, picture_of
+from vireport.optimise.bound import _bounds, largest_value, picture_of
 from vireport.optimise.cells import AT_FOLD, corner_slack, evaluate, keeps_motion
 from vireport.optimise.evolution import evolve
 from vireport.optimise.outputs import picture_front
@@ -101,6 +101,30 @@ def test_cells_are_what_a_run_has(objective: Objective) -> None:
         elif compared == 4:
             break
     assert outcomes == {False, True}
+
+
+NEARLY_LEVEL = DEVICE.replace("inclination_deg: 45", "inclination_deg: 0.3").replace("length_m: 0.7", "length_m: 0.33")
+SEVERAL = "requirements: {u_bottom_top_difference_at_most_v: 1.2e4, deflection_at_most_m: 0.015}\n"
+
+
+def test_of_several_stable_motions_the_worst_counts() -> None:
+    """Every objective by the numbers that a run prints for each motion."""
+    study = analyse(loads(NEARLY_LEVEL + SEVERAL))
+    design = study.to_dict()["design_point"]
+    rows = [i for i, word in enumerate(design["stability"]) if word.startswith("stable") and design["admissible"][i]]
+    assert len(rows) == 2
+    bottom, top = (np.array(design[key])[rows] for key in ("u_bottom_v", "u_top_v"))
+    each = {key: np.array(design[key])[rows] for key in Objective if key in design}
+    each["voltage_rate_v_s"] = 2.0 * (bottom + top)  # twice a second
+    assert set(each) == {*Objective} - {Objective.MARGIN}
+    for objective, values in each.items():
+        vary = "design: {maximise: %s, vary: [{path: device.length_m, from: 0.33, to: 0.34}]}\n" % objective
+        search = problem_of(loads(NEARLY_LEVEL + SEVERAL + vary))
+        cells = evaluate(search, np.zeros((1, 1)))
+        assert cells.value[0] == pytest.approx(values.min(), rel=1e-9)
+        assert search.value_of(study) == values.min()
+        limits = [max(bottom - top) / 1.2e4, max(design["deflection_m"][i] for i in rows) / 0.015]
+        assert cells.slack[0, 2:] == pytest.approx(1 - np.array(limits), rel=1e-9)
 
 
 def sorted_limits(search: Problem):
@@ -230,6 +254,28 @@ def test_no_map_has_a_better_design(name: str) -> None:
     # What is said to be the most that there is, is more than this design, and not by much; even if it is not known.
     assert result.best.value <= result.evidence.bound <= 1.05 * result.best.value
     assert name != "rate" or largest_value(search, 0.9 * result.best.value) >= result.best.value
+
+
+BOUNDED = {
+    "ball": ("u_ave_v", (BALL, FORCE), "deflection_at_most_m: 0.018"),
+    "capsule": ("voltage_rate_v_s", (CAPSULE, FREQUENCY), "acceleration_at_most_g: 2.5, u_ave_at_least_v: 4e4"),
+    "force": ("power_mw", (FORCE, LENGTH), "stroke_at_most_m: 0.35, field_at_most_percent: 60"),
+    "inclination": ("u_top_v", (INCLINATION, FREQUENCY), "power_at_least_mw: 15"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BOUNDED)
+def test_no_random_design_exceeds_the_bound_of_its_box(name: str) -> None:
+    search, count = problem(*BOUNDED[name]), 24
+    corner = np.indices((count, count)).reshape(2, -1) / count
+    bound, _ = _bounds(search, corner, corner + 1 / count, [], together=True)
+    t = np.random.default_rng(1).uniform(size=(20_000, 2))
+    cells = evaluate(search, t)
+    met = cells.stable & (np.nan_to_num(cells.slack, nan=-1) >= 0).all(axis=1)
+    assert met.sum() > 200
+    place = np.ravel_multi_index((t[met] * count).astype(int).T, (count, count))
+    assert (cells.value[met] <= bound[place]).all()
 
 
 @pytest.mark.slow

@@ -128,6 +128,16 @@ def test_nearly_the_largest_box_is_proved(name: str, example) -> None:
     assert proof.failing is not None or Leaf.OPEN in proof.halved
 
 
+def test_corners_of_a_region_are_the_extremes_of_all_devices(example) -> None:
+    """As far as d and gbar go, by all combinations of the ends of the inputs."""
+    design = replace(device(example, "design-point"), inclination_deg=30.0)
+    widths = {varied: (k + 1) / 100 * float(getattr(design, varied)) for k, varied in enumerate(DesignInput)}
+    ends = devices_off(design, widths, np.array(list(product([-1.0, 1.0], repeat=len(widths)))).T)
+    corners = region_of(design, widths).devices(CORNERS)
+    for one, other in zip(*(x.groups(Parameter.LENGTH, x.length_m) for x in (ends, corners)), strict=True):
+        assert (one.min(), one.max()) == pytest.approx((other.min(), other.max()), rel=1e-14)
+
+
 @pytest.mark.parametrize("tilt", [0.5, pytest.param(5.0, marks=pytest.mark.slow)])
 def test_a_horizontal_capsule_may_be_tilted_to_either_side(tilt: float, example) -> None:
     design = device(example, "horizontal")
@@ -265,6 +275,10 @@ def test_the_yield_of_one_input_is_what_its_margin_says(example) -> None:
         found = tolerances(example, length_percent=12, distribution=distribution)["yield"]
         assert found["share"] == pytest.approx(exact, abs=5e-4)
         assert found["low_95"] < exact < found["high_95"]
+        # Wilson's score: both ends are 1.96 standard errors, as they would have them, from the share.
+        for end in (found["low_95"], found["high_95"]):
+            error = sqrt(end * (1 - end) / found["samples"])
+            assert abs(end - found["share"]) == pytest.approx(1.959963984540054 * error, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -288,7 +302,8 @@ def test_ranges_are_those_of_velocity_and_voltage(example) -> None:
         span = high - low
         assert low <= found[key]["least"] <= low + 1e-3 * span
         assert high - 1e-3 * span <= found[key]["largest"] <= high
-        assert found[key]["percentile_5"] == pytest.approx(low + 0.05 * span, abs=5e-3 * span)
+        for share, name in ((0.05, "percentile_5"), (0.5, "median"), (0.95, "percentile_95")):
+            assert found[key][name] == pytest.approx(low + share * span, abs=5e-3 * span)
 
 
 def test_the_yield_is_required_with_its_interval(example) -> None:

@@ -129,7 +129,7 @@ def region_of(device: Device, half_widths: Mapping[DesignInput, float]) -> Regio
         value, off = float(getattr(device, varied)), half_widths.get(varied, 0.0)
         low, high = value - off, value + off
         if varied is DesignInput.INCLINATION:
-            low, high = max(min(low, 180 - high), 0.0), min(max(high, -low), 90.0)
+            low, high = max(low, 0.0), min(high, 90.0)
         start[varied], end[varied] = (high, low) if varied is DesignInput.AMPLITUDE else (low, high)
     return Region(device, start, end)
 
