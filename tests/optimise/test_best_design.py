@@ -118,8 +118,8 @@ def test_of_several_stable_motions_the_worst_counts() -> None:
     each["voltage_rate_v_s"] = 2.0 * (bottom + top)  # twice a second
     assert set(each) == {*Objective} - {Objective.MARGIN}
     for objective, values in each.items():
-        vary = "design: {maximise: %s, vary: [{path: device.length_m, from: 0.33, to: 0.34}]}\n" % objective
-        search = problem_of(loads(NEARLY_LEVEL + SEVERAL + vary))
+        vary = f"maximise: {objective}, vary: [{{path: device.length_m, from: 0.33, to: 0.34}}]"
+        search = problem_of(loads(f"{NEARLY_LEVEL}{SEVERAL}design: {{{vary}}}\n"))
         cells = evaluate(search, np.zeros((1, 1)))
         assert cells.value[0] == pytest.approx(values.min(), rel=1e-9)
         assert search.value_of(study) == values.min()
