@@ -99,6 +99,39 @@ def test_the_ladder_has_the_best_of_each_word(study):
         assert any(low <= rung.average_at <= high for low, high in rung.ranges)
 
 
+DOUBLED = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, ball_mass_kg: 0.0041, restitution: 0.5, length_m: 0.69}
+excitation: {amplitude_n: 3}
+inclination_deg: 45
+sweep: {parameter: frequency_hz, from: 1.9, to: 1.92}
+motions: {impacts: 4, periods: 2}
+"""
+
+
+@pytest.mark.slow
+def test_rates_are_those_of_each_frequency_and_of_all_periods():
+    """Where the frequency is swept, each motion has its own, and the unit of velocity with it."""
+    study = analyse(loads(DOUBLED))
+    data = study.to_dict()["families"]
+    assert {("BT", 1), ("BTBT", 2)} <= {(family["word"], family["periods"]) for family in data if any(family["stable"])}
+    for family in data:
+        f, periods = np.array(family["sweep_value"]), family["periods"]
+        np.testing.assert_allclose(family["impacts_per_s"], len(family["word"]) * f / periods)
+        speeds = 3.0 / (2 * 0.1245 * f[:, None]) * np.array(family["velocity"])
+        volts = generated_voltage(speeds, study.solution.membrane)
+        np.testing.assert_allclose(family["u_impacts_v"], volts)
+        np.testing.assert_allclose(family["u_per_second_v"], volts.sum(axis=1) * f / periods)
+    for rung in ladder(study.atlas, study.solution.membrane):
+        own = [x for x in data if (x["word"], x["periods"]) == (rung.sequence.word, rung.sequence.periods)]
+        value, average, rate = (
+            np.concatenate([np.array(x[key])[x["stable"]] for x in own])
+            for key in ("sweep_value", "u_ave_v", "u_per_second_v")
+        )
+        assert (rung.average_v, rung.average_at) == (average.max(), value[average.argmax()])
+        assert (rung.per_second_v, rung.per_second_at) == pytest.approx((rate.max(), value[rate.argmax()]))
+
+
 def test_motions_at_a_value_are_found_with_their_families(study):
     words = {family.sequence.word for family, _ in study.atlas.at(0.3)}
     assert {"BT", "BBT"} <= words
