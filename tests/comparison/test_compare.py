@@ -152,6 +152,18 @@ def test_a_scenario_without_a_design_point_comes_after_those_with_a_margin() -> 
     assert "No design point, and so no margin to compare: range." in mixed.headline
 
 
+def test_of_two_stable_motions_the_one_with_less_voltage_counts() -> None:
+    one = study("horizontal", "inclination_deg=1", "device.length_m=0.36")
+    volts = one.solution.design.voltages.average_v[one.solution.design.motions.stable]
+    assert len(volts) == 2
+    assert volts.min() < 0.999 * volts.max()
+    both = compare([one, study("horizontal")])
+    (ranked,) = [x for x in both.ranking if x.study is one]
+    assert (ranked.merits[Merit.VOLTAGE], ranked.merits[Merit.RATE]) == (volts.min(), 4 * volts.min())  # twice 2 Hz
+    of = found(both, "U_ave of the stable motion at the design point")
+    assert (of.values[0], of.notes[0]) == (volts.min(), "the least of 2")
+
+
 def test_equals_share_a_rank_and_where_nothing_is_stable_nothing_is_best() -> None:
     same = compare([study("horizontal"), study("horizontal")], names=("one", "two"))
     assert [one.rank for one in same.ranking] == [1, 1]

@@ -75,6 +75,18 @@ def test_voltages_on_both_sides_of_their_limit(name: str, key: str, study_of) ->
         assert change == 0 or one.outcome.text.split()[0] != one.limit.text.split()[2]
 
 
+def test_of_two_stable_motions_the_worst_is_judged() -> None:
+    two = {"inclination_deg": 1.0, "device__length_m": 0.36}
+    study = analyse(load(ROOT / "examples/horizontal.yaml", {key.replace("__", "."): x for key, x in two.items()}))
+    x, stable = study.solution.design.voltages, study.solution.design.motions.stable
+    for values in (x.average_v, x.bottom_v - x.top_v, x.deflection_m):
+        assert np.ptp(values[stable]) > 1e-4 * values.max()
+    for key, value in volts(study).items():
+        one = only("horizontal", {key: 1.0}, **two)
+        assert one.outcome.value == value
+        assert "of 2 stable motions" in one.outcome.why
+
+
 DIELECTRIC = {"thickness_m": 0.5e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 1e8}
 ELECTRICAL = {f"device.membrane.{key}": value for key, value in DIELECTRIC.items()}
 

@@ -291,9 +291,9 @@ def _design_voltage(design: Mapping[str, Any] | None, evaluated: bool) -> Entry:
     volts = [(float(u), float(bound or 0.0)) for u, bound, stable in rows if stable]
     if not volts:
         return Entry(None, f"{NO_STABLE} at the design point", finding=True)
-    (highest, bound), lowest = max(volts), min(volts)[0]
+    (lowest, bound), highest = min(volts), max(volts)[0]
     several = highest - lowest > SAME_VOLTAGE * highest
-    return Entry(highest, f"the higher of {len(volts)}" if several else "", bound=bound)
+    return Entry(lowest, f"the least of {len(volts)}" if several else "", bound=bound)
 
 
 def _device(scenario: Mapping[str, Any]) -> Device:

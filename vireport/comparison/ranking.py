@@ -60,7 +60,7 @@ class Ranked:
     merits : mapping of Merit to float or None
         Requirements not met, as a negative number; 1 for stable motion that no simulation contradicts, else 0; smallest
         margin [1], infinite where stable motion ends nowhere; width of the widest stable range, where there is no
-        margin; U_ave [V] and voltage per second [V/s] of the stable motion at the design point.
+        margin; U_ave [V] and voltage per second [V/s] of the stable motion at the design point, of several the least.
     """
 
     name: str
@@ -143,7 +143,7 @@ def _merits(study: Study, alike: bool) -> tuple[Margin | None, dict[Merit, float
     ]
     voltage = None
     if design is not None and stable and design.voltages is not None:
-        voltage = float(design.voltages.average_v[design.motions.stable].max())
+        voltage = float(design.voltages.average_v[design.motions.stable].min())
     per_second = IMPACTS * float(solution.device.frequency_hz or 0.0) / solution.device.period_ratio
     return margin, {
         Merit.REQUIREMENTS: float(sum(criterion.passed for criterion in study.criteria) - len(study.criteria)),
@@ -249,7 +249,7 @@ def ranking_table(ranked: Sequence[Ranked]) -> Table:
     )
     note = (
         "Ranked by requirements met, stable 1:1 motion, smallest margin over all inputs and voltage. Mean voltage is "
-        "U_ave of the stable motion at the design point; per second, the sum over its impacts."
+        "U_ave of the stable motion at the design point, of several the least; per second, the sum over its impacts."
     )
     columns = (*texts("Scenario"), *numbers("Rank"), *texts("Verdict", *(HEADS[merit] for merit in shown)))
     return Table("Ranking, the best first", columns, rows, note)
