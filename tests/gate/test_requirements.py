@@ -298,6 +298,22 @@ def test_voltages_are_those_of_the_stable_motion() -> None:
 
 
 @pytest.mark.slow
+def test_of_two_stable_words_the_worst_is_judged() -> None:
+    text = HYSTERESIS.format(length=0.2245, words="[BBT, BBBT]", least=1)
+    text = text.replace("u_ave_at_least_v: 1", "u_ave_at_least_v: 1, u_bottom_top_difference_at_most_v: 1")
+    study = analyse(loads(text), ("json",))
+    unit = 5 / (2 * 0.1245 * 2.5)
+    two = [generated_voltage(unit * x.velocity, study.solution.membrane) for _, x in study.atlas.stable_at(0.2245)]
+    assert [len(volts) for volts in two] == [3, 4]
+    means, spans = [volts.mean() for volts in two], [volts.max() - volts.min() for volts in two]
+    found = {one.key: one.outcome for one in study.criteria}
+    assert found["u_ave_at_least_v"].value == pytest.approx(min(means), rel=1e-9)
+    assert found["u_bottom_top_difference_at_most_v"].value == pytest.approx(max(spans), rel=1e-9)
+    assert max(means) > 1.03 * min(means)
+    assert max(spans) > 1.03 * min(spans)
+
+
+@pytest.mark.slow
 def test_a_word_alone_has_the_motions_followed_and_the_verdict_says_which_is_stable() -> None:
     text = HYSTERESIS.format(length=0.23, words="[BBT]", least=1)
     text = text.replace("motions: {impacts: 4, periods: 1}\n", "").replace(", margin_any_percent: 1", "")
