@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby, pairwise
@@ -152,6 +153,13 @@ def pages_of(node: Any) -> Iterator[int]:
         yield node.raw_get("/Pg").idnum
     for child in below(node):
         yield from pages_of(child)
+
+
+def test_figures_are_numbered_from_the_first_page_to_the_last(report: Report) -> None:
+    found = [re.fullmatch(r"Figure\s(\d+)\.", text.words) for page in report.texts for text in page]
+    numbers = [int(match[1]) for match in found if match]
+    assert numbers == list(range(1, len(numbers) + 1))
+    assert len(numbers) > 1
 
 
 def test_lettering_can_be_read(report: Report) -> None:

@@ -16,9 +16,9 @@ from vireport.study import Study, Task
 from vireport.text import capital, exact, quantity, scaled, significant
 
 TITLES = {
-    Task.FIGURE_2: "Impact velocity, phase and flight time",
-    Task.FIGURE_4: "Discriminant and eigenvalues",
-    Task.FIGURE_7: "Generated voltage",
+    Task.FIGURE_2: "Impact velocity, phase and flight time, as in the paper's Fig. 2",
+    Task.FIGURE_4: "Discriminant and eigenvalues, as in the paper's Fig. 4",
+    Task.FIGURE_7: "Generated voltage, as in the paper's Fig. 7",
 }
 
 CHARTS = {Task.FIGURE_2: "Three line charts", Task.FIGURE_4: "Two line charts", Task.FIGURE_7: "Line chart"}

@@ -45,7 +45,7 @@ class Question(StrEnum):
 
     ACCEPTED = "Are the requirements met?"
     MOTION = "Is there stable motion?"
-    WHERE = "Where?"
+    WHERE = "Where is the 1:1 motion stable?"
     MARGIN = "With what margin?"
     TOLERANCES = "Do all devices within the tolerances work?"
     REACHED = "Which starts reach it?"
@@ -96,8 +96,9 @@ class Verdict:
     """What a study comes to.
 
     The status is that of the motion, at the design point where one is given; the word says it in a few words, and the
-    headline in one or two sentences of plain text. `instead` says what the ball does at the design point where no 1:1
-    motion is stable and others are known that are, without a full stop; "" else.
+    headline in one or two sentences of plain text. `instead` says what the ball does at the design point, or somewhere in
+    the sweep where there is none, if no 1:1 motion is stable there and others are known that are; it has no full stop,
+    and is "" else.
     """
 
     status: Status
@@ -134,6 +135,8 @@ def verdict_of(
     accepted = _accepted(criteria) if criteria else None
     if instead and any(criterion.passed for criterion in _judged(Question.MOTION, criteria)):
         motion = replace(motion, status=Status.GOOD)
+    if instead and where is not None and where.status is Status.BAD:
+        where = replace(where, status=Status.NEUTRAL)
     rigid = _rigid(compliance.grade) if compliance is not None and compliance.grade is not None else None
     simulated = _simulated(crosscheck) if crosscheck is not None else None
     headline = _headline(solution, motion, where, (margin, tolerated, reached, voltage, simulated))
@@ -267,11 +270,14 @@ TIMES = "once", "twice", "three times", "four times", "five times", "six times",
 
 
 def _instead(solution: Solution, atlas: Atlas | None) -> str:
-    """What the ball does at the design point where no 1:1 motion is stable, as far as families say."""
+    """What the ball does at the design point, or in the sweep, where no 1:1 motion is stable, as far as families say."""
     design = solution.design
-    if atlas is None or design is None or design.motions.stable.any():
+    if atlas is None or (solution.stable_ranges if design is None else design.motions.stable.any()):
         return ""
-    families = (family for family, _ in atlas.stable_at(design.value))
+    if design is None:
+        families = [family for family in atlas.families if family.stable_runs]
+    else:
+        families = [family for family, _ in atlas.stable_at(design.value)]
     return ", or ".join(dict.fromkeys(_strikes(family.sequence) for family in families))
 
 
@@ -296,6 +302,9 @@ def _motion(solution: Solution, instead: str) -> Fact:
         kinds = ", ".join(word for word in Stability if word in types)
         if kinds:
             return Fact(Question.MOTION, "Yes", f"{capital(kinds)} in the sweep", Status.GOOD)
+        if instead:
+            short = f"somewhere in it {instead}"
+            return Fact(Question.MOTION, "Not 1:1", f"Somewhere in the sweep {instead}", Status.CAUTION, short)
         return Fact(
             Question.MOTION, "No", "No admissible 1:1 motion in the sweep attracts the motions nearby", Status.BAD
         )
@@ -330,11 +339,13 @@ def _design_words(solution: Solution) -> str:
 
 
 def _where(solution: Solution) -> Fact:
-    sweep = solution.sweep
+    sweep, design = solution.sweep, solution.design
     if sweep is None:
-        parts = solution.design.stable if solution.design else ()
-        answer = f"{len(parts)} range{'s' * (len(parts) != 1)}"
-        return Fact(Question.WHERE, answer, "; ".join(map(range_text, parts)), Status.GOOD)
+        nearest = [limit.parameter for limit in design.endings()[:1]] if design is not None else []
+        parts = sorted(design.stable, key=lambda part: part.parameter not in nearest) if design is not None else []
+        first, *others = map(range_text, parts) if parts else ["Not known"]
+        detail = f"One input varied at a time; also {'; '.join(others)}" if others else "All other inputs as given"
+        return Fact(Question.WHERE, first, detail, Status.GOOD)
     parts, swept = solution.stable_ranges, sweep.parameter
     ends = f"{swept.show(sweep.start)} to {swept.show(sweep.end)}"
     if not parts:
@@ -430,6 +441,8 @@ def _headline(solution: Solution, motion: Fact, where: Fact | None, others: tupl
     else:
         somewhere = where is not None and where.status is Status.GOOD
         lead = f"Stable {name} for {where.answer}" if somewhere and where else f"No stable {name} in the sweep"
+        if solution.design is None and motion.short:
+            answers.insert(0, motion.short)
         if solution.design is not None:
             answers.insert(0, f"at the design point {_design_words(solution)}: {motion.short}")
     return f"{lead}. {capital(', '.join(answers))}." if answers else f"{lead}."
