@@ -96,9 +96,9 @@ class Verdict:
     """What a study comes to.
 
     The status is that of the motion, at the design point where one is given; the word says it in a few words, and the
-    headline in one or two sentences of plain text. `instead` says what the ball does at the design point, or somewhere in
-    the sweep where there is none, if no 1:1 motion is stable there and others are known that are; it has no full stop,
-    and is "" else.
+    headline in one or two sentences of plain text. `instead` says what the ball does at the design point, or without
+    one somewhere in the sweep, if no 1:1 motion is stable there and others are known that are; it has no full stop, and
+    is "" else.
     """
 
     status: Status
@@ -270,7 +270,7 @@ TIMES = "once", "twice", "three times", "four times", "five times", "six times",
 
 
 def _instead(solution: Solution, atlas: Atlas | None) -> str:
-    """What the ball does at the design point, or in the sweep, where no 1:1 motion is stable, as far as families say."""
+    """What the ball does at the design point, or in the sweep, if no 1:1 motion is stable, as far as families say."""
     design = solution.design
     if atlas is None or (solution.stable_ranges if design is None else design.motions.stable.any()):
         return ""
@@ -402,7 +402,7 @@ def _voltage(solution: Solution) -> Fact:
         return Fact(Question.VOLTAGE, "Not evaluated", "device.ball_mass_kg is not given", Status.NEUTRAL)
     volts, depths, place = _stable_voltages(solution)
     if not volts.size:
-        return Fact(Question.VOLTAGE, "None", "There is no stable motion to evaluate it for", Status.NEUTRAL)
+        return Fact(Question.VOLTAGE, "None", "There is no stable 1:1 motion to evaluate it for", Status.NEUTRAL)
     ends = dict.fromkeys(quantity(float(end), "V") for end in (volts.min(), volts.max()))
     answer = f"U_ave = {' to '.join(ends)}"
     depth, radius = float(depths.max()), solution.membrane.active_radius_m

@@ -178,7 +178,7 @@ class Report:
 
     @property
     def proof(self) -> Picture | None:
-        """The picture of the first page: that of all motions where another one than 1:1 is stable, or of 1:1 motions."""
+        """The picture of the first page: of all motions where another than the 1:1 motion is stable, else of that."""
         of_others = ("figure-atlas",) if self.verdict.instead else ()
         names = *of_others, "figure-2", "figure-3", "figure-device"
         return next((self.pictures[name] for name in names if name in self.pictures), None)
