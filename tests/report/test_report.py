@@ -256,12 +256,14 @@ def test_without_the_ball_mass_there_is_no_energy(example) -> None:
     assert "Symbols: motion" in page.tables
     assert "(4.2)" in page.text
     assert "(5.1)" not in page.text
-    assert ["Voltages", "device.ball_mass_kg is not given"] in page.tables["Not in this report"].rows
+    left_out = {why: what for what, why in page.tables["Not in this report"].rows}
+    assert left_out["device.ball_mass_kg is not given"].startswith("Voltages;")
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_everything_left_out_is_named(name: str, page, study_of) -> None:
-    found = {what.lower(): why.lower() for what, why in page(name).tables["Not in this report"].rows}
+    rows = page(name).tables["Not in this report"].rows
+    found = {what: why.lower() for all_of_it, why in rows for what in all_of_it.lower().split("; ")}
     for step in study_of(name).plan.left_out:
         assert found[words(step.what).lower()] == words(step.why).lower()
     ids = page(name).attributes("id")
