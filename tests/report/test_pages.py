@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby, pairwise
@@ -111,7 +112,7 @@ def flat(outline: list[Any]) -> Iterator[Any]:
             yield item
 
 
-def test_a_table_is_whole_on_a_page_or_split_with_its_head_repeated(report: Report) -> None:
+def test_a_table_is_whole_on_a_page_or_split_with_its_head_repeated_and_no_row_alone(report: Report) -> None:
     reader = report.reader
     numbers = {page.indirect_reference.idnum: k for k, page in enumerate(reader.pages)}
     top = PAPERS[report.paper][1] - TOP
@@ -123,6 +124,7 @@ def test_a_table_is_whole_on_a_page_or_split_with_its_head_repeated(report: Repo
         first, *others = sorted(set().union(*rows))
         assert len(rows) > WHOLE_UP_TO or not others
         assert all(len(row) == 1 for row in rows)
+        assert not others or min(Counter(number for row in rows[1:] for number in row).values()) > 1
         for other in others:
             assert any(len(line) > 1 for line in lines[first] & lines[other])
 
