@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval
+from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval, Sweep
 from vireport.gate.alerts import MOST_MOTIONS, NEAR_CRITICAL
 from vireport.gate.requirements import Criterion, unmet
 from vireport.scenario import DesignInput, Parameter
@@ -127,8 +127,10 @@ def verdict_of(
     instead = _instead(solution, atlas)
     motion = _motion(solution, instead)
     stable = motion.status is Status.GOOD
-    where = _where(solution) if solution.sweep is not None or stable else None
-    margin = _margin(solution, solution.design) if solution.design is not None and stable else None
+    design = solution.design if stable else None
+    around = _around(design) if design is not None else None
+    where = _where(solution, solution.sweep) if solution.sweep is not None else around
+    margin = _margin(solution, design) if design is not None else None
     tolerated = _tolerated(tolerances) if tolerances is not None else None
     reached = _reached(crosscheck) if stable else None
     voltage = _voltage(solution)
@@ -338,14 +340,18 @@ def _design_words(solution: Solution) -> str:
     return ", ".join(f"{swept.symbol} = {swept.show(value)}" for swept, value in values)
 
 
-def _where(solution: Solution) -> Fact:
-    sweep, design = solution.sweep, solution.design
-    if sweep is None:
-        nearest = [limit.parameter for limit in design.endings()[:1]] if design is not None else []
-        parts = sorted(design.stable, key=lambda part: part.parameter not in nearest) if design is not None else []
-        first, *others = map(range_text, parts) if parts else ["Not known"]
-        detail = f"One input varied at a time; also {'; '.join(others)}" if others else "All other inputs as given"
-        return Fact(Question.WHERE, first, detail, Status.GOOD)
+def _around(design: DesignPoint) -> Fact:
+    """The stable range of each input around the design point, the one with the nearest end first."""
+    nearest = [limit.parameter for limit in design.endings()[:1]]
+    parts = [*map(range_text, sorted(design.stable, key=lambda part: part.parameter not in nearest))]
+    if not parts:
+        return Fact(Question.WHERE, "Not known", "No stable range is resolved", Status.NEUTRAL)
+    others = f". Likewise {'; '.join(parts[1:])}" if len(parts) > 1 else ""
+    detail = f"One input varied at a time{others}"
+    return Fact(Question.WHERE, parts[0], detail, Status.GOOD)
+
+
+def _where(solution: Solution, sweep: Sweep) -> Fact:
     parts, swept = solution.stable_ranges, sweep.parameter
     ends = f"{swept.show(sweep.start)} to {swept.show(sweep.end)}"
     if not parts:
