@@ -111,8 +111,9 @@ def rows(study: Study, admissible: bool) -> list[tuple[int, int]]:
 
 
 def labels(axes: Axes) -> list[str]:
-    """The labels of critical points on a panel."""
-    return [text.get_text() for text in axes.texts if text.get_text()[:1] in "ABCG"]
+    """The labels of critical points on a panel, those that are written as one by themselves."""
+    texts = [text.get_text() for text in axes.texts]
+    return [label for text in texts if text[:1] in "ABCG" for label in text.split(", ")]
 
 
 def texts_of(figure: Figure) -> list[str]:

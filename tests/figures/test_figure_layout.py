@@ -57,6 +57,18 @@ def test_labels_keep_clear_of_curves_markers_and_each_other() -> None:
     assert_clear(figure)
 
 
+def test_points_that_coincide_share_a_label_and_a_text_of_the_panel_stays_legible() -> None:
+    with style():
+        figure, ((axes,),) = blank(1)
+        finished(figure, 3.0, [], [])
+        axes.text(0.515, 0.5, "BT", transform=axes.transAxes, va="center")
+        names = ("B1", 0.5), ("A1", 0.5 + 1e-4), ("C1", 0.3)
+        write_labels(axes, [Label(name, np.array([x]), np.array([0.5])) for name, x in names])
+        assert [text.get_text() for text in axes.texts] == ["BT", "B1, A1", "C1"]
+        word, label = (text.get_window_extent() for text in axes.texts[:2])
+    assert not word.overlaps(label)
+
+
 def assert_clear(figure: Figure) -> None:
     boxes = dict(boxes_of(figure))
     assert not boxes["A1"].overlaps(boxes["A2"])

@@ -329,6 +329,33 @@ def test_a_word_alone_has_the_motions_followed_and_the_verdict_says_which_is_sta
 
 
 @pytest.mark.slow
+def test_without_a_design_point_the_first_page_says_what_is_stable_in_the_sweep_instead() -> None:
+    text = HYSTERESIS.format(length=0.23, words="[BBT]", least=1)
+    text = text.replace(", length_m: 0.23", "").partition("requirements:")[0]
+    study = analyse(loads(text), ("json",))
+    assert study.solution.design is None
+    assert (study.verdict.status, study.verdict.word) == ("caution", "Stable, but not 1:1")
+    said = " ".join(markdown(study, "run").split())
+    assert "no such motion is stable in the sweep. Somewhere in it the ball strikes the bottom membrane twice" in said
+    assert "three times and the top once per forcing period (BBBT), and stays so" in said
+    where = next(fact for fact in study.verdict.facts if fact.question == Question.WHERE)
+    assert (where.answer, where.status) == ("Nowhere", Status.NEUTRAL)
+    pictures = {name: name for name in ("figure-2", "figure-atlas")}
+    report = Report(study, pictures, provenance_of(study.loaded, "run"))
+    assert report.proof == "figure-atlas"
+
+
+@pytest.mark.slow
+def test_motions_that_coexist_with_the_stable_1_1_motion_are_named() -> None:
+    over = {"motions.impacts": 4, "device.length_m": 0.632}
+    study = analyse(load(ROOT / "examples" / "inclined.yaml", over), ("json",))
+    assert {family.sequence.word for family, _ in study.atlas.stable_at(0.632)} == {"BT", "BTBT"}
+    assert "is a stable node (disturbances die out without turning about it); BTBT is stable there too." in " ".join(
+        markdown(study, "run").split()
+    )
+
+
+@pytest.mark.slow
 def test_the_stable_ranges_of_the_verdict_are_those_of_the_1_1_motion() -> None:
     text = HYSTERESIS.format(length=0.3, words="[BBT]", least=1).replace("from: 0.21, to: 0.25", "from: 0.29, to: 0.42")
     said = markdown(analyse(loads(text), ("json",)), "run")

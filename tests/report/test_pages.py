@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby, pairwise
@@ -110,7 +112,7 @@ def flat(outline: list[Any]) -> Iterator[Any]:
             yield item
 
 
-def test_a_table_is_whole_on_a_page_or_split_with_its_head_repeated(report: Report) -> None:
+def test_a_table_is_whole_on_a_page_or_split_with_its_head_repeated_and_no_row_alone(report: Report) -> None:
     reader = report.reader
     numbers = {page.indirect_reference.idnum: k for k, page in enumerate(reader.pages)}
     top = PAPERS[report.paper][1] - TOP
@@ -122,6 +124,7 @@ def test_a_table_is_whole_on_a_page_or_split_with_its_head_repeated(report: Repo
         first, *others = sorted(set().union(*rows))
         assert len(rows) > WHOLE_UP_TO or not others
         assert all(len(row) == 1 for row in rows)
+        assert not others or min(Counter(number for row in rows[1:] for number in row).values()) > 1
         for other in others:
             assert any(len(line) > 1 for line in lines[first] & lines[other])
 
@@ -152,6 +155,13 @@ def pages_of(node: Any) -> Iterator[int]:
         yield node.raw_get("/Pg").idnum
     for child in below(node):
         yield from pages_of(child)
+
+
+def test_figures_are_numbered_from_the_first_page_to_the_last(report: Report) -> None:
+    found = [re.fullmatch(r"Figure\s(\d+)\.", text.words) for page in report.texts for text in page]
+    numbers = [int(match[1]) for match in found if match]
+    assert numbers == list(range(1, len(numbers) + 1))
+    assert len(numbers) > 1
 
 
 def test_lettering_can_be_read(report: Report) -> None:

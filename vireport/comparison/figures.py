@@ -20,7 +20,6 @@ from vireport.figures import (
     Drawing,
     Picture,
     alt_text,
-    conditions,
     drawing_of,
     held,
     letter_of,
@@ -177,11 +176,13 @@ def _outside(shown: Columns) -> str:
 
 
 def _caption(figure: Task, shown: Columns) -> str:
-    columns = []
+    common, own = _conditions(list(shown.values()))
+    columns = [common] if common else []
     for column, (scenario, drawing) in enumerate(shown.items()):
         first, last = (letter_of(column * ROWS[figure] + row) for row in (0, ROWS[figure] - 1))
         letters = f"({first})" if first == last else f"({first})–({last})"
-        columns.append(f"{letters} {scenario}: {conditions(drawing.study)}; {swept_range(drawing.study)}")
+        about = [text for text in (own[column], swept_range(drawing.study)) if text]
+        columns.append(f"{letters} {scenario}: {', '.join(about)}")
     if figure == Task.FIGURE_7 and (note := _outside(shown)):
         columns.append(f"{note} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})")
     return f"{ABOUT[figure]}{SHARED if len(shown) > 1 else ''}. {'; '.join(columns)}."

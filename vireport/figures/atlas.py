@@ -38,7 +38,7 @@ COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
     *(Color.ORANGE, Color.SKY, Color.BLACK),
 )
-"""Of the words, those with stable motions first and the shortest of them before others; then the colours again."""
+"""Of the words with stable motions, the shortest first, then again; all others are grey and have only a marker."""
 
 SHAPES = ("s", "^", "D", "v", "P", "X", "<", ">")
 """Markers on the curves of the words; their number differs from that of the colours, so that pairs differ longer."""
@@ -116,12 +116,13 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane) -> Picture:
 
 
 def _looks(atlas: Atlas) -> dict[str, Look]:
-    """Colour and marker of the words: those with stable motions first, then the shortest."""
+    """Colour and marker of the words, those with stable motions first, then the shortest."""
     stable = {family.sequence.word for family in atlas.families if family.stable_runs}
     words = {family.sequence.word for family in atlas.families}
     ordered = sorted(words, key=lambda word: (word not in stable, len(word), word))[:MOST_LOOKS]
     return {
-        word: {"color": COLORS[k % len(COLORS)], "marker": SHAPES[k % len(SHAPES)]} for k, word in enumerate(ordered)
+        word: {"color": COLORS[k % len(COLORS)] if word in stable else Color.GREY, "marker": SHAPES[k % len(SHAPES)]}
+        for k, word in enumerate(ordered)
     }
 
 

@@ -16,9 +16,9 @@ from vireport.study import Study, Task
 from vireport.text import capital, exact, quantity, scaled, significant
 
 TITLES = {
-    Task.FIGURE_2: "Impact velocity, phase and flight time",
-    Task.FIGURE_4: "Discriminant and eigenvalues",
-    Task.FIGURE_7: "Generated voltage",
+    Task.FIGURE_2: "Impact velocity, phase and flight time, as in the paper's Fig. 2",
+    Task.FIGURE_4: "Discriminant and eigenvalues, as in the paper's Fig. 4",
+    Task.FIGURE_7: "Generated voltage, as in the paper's Fig. 7",
 }
 
 CHARTS = {Task.FIGURE_2: "Three line charts", Task.FIGURE_4: "Two line charts", Task.FIGURE_7: "Line chart"}
@@ -31,6 +31,9 @@ HUGE = 1e4
 
 NEXT_TO_NOTHING = 1e-3
 """Share of the largest value below which another is called about 0."""
+
+DIGITS = 8
+"""Significant digits of inputs in figures: more than anyone gives, fewer than a search leaves."""
 
 OUTSIDE = "outside the membrane's geometry: ranking only"
 """What is said of voltages where the deflections exceed the membrane."""
@@ -59,7 +62,7 @@ def held(study: Study, varied: Parameter | None = None) -> list[str]:
 def held_by(device: Device, swept: Parameter | None) -> list[str]:
     """The parameters of a device but the one that is swept."""
     parameters = [
-        f"{name.symbol} = {name.with_unit(exact(value))}"
+        f"{name.symbol} = {name.show(value, DIGITS)}"
         for name in Parameter
         if name != swept and (value := getattr(device, name)) is not None
     ]

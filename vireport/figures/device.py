@@ -11,7 +11,7 @@ from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
 
 from vireport.analysis import Motions
-from vireport.figures.captions import held
+from vireport.figures.captions import DIGITS, held
 from vireport.figures.curves import Curve
 from vireport.figures.layout import Entry, blank, finished, fit_vertically, round_ticks
 from vireport.figures.portraits import BALL, BOTTOM_IMPACT, BOTTOM_MEMBRANE, TIME, TOP_IMPACT, TOP_MEMBRANE
@@ -122,7 +122,7 @@ def _value(study: Study, parameter: Parameter) -> str:
     """An input with its value at the design point, or with its range where it is swept and has none."""
     value, sweep = getattr(study.solution.device, parameter), study.solution.sweep
     if value is not None:
-        return f"{parameter.symbol} = {parameter.with_unit(exact(value))}"
+        return f"{parameter.symbol} = {parameter.show(value, DIGITS)}"
     if sweep is None:
         return parameter.symbol
     return f"{parameter.symbol} = {exact(sweep.start)} to {parameter.with_unit(exact(sweep.end))}"

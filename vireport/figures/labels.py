@@ -1,19 +1,21 @@
-"""Writes labels next to the points they belong to, clear of curves, markers and each other.
+"""Writes labels next to the points they belong to, clear of curves, markers, texts and each other.
 
-Each label is tried at some distances around each of its points; the place that covers least is taken. What lies
-where is counted on a grid of small cells, which is read from the lines of the panel. Lengths are in points.
+Labels of points that coincide are written as one. Each label is tried at some distances around each of its points; the
+place that covers least is taken. What lies where is counted on a grid of small cells, which is read from the lines and
+texts of the panel. Lengths are in points.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
+from matplotlib.transforms import IdentityTransform
 
 from vireport.figures.curves import Floats
 from vireport.figures.style import TEXT, Color, Look
@@ -23,6 +25,9 @@ CELL = 2.5
 
 CLEARANCE, INSET = 2.0, 5.0
 """Free room around a label, and between a label and the frame, which has ticks."""
+
+COINCIDE = 3.0
+"""Distance below which markers cannot be told apart."""
 
 REACH = (5.0, 9.0, 14.0, 21.0, 32.0, 46.0, 64.0)
 """Distances from the point to the edge of the label that are tried."""
@@ -62,11 +67,24 @@ def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
     The layout of the figure must be final.
     """
     panel = _Panel(axes)
-    anchors = [panel.inside(panel.points(np.column_stack([label.x, label.y]), axes.transData)) for label in labels]
-    for k, label in enumerate(labels):
-        if len(anchors[k]):
-            others = np.concatenate([np.empty((0, 2)), *anchors[:k], *anchors[k + 1 :]])
-            _write(panel, label, anchors[k], others)
+    shown: list[tuple[Label, Floats]] = []
+    for label in labels:
+        own = panel.inside(panel.points(np.column_stack([label.x, label.y]), axes.transData))
+        same = (k for k, (_, places) in enumerate(shown) if _coincide(own, places))
+        if (k := next(same, None)) is not None:
+            before, places = shown[k]
+            shown[k] = replace(before, text=f"{before.text}, {label.text}"), places
+        elif len(own):
+            shown.append((label, own))
+    for k, (label, own) in enumerate(shown):
+        others = [places for _, places in (*shown[:k], *shown[k + 1 :])]
+        _write(panel, label, own, np.concatenate([np.empty((0, 2)), *others]))
+
+
+def _coincide(points: Floats, others: Floats) -> bool:
+    """Whether there is one of some points at each of others, and the other way round."""
+    apart = np.hypot(*(points.T[:, :, None] - others.T[:, None]))
+    return bool(apart.size) and max(apart.min(0).max(), apart.min(1).max()) < COINCIDE
 
 
 class _Panel:
@@ -82,7 +100,13 @@ class _Panel:
             if line.get_linestyle() != "None" and len(points) > 1:
                 self.cover_segments(points, ON_LINE)
             if line.get_marker() not in ("None", None, ""):
-                self.cover(points, ON_MARKER)
+                reach = np.arange(-line.get_markersize() / 2, line.get_markersize() / 2 + CELL, CELL)
+                around = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 1, 2)
+                self.cover((points + around).reshape(-1, 2), ON_MARKER)
+        for text in axes.texts:
+            corners = self.points(text.get_window_extent().get_points(), IdentityTransform())
+            if len(self.inside(corners)) == 2:
+                self.take(*corners)
 
     def points(self, values: Floats, transform: Any) -> Floats:
         return np.asarray((transform.transform(values) - self.axes.bbox.p0) * self.scale)

@@ -71,8 +71,8 @@ TOP_IMPACT: Look = MARK | {"color": Color.GREEN, "marker": "^", "markersize": 6.
 IMPACTS: list[Entry] = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT)]
 
 TITLES = {
-    Task.FIGURE_3: "Phase portraits and time series",
-    Task.FIGURE_6: "Displacement of the capsule and the ball",
+    Task.FIGURE_3: "Phase portraits and time series, as in the paper's Fig. 3",
+    Task.FIGURE_6: "Displacement of the capsule and the ball, as in the paper's Fig. 6",
     Task.FIGURE_PORTRAITS: "Portraits of motions",
 }
 

@@ -119,22 +119,6 @@ def style() -> Iterator[None]:
         yield
 
 
-NUMBERS = {
-    "device": "1",
-    "variants": "1",
-    "margins": "8",
-    "accuracy": "9",
-    "stiffness": "10",
-    "diagram": "11",
-    "atlas": "12",
-    "ladder": "13",
-    "portraits": "14",
-    "hysteresis": "15",
-    "front": "16",
-}
-"""Of the figures that are not named after the paper's."""
-
-
 class NotebookFigure(Figure):
     """A figure that a notebook shows without pyplot."""
 
@@ -244,12 +228,6 @@ class Picture:
     caption: str
     alt: str
     figure: Figure
-
-    @property
-    def number(self) -> str:
-        """By which it is referred to: that of the paper's figure, or one after them; of a further page in brackets."""
-        number, _, page = self.name.removeprefix("figure-").partition("-")
-        return f"{NUMBERS.get(number, number)}{f' ({page})' if page else ''}"
 
     @cached_property
     def png(self) -> bytes:

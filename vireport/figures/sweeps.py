@@ -404,6 +404,8 @@ def _rows_2(drawings: Sequence[Drawing]) -> Rows:
 def _rows_4(drawings: Sequence[Drawing]) -> Rows:
     names = dict.fromkeys(chain.from_iterable(drawing.branches.values() for drawing in drawings))
     colors = dict(zip(names, cycle(BRANCH_COLORS), strict=False))
+    sizes = [part.branch.motions.discriminant[part.rows] for x in drawings for part in x.parts]
+    least = min((float(size.min()) for size in sizes), default=0.0)
     highest = max((LAMBDA_LIMIT - x.study.solution.device.restitution**4 / LAMBDA_LIMIT) ** 2 for x in drawings)
 
     def look(drawing: Drawing, part: Stretch, width: float) -> Look:
@@ -415,7 +417,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> Rows:
         lambda x, branch: [branch.motions.discriminant],
         lambda x, part, k: look(x, part, THIN),
         (Color.GREY,),
-        limits=(-np.inf, highest),
+        limits=(-np.inf, highest) if least < highest else EVERYTHING,
         bounds=(0.0,),
     )
     eigenvalue = _Row(

@@ -168,7 +168,9 @@ def _several_stable(results: Evidence) -> str | None:
 def _near_critical(results: Evidence) -> str | None:
     for margin in results.solution.design.endings() if results.solution.design is not None else ():
         if margin.relative is not None and abs(margin.relative) < NEAR_CRITICAL:
-            return f"Stable motion ends {100 * margin.relative:+.2f} % away in {margin.parameter}: {margin.name}."
+            side = "below" if margin.relative < 0 else "above"
+            size = f"{100 * abs(margin.relative):.2f} % {side} the design point"
+            return f"Stable motion ends {size} in {margin.parameter.quantity}: {margin.name}."
     return None
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval
+from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval, Sweep
 from vireport.gate.alerts import MOST_MOTIONS, NEAR_CRITICAL
 from vireport.gate.requirements import Criterion, unmet
 from vireport.scenario import DesignInput, Parameter
@@ -45,7 +45,7 @@ class Question(StrEnum):
 
     ACCEPTED = "Are the requirements met?"
     MOTION = "Is there stable motion?"
-    WHERE = "Where?"
+    WHERE = "Where is the 1:1 motion stable?"
     MARGIN = "With what margin?"
     TOLERANCES = "Do all devices within the tolerances work?"
     REACHED = "Which starts reach it?"
@@ -96,8 +96,9 @@ class Verdict:
     """What a study comes to.
 
     The status is that of the motion, at the design point where one is given; the word says it in a few words, and the
-    headline in one or two sentences of plain text. `instead` says what the ball does at the design point where no 1:1
-    motion is stable and others are known that are, without a full stop; "" else.
+    headline in one or two sentences of plain text. `instead` says what the ball does at the design point, or without
+    one somewhere in the sweep, if no 1:1 motion is stable there and others are known that are; it has no full stop, and
+    is "" else.
     """
 
     status: Status
@@ -126,14 +127,18 @@ def verdict_of(
     instead = _instead(solution, atlas)
     motion = _motion(solution, instead)
     stable = motion.status is Status.GOOD
-    where = _where(solution) if solution.sweep is not None or stable else None
-    margin = _margin(solution, solution.design) if solution.design is not None and stable else None
+    design = solution.design if stable else None
+    around = _around(design) if design is not None else None
+    where = _where(solution, solution.sweep) if solution.sweep is not None else around
+    margin = _margin(solution, design) if design is not None else None
     tolerated = _tolerated(tolerances) if tolerances is not None else None
     reached = _reached(crosscheck) if stable else None
     voltage = _voltage(solution)
     accepted = _accepted(criteria) if criteria else None
     if instead and any(criterion.passed for criterion in _judged(Question.MOTION, criteria)):
         motion = replace(motion, status=Status.GOOD)
+    if instead and where is not None and where.status is Status.BAD:
+        where = replace(where, status=Status.NEUTRAL)
     rigid = _rigid(compliance.grade) if compliance is not None and compliance.grade is not None else None
     simulated = _simulated(crosscheck) if crosscheck is not None else None
     headline = _headline(solution, motion, where, (margin, tolerated, reached, voltage, simulated))
@@ -267,11 +272,14 @@ TIMES = "once", "twice", "three times", "four times", "five times", "six times",
 
 
 def _instead(solution: Solution, atlas: Atlas | None) -> str:
-    """What the ball does at the design point where no 1:1 motion is stable, as far as families say."""
+    """What the ball does at the design point, or in the sweep, if no 1:1 motion is stable, as far as families say."""
     design = solution.design
-    if atlas is None or design is None or design.motions.stable.any():
+    if atlas is None or (solution.stable_ranges if design is None else design.motions.stable.any()):
         return ""
-    families = (family for family, _ in atlas.stable_at(design.value))
+    if design is None:
+        families = [family for family in atlas.families if family.stable_runs]
+    else:
+        families = [family for family, _ in atlas.stable_at(design.value)]
     return ", or ".join(dict.fromkeys(_strikes(family.sequence) for family in families))
 
 
@@ -296,6 +304,9 @@ def _motion(solution: Solution, instead: str) -> Fact:
         kinds = ", ".join(word for word in Stability if word in types)
         if kinds:
             return Fact(Question.MOTION, "Yes", f"{capital(kinds)} in the sweep", Status.GOOD)
+        if instead:
+            short = f"somewhere in it {instead}"
+            return Fact(Question.MOTION, "Not 1:1", f"Somewhere in the sweep {instead}", Status.CAUTION, short)
         return Fact(
             Question.MOTION, "No", "No admissible 1:1 motion in the sweep attracts the motions nearby", Status.BAD
         )
@@ -329,12 +340,18 @@ def _design_words(solution: Solution) -> str:
     return ", ".join(f"{swept.symbol} = {swept.show(value)}" for swept, value in values)
 
 
-def _where(solution: Solution) -> Fact:
-    sweep = solution.sweep
-    if sweep is None:
-        parts = solution.design.stable if solution.design else ()
-        answer = f"{len(parts)} range{'s' * (len(parts) != 1)}"
-        return Fact(Question.WHERE, answer, "; ".join(map(range_text, parts)), Status.GOOD)
+def _around(design: DesignPoint) -> Fact:
+    """The stable range of each input around the design point, the one with the nearest end first."""
+    nearest = [limit.parameter for limit in design.endings()[:1]]
+    parts = [*map(range_text, sorted(design.stable, key=lambda part: part.parameter not in nearest))]
+    if not parts:
+        return Fact(Question.WHERE, "Not known", "No stable range is resolved", Status.NEUTRAL)
+    others = f". Likewise {'; '.join(parts[1:])}" if len(parts) > 1 else ""
+    detail = f"One input varied at a time{others}"
+    return Fact(Question.WHERE, parts[0], detail, Status.GOOD)
+
+
+def _where(solution: Solution, sweep: Sweep) -> Fact:
     parts, swept = solution.stable_ranges, sweep.parameter
     ends = f"{swept.show(sweep.start)} to {swept.show(sweep.end)}"
     if not parts:
@@ -391,7 +408,7 @@ def _voltage(solution: Solution) -> Fact:
         return Fact(Question.VOLTAGE, "Not evaluated", "device.ball_mass_kg is not given", Status.NEUTRAL)
     volts, depths, place = _stable_voltages(solution)
     if not volts.size:
-        return Fact(Question.VOLTAGE, "None", "There is no stable motion to evaluate it for", Status.NEUTRAL)
+        return Fact(Question.VOLTAGE, "None", "There is no stable 1:1 motion to evaluate it for", Status.NEUTRAL)
     ends = dict.fromkeys(quantity(float(end), "V") for end in (volts.min(), volts.max()))
     answer = f"U_ave = {' to '.join(ends)}"
     depth, radius = float(depths.max()), solution.membrane.active_radius_m
@@ -430,6 +447,8 @@ def _headline(solution: Solution, motion: Fact, where: Fact | None, others: tupl
     else:
         somewhere = where is not None and where.status is Status.GOOD
         lead = f"Stable {name} for {where.answer}" if somewhere and where else f"No stable {name} in the sweep"
+        if solution.design is None and motion.short:
+            answers.insert(0, motion.short)
         if solution.design is not None:
             answers.insert(0, f"at the design point {_design_words(solution)}: {motion.short}")
     return f"{lead}. {capital(', '.join(answers))}." if answers else f"{lead}."

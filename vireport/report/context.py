@@ -177,6 +177,23 @@ class Report:
         return tuple(fact for fact in self.verdict.facts if fact.question not in elsewhere)
 
     @property
+    def proof(self) -> Picture | None:
+        """The picture of the first page: of all motions where another than the 1:1 motion is stable, else of that."""
+        of_others = ("figure-atlas",) if self.verdict.instead else ()
+        names = *of_others, "figure-2", "figure-3", "figure-device"
+        return next((self.pictures[name] for name in names if name in self.pictures), None)
+
+    @property
+    def coexisting(self) -> list[str]:
+        """Words of the other motions that are stable at the design point, beside a stable 1:1 motion."""
+        atlas, design = self.study.atlas, self.design
+        if atlas is None or design is None or not design.motions.stable.any():
+            return []
+        sequences = (family.sequence for family, _ in atlas.stable_at(design.value))
+        own = ("BT", self.solution.device.period_ratio)
+        return list(dict.fromkeys(x.word for x in sequences if (x.word, x.periods) != own))
+
+    @property
     def results(self) -> dict[str, Any]:
         """The results as data, as results.json has them."""
         return results(self.study, self.provenance)

@@ -143,11 +143,11 @@ def capital(text: str) -> str:
 
     Examples
     --------
-    >>> capital("stable node"), capital("device.length_m is not given")
-    ('Stable node', 'device.length_m is not given')
+    >>> capital("stable node"), capital("simulation.diagram is false")
+    ('Stable node', 'simulation.diagram is false')
     """
     first = text.partition(" ")[0]
-    return text if "_" in first else text[:1].upper() + text[1:]
+    return text if "_" in first or "." in first[:-1] else text[:1].upper() + text[1:]
 
 
 def words(text: str) -> str:
