@@ -23,7 +23,8 @@ from matplotlib.transforms import ScaledTranslation
 from vireport.analysis import Sweep
 from vireport.figures.curves import Floats
 from vireport.figures.labels import Label, write_labels
-from vireport.figures.style import SMALL, TEXT, WIDTH, Look, NotebookFigure
+from vireport.figures.style import DPI, SMALL, TEXT, WIDTH, Look, NotebookFigure
+from vireport.figures.vector import PER_INCH, LayoutCanvas
 from vireport.scenario import Parameter
 from vireport.text import MINUS, PREFIXES, TIMES, significant
 
@@ -63,8 +64,8 @@ LEAST_RANGE = 1e-6
 
 def blank(rows: int, columns: int = 1, **shared: Any) -> tuple[Figure, Any]:
     """A figure with an array of empty panels; `shared` are arguments of `Figure.subplots`."""
-    figure = NotebookFigure(figsize=(WIDTH, WIDTH), layout="constrained", facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = NotebookFigure(figsize=(WIDTH, WIDTH), dpi=PER_INCH, layout="constrained", facecolor="white")
+    LayoutCanvas(figure)
     return figure, figure.subplots(rows, columns, squeeze=False, **shared)
 
 
@@ -107,6 +108,8 @@ def finished(
     figure.set_layout_engine("none")
     for axes, texts in labels:
         write_labels(axes, texts)
+    FigureCanvasAgg(figure)
+    figure.dpi = DPI
     return figure
 
 
