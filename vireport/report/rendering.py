@@ -9,7 +9,8 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Set
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache, lru_cache
 from pathlib import Path
@@ -107,6 +108,64 @@ class Source(str):
     """Typst source, as opposed to text."""
 
 
+@contextmanager
+def _offline() -> Iterator[None]:
+    """Keep the network out of reach for as long as Typst is at work."""
+    before = {name: os.environ.get(name) for name in OFFLINE}
+    os.environ.update(OFFLINE)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def render_files(
+    report: Document, formats: Set[str], templates: Path | None = None, paper: str = "a4"
+) -> dict[str, bytes]:
+    """Set a report and its figures as files, by their names.
+
+    Typst works beside Python: at the image of a figure while the next one is drawn, at the PDF while at the page.
+
+    Parameters
+    ----------
+    report : Document
+    formats : set of str
+        Those of html, pdf, png and svg are made; others mean nothing here.
+    templates : Path, optional
+        A folder whose templates come before ours.
+    paper : str
+        A key of `PAPERS`.
+
+    Raises
+    ------
+    UsageError
+        If there is no such folder.
+    RenderError
+        Where a template fails, with the line.
+    """
+    files, images = dict[str, bytes](), dict[str, Future[bytes]]()
+    with _offline(), ThreadPoolExecutor(max_workers=1) as beside:
+        # Matplotlib is made for one thread, which is this one.
+        drawings = {}
+        for name, picture in report.pictures.items():
+            drawings[f"{name}.svg"] = picture.svg
+            if "png" in formats:
+                images[f"{name}.png"] = beside.submit(getattr, picture, "png")
+        source = _fill(report, templates) if formats & {"html", "pdf"} else ""
+        pdf = beside.submit(_compiled, report, source, "pdf", paper=PAPERS[paper]) if "pdf" in formats else None
+        if "html" in formats:
+            files["report.html"] = _page(report, source)
+        if pdf is not None:
+            files["report.pdf"] = pdf.result()
+        files |= {name: image.result() for name, image in images.items()}
+    return files | (drawings if "svg" in formats else {})
+
+
+@_offline()
 def render_html(report: Document, templates: Path | None = None) -> bytes:
     """Set a report as one HTML file that needs nothing else.
 
@@ -123,13 +182,18 @@ def render_html(report: Document, templates: Path | None = None) -> bytes:
     RenderError
         Where a template fails, with the line.
     """
+    return _page(report, _fill(report, templates))
+
+
+def _page(report: Document, source: str) -> bytes:
     from vireport.figures import in_page
 
-    page = _compiled(report, _fill(report, templates), "html").decode("utf-8")
+    page = _compiled(report, source, "html").decode("utf-8")
     page = _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page)
     return in_page(page, report.pictures.values(), report.live, TEMPLATES).encode("utf-8")
 
 
+@_offline()
 def render_markdown(report: Document, templates: Path | None = None) -> bytes:
     """Set a summary as Markdown, for a pull request or the page of a job; its parameters are those of `render_html`."""
     from vireport.report.markdown import as_markdown
@@ -137,6 +201,7 @@ def render_markdown(report: Document, templates: Path | None = None) -> bytes:
     return as_markdown(_compiled(report, _fill(report, templates), "html").decode("utf-8")).encode("utf-8")
 
 
+@_offline()
 def render_pdf(
     report: Document, templates: Path | None = None, standards: Iterable[str] = (), paper: str = "a4"
 ) -> bytes:
@@ -169,7 +234,7 @@ def _compiled(
     unusual = "".join(sorted(set(_UNUSUAL.findall(source)))) if output == "pdf" else ""
     lacking = "".join(f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual))
     inputs = {"output": output, "lacking": lacking, "paper": paper}
-    with _offline(), TemporaryDirectory(prefix="vireport-") as root:
+    with TemporaryDirectory(prefix="vireport-") as root:
         for picture in report.pictures.values():
             (Path(root) / f"{picture.name}.svg").write_bytes(picture.svg)
         compiler = typst.Compiler(root=root, ignore_system_fonts=True, sys_inputs=inputs)
@@ -201,21 +266,6 @@ def _not_in_fonts(letters: str) -> list[str]:
     except typst.TypstError as error:
         return [letter for letter in letters if f'the text `"{letter}"`' in error.diagnostic]
     return []
-
-
-@contextmanager
-def _offline() -> Iterator[None]:
-    """Keep the network out of reach for as long as Typst is at work."""
-    before = {name: os.environ.get(name) for name in OFFLINE}
-    os.environ.update(OFFLINE)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def string(text: str) -> Source:
