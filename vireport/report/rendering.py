@@ -64,7 +64,7 @@ OFFLINE = dict.fromkeys(("ALL_PROXY", "all_proxy", "HTTPS_PROXY", "https_proxy")
 OFFLINE |= {"NO_PROXY": "", "no_proxy": ""}
 """Environment in which Typst, which would download packages that a template names, reaches no network."""
 
-_UNUSUAL = re.compile("[^\\x00-\u04ff\u1e00-\u22ff]")
+_UNUSUAL = re.compile("[^\\x00-\u04ff\u1e00-\u22ff✓✗⟨⟩]")
 """Characters of which it is not known beforehand that the fonts of the PDF have them."""
 
 _MATHS = re.compile(r"<math.*?</math>", re.DOTALL)
