@@ -34,7 +34,7 @@ Entry = tuple[str, Look]
 EDGE, LINE_GAP = 0.07, 0.06
 """Room at the edges of a figure, and between the lines of its heading [in]."""
 
-PADS = {"pad": 0.05 * 72 / TEXT, "h_pad": 0.06 * 72 / TEXT, "w_pad": 0.1 * 72 / TEXT}
+PADS: dict[str, Any] = {"pad": 0.05 * 72 / TEXT, "h_pad": 0.06 * 72 / TEXT, "w_pad": 0.1 * 72 / TEXT}
 """Room around all panels, and between them [sizes of type]."""
 
 ACROSS = 5.75
