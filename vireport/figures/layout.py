@@ -34,7 +34,7 @@ Entry = tuple[str, Look]
 EDGE, LINE_GAP = 0.07, 0.06
 """Room at the edges of a figure, and between the lines of its heading [in]."""
 
-PADS: dict[str, Any] = {"pad": 0.05 * 72 / TEXT, "h_pad": 0.06 * 72 / TEXT, "w_pad": 0.1 * 72 / TEXT}
+PADS: dict[str, Any] = {"pad": 0.05 * PER_INCH / TEXT, "h_pad": 0.06 * PER_INCH / TEXT, "w_pad": 0.1 * PER_INCH / TEXT}
 """Room around all panels, and between them [sizes of type]."""
 
 ACROSS = 5.75
@@ -98,9 +98,9 @@ def finished(
     total = height + sum(heights) + LINE_GAP * (len(heights) + 1)
     figure.set_figheight(height)
     figure.tight_layout(**PADS)
+    under, share = figure.subplotpars, height / total
     figure.set_figheight(total)
-    below = figure.subplotpars
-    figure.subplots_adjust(top=below.top * height / total, bottom=below.bottom * height / total)
+    figure.subplots_adjust(top=share * under.top, bottom=share * under.bottom)
     top = total - LINE_GAP
     for item, own in zip(heading, heights, strict=True):
         place = EDGE / WIDTH, top / total

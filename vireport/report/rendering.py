@@ -130,26 +130,10 @@ def _offline() -> Iterator[None]:
 def render_files(
     report: Document, formats: Set[str], templates: Path | None = None, paper: str = "a4"
 ) -> dict[str, bytes]:
-    """Set a report and its figures as files, by their names.
+    """Set a report and its figures as files, by their names; `formats` are any of html, pdf, png and svg.
 
-    Typst works beside Python: at the image of a figure while the next one is drawn, at the PDF while at the page.
-
-    Parameters
-    ----------
-    report : Document
-    formats : set of str
-        Those of html, pdf, png and svg are made; others mean nothing here.
-    templates : Path, optional
-        A folder whose templates come before ours.
-    paper : str
-        A key of `PAPERS`.
-
-    Raises
-    ------
-    UsageError
-        If there is no such folder.
-    RenderError
-        Where a template fails, with the line.
+    Typst works beside Python: at the image of a figure while the next one is drawn, at the PDF while at the page. The
+    other parameters and the errors are those of `render_pdf`.
     """
     files, images = dict[str, bytes](), dict[str, Future[bytes]]()
     with _offline(), ThreadPoolExecutor(max_workers=1) as beside:
