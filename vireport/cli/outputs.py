@@ -134,20 +134,13 @@ def run_files(
     if plan.runs(*FIGURES):
         say("drawing")
         pictures = (*_pictures(study), *more)
-    if plan.runs(Task.HTML, Task.PDF):
+    if plan.runs(Task.HTML, Task.PDF, Task.PNG, Task.SVG):
         say("setting the report")
-        from vireport.report import Report, render_html, render_pdf
+        from vireport.report import Report, render_files
 
         origin = with_pages(provenance, drawn=bool(pictures))
         report = Report(study, {picture.name: picture for picture in pictures}, origin, changes, search)
-        if plan.runs(Task.HTML):
-            files["report.html"] = render_html(report, templates)
-        if plan.runs(Task.PDF):
-            files["report.pdf"] = render_pdf(report, templates, paper=paper)
-    if plan.runs(Task.PNG):
-        files |= {f"{picture.name}.png": picture.png for picture in pictures}
-    if plan.runs(Task.SVG):
-        files |= {f"{picture.name}.svg": picture.svg for picture in pictures}
+        files |= render_files(report, {task for task in NAMES if plan.runs(task)}, templates, paper)
     if plan.runs(Task.JSON):
         files["results.json"] = results_json(study, provenance)
         if study.tolerances is not None and study.tolerances.worst is not None:

@@ -16,7 +16,6 @@ from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_o
 from vireport.text import plain_text
 
 if TYPE_CHECKING:
-    from vireport.figures import Picture
     from vireport.progress import Progress
 
 FOLDER = "comparison"
@@ -82,28 +81,19 @@ def render_comparison(
     paper: str = "a4",
 ) -> dict[str, bytes]:
     """The files of a comparison by their names, in memory; only what they need is imported."""
-    provenance, files = comparison_provenance(comparison, command), {}
-    drawn: tuple[Picture, ...] = ()
+    provenance, files = comparison_provenance(comparison, command), dict[str, bytes]()
     if formats & {"html", "pdf", "png", "svg"}:
         say("drawing")
         from vireport.comparison.figures import compare_pictures
 
         drawn = compare_pictures(comparison)
-    if formats & {"html", "pdf"}:
         say("setting the report")
         from vireport.comparison.pages import ComparisonReport
-        from vireport.report import render_html, render_pdf
+        from vireport.report import render_files
 
         origin = with_pages(provenance, drawn=bool(drawn))
         report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin)
-        if "html" in formats:
-            files["report.html"] = render_html(report, templates)
-        if "pdf" in formats:
-            files["report.pdf"] = render_pdf(report, templates, paper=paper)
-    if "png" in formats:
-        files |= {f"{picture.name}.png": picture.png for picture in drawn}
-    if "svg" in formats:
-        files |= {f"{picture.name}.svg": picture.svg for picture in drawn}
+        files |= render_files(report, formats, templates, paper)
     if "json" in formats:
         files["compare.json"] = compare_json(comparison, provenance)
     if "csv" in formats:

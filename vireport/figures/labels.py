@@ -19,6 +19,7 @@ from matplotlib.transforms import IdentityTransform
 
 from vireport.figures.curves import Floats
 from vireport.figures.style import TEXT, Color, Look
+from vireport.figures.vector import text_size
 
 CELL = 2.5
 """Side of a cell: about the width of a curve."""
@@ -153,10 +154,8 @@ class _Panel:
 
 def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None:
     """Write one label next to one of its points, and record it; `others` are the points of other labels."""
-    canvas: Any = panel.axes.figure.canvas
-    font = FontProperties(size=label.size)
-    width, height, descent = canvas.get_renderer().get_text_width_height_descent(label.text, font, False)
-    half = np.array([width, height - descent]) * panel.scale / 2
+    width, height, descent = text_size(label.text, FontProperties(size=label.size))
+    half = np.array([width, height - descent]) / 2
     distance = np.array(REACH)[:, None, None] + (np.abs(DIRECTIONS) @ half)[None, :, None]
     offsets = (distance * DIRECTIONS).reshape(-1, 2)
     centres = (anchors[:, None, :] + offsets).reshape(-1, 2)

@@ -1,6 +1,6 @@
 """What all figures are built from: panels in rows and columns, a heading with legends, ticks, the axis of a sweep.
 
-Matplotlib's constrained layout places everything; labels are written once it is final.
+Matplotlib's tight layout places the panels; the heading is put over them, and labels are written once that is final.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from matplotlib.transforms import ScaledTranslation
 from vireport.analysis import Sweep
 from vireport.figures.curves import Floats
 from vireport.figures.labels import Label, write_labels
-from vireport.figures.style import SMALL, TEXT, WIDTH, Look, NotebookFigure
+from vireport.figures.style import DPI, SMALL, TEXT, WIDTH, Look, NotebookFigure
+from vireport.figures.vector import PER_INCH, LayoutCanvas
 from vireport.scenario import Parameter
 from vireport.text import MINUS, PREFIXES, TIMES, significant
 
@@ -32,6 +33,9 @@ Entry = tuple[str, Look]
 
 EDGE, LINE_GAP = 0.07, 0.06
 """Room at the edges of a figure, and between the lines of its heading [in]."""
+
+PADS: dict[str, Any] = {"pad": 0.05 * PER_INCH / TEXT, "h_pad": 0.06 * PER_INCH / TEXT, "w_pad": 0.1 * PER_INCH / TEXT}
+"""Room around all panels, and between them [sizes of type]."""
 
 ACROSS = 5.75
 """Width of a panel, or of the panels beside one another, for the choice of ticks [in]."""
@@ -63,8 +67,8 @@ LEAST_RANGE = 1e-6
 
 def blank(rows: int, columns: int = 1, **shared: Any) -> tuple[Figure, Any]:
     """A figure with an array of empty panels; `shared` are arguments of `Figure.subplots`."""
-    figure = NotebookFigure(figsize=(WIDTH, WIDTH), layout="constrained", facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = NotebookFigure(figsize=(WIDTH, WIDTH), dpi=PER_INCH, facecolor="white")
+    LayoutCanvas(figure)
     return figure, figure.subplots(rows, columns, squeeze=False, **shared)
 
 
@@ -92,7 +96,11 @@ def finished(
     heading += [_legend(figure, entries) for entries in legends if entries]
     heights = [item.get_window_extent().height / figure.dpi for item in heading]
     total = height + sum(heights) + LINE_GAP * (len(heights) + 1)
+    figure.set_figheight(height)
+    figure.tight_layout(**PADS)
+    under, share = figure.subplotpars, height / total
     figure.set_figheight(total)
+    figure.subplots_adjust(top=share * under.top, bottom=share * under.bottom)
     top = total - LINE_GAP
     for item, own in zip(heading, heights, strict=True):
         place = EDGE / WIDTH, top / total
@@ -101,12 +109,10 @@ def finished(
         else:
             item.set(position=place)
         top -= own + LINE_GAP
-    layout: Any = figure.get_layout_engine()
-    layout.set(rect=(0, 0, 1, top / total))
-    layout.execute(figure)
-    figure.set_layout_engine("none")
     for axes, texts in labels:
         write_labels(axes, texts)
+    FigureCanvasAgg(figure)
+    figure.dpi = DPI
     return figure
 
 

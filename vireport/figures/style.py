@@ -16,9 +16,10 @@ from zlib import crc32
 
 import matplotlib
 import typst
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+
+from vireport.figures.vector import drawing
 
 Look = dict[str, Any]
 """Properties of a line or of markers, as `matplotlib.lines.Line2D` takes them."""
@@ -77,10 +78,6 @@ STYLE: dict[Any, Any] = {
     "font.size": TEXT,
     "text.hinting": "none",
     "figure.dpi": DPI,
-    "figure.constrained_layout.h_pad": 0.03,
-    "figure.constrained_layout.w_pad": 0.05,
-    "figure.constrained_layout.hspace": 0.0,
-    "figure.constrained_layout.wspace": 0.0,
     "axes.linewidth": 0.7,
     "axes.titlesize": SMALL,
     "axes.titlepad": 4.0,
@@ -140,12 +137,6 @@ def png_of(figure: Figure) -> bytes:
 SVG_FONTS = "DejaVu Sans, Libertinus Serif, sans-serif"
 """Of the texts in an SVG file: the one they were laid out in, and the narrower one of the PDF report."""
 
-_HEAD = re.compile(r'.*?viewBox="0 0 (?P<width>[\d.]+) (?P<height>[\d.]+)".*?</defs>\s*', re.DOTALL)
-"""What Matplotlib writes before the drawing."""
-
-_NEEDLESS = re.compile(r"""(?<=<g) id="[^"]*"| font-family: 'DejaVu Sans';| transform="rotate\(-0 [^"]*\)\"""")
-"""Identifiers that nothing refers to, which would be the same in every figure of a page, and what says nothing."""
-
 _PAGE = f"""
 #let inputs = sys.inputs
 #let side(pixels) = int(pixels) * 1in / {DPI}
@@ -164,22 +155,6 @@ _PNG_DENSITY += pack(">I", crc32(_PNG_DENSITY[4:]))
 _LINK = re.compile(r"</?a\b[^>]*>")
 _COLOR = re.compile(r"#[0-9a-f]{6}\b")
 _NAMES = {value.lower(): name.lower() for name, value in vars(Color).items() if name.isupper()}
-
-
-def _drawing(figure: Figure, name: str) -> tuple[str, str]:
-    """The view box of a figure, and its drawing as elements of SVG; `name` makes its identifiers its own."""
-    file, before, dpi = BytesIO(), figure.canvas, figure.dpi
-    canvas: Any = FigureCanvasSVG(figure)
-    with style(), matplotlib.rc_context({"svg.hashsalt": name}):
-        canvas.print_svg(file, metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
-    figure.set_canvas(before)
-    figure.dpi = dpi
-    text = file.getvalue().decode().replace("xlink:href", "href")
-    head = _HEAD.match(text)
-    if head is None:
-        raise ValueError("Matplotlib wrote an SVG file without a head that is known")
-    drawing = _NEEDLESS.sub("", text[head.end() :].removesuffix("</svg>\n"))
-    return f"0 0 {head['width']} {head['height']}", re.sub(r"\n\s*", "\n", drawing)
 
 
 @cache
@@ -238,7 +213,8 @@ class Picture:
 
     @cached_property
     def _elements(self) -> tuple[str, str]:
-        return _drawing(self.figure, self.name)
+        with style(), matplotlib.rc_context({"svg.hashsalt": self.name}):
+            return drawing(self.figure)
 
     @property
     def svg(self) -> bytes:

@@ -4,7 +4,7 @@ from vireport.report.carried import Carried, read_carried
 from vireport.report.certificates import certify_text
 from vireport.report.ci_formats import github, junit
 from vireport.report.context import Report
-from vireport.report.rendering import render_html, render_markdown, render_pdf
+from vireport.report.rendering import render_files, render_html, render_markdown, render_pdf
 
 __all__ = [
     "Carried",
@@ -13,6 +13,7 @@ __all__ = [
     "github",
     "junit",
     "read_carried",
+    "render_files",
     "render_html",
     "render_markdown",
     "render_pdf",

@@ -9,22 +9,27 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+import sys
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Set
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from functools import cache, lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
+import jinja2
 import typst
 from jinja2 import (
     Environment,
+    FileSystemBytecodeCache,
     FileSystemLoader,
     StrictUndefined,
     TemplateError,
     TemplateNotFound,
     TemplateSyntaxError,
 )
+from jinja2.bccache import Bucket
 
 from vireport.errors import UsageError, VireportError
 from vireport.gate import range_text
@@ -59,7 +64,7 @@ OFFLINE = dict.fromkeys(("ALL_PROXY", "all_proxy", "HTTPS_PROXY", "https_proxy")
 OFFLINE |= {"NO_PROXY": "", "no_proxy": ""}
 """Environment in which Typst, which would download packages that a template names, reaches no network."""
 
-_UNUSUAL = re.compile("[^\\x00-\u04ff\u1e00-\u22ff]")
+_UNUSUAL = re.compile("[^\\x00-\u04ff\u1e00-\u22ff✓✗⟨⟩]")
 """Characters of which it is not known beforehand that the fonts of the PDF have them."""
 
 _MATHS = re.compile(r"<math.*?</math>", re.DOTALL)
@@ -107,6 +112,48 @@ class Source(str):
     """Typst source, as opposed to text."""
 
 
+@contextmanager
+def _offline() -> Iterator[None]:
+    """Keep the network out of reach for as long as Typst is at work."""
+    before = {name: os.environ.get(name) for name in OFFLINE}
+    os.environ.update(OFFLINE)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def render_files(
+    report: Document, formats: Set[str], templates: Path | None = None, paper: str = "a4"
+) -> dict[str, bytes]:
+    """Set a report and its figures as files, by their names; `formats` are any of html, pdf, png and svg.
+
+    Typst works beside Python: at the image of a figure while the next one is drawn, at the PDF while at the page. The
+    other parameters and the errors are those of `render_pdf`.
+    """
+    files, images = dict[str, bytes](), dict[str, Future[bytes]]()
+    with _offline(), ThreadPoolExecutor(max_workers=1) as beside:
+        # Matplotlib is made for one thread, which is this one.
+        drawings = {}
+        for name, picture in report.pictures.items():
+            drawings[f"{name}.svg"] = picture.svg
+            if "png" in formats:
+                images[f"{name}.png"] = beside.submit(getattr, picture, "png")
+        source = _fill(report, templates) if formats & {"html", "pdf"} else ""
+        pdf = beside.submit(_compiled, report, source, "pdf", paper=PAPERS[paper]) if "pdf" in formats else None
+        if "html" in formats:
+            files["report.html"] = _page(report, source)
+        if pdf is not None:
+            files["report.pdf"] = pdf.result()
+        files |= {name: image.result() for name, image in images.items()}
+    return files | (drawings if "svg" in formats else {})
+
+
+@_offline()
 def render_html(report: Document, templates: Path | None = None) -> bytes:
     """Set a report as one HTML file that needs nothing else.
 
@@ -123,13 +170,18 @@ def render_html(report: Document, templates: Path | None = None) -> bytes:
     RenderError
         Where a template fails, with the line.
     """
+    return _page(report, _fill(report, templates))
+
+
+def _page(report: Document, source: str) -> bytes:
     from vireport.figures import in_page
 
-    page = _compiled(report, _fill(report, templates), "html").decode("utf-8")
+    page = _compiled(report, source, "html").decode("utf-8")
     page = _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page)
     return in_page(page, report.pictures.values(), report.live, TEMPLATES).encode("utf-8")
 
 
+@_offline()
 def render_markdown(report: Document, templates: Path | None = None) -> bytes:
     """Set a summary as Markdown, for a pull request or the page of a job; its parameters are those of `render_html`."""
     from vireport.report.markdown import as_markdown
@@ -137,6 +189,7 @@ def render_markdown(report: Document, templates: Path | None = None) -> bytes:
     return as_markdown(_compiled(report, _fill(report, templates), "html").decode("utf-8")).encode("utf-8")
 
 
+@_offline()
 def render_pdf(
     report: Document, templates: Path | None = None, standards: Iterable[str] = (), paper: str = "a4"
 ) -> bytes:
@@ -169,7 +222,7 @@ def _compiled(
     unusual = "".join(sorted(set(_UNUSUAL.findall(source)))) if output == "pdf" else ""
     lacking = "".join(f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual))
     inputs = {"output": output, "lacking": lacking, "paper": paper}
-    with _offline(), TemporaryDirectory(prefix="vireport-") as root:
+    with TemporaryDirectory(prefix="vireport-") as root:
         for picture in report.pictures.values():
             (Path(root) / f"{picture.name}.svg").write_bytes(picture.svg)
         compiler = typst.Compiler(root=root, ignore_system_fonts=True, sys_inputs=inputs)
@@ -201,21 +254,6 @@ def _not_in_fonts(letters: str) -> list[str]:
     except typst.TypstError as error:
         return [letter for letter in letters if f'the text `"{letter}"`' in error.diagnostic]
     return []
-
-
-@contextmanager
-def _offline() -> Iterator[None]:
-    """Keep the network out of reach for as long as Typst is at work."""
-    before = {name: os.environ.get(name) for name in OFFLINE}
-    os.environ.update(OFFLINE)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def string(text: str) -> Source:
@@ -297,6 +335,7 @@ def _environment(templates: Path | None) -> Environment:
     environment = Environment(
         loader=_Templates(folders),
         undefined=StrictUndefined,
+        bytecode_cache=_Bytecode(str(TEMPLATES / "__pycache__")) if templates is None else None,
         optimized=False,  # no template is rendered so often that it pays
         finalize=_literal,
         trim_blocks=True,
@@ -305,6 +344,23 @@ def _environment(templates: Path | None) -> Environment:
     )
     environment.filters |= FILTERS
     return environment
+
+
+class _Bytecode(FileSystemBytecodeCache):
+    """What our templates are compiled to, kept beside them where and when Python keeps its own bytecode.
+
+    It is valid for the source of a template, for Jinja as it is installed, and for this module, with the environment.
+    """
+
+    def get_source_checksum(self, source: str) -> str:
+        compilers = (str(os.stat(file).st_mtime_ns) for file in (jinja2.__file__, __file__))
+        return super().get_source_checksum("".join((source, *compilers)))
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        if not sys.dont_write_bytecode:
+            with suppress(OSError):
+                os.makedirs(self.directory, exist_ok=True)
+                super().dump_bytecode(bucket)
 
 
 class _Templates(FileSystemLoader):

@@ -1,0 +1,83 @@
+"""A figure as a drawing in SVG, and the sizes of texts: each is measured once for all figures, laid out and drawn."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from io import StringIO
+from typing import Any, Literal
+
+from matplotlib.backend_bases import FigureCanvasBase, RendererBase
+from matplotlib.backends.backend_svg import RendererSVG
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.textpath import text_to_path
+
+PER_INCH = 72
+"""Points, in which figures are laid out and drawn."""
+
+_HEAD = re.compile(r'.*?viewBox="0 0 (?P<width>[\d.]+) (?P<height>[\d.]+)".*?</defs>\s*', re.DOTALL)
+"""What Matplotlib writes before the drawing."""
+
+_NEEDLESS = re.compile(r"""(?<=<g) id="[^"]*"| font-family: 'DejaVu Sans';| transform="rotate\(-0 [^"]*\)\"""")
+"""Identifiers that nothing refers to, which would be the same in every figure of a page, and what says nothing."""
+
+
+@lru_cache(4096)
+def text_size(text: str, font: FontProperties, mathematics: bool = False) -> tuple[float, float, float]:
+    """Width, height and descent of a text [pt], in a font that nobody changes any more."""
+    width, height, descent = text_to_path.get_text_width_height_descent(text, font, mathematics)
+    return width, height, descent
+
+
+@lru_cache(4096)
+def _line_size(font: FontProperties) -> tuple[float, float, float]:
+    """Ascent, descent and gap of the lines of a font [pt]."""
+    file: Any = get_font(findfont(font))
+    metrics, scale = file.get_sfnt_table("OS/2"), font.get_size_in_points() / file.units_per_EM
+    return metrics["sTypoAscender"] * scale, -metrics["sTypoDescender"] * scale, metrics["sTypoLineGap"] * scale
+
+
+class _Ruler(RendererBase):
+    """What measures texts, and draws nothing."""
+
+    def get_text_width_height_descent(
+        self, s: str, prop: FontProperties, ismath: bool | Literal["TeX"]
+    ) -> tuple[float, float, float]:
+        return text_size(s, prop, bool(ismath))
+
+    # Without this method, which is not public, Matplotlib reads the font file at each of the thousand times that a
+    # report's texts are laid out.
+    def _get_font_height_metrics(self, prop: FontProperties) -> tuple[float, float, float]:
+        return _line_size(prop.copy())
+
+
+class _Drawing(_Ruler, RendererSVG):
+    """What draws in SVG."""
+
+
+class LayoutCanvas(FigureCanvasBase):
+    """The canvas of a figure for as long as it is laid out, in points."""
+
+    _ruler = _Ruler()
+
+    def get_renderer(self) -> RendererBase:
+        """What measures the texts."""
+        return self._ruler
+
+
+def drawing(figure: Figure) -> tuple[str, str]:
+    """The view box of a figure, and its drawing as elements of SVG, the same in every run."""
+    file, dpi = StringIO(), figure.dpi
+    figure.dpi = PER_INCH
+    nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    renderer: Any = _Drawing(*figure.bbox.size, file, image_dpi=dpi, metadata=nothing)  # type: ignore[no-untyped-call]
+    figure.draw(renderer)
+    renderer.finalize()
+    figure.dpi = dpi
+    text = file.getvalue().replace("xlink:href", "href")
+    head = _HEAD.match(text)
+    if head is None:
+        raise ValueError("Matplotlib wrote an SVG file without a head that is known")
+    elements = _NEEDLESS.sub("", text[head.end() :].removesuffix("</svg>\n"))
+    return f"0 0 {head['width']} {head['height']}", re.sub(r"\n\s*", "\n", elements)
