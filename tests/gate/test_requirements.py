@@ -25,9 +25,9 @@ from vireport.report import Report, github, junit, render_html, render_markdown
 from vireport.scenario import Requirements
 from vireport.scenario.document import read
 from vireport.simulation import attractors, random_starts
+from vireport.study import results
 from vireport.study.plan import ALL_FORMATS, FORMATS, Task, plan
 from vireport.study.provenance import provenance_of
-from vireport.study.results import results
 
 ROOT = Path(__file__).resolve().parents[2]
 CI = ROOT / "examples" / "ci"

@@ -63,7 +63,7 @@ def test_results_hold_every_family_with_its_ends_and_voltages(study):
 
 
 def test_the_table_of_families_has_a_row_for_each_impact(study):
-    rows = list(csv.DictReader(families_csv(study).decode().splitlines()))
+    rows = list(csv.DictReader(families_csv(study.atlas, study.solution.membrane).decode().splitlines()))
     assert len(rows) == sum(family.velocity.size for family in study.atlas.families)
     (family,) = [f for f in study.atlas.families if f.sequence.word == "BBT" and f.stable_runs]
     mine = [row for row in rows if row["family"] == str(family.number)]
