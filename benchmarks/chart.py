@@ -24,10 +24,10 @@ from record import record
 from scipy.optimize import root
 
 from vireport import load
-from vireport.charts.window import plane_of
 from vireport.physics import FLOATS
 from vireport.sequences import Chart, FollowedLocus, Limits, Plane, chart
 from vireport.simulation import attractors, random_starts, start_speed
+from vireport.sweep.plane import plane_of
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "examples" / "inclined.yaml"
 PLANES = (

@@ -466,9 +466,9 @@ def chart(
     """Draw where motions are stable over two inputs, and the exact curves along which they change."""
     _refuse_files_beside_json(json, "chart", output, None)
     loaded = _loaded(scenario, set_)
-    from vireport import charts
     from vireport.files import require_writable
     from vireport.study import provenance_of
+    from vireport.sweep import chart_of, charts
 
     options = (("--over", [over]), ("--json", json), ("--set", set_))
     provenance = provenance_of(loaded, _command("chart", [scenario], *options))
@@ -476,7 +476,7 @@ def chart(
     if not json:
         require_writable(folder, charts.NAMES)
     with progress(quiet) as say:
-        result = charts.chart_of(loaded, over, say)
+        result = chart_of(loaded, over, say)
         files = {} if json else charts.files(result, provenance)
     printed: str | bytes = charts.chart_json(result, provenance) if json else "" if quiet else charts.text(result)
     deliver(Outcome(printed, files, stale=charts.NAMES), folder, quiet)
