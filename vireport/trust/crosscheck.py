@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +29,7 @@ from vireport.simulation import (
     random_starts,
     start_of,
     start_speed,
+    wilson,
 )
 from vireport.simulation import Portrait as Portrait
 from vireport.trust.hysteresis import Hysteresis, follow_sweep
@@ -44,9 +44,6 @@ ASIDE = 1e-6
 
 SEED = 20190301
 """Of the starting states: a value of the swept parameter has its own, and they are the same in every run."""
-
-NORMAL_95 = 1.959963984540054
-"""Quantile of the normal distribution for a two-sided interval of 95 %."""
 
 REACHED = 1e-6
 """Distance, in phase [rad] and velocity [y_c], up to which a simulated cycle is one of the analytic orbits."""
@@ -178,14 +175,6 @@ class CrossCheck:
         number that reach it varies no more than a binomial one, and the interval holds the mean at least as often.
         """
         return wilson(self.reached, self.trials) if self.trials else None
-
-
-def wilson(hits: int, trials: int) -> tuple[float, float, float]:
-    """Share of hits, and the ends of its 95 % confidence interval, by Wilson's score."""
-    share, z2 = hits / trials, NORMAL_95**2
-    centre = (share + z2 / (2 * trials)) / (1 + z2 / trials)
-    half = NORMAL_95 * sqrt(share * (1 - share) / trials + z2 / (4 * trials**2)) / (1 + z2 / trials)
-    return share, max(centre - half, 0.0) if hits else 0.0, min(centre + half, 1.0) if hits < trials else 1.0
 
 
 def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None = None, seed: int = SEED) -> CrossCheck:
