@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.analysis import CriticalKind, DesignPoint
 from vireport.errors import UsageError
+from vireport.gate import MARGINS
 from vireport.physics import Conversion, Device, Membrane, Voltages, magnitude
 from vireport.scenario import Design, DesignInput, DesignPath, Loaded, Objective, loads, to_dict
 from vireport.study import Study, Task, analyse, device_of, membrane_of
@@ -37,13 +38,6 @@ LIMITS = {
     "force_at_most_n": (FORCE, False),
 }
 """Requirements that every cell of a grid is judged by: their quantity, and whether it is to be at least the limit."""
-
-MARGINS = {
-    "margin_period_doubling_percent": (CriticalKind.PERIOD_DOUBLING,),
-    "margin_grazing_percent": (CriticalKind.GRAZING,),
-    "margin_any_percent": tuple(CriticalKind),
-}
-"""Requirements on margins, and the kinds of critical point that they are to; that to any kind is the last."""
 
 NEEDED = {
     "sweep": ("stable_from", "u_ave_difference_at_most_v", "word", "words"),
@@ -182,7 +176,7 @@ def problem_of(loaded: Loaded) -> Problem:
         name = loaded.document.name
         raise UsageError(f"{name}: has no design block (give one: what may vary, and what to maximise)")
     given = {} if scenario.requirements is None else to_dict(scenario.requirements)
-    margins = tuple((kinds, given[key] / 100) for key, kinds in MARGINS.items() if given.get(key) is not None)
+    margins = tuple((kinds, given[key] / 100) for key, (_, kinds) in MARGINS.items() if given.get(key) is not None)
     limits = tuple((*of, given[key]) for key, of in LIMITS.items() if given.get(key) is not None)
     proved = scenario.tolerances is not None and given.get("yield_at_least_percent") in (None, 100)
     return Problem(loaded, scenario.design, margins, limits, float(proved))
