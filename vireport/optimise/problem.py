@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vireport.analysis import CriticalKind, DesignPoint
 from vireport.errors import UsageError
 from vireport.gate import MARGINS
-from vireport.physics import Conversion, Device, Membrane, Voltages, magnitude
+from vireport.physics import Conversion, Device, Membrane, Voltages, conversion, magnitude, voltages
 from vireport.scenario import Design, DesignInput, DesignPath, Loaded, Objective, loads, to_dict
 from vireport.study import Study, Task, analyse, device_of, membrane_of
 
@@ -197,9 +197,27 @@ def quantities(
     return columns
 
 
-def smallest_margin(design: DesignPoint, kinds: tuple[CriticalKind, ...] = ()) -> float:
+def of_impacts(
+    bottom: Floats, top: Floats, gap: Floats, unit: Any, membrane: Membrane | None, r: Any, period_s: Any
+) -> dict[str, Floats]:
+    """The `quantities` of impacts with dimensionless velocities, `unit` [m/s], and the field over its limit [%].
+
+    All may be arrays, and numbers of the membrane too.
+    """
+    if membrane is None:
+        return quantities(bottom, gap, None, None, period_s)
+    speeds = unit * bottom, unit * top
+    volts, dielectric = voltages(*speeds, membrane), membrane.dielectric
+    if dielectric is None:
+        return quantities(bottom, gap, volts, None, period_s)
+    converted = conversion((volts.bottom_v, volts.top_v), speeds, membrane, dielectric, r, period_s)
+    columns = quantities(bottom, gap, volts, converted, period_s)
+    return columns | {FIELD: 100 * converted.field_v_m / dielectric.breakdown_field_v_m}
+
+
+def smallest_margin(design: DesignPoint) -> float:
     """Least relative distance to an end of stable motion; infinite where it ends in no input."""
-    return min((abs(one.relative) for one in design.endings(*kinds) if one.relative is not None), default=np.inf)
+    return min((abs(one.relative) for one in design.endings() if one.relative is not None), default=np.inf)
 
 
 def design_input(path: DesignPath) -> DesignInput | None:
