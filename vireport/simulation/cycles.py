@@ -11,7 +11,7 @@ from math import exp, inf, log, nan, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import flight
+from vireport.physics import flight, wrapped
 from vireport.simulation.events import as_start, follow_one
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
 
@@ -73,16 +73,6 @@ class Cycle:
     riding: Array
     residual: float
     multipliers: tuple[complex, complex]
-
-    @property
-    def bottoms(self) -> int:
-        """Bottom impacts in a period; a chatter counts as one."""
-        return self.word.count("B")
-
-    @property
-    def tops(self) -> int:
-        """Top impacts in a period; a chatter counts as one."""
-        return self.word.count("T")
 
     @property
     def sticks(self) -> bool:
@@ -216,7 +206,7 @@ def refine(model: Array, rows: Array, length: int) -> Cycle | None:
         held = lap[:, SETTLING].any() or lap[:, RIDING].any()
         if summary[0] < length or held or not np.array_equal(lap[:, WALL], word) or word[0] != word[-1]:
             break
-        gap = np.array([_wrap(lap[-1, PHASE] - lap[0, PHASE]), lap[-1, VELOCITY] - lap[0, VELOCITY]])
+        gap = np.array([wrapped(lap[-1, PHASE] - lap[0, PHASE]), lap[-1, VELOCITY] - lap[0, VELOCITY]])
         matrix, scale = product(jacobians(model, lap[:-1], lap[1:]))
         matrix = matrix * exp(min(scale, STEEPEST))
         residual = float(np.abs(gap).max())
@@ -336,14 +326,8 @@ def _divisor(lap: Array) -> int:
 
 def separation(phase: Array, velocity: Array) -> Array:
     """The larger of two differences, of phases [rad] around the circle and of velocities."""
-    apart: Array = np.maximum(np.abs(_wrap(phase)), np.abs(velocity))
+    apart: Array = np.maximum(np.abs(wrapped(phase)), np.abs(velocity))
     return apart
-
-
-def _wrap(phase: Array) -> Array:
-    """Phase difference in [-pi, pi)."""
-    wrapped: Array = (phase + pi) % TURN - pi
-    return wrapped
 
 
 def _lag(x: Array) -> Array:

@@ -22,7 +22,7 @@ from vireport.analysis import (
     around_length,
     design_point,
 )
-from vireport.physics import Membrane, voltages
+from vireport.physics import Membrane, voltages, wrapped
 from vireport.trust.flights import Model
 
 if TYPE_CHECKING:
@@ -263,7 +263,7 @@ def _sweep_through(solution: Solution, design: DesignPoint) -> Sweep:
 
 def _distance_to_next(motions: Motions, row: int) -> float:
     """Distance of a motion to the nearest other one, in phase [rad] and velocity [y_c]."""
-    turned = (motions.phi_bottom - motions.phi_bottom[row] + np.pi) % (2 * np.pi) - np.pi
+    turned = wrapped(motions.phi_bottom - motions.phi_bottom[row])
     distance = np.maximum(np.abs(turned), np.abs(motions.velocity_bottom - motions.velocity_bottom[row]))
     return float(np.min(np.delete(distance, row), initial=np.inf))
 

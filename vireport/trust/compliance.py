@@ -17,7 +17,7 @@ import numpy as np
 
 from vireport.analysis import CriticalKind, CriticalPoint, Solution
 from vireport.errors import NumericalError
-from vireport.physics import Device, Membrane, contacts, deflection, generated_voltage, law_of
+from vireport.physics import Device, Membrane, contacts, deflection, generated_voltage, law_of, wrapped
 from vireport.scenario import Parameter
 from vireport.trust.benchmark import stable_motion
 from vireport.trust.compliant import CompliantModel, CompliantOrbit, compliant_model, find_critical, find_orbit
@@ -418,7 +418,7 @@ def _convergence(rigid: Rigid, critical: CriticalPoint | None, rungs: Sequence[R
 
 def _shift(value: float, rigid: float, phase: bool = False) -> float:
     """Relative shift from the rigid value; of phases the difference [rad], in [-pi, pi)."""
-    return float((value - rigid + np.pi) % (2 * np.pi) - np.pi) if phase else value / rigid - 1
+    return float(wrapped(value - rigid)) if phase else value / rigid - 1
 
 
 def _volts(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel, membrane: Membrane) -> Volts:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import BifurcationDiagram, Motions, Solution, find_motions, motions_of
-from vireport.physics import Device
+from vireport.physics import Device, wrapped
 from vireport.scenario import Direction, Parameter, Simulation
 from vireport.simulation import (
     BOTTOM,
@@ -316,5 +316,4 @@ def difference(attractor: Attractor, motions: Motions, i: int) -> tuple[float, f
     bottom, top = int(np.argmax(cycle.wall == BOTTOM)), int(np.argmax(cycle.wall != BOTTOM))
     velocities = [cycle.velocity[bottom] - motions.velocity_bottom[i], cycle.velocity[top] - motions.velocity_top[i]]
     phases = [cycle.phase[bottom] - motions.phi_bottom[i], cycle.phase[top] - motions.phi_top[i]]
-    around = [abs((p + np.pi) % (2 * np.pi) - np.pi) for p in phases]
-    return float(max(map(abs, velocities))), float(max(around))
+    return float(max(map(abs, velocities))), float(max(abs(wrapped(phase)) for phase in phases))
