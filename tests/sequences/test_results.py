@@ -12,7 +12,7 @@ from vireport import analyse, loads
 from vireport.errors import ScenarioError, UsageError
 from vireport.physics import generated_voltage
 from vireport.sequences import Limits, families_of, generation, ladder, portrait_of
-from vireport.study import families_csv, json_bytes
+from vireport.study import families_csv
 
 TEXT = """\
 schema_version: 1
@@ -30,7 +30,7 @@ def study():
 
 
 def test_results_hold_every_family_with_its_ends_and_voltages(study):
-    data = json.loads(json_bytes(study.to_dict()))
+    data = json.loads(json.dumps(study.to_dict()))
     families = {family["number"]: family for family in data["families"]}
     assert {family["word"] for family in families.values()} >= {"BT", "BBT"}
     for family in families.values():
@@ -109,7 +109,7 @@ def test_motions_at_a_value_are_found_with_their_families(study):
 
 def test_motions_are_found_again_from_results(study):
     sweep = study.atlas.sweep
-    families = families_of(json.loads(json_bytes(study.to_dict())), sweep)
+    families = families_of(json.loads(json.dumps(study.to_dict())), sweep)
     coordinate = float(sweep.coordinate_of(0.3))
     again = [motion for family in families for motion in family.at(coordinate)]
     for (_, motion), other in zip(study.atlas.at(0.3), again, strict=True):

@@ -299,7 +299,7 @@ def test_many_attractors_are_those_found_one_by_one() -> None:
 def test_a_diagram_shows_cycles_once_and_names_them() -> None:
     d = np.array([0.2545, 0.4604, 0.06])
     g = [CHAOS[1], INCLINED, INCLINED]
-    shown = diagram(d, g, 0.5, STARTS, keep=64)
+    shown = diagram(d, g, 0.5, STARTS)
     names = [{shown.labels[k] for k in shown.label[shown.index == i]} for i in range(3)]
     assert names == [{Outcome.APERIODIC.value}, {"BT"}, {"B~T"}]
     assert (shown.index == 0).sum() == 64 * len(STARTS)

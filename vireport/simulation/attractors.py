@@ -8,7 +8,7 @@ periods.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from math import ceil, inf, log, nan
@@ -38,6 +38,8 @@ SLOWER = 0.9
 BESIDE = 1e-5
 # After a flight longer than this [t_c] rounding leaves less than three digits of the forcing phase.
 LONGEST_FLIGHT = 1e12
+# Impacts drawn of a motion that is not periodic, and impacts until a slow approach to a cycle is given up.
+DRAWN, BUDGET = 64, 200_000
 # Relative change of velocity that takes a start off an orbit that repels.
 NUDGE = 1e-6
 
@@ -126,7 +128,7 @@ class Diagram:
     labels: tuple[str | Outcome, ...]
 
 
-def find_attractor(d: float, gbar: float, r: float, start: Start, budget: int = 200_000) -> Attractor:
+def find_attractor(d: float, gbar: float, r: float, start: Start, budget: int = BUDGET) -> Attractor:
     """Attractor that one start leads to.
 
     Parameters
@@ -167,49 +169,29 @@ def attractors(
     workers : int, optional
         Threads; the number of processors by default. The result does not depend on it.
     """
-    model = check_model(d, gbar, r)
-    rows, summary = _many(model, starts, impacts, cycles.MAX_IMPACTS + 1, workers)
-    reached = []
-    for i in range(len(model)):
-        known: list[Cycle] = []
-        reached.append(
-            tuple(
-                search(model[i], _happened(rows[i, j], summary[i, j]), summary[i, j], (budget, budget), known)[0]
-                for j in range(rows.shape[1])
-            )
-        )
-    return reached
+    found = _reached(check_model(d, gbar, r), starts, impacts, cycles.MAX_IMPACTS + 1, (budget, budget), workers)
+    return [tuple(attractor for attractor, _ in ends) for ends in found]
 
 
 def diagram(
-    d: ArrayLike,
-    gbar: ArrayLike,
-    r: ArrayLike,
-    starts: Sequence[Start] | Array,
-    impacts: int = 1000,
-    budget: int = 200_000,
-    keep: int = 64,
-    workers: int | None = None,
+    d: ArrayLike, gbar: ArrayLike, r: ArrayLike, starts: Sequence[Start] | Array, impacts: int = 1000
 ) -> Diagram:
     """Bifurcation diagram from simulation alone, each impact labelled by the word of its motion.
 
-    Cycles are drawn once; of motions that are not periodic the last `keep` impacts are. Parameters are those
-    of `attractors`, but the budget is for slow approaches to a cycle only.
+    Cycles are drawn once; of motions that are not periodic the last `DRAWN` impacts are. Parameters are those of
+    `attractors`; slow approaches to a cycle may take `BUDGET` impacts.
     """
-    model = check_model(d, gbar, r)
-    rows, summary = _many(model, starts, impacts, max(keep, cycles.MAX_IMPACTS + 1), workers)
     labels: dict[str | Outcome, int] = {}
     parts: list[tuple[Array, int, int]] = []
-    for i in range(len(model)):
-        known: list[Cycle] = []
+    keep = max(DRAWN, cycles.MAX_IMPACTS + 1)
+    found = _reached(check_model(d, gbar, r), starts, impacts, keep, (impacts, BUDGET))
+    for i, ends in enumerate(found):
         drawn: set[int] = set()
-        for j in range(rows.shape[1]):
-            own = _happened(rows[i, j], summary[i, j])
-            attractor, _ = search(model[i], own, summary[i, j], (impacts, budget), known)
+        for attractor, rows in ends:
             label = labels.setdefault(attractor.word or attractor.outcome, len(labels))
             cycle = attractor.cycle
             if cycle is None and attractor.outcome is Outcome.APERIODIC:
-                parts.append((own[-keep:][:, [WALL, PHASE, VELOCITY]], i, label))
+                parts.append((rows[-DRAWN:][:, [WALL, PHASE, VELOCITY]], i, label))
             elif cycle is not None and id(cycle) not in drawn:
                 drawn.add(id(cycle))
                 parts.append((np.column_stack([cycle.wall, cycle.phase, cycle.velocity]), i, label))
@@ -287,17 +269,23 @@ def _remembered(cycle: Cycle, known: list[Cycle]) -> Cycle:
     return cycle
 
 
-def _many(
-    model: Array, starts: Sequence[Start] | Array, impacts: int, keep: int, workers: int | None
-) -> tuple[Array, Array]:
-    """Every start at every parameter: rows (n, m, k, 6) and summary (n, m, 3)."""
+def _reached(
+    model: Array,
+    starts: Sequence[Start] | Array,
+    impacts: int,
+    keep: int,
+    limits: tuple[int, int],
+    workers: int | None = None,
+) -> Iterator[list[tuple[Attractor, Array]]]:
+    """For each parameter, what each start leads to by `search`, and of its first impacts the last ones."""
     first = start_rows(starts, model[:, 0])
     n, m = first.shape[:2]
     cores = (os.cpu_count() or 1) if workers is None else workers
     rows, summary = follow(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
-    return rows.reshape(n, m, -1, rows.shape[-1]), summary.reshape(n, m, 3)
-
-
-def _happened(rows: Array, summary: Array) -> Array:
-    """Rows without the places before the start."""
-    return rows[max(0, len(rows) - int(summary[0]) - 1) :]
+    for i in range(n):
+        known: list[Cycle] = []
+        ends = []
+        for k in range(i * m, (i + 1) * m):
+            happened = rows[k, max(0, rows.shape[1] - int(summary[k, 0]) - 1) :]
+            ends.append((search(model[i], happened, summary[k], limits, known)[0], happened))
+        yield ends

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.simulation.attractors import BLOCK, KEPT, Attractor, Outcome, search
+from vireport.simulation.attractors import BLOCK, BUDGET, KEPT, Attractor, Outcome, search
 from vireport.simulation.cycles import separation
 from vireport.simulation.events import BOTTOM, Impact, as_start, check_model, check_start, follow_one
 from vireport.simulation.kernel import PHASE, VELOCITY, WALL
@@ -30,9 +30,6 @@ RESOLUTION = 1e-6
 
 PATIENCE = 20
 """Times the impacts asked for, until a motion counts as not periodic: next to a fold it lingers where it was."""
-
-BUDGET = 200_000
-"""Impacts until a slow approach to a motion is given up."""
 
 MOST_STEPS = 400
 """Steps between two values, some 60 to a jump; one that is found later has the interval that is left."""

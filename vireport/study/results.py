@@ -33,6 +33,7 @@ from vireport.analysis import (
 from vireport.gate import SWEEP_END
 from vireport.physics import Conversion, Fitting, Membrane, Shaker, Voltages
 from vireport.scenario import Scenario, to_dict
+from vireport.study.provenance import Provenance
 from vireport.text import inert_cell
 
 if TYPE_CHECKING:
@@ -91,15 +92,18 @@ def families_csv(atlas: Atlas | None, membrane: Membrane | None) -> bytes:
     return csv_bytes(list(rows[0]), [list(row.values()) for row in rows])
 
 
-def json_bytes(data: Mapping[str, Any]) -> bytes:
-    """Serialise plain data as JSON, one top-level key a line; floats read back exactly.
+def json_bytes(data: Mapping[str, Any], provenance: Provenance) -> bytes:
+    """Serialise plain data as JSON, one top-level key a line: the version of the format first, the provenance last.
+
+    Floats read back exactly.
 
     Raises
     ------
     ValueError
         If a number is not finite.
     """
-    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
+    whole = {"schema_version": SCHEMA_VERSION, **data, "provenance": provenance.to_dict()}
+    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in whole.items())
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 

@@ -165,7 +165,7 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
 
 def results_json(study: Study, provenance: Provenance) -> bytes:
     """Serialise `results`."""
-    return json_bytes(results(study, provenance))
+    return json_bytes(study.to_dict(), provenance)
 
 
 def _motions_data(atlas: Atlas | None, membrane: Membrane | None) -> dict[str, Any]:

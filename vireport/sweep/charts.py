@@ -97,7 +97,6 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
     plane = chart.plane
     return json_bytes(
         {
-            "schema_version": 1,
             "inputs": [
                 {"name": one.value, "unit": one.unit, "from": float(low), "to": float(high)}
                 for one, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
@@ -113,8 +112,8 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
                 }
                 for cut in chart.cuts
             ],
-            "provenance": provenance.to_dict(),
-        }
+        },
+        provenance,
     )
 
 
