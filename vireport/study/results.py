@@ -38,7 +38,7 @@ from vireport.text import inert_cell
 
 if TYPE_CHECKING:
     from vireport.sequences import Atlas, Vertex
-    from vireport.simulation import Attractor, Course, Jump, Stage
+    from vireport.simulation import Attractor, Course, Jump
     from vireport.study.coexistence import Coexisting
     from vireport.tolerances import Failure, Tolerances
     from vireport.trust import CrossCheck, Hysteresis, MotionCount
@@ -393,14 +393,18 @@ def _follow(
         **dict.fromkeys(("up", "down")),
         **{str(way): _course(course, ending) for way, course in slowly.courses.items()},
         "loops": [
-            {"from": loop.low, "to": loop.high, "width": loop.width, "up": _kind(loop.up), "down": _kind(loop.down)}
+            {
+                "from": loop.low,
+                "to": loop.high,
+                "width": loop.width,
+                "up": _kind(loop.up.attractor),
+                "down": _kind(loop.down.attractor),
+            }
             for loop in slowly.loops
         ],
         "coexisting": [
             {
-                "outcome": one.outcome.name.lower(),
-                "word": one.word or None,
-                "period": one.period or None,
+                **_kind(one),
                 **{source: list(map(list, ranges)) for source, ranges in one.ranges.items()},
             }
             for one in coexisting
@@ -414,7 +418,7 @@ def _course(course: Course, ending: Callable[[Jump], Vertex | None]) -> dict[str
         "samples": [
             {
                 "sweep_value": stage.value,
-                **_kind(stage),
+                **_kind(stage.attractor),
                 "wall": stage.impacts[:, 0].astype(int).tolist(),
                 "phase_rad": stage.impacts[:, 1].tolist(),
                 "velocity": stage.impacts[:, 2].tolist(),
@@ -425,8 +429,8 @@ def _course(course: Course, ending: Callable[[Jump], Vertex | None]) -> dict[str
             {
                 "from": jump.before.value,
                 "to": jump.after.value,
-                "before": _kind(jump.before),
-                "after": _kind(jump.after),
+                "before": _kind(jump.before.attractor),
+                "after": _kind(jump.after.attractor),
                 "vertex": None
                 if vertex is None
                 else {"label": vertex.label, "kind": vertex.event, "sweep_value": vertex.point.sweep_value},
@@ -436,17 +440,15 @@ def _course(course: Course, ending: Callable[[Jump], Vertex | None]) -> dict[str
     }
 
 
-def _kind(stage: Stage) -> dict[str, Any]:
-    end = stage.attractor
-    return {"outcome": end.outcome.name.lower(), "word": end.word or None, "period": end.period or None}
+def _kind(motion: Attractor | MotionCount | Coexisting) -> dict[str, Any]:
+    """What kind of motion it is; a word and a period are of periodic ones."""
+    return {"outcome": motion.outcome.name.lower(), "word": motion.word or None, "period": motion.period or None}
 
 
 def _motion_count(motion: MotionCount) -> dict[str, Any]:
     """A kind of motion that starts end in, how many do, and between which values of the parameter."""
     return {
-        "outcome": motion.outcome.name.lower(),
-        "word": motion.word or None,
-        "period": motion.period or None,
+        **_kind(motion),
         "count": motion.count,
         "from": motion.low,
         "to": motion.high,
@@ -464,9 +466,7 @@ def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any
     # Of a motion that is not periodic the exponent is an average over a finite time: an estimate without a bound.
     rate = bound / cycle.growth / cycle.period if cycle is not None and bound is not None and finite else None
     return {
-        "outcome": attractor.outcome.name.lower(),
-        "word": attractor.word or None,
-        "period": attractor.period or None,
+        **_kind(attractor),
         "residual": None if cycle is None else cycle.residual,
         "multiplier": None if cycle is None else cycle.growth,
         "lyapunov": exponent if finite else None,
