@@ -1,8 +1,8 @@
 """The analytic answer held against simulation, other methods and compliant membranes."""
 
-from vireport.trust.accuracy_section import measurements, power, ranking, seconds, task_name
+from vireport.trust.accuracy_tables import measurements, power, ranking, seconds, task_name
 from vireport.trust.compliance import Compliance, Grade, compliance, compliance_data
-from vireport.trust.compliance_section import (
+from vireport.trust.compliance_tables import (
     Findings,
     comparison_with_rigid,
     factor_text,
