@@ -299,7 +299,7 @@ def test_many_attractors_are_those_found_one_by_one() -> None:
 def test_a_diagram_shows_cycles_once_and_names_them() -> None:
     d = np.array([0.2545, 0.4604, 0.06])
     g = [CHAOS[1], INCLINED, INCLINED]
-    shown = diagram(d, g, 0.5, STARTS)
+    shown = diagram(attractors(d, g, 0.5, STARTS))
     names = [{shown.labels[k] for k in shown.label[shown.index == i]} for i in range(3)]
     assert names == [{Outcome.APERIODIC.value}, {"BT"}, {"B~T"}]
     assert (shown.index == 0).sum() == 64 * len(STARTS)
@@ -310,7 +310,7 @@ def test_a_diagram_shows_cycles_once_and_names_them() -> None:
 
 def test_a_diagram_does_not_mistake_a_slow_approach_for_a_longer_period() -> None:
     d = DOUBLING + np.array([1e-3, 3e-4, 1e-4])
-    shown = diagram(d, INCLINED, 0.5, [Impact(BOTTOM, 0.9, 0.6)], impacts=1000)
+    shown = diagram(attractors(d, INCLINED, 0.5, [Impact(BOTTOM, 0.9, 0.6)]))
     assert shown.labels == ("BT",)
     assert len(shown.index) == 2 * len(d)
 

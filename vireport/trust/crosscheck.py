@@ -208,7 +208,6 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     elsewhere = [(value, end) for value, end in at_stable if not is_one_to_one(end, n)]
     portraits = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.portraits]
     displacements = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.displacement]
-    drawn = diagram(d, gbar, r, starts, asked.impacts) if asked.diagram else None
     slowly = None
     if asked.follow is not Direction.NONE and solution.sweep is not None:
         say("following the motion from value to value")
@@ -230,7 +229,7 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
         reached=len(at_stable) - len(elsewhere),
         motions=_counted([(value, end) for value, row in zip(values, found, strict=True) for end in row]),
         elsewhere=_counted(elsewhere),
-        diagram=drawn,
+        diagram=diagram(found) if asked.diagram else None,
         hysteresis=slowly,
         portraits=tuple(portraits),
         displacements=tuple(displacements),
