@@ -211,13 +211,13 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     chosen = stable_motion(solution)
     if chosen is None:
         return None
-    from vireport.reference import digits, reference_critical, reference_orbit, reference_voltage
+    from vireport.reference import digits, reference_orbit, reference_voltage
 
     design, row = chosen
     sweep, motions = _sweep_through(solution, design), design.motions
     device, parameter, swept = sweep.device, sweep.parameter, solution.sweep is not None
     guess = [float(array[row]) for array in (motions.velocity_bottom, motions.phi_bottom, motions.q)]
-    orbit = reference_orbit(device, parameter, design.value, guess)
+    orbit = reference_orbit(device, parameter, [*guess, design.value])
     symmetric = design.families[row] is Family.SYMMETRIC
     offset = min(1.0, NEAREST * _distance_to_next(motions, row) / PHASE_OFF)
     motion = Target(sweep, swept, None, symmetric, replace(_aside(orbit, symmetric, offset), value=design.value))
@@ -229,7 +229,7 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     if point is not None:
         p, symmetric = point.point, point.family is Family.SYMMETRIC
         guess = [p.velocity_bottom, p.phi, 0.5 + p.u, p.sweep_value]
-        orbit = reference_critical(device, parameter, point.kind, guess)
+        orbit = reference_orbit(device, parameter, guess, point.kind)
         critical = Target(sweep, swept, point.kind, symmetric, _aside(orbit, symmetric, offset))
         exact["critical"] = orbit.value
     quantities = tuple(
