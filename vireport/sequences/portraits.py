@@ -44,6 +44,6 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     phase, duration, velocity = (np.roll(column, -1) for column in (motion.phase, flight, motion.velocity))
     d, gbar = (float(group) for group in model.groups(motion.coordinate))
     impacts = np.roll(wall, -1), phase, duration, velocity
-    whole = Trajectory(d, gbar, model.r, start, *impacts, (), Outcome.PERIODIC, cycle, 0)
+    whole = Trajectory(d, gbar, model.r, start, *impacts, ())
     attractor = Attractor(Outcome.PERIODIC, cycle, nan if at_rest else cycle.lyapunov, 0.0, count)
     return Portrait(label, d, gbar, model.r, attractor, start.phase, *path(whole))
