@@ -259,11 +259,6 @@ class Requirement:
     unit: str | None
     judge: Callable[[Results, Limit], Outcome]
 
-    @property
-    def meaning(self) -> str:
-        """What exactly is required: the sentences with which the scenario's format declares the keys."""
-        return " ".join(str(Requirements.model_fields[key].description) for key in self.keys)
-
     def limit(self, results: Results) -> Limit | None:
         """What the scenario requires; None where it does not."""
         if self.kind is LimitKind.WORDS:

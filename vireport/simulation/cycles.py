@@ -54,8 +54,6 @@ class Cycle:
     wall, phase, flight, velocity : array
         Of its impacts: +1 bottom or -1 top, forcing phase [rad], time since the impact or release before
         [t_c], velocity just before [y_c].
-    settling, riding : array
-        After each impact, time of the last hops and on the membrane [t_c]; zero for a plain rebound.
     residual : float
         Largest difference in phase and velocity after one period of simulation; if the ball sticks, what
         rounding can have become between two rides.
@@ -69,8 +67,6 @@ class Cycle:
     phase: Array
     flight: Array
     velocity: Array
-    settling: Array
-    riding: Array
     residual: float
     multipliers: tuple[complex, complex]
 
@@ -300,11 +296,11 @@ def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -
     word = min("".join(letters[i:] + letters[:i]) for i in range(len(letters)))
     turns = [i for i in range(n) if "".join(word_of(np.roll(rows, -i, axis=0))) == word]
     rows = np.roll(rows, -max(turns, key=lambda i: abs(float(rows[i, VELOCITY]))), axis=0)
-    phase, flight, velocity, settling, riding = (rows[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY, SETTLING, RIDING))
+    phase, flight, velocity = (rows[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY))
     wall = rows[:, WALL].astype(np.int8)
-    for array in (wall, phase, flight, velocity, settling, riding):
+    for array in (wall, phase, flight, velocity):
         array.setflags(write=False)
-    return Cycle(word, _periods(rows), wall, phase, flight, velocity, settling, riding, residual, eigenvalues)
+    return Cycle(word, _periods(rows), wall, phase, flight, velocity, residual, eigenvalues)
 
 
 def _periods(rows: Array) -> int:
