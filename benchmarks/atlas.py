@@ -16,14 +16,10 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import statistics
-import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from record import record
+from record import processor_time, record
 from scipy.optimize import root
 
 from vireport import load, loads
@@ -50,16 +46,6 @@ inclination_deg: 30
 sweep: {parameter: length_m, from: 0.26, to: 0.34}
 """
 """A stable 2:1 motion, from one end to the other."""
-
-
-def processor_time(function: Callable[[], Any], repeats: int = 3) -> tuple[float, Any]:
-    """Median processor time of a call, and what it returns."""
-    times = []
-    for _ in range(repeats):
-        start = time.process_time()
-        result = function()
-        times.append(time.process_time() - start)
-    return statistics.median(times), result
 
 
 def three_impacts() -> dict[str, float]:

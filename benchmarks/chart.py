@@ -14,20 +14,18 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from record import record
+from record import processor_time, record
 from scipy.optimize import root
 
 from vireport import load
-from vireport.charts.window import plane_of
 from vireport.physics import FLOATS
 from vireport.sequences import Chart, FollowedLocus, Limits, Plane, chart
 from vireport.simulation import attractors, random_starts, start_speed
+from vireport.sweep.plane import plane_of
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "examples" / "inclined.yaml"
 PLANES = (
@@ -40,13 +38,6 @@ LIMITS, CELLS, STARTS, SEED = Limits(4, 2), 32, 8, 20190301
 
 TOLERANCE = 1e-9
 """Residual of a motion that the root finder is taken to have found."""
-
-
-def processor_time(function: Callable[[], Any]) -> tuple[float, Any]:
-    """Processor time of a call, and what it returns."""
-    begin = time.process_time()
-    result = function()
-    return time.process_time() - begin, result
 
 
 def by_root_finder(found: Chart) -> tuple[int, int]:
@@ -98,9 +89,9 @@ def main() -> None:
     attractors(np.ones(2), np.ones(2), 0.5, random_starts(np.ones(2), start_speed(0.5, [0.0] * 2), 1, SEED))  # compiled
     for over in PLANES:
         plane = plane_of(scenario, over)
-        seconds, found = processor_time(lambda plane=plane: chart(plane, LIMITS))
-        finder, (solved, points) = processor_time(lambda found=found: by_root_finder(found))
-        simulation, words = processor_time(lambda plane=plane: simulated_words(plane))
+        seconds, found = processor_time(lambda plane=plane: chart(plane, LIMITS), 1)
+        finder, (solved, points) = processor_time(lambda found=found: by_root_finder(found), 1)
+        simulation, words = processor_time(lambda plane=plane: simulated_words(plane), 1)
         rows.append(
             {
                 "plane": over, "seconds": seconds, "loci": len(found.loci), "points": points,

@@ -29,6 +29,7 @@ from vireport.simulation import (
     VELOCITY,
     Impact,
     InFlight,
+    attractors,
     check_model,
     check_start,
     diagram,
@@ -232,7 +233,7 @@ def on_all_cores() -> None:
         took = []
         for _ in range(3):
             began = time.perf_counter()
-            diagram(d, gbar, R, FIGURE_2, impacts=1000)
+            diagram(attractors(d, gbar, R, FIGURE_2))
             took.append(time.perf_counter() - began)
         overlay = f"overlay of 200 x 4 x 1,000: {min(took):.2f} s"
         print(f"figure 2, {name:12s}  impacts {', '.join(rates)}; {overlay}")

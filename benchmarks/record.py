@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import statistics
+import time
+from collections.abc import Callable
 from dataclasses import asdict
 from datetime import date
 from pathlib import Path
@@ -14,6 +17,16 @@ from vireport.trust.timing import machine
 RESULTS = Path(__file__).resolve().parent / "results"
 LOAD = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
 """Of the machine when the benchmark begins: what runs beside it disturbs the times, and the ratios less."""
+
+
+def processor_time(function: Callable[[], Any], repeats: int = 3) -> tuple[float, Any]:
+    """Median processor time of a call, and what it returns."""
+    times = []
+    for _ in range(repeats):
+        begin = time.process_time()
+        result = function()
+        times.append(time.process_time() - begin)
+    return statistics.median(times), result
 
 
 def record(name: str, **measured: Any) -> None:

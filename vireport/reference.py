@@ -83,65 +83,45 @@ def precise() -> Any:
     return mp.workdps(DIGITS)
 
 
-def reference_orbit(device: Device, parameter: Parameter, value: float, guess: Sequence[float]) -> ReferenceOrbit:
-    """The motion at a value of a parameter.
+def reference_orbit(
+    device: Device, parameter: Parameter, guess: Sequence[float], kind: str | None = None
+) -> ReferenceOrbit:
+    """The motion at a value of a parameter, or the critical point near that value.
 
-    Parameters
-    ----------
-    device : Device
-    parameter : str
-        Which of its parameters has the value.
-    value : float
-    guess : sequence of three floats
-        Velocity before the bottom impact [y_c], phase there [rad] and q, to a few digits.
-
-    Raises
-    ------
-    NumericalError
-        If Newton's steps do not settle.
-    """
-    with precise():
-        velocity, phase, q = (mpf(number) for number in guess)
-        d, gbar = groups(device, parameter, value)
-        start = [velocity, phase, q - mpf(1) / 2]
-        try:
-            state = motion(start, d, gbar, mpf(device.restitution), device.period_ratio)
-        except ArithmeticError as error:
-            raise NumericalError(str(error)) from error
-        return _orbit(device, parameter, state, mpf(value))
-
-
-def reference_critical(device: Device, parameter: Parameter, kind: str, guess: Sequence[float]) -> ReferenceOrbit:
-    """A critical point, with the value of the parameter that it stands at.
+    A pitchfork is a double point of the curve of motions; on the symmetric motions (q = 1/2, equal speeds) alone it
+    is a simple one, and is solved for there.
 
     Parameters
     ----------
     device : Device
     parameter : str
         The one that is swept.
-    kind : str
-        ``period_doubling``, ``fold`` or ``pitchfork``.
     guess : sequence of four floats
-        Velocity, phase and q, as in `reference_orbit`, and the value of the parameter.
+        Velocity before the bottom impact [y_c], phase there [rad] and q, to a few digits, and the value of the
+        parameter: exact for a motion, a guess for a critical point.
+    kind : str, optional
+        ``period_doubling``, ``fold`` or ``pitchfork``.
 
     Raises
     ------
     NumericalError
         If Newton's steps do not settle.
-
-    Notes
-    -----
-    A pitchfork is a double point of the curve of motions; on the symmetric motions (q = 1/2, equal speeds) alone it
-    is a simple one, and is solved for there.
     """
+    n = device.period_ratio
     with precise():
-        velocity, phase, q, value = (mpf(number) for number in guess)
-        start = [velocity, phase, q - mpf(1) / 2, value]
+        r, (velocity, phase, q, value) = mpf(device.restitution), map(mpf, guess)
+        start = [velocity, phase, q - mpf(1) / 2]
         try:
-            *state, value = with_trace(device, parameter, kind, start, kind == "pitchfork")
+            if kind is None:
+                state = motion(start, *groups(device, parameter, value), r, n)
+            else:
+                *found, value = with_trace(device, parameter, kind, [*start, value], kind == "pitchfork")
+                state = found[0], found[1], found[2]
         except ArithmeticError as error:
             raise NumericalError(str(error)) from error
-        return _orbit(device, parameter, (state[0], state[1], state[2]), value)
+        top = velocity_top(state, groups(device, parameter, value)[1], r, n)
+        unit = _velocity_unit(device, parameter, value)
+        return ReferenceOrbit(value, state[0], top, state[1], mpf(1) / 2 + state[2], unit)
 
 
 def reference_voltage(orbit: ReferenceOrbit, membrane: Membrane) -> Any:
@@ -161,13 +141,6 @@ def digits(number: Any, count: int) -> str:
     """A number as text with so many digits."""
     with precise():
         return str(mp.nstr(number, count))
-
-
-def _orbit(device: Device, parameter: Parameter, state: State, value: Any) -> ReferenceOrbit:
-    velocity, phase, u = state
-    gbar = groups(device, parameter, value)[1]
-    top = velocity_top(state, gbar, mpf(device.restitution), device.period_ratio)
-    return ReferenceOrbit(value, velocity, top, phase, mpf(1) / 2 + u, _velocity_unit(device, parameter, value))
 
 
 def _at(device: Device, parameter: Parameter, value: Any) -> dict[str, Any]:

@@ -18,8 +18,8 @@ from vireport import analyse, loads
 from vireport.analysis import Motions, orbits
 from vireport.cli.outputs import run_files
 from vireport.errors import NumericalError
+from vireport.study import results_json
 from vireport.study.provenance import provenance_of
-from vireport.study.results import results_json
 
 EXAMPLES = int(os.environ.get("EXAMPLES", "0"))
 

@@ -492,7 +492,7 @@ def test_rows_are_the_motions_by_the_names_of_the_files() -> None:
     from vireport.study.results import branches_csv
 
     rows = study("inclined").rows()
-    read = list(csv.DictReader(io.StringIO(branches_csv(study("inclined")).decode())))
+    read = list(csv.DictReader(io.StringIO(branches_csv(study("inclined").solution).decode())))
     assert len(rows) == len(read)
     assert set(read[0]) <= set(rows[0])
     assert [repr(row["u_ave_v"]) for row in rows] == [row["u_ave_v"] for row in read]

@@ -12,8 +12,6 @@ from test_equations import printed_maps, printed_trace
 
 from vireport import load, reference
 from vireport.analysis import find_motions, solve
-from vireport.charts.figures import picture
-from vireport.charts.window import plane_of
 from vireport.reference import mp, mpf
 from vireport.scenario import DesignInput
 from vireport.sequences import Chart, Condition, Event, Limits, Plane, atlas, chart
@@ -21,6 +19,9 @@ from vireport.sequences.chart import cut_sweep
 from vireport.sequences.loci import Locus
 from vireport.sequences.motions import BESIDE, Sequence
 from vireport.sequences.switching import at_rest
+from vireport.sweep.chart_figure import picture
+from vireport.sweep.charts import caption_of
+from vireport.sweep.plane import plane_of
 
 PLANES = (
     "inclination_deg=0..90,length_m=0.3..1",
@@ -133,7 +134,7 @@ def test_two_curves_of_folds_end_together_in_a_cusp():
 @pytest.mark.slow
 def test_regions_are_labelled_by_what_is_stable_there():
     found, checked = all_words(), 0
-    drawn = picture(found)
+    drawn = picture(found, caption_of(found))
     assert sentences(drawn.caption) <= 2
     for text in drawn.figure.axes[0].texts:
         if text.get_color() != "#0072B2":

@@ -12,7 +12,7 @@ from vireport import analyse, loads
 from vireport.errors import ScenarioError, UsageError
 from vireport.physics import generated_voltage
 from vireport.sequences import Limits, families_of, generation, ladder, portrait_of
-from vireport.study import families_csv, json_bytes
+from vireport.study import families_csv
 
 TEXT = """\
 schema_version: 1
@@ -30,7 +30,7 @@ def study():
 
 
 def test_results_hold_every_family_with_its_ends_and_voltages(study):
-    data = json.loads(json_bytes(study.to_dict()))
+    data = json.loads(json.dumps(study.to_dict()))
     families = {family["number"]: family for family in data["families"]}
     assert {family["word"] for family in families.values()} >= {"BT", "BBT"}
     for family in families.values():
@@ -63,7 +63,7 @@ def test_results_hold_every_family_with_its_ends_and_voltages(study):
 
 
 def test_the_table_of_families_has_a_row_for_each_impact(study):
-    rows = list(csv.DictReader(families_csv(study).decode().splitlines()))
+    rows = list(csv.DictReader(families_csv(study.atlas, study.solution.membrane).decode().splitlines()))
     assert len(rows) == sum(family.velocity.size for family in study.atlas.families)
     (family,) = [f for f in study.atlas.families if f.sequence.word == "BBT" and f.stable_runs]
     mine = [row for row in rows if row["family"] == str(family.number)]
@@ -142,7 +142,7 @@ def test_motions_at_a_value_are_found_with_their_families(study):
 
 def test_motions_are_found_again_from_results(study):
     sweep = study.atlas.sweep
-    families = families_of(json.loads(json_bytes(study.to_dict())), sweep)
+    families = families_of(json.loads(json.dumps(study.to_dict())), sweep)
     coordinate = float(sweep.coordinate_of(0.3))
     again = [motion for family in families for motion in family.at(coordinate)]
     for (_, motion), other in zip(study.atlas.at(0.3), again, strict=True):

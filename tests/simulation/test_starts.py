@@ -16,6 +16,7 @@ from vireport.simulation import (
     random_starts,
     start_of,
     start_speed,
+    wilson,
 )
 
 
@@ -61,3 +62,13 @@ def test_own_starts_of_each_parameter_are_simulated_at_it() -> None:
         assert [a.impacts for a in together[k]] == [a.impacts for a in alone]
     with pytest.raises(ValueError, match="starts for 2 parameters, of which there are 3"):
         attractors([0.2, 0.3, 0.4], gbar, 0.5, starts)
+
+
+def test_wilson_interval() -> None:
+    assert wilson(0, 10)[:2] == (0.0, 0.0)
+    assert wilson(10, 10)[2] == 1.0
+    # 8 of 10 (Brown, Cai, DasGupta 2001): 0.4902 to 0.9433.
+    share, low, high = wilson(8, 10)
+    assert share == 0.8
+    assert low == pytest.approx(0.4902, abs=5e-5)
+    assert high == pytest.approx(0.9433, abs=5e-5)

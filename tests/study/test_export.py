@@ -13,8 +13,8 @@ from exact import critical_motion, error_of, exact_row
 
 from vireport import reference
 from vireport.reference import mpf
+from vireport.study import branches_csv, results_json
 from vireport.study.provenance import provenance_of
-from vireport.study.results import branches_csv, results_json
 
 ARRAYS = [
     *("sweep_value", "d", "gbar", "q", "phi_bottom_rad", "phi_top_rad", "velocity_bottom", "velocity_top"),
@@ -119,7 +119,7 @@ def test_motions_that_graze_are_undecided(study) -> None:
 
 
 def test_csv_holds_the_same_numbers(study) -> None:
-    rows = list(csv.DictReader(io.StringIO(branches_csv(study).decode())))
+    rows = list(csv.DictReader(io.StringIO(branches_csv(study.solution).decode())))
     results = parse(study)
     assert len(rows) == sum(len(branch["d"]) for branch in results["branches"])
     flat = [value for branch in results["branches"] for value in branch["q"]]

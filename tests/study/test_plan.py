@@ -82,5 +82,5 @@ def test_what_only_some_runs_have_is_not_listed_in_the_others():
 
 def test_cost_of_a_simulation_counts_its_impacts():
     (step,) = [step for step in of(EVERYTHING).steps if step.task is Task.SIMULATION]
-    # Twice 4 starts, for the diagram too, and some 20 to follow the motion one way.
-    assert "41 x 4 starts x 1000 impacts, then followed from value to value (up), about 0.6 s" in step.what
+    # 4 starts, and some 20 to follow the motion one way.
+    assert "41 x 4 starts x 1000 impacts, then followed from value to value (up), about 0.5 s" in step.what

@@ -20,8 +20,8 @@ from vireport.scenario.parameters import Parameter
 from vireport.study import provenance_of
 from vireport.text import plain_text
 from vireport.trust.compliance import Compliance, compliance, compliance_data
-from vireport.trust.compliance_section import comparison_with_rigid, findings, solvers_on_stiff_membranes, verdict
-from vireport.trust.compliant import BOTTOM, TOP, compliant_model, contact, find_orbit, flight, lap, linearised
+from vireport.trust.compliance_tables import comparison_with_rigid, findings, solvers_on_stiff_membranes, verdict
+from vireport.trust.compliant_motion import BOTTOM, TOP, compliant_model, contact, find_orbit, flight, lap, linearised
 from vireport.trust.stiff_solvers import Outcome, Seen, acceleration, jacobian, period_of, run_once
 
 MASS = 0.0041

@@ -17,7 +17,7 @@ from vireport.gate import Status
 from vireport.gate.verdict import Question
 from vireport.simulation import BOTTOM, Impact, Outcome, attractors, find_attractor, random_starts
 from vireport.trust import is_one_to_one
-from vireport.trust.crosscheck import crosscheck, difference, orbits_at, wilson
+from vireport.trust.crosscheck import crosscheck, difference, orbits_at
 
 LIVELY = ["period_ratio=3", "device.restitution=0.9"]
 """Here starts of the horizontal example end on 1:1 motions of one and of three forcing periods."""
@@ -177,16 +177,6 @@ def test_the_interval_holds_the_share_in_95_of_100_runs(example) -> None:
     intervals = [crosscheck(study.solution, asked, seed=seed).share for seed in range(200)]
     held = sum(low <= exact <= high for _, low, high in intervals)
     assert held >= 182  # of a coverage of 95 % fewer are seen once in a hundred times
-
-
-def test_wilson_interval() -> None:
-    assert wilson(0, 10)[:2] == (0.0, 0.0)
-    assert wilson(10, 10)[2] == 1.0
-    # 8 of 10 (Brown, Cai, DasGupta 2001): 0.4902 to 0.9433.
-    share, low, high = wilson(8, 10)
-    assert share == 0.8
-    assert low == pytest.approx(0.4902, abs=5e-5)
-    assert high == pytest.approx(0.9433, abs=5e-5)
 
 
 def test_overlay_lies_on_the_curves(checked) -> None:

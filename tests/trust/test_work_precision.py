@@ -17,7 +17,7 @@ from vireport.errors import NumericalError
 from vireport.figures.accuracy import alt_text, figure_accuracy
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
-from vireport.reference import reference_critical, reference_orbit, reference_voltage
+from vireport.reference import reference_orbit, reference_voltage
 from vireport.scenario.parameters import Parameter
 from vireport.text import plain_text
 from vireport.trust import measurements, ranking
@@ -82,7 +82,7 @@ def target() -> Target:
 
 
 def test_reference_orbit_has_the_known_digits() -> None:
-    orbit = reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    orbit = reference_orbit(INCLINED, Parameter.LENGTH, (1.0, 0.57, 0.59, length(INCLINED, 0.4604)))
     known = {"velocity": 1.00400474, "phase": 0.56672469, "q": 0.58606105}
     for name, value in known.items():
         assert abs(getattr(orbit, name) - value) < 1e-8
@@ -104,7 +104,7 @@ def test_the_error_of_a_phase_is_in_radians_whatever_its_turns(inclined) -> None
 
 def test_reference_does_not_depend_on_the_guess() -> None:
     one, two = (
-        reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), guess)
+        reference_orbit(INCLINED, Parameter.LENGTH, (*guess, length(INCLINED, 0.4604)))
         for guess in ((1.0, 0.57, 0.59), (1.01, 0.56, 0.58))
     )
     assert abs(one.velocity - two.velocity) < mpf(10) ** -40
@@ -120,25 +120,25 @@ def test_reference_does_not_depend_on_the_guess() -> None:
 )
 def test_reference_critical_point_has_the_known_digits(device, kind, guess, d) -> None:
     *motion, near = guess
-    point = reference_critical(device, Parameter.LENGTH, kind, (*motion, length(device, near)))
+    point = reference_orbit(device, Parameter.LENGTH, (*motion, length(device, near)), kind)
     assert abs(point.value / length(device, 1.0) - d) < 1e-10
 
 
 def test_reference_refuses_a_guess_that_leads_nowhere() -> None:
     with pytest.raises(NumericalError, match=r"settle|degenerate"):
-        reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 50.0), (1.0, 0.57, 0.59))
+        reference_orbit(INCLINED, Parameter.LENGTH, (1.0, 0.57, 0.59, length(INCLINED, 50.0)))
 
 
 def test_reference_voltage_of_a_ball_at_rest_is_zero() -> None:
     membrane = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0, 0.0041)
-    orbit = reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    orbit = reference_orbit(INCLINED, Parameter.LENGTH, (1.0, 0.57, 0.59, length(INCLINED, 0.4604)))
     still = replace(orbit, velocity=mpf(0), velocity_top=mpf(0))
     assert abs(reference_voltage(still, membrane)) < mpf(10) ** -40
 
 
 def test_reference_voltage_has_forty_digits() -> None:
     membrane = Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0, 0.0041)
-    orbit = reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    orbit = reference_orbit(INCLINED, Parameter.LENGTH, (1.0, 0.57, 0.59, length(INCLINED, 0.4604)))
     with mp.workdps(50):
         volts = []
         for velocity in (orbit.velocity, orbit.velocity_top):
@@ -152,7 +152,7 @@ def test_reference_voltage_has_forty_digits() -> None:
 
 @pytest.fixture(scope="module")
 def exact():
-    return reference_orbit(INCLINED, Parameter.LENGTH, length(INCLINED, 0.4604), (1.0, 0.57, 0.59))
+    return reference_orbit(INCLINED, Parameter.LENGTH, (1.0, 0.57, 0.59, length(INCLINED, 0.4604)))
 
 
 @pytest.mark.parametrize("flight", [explicit, simulated])

@@ -392,7 +392,6 @@ def optimise(
     """
     _refuse_files_beside_json(json, "result", output, None)
     loaded = _loaded(scenario, set_)
-    from vireport.files import require_writable
     from vireport.optimise import optimise as search
     from vireport.optimise import outputs, problem_of
     from vireport.study import provenance_of
@@ -400,9 +399,7 @@ def optimise(
     problem = problem_of(loaded)
     command = _command("optimise", [scenario], ("--json", json), ("--set", set_), _paper(paper))
     provenance = provenance_of(loaded, command)
-    folder = output or _default_folder(scenario, "-best")
-    if not json:
-        require_writable(folder, outputs.NAMES)
+    folder = _writable_folder(output, scenario, "-best", json, outputs.NAMES)
     with progress(quiet) as say:
         result = search(problem, say)
         files = {} if json else outputs.files(result, provenance)
@@ -439,11 +436,8 @@ def portrait(
     _refuse_files_beside_json(json, "motions", output, None)
     from vireport.cli.portrait_outputs import NAMES, portrait_outcome
     from vireport.comparison import baseline
-    from vireport.files import require_writable
 
-    folder = output or _default_folder(results, "-portrait")
-    if not json:
-        require_writable(folder, NAMES)
+    folder = _writable_folder(output, results, "-portrait", json, NAMES)
     outcome = portrait_outcome(baseline.read_baseline(results), Path(results).name, at, json)
     deliver(outcome, folder, quiet)
 
@@ -466,17 +460,14 @@ def chart(
     """Draw where motions are stable over two inputs, and the exact curves along which they change."""
     _refuse_files_beside_json(json, "chart", output, None)
     loaded = _loaded(scenario, set_)
-    from vireport import charts
-    from vireport.files import require_writable
     from vireport.study import provenance_of
+    from vireport.sweep import chart_of, charts
 
     options = (("--over", [over]), ("--json", json), ("--set", set_))
     provenance = provenance_of(loaded, _command("chart", [scenario], *options))
-    folder = output or _default_folder(scenario, "-chart")
-    if not json:
-        require_writable(folder, charts.NAMES)
+    folder = _writable_folder(output, scenario, "-chart", json, charts.NAMES)
     with progress(quiet) as say:
-        result = charts.chart_of(loaded, over, say)
+        result = chart_of(loaded, over, say)
         files = {} if json else charts.files(result, provenance)
     printed: str | bytes = charts.chart_json(result, provenance) if json else "" if quiet else charts.text(result)
     deliver(Outcome(printed, files, stale=charts.NAMES), folder, quiet)
@@ -547,6 +538,16 @@ def _formats(asked: list[str] | None) -> tuple[Task, ...]:
 def _refuse_files_beside_json(json: bool, what: str, output: Path | None, formats: list[str] | None) -> None:
     if json and (output is not None or formats):
         raise UsageError(f"--json prints the {what} and writes no file: leave out --output and --format")
+
+
+def _writable_folder(output: Path | None, file: str, suffix: str, json: bool, names: tuple[str, ...]) -> Path:
+    """Where the files of a command go; unless it prints JSON, what cannot be written is told before any work."""
+    from vireport.files import require_writable
+
+    folder = output or _default_folder(file, suffix)
+    if not json:
+        require_writable(folder, names)
+    return folder
 
 
 def _default_folder(scenario: str, suffix: str = "") -> Path:

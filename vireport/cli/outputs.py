@@ -146,9 +146,9 @@ def run_files(
         if study.tolerances is not None and study.tolerances.worst is not None:
             files["worst.yaml"] = worst_scenario(study.scenario, study.tolerances.worst).encode()
     if plan.runs(Task.CSV):
-        files["branches.csv"] = branches_csv(study)
+        files["branches.csv"] = branches_csv(study.solution)
         if study.atlas is not None:
-            files["families.csv"] = families_csv(study)
+            files["families.csv"] = families_csv(study.atlas, study.solution.membrane)
     if plan.runs(Task.JUNIT):
         from vireport.report import junit
 

@@ -128,7 +128,7 @@ def comparison_provenance(comparison: Comparison, command: str) -> Provenance:
 
 def compare_json(comparison: Comparison, provenance: Provenance) -> bytes:
     """The comparison as JSON, one top-level key a line."""
-    return json_bytes({**comparison.to_dict(), "provenance": provenance.to_dict()})
+    return json_bytes(comparison.to_dict(), provenance)
 
 
 def compare_csv(comparison: Comparison) -> bytes:

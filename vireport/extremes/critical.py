@@ -24,7 +24,7 @@ from vireport.extremes.judge import (
     examine,
     point_error,
 )
-from vireport.physics import Device
+from vireport.physics import Device, wrapped
 from vireport.scenario import Parameter
 from vireport.study import Study
 
@@ -248,7 +248,7 @@ def _check_meeting(answer: Meeting) -> Finding:
 def _distance(first: CriticalPoint, second: CriticalPoint) -> float:
     """Between the motions at two critical points."""
     a, b = first.point, second.point
-    turned = float(abs(np.angle(np.exp(1j * (a.phi - b.phi)))))
+    turned = float(abs(wrapped(a.phi - b.phi)))
     return max(abs(a.velocity_bottom - b.velocity_bottom), abs(a.u - b.u), turned)
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from vireport.alerts import AlertCode
 from vireport.analysis import Change, CriticalKind, CriticalPoint, Family, Motions
 from vireport.errors import VireportError, installing
-from vireport.physics import Device
+from vireport.physics import Device, wrapped
 from vireport.scenario import Parameter
 from vireport.study import Study
 
@@ -338,7 +338,7 @@ def distance_to(motions: Motions, state: Sequence[Any]) -> float:
     """Distance of a state (velocity, phase, u) to the nearest of some motions, infinite where there is none."""
     velocity, phase, u = (float(number) for number in state)
     apart = np.abs(motions.velocity_bottom - velocity) + np.abs(motions.q - 0.5 - u)
-    apart = apart + np.abs(np.angle(np.exp(1j * (motions.phi_bottom - phase))))
+    apart = apart + np.abs(wrapped(motions.phi_bottom - phase))
     return float(np.min(apart, initial=np.inf))
 
 

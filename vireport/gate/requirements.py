@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
+from enum import Enum, StrEnum
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, cast
 
@@ -57,6 +57,21 @@ grows with less than its tenth power."""
 
 DISAGREEMENT = "the simulation does not agree with the solution"
 """Why nothing is met where the cross-check fails."""
+
+
+class Question(StrEnum):
+    """What every reader asks."""
+
+    ACCEPTED = "Are the requirements met?"
+    MOTION = "Is there stable motion?"
+    WHERE = "Where is the 1:1 motion stable?"
+    MARGIN = "With what margin?"
+    TOLERANCES = "Do all devices within the tolerances work?"
+    REACHED = "Which starts reach it?"
+    VOLTAGE = "What voltage?"
+    SHAKER = "What must the shaker do?"
+    RIGID = "Is the rigid model good enough?"
+    SIMULATED = "Does the simulation agree?"
 
 
 class LimitKind(Enum):
@@ -126,12 +141,13 @@ class Outcome:
 class Criterion:
     """A line of the acceptance table.
 
-    `key` is the first where two belong together; `line` that in the scenario's file, None where the limit was set over
-    the file.
+    `key` is the first where two belong together; `question` whose answer in the verdict it is held beside; `line` that
+    in the scenario's file, None where the limit was set over the file.
     """
 
     key: str
     title: str
+    question: Question
     limit: Limit
     outcome: Outcome
     line: int | None
@@ -226,6 +242,10 @@ class Requirement:
     ----------
     keys : tuple of str
         Of the scenario's block; two where they are the ends of a range.
+    title : str
+    question : Question
+        Which answer of the verdict it is about.
+    kind : LimitKind
     unit : str or None
         None for that of the swept parameter.
     judge : callable
@@ -234,14 +254,10 @@ class Requirement:
 
     keys: tuple[str, ...]
     title: str
+    question: Question
     kind: LimitKind
     unit: str | None
     judge: Callable[[Results, Limit], Outcome]
-
-    @property
-    def meaning(self) -> str:
-        """What exactly is required: the sentences with which the scenario's format declares the keys."""
-        return " ".join(str(Requirements.model_fields[key].description) for key in self.keys)
 
     def limit(self, results: Results) -> Limit | None:
         """What the scenario requires; None where it does not."""
@@ -277,7 +293,8 @@ def assess(
             lines = (loaded.line_of(f"requirements.{key}") for key in requirement.keys)
             line = next((line for line in lines if line is not None), None)
             outcome = _outcome(results, requirement, limit)
-            criteria.append(Criterion(requirement.keys[0], requirement.title, limit, outcome, line))
+            what = requirement.keys[0], requirement.title, requirement.question
+            criteria.append(Criterion(*what, limit, outcome, line))
     return tuple(criteria)
 
 
@@ -321,10 +338,6 @@ def _apart(value: float, limit: float) -> str:
 
 def _unit(parameter: Parameter) -> str:
     return "deg" if parameter is Parameter.INCLINATION else parameter.unit
-
-
-def _stable_over_sweep(results: Results, limit: Limit) -> Outcome:
-    return _covered(_swept(results), limit)
 
 
 def _swept(results: Results) -> BifurcationDiagram:
@@ -458,18 +471,10 @@ def _field(results: Results, limit: Limit) -> Outcome:
     return _at_design(results, limit, lambda x: _converted(x).field_v_m, ("field_v_m",), percent)
 
 
-def _acceleration(results: Results, limit: Limit) -> Outcome:
-    value = results.solution.shaker.acceleration_g
-    return held(value, limit, bound=SHAKER_ERROR * value)
-
-
-def _stroke(results: Results, limit: Limit) -> Outcome:
-    value = results.solution.shaker.stroke_m
-    return held(value, limit, bound=SHAKER_ERROR * value)
-
-
-def _force(results: Results, limit: Limit) -> Outcome:
-    return held(results.solution.shaker.force_n, limit)  # as it is given
+def _shaker(results: Results, limit: Limit, name: str, error: float = SHAKER_ERROR) -> Outcome:
+    """What the shaker must do, by its name in `physics.Shaker`, and the relative error of that."""
+    value = getattr(results.solution.shaker, name)
+    return held(value, limit, bound=error * value)
 
 
 def _u_ave_difference(results: Results, limit: Limit) -> Outcome:
@@ -557,6 +562,7 @@ MARGINS = {
 """Titles of the margins, and the kinds of critical point that they are to, by their keys."""
 
 AT_LEAST, AT_MOST, RANGE, AGREEMENT, WORDS = LimitKind
+_, MOTION, WHERE, MARGIN, TOLERANCES, _, VOLTAGE, SHAKER, _, SIMULATED = Question
 
 U_AVE = partial(
     _by_impacts,
@@ -579,35 +585,55 @@ DEFLECTION = partial(
     over=np.max,
 )
 POWER = partial(_at_design, of=lambda x: _converted(x).power_mw, bounded_by=("power_mw",))
+ACCELERATION, STROKE = (partial(_shaker, name=name) for name in ("acceleration_g", "stroke_m"))
+FORCE = partial(_shaker, name="force_n", error=0.0)  # as it is given
 
 REQUIREMENTS = (
-    Requirement(("stable_from", "stable_to"), "Stable 1:1 motion over the range", RANGE, None, _stable_over_sweep),
+    Requirement(
+        ("stable_from", "stable_to"),
+        "Stable 1:1 motion over the range",
+        WHERE,
+        RANGE,
+        None,
+        lambda results, limit: _covered(_swept(results), limit),
+    ),
     Requirement(
         ("inclination_from_deg", "inclination_to_deg"),
         "Stable 1:1 motion over the inclinations",
+        WHERE,
         RANGE,
         "deg",
         _stable_over_inclinations,
     ),
     *(
-        Requirement((key,), title, AT_LEAST, "%", partial(_margin, kinds=kinds))
+        Requirement((key,), title, MARGIN, AT_LEAST, "%", partial(_margin, kinds=kinds))
         for key, (title, kinds) in MARGINS.items()
     ),
-    Requirement(("word", "words"), "Stable motion at the design point", WORDS, "", _words),
-    Requirement(("u_ave_at_least_v",), "U_ave", AT_LEAST, "V", U_AVE),
+    Requirement(("word", "words"), "Stable motion at the design point", MOTION, WORDS, "", _words),
+    Requirement(("u_ave_at_least_v",), "U_ave", VOLTAGE, AT_LEAST, "V", U_AVE),
     Requirement(
-        ("u_ave_difference_at_most_v",), "Difference of U_ave over the stable range", AT_MOST, "V", _u_ave_difference
+        ("u_ave_difference_at_most_v",),
+        "Difference of U_ave over the stable range",
+        VOLTAGE,
+        AT_MOST,
+        "V",
+        _u_ave_difference,
     ),
     Requirement(
-        ("u_bottom_top_difference_at_most_v",), "Difference of voltage between the ends", AT_MOST, "V", END_DIFFERENCE
+        ("u_bottom_top_difference_at_most_v",),
+        "Difference of voltage between the ends",
+        VOLTAGE,
+        AT_MOST,
+        "V",
+        END_DIFFERENCE,
     ),
-    Requirement(("deflection_at_most_m",), "Deflection", AT_MOST, "m", DEFLECTION),
-    Requirement(("power_at_least_mw",), "Mean electrical power", AT_LEAST, "mW", POWER),
-    Requirement(("field_at_most_percent",), "Electric field over breakdown field", AT_MOST, "%", _field),
-    Requirement(("yield_at_least_percent",), "Yield within the tolerances", AT_LEAST, "%", _yield),
-    Requirement(("acceleration_at_most_g",), "Acceleration of the shaker", AT_MOST, "g", _acceleration),
-    Requirement(("stroke_at_most_m",), "Stroke of the shaker", AT_MOST, "m", _stroke),
-    Requirement(("force_at_most_n",), "Force of the shaker", AT_MOST, "N", _force),
-    Requirement(("crosscheck_passed",), "Simulation agrees", AGREEMENT, "", _agreement),
+    Requirement(("deflection_at_most_m",), "Deflection", VOLTAGE, AT_MOST, "m", DEFLECTION),
+    Requirement(("power_at_least_mw",), "Mean electrical power", VOLTAGE, AT_LEAST, "mW", POWER),
+    Requirement(("field_at_most_percent",), "Electric field over breakdown field", VOLTAGE, AT_MOST, "%", _field),
+    Requirement(("yield_at_least_percent",), "Yield within the tolerances", TOLERANCES, AT_LEAST, "%", _yield),
+    Requirement(("acceleration_at_most_g",), "Acceleration of the shaker", SHAKER, AT_MOST, "g", ACCELERATION),
+    Requirement(("stroke_at_most_m",), "Stroke of the shaker", SHAKER, AT_MOST, "m", STROKE),
+    Requirement(("force_at_most_n",), "Force of the shaker", SHAKER, AT_MOST, "N", FORCE),
+    Requirement(("crosscheck_passed",), "Simulation agrees", SIMULATED, AGREEMENT, "", _agreement),
 )
 """All that can be required, in the order of the acceptance table."""

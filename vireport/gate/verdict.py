@@ -13,7 +13,7 @@ import numpy as np
 
 from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval, Sweep
 from vireport.gate.alerts import MOST_MOTIONS, NEAR_CRITICAL
-from vireport.gate.requirements import Criterion, unmet
+from vireport.gate.requirements import Criterion, Question, unmet
 from vireport.scenario import DesignInput, Parameter
 from vireport.text import capital, percent, quantity, significant
 
@@ -38,43 +38,6 @@ class Status(StrEnum):
     CAUTION = "caution"
     BAD = "bad"
     NEUTRAL = "neutral"
-
-
-class Question(StrEnum):
-    """What every reader asks."""
-
-    ACCEPTED = "Are the requirements met?"
-    MOTION = "Is there stable motion?"
-    WHERE = "Where is the 1:1 motion stable?"
-    MARGIN = "With what margin?"
-    TOLERANCES = "Do all devices within the tolerances work?"
-    REACHED = "Which starts reach it?"
-    VOLTAGE = "What voltage?"
-    SHAKER = "What must the shaker do?"
-    RIGID = "Is the rigid model good enough?"
-    SIMULATED = "Does the simulation agree?"
-
-
-CONCERNS = {
-    "word": Question.MOTION,
-    "stable_from": Question.WHERE,
-    "inclination_from_deg": Question.WHERE,
-    "margin_period_doubling_percent": Question.MARGIN,
-    "margin_grazing_percent": Question.MARGIN,
-    "margin_any_percent": Question.MARGIN,
-    "u_ave_at_least_v": Question.VOLTAGE,
-    "u_ave_difference_at_most_v": Question.VOLTAGE,
-    "u_bottom_top_difference_at_most_v": Question.VOLTAGE,
-    "deflection_at_most_m": Question.VOLTAGE,
-    "power_at_least_mw": Question.VOLTAGE,
-    "field_at_most_percent": Question.VOLTAGE,
-    "yield_at_least_percent": Question.TOLERANCES,
-    "acceleration_at_most_g": Question.SHAKER,
-    "stroke_at_most_m": Question.SHAKER,
-    "force_at_most_n": Question.SHAKER,
-    "crosscheck_passed": Question.SIMULATED,
-}
-"""Which answer each requirement is about, by the first of its keys."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +119,7 @@ def verdict_of(
 
 def _judged(question: str, criteria: tuple[Criterion, ...]) -> list[Criterion]:
     """The criteria that an answer is held against."""
-    return [criterion for criterion in criteria if CONCERNS[criterion.key] == question]
+    return [criterion for criterion in criteria if criterion.question == question]
 
 
 def _held(fact: Fact, criteria: tuple[Criterion, ...]) -> Fact:

@@ -2,6 +2,6 @@
 
 from vireport.optimise import outputs
 from vireport.optimise.problem import Problem, problem_of
-from vireport.optimise.search import Evidence, Point, Result, optimise
+from vireport.optimise.search import Evidence, Point, optimise
 
-__all__ = ["Evidence", "Point", "Problem", "Result", "optimise", "outputs", "problem_of"]
+__all__ = ["Evidence", "Point", "Problem", "optimise", "outputs", "problem_of"]

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from vireport.analysis import Orbits, orbits, return_trace
 from vireport.optimise.cells import DISPLACED, RINGS
-from vireport.optimise.problem import DEFLECTION, FIELD, SHAKER, Problem, quantities
-from vireport.physics import Affine, AffineOps, Device, Membrane, between, conversion, voltages
+from vireport.optimise.problem import DEFLECTION, FIELD, SHAKER, Problem, of_impacts
+from vireport.physics import Affine, AffineOps, between
 from vireport.scenario import DesignInput, DesignPath, Objective, Parameter
 
 Floats = NDArray[np.float64]
@@ -296,7 +296,9 @@ def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowes
     columns = []
     for t, speeds in ((np.where(rising, high, low), fastest), (np.where(rising, low, high), slowest)):
         device, membrane = problem.at(t.T)
-        columns.append(_columns(device, membrane, speeds, quickest.period_ratio / quickest.frequency_hz))
+        period_s = quickest.period_ratio / quickest.frequency_hz
+        unit = device.velocity_unit(Parameter.LENGTH, device.length_m)
+        columns.append(of_impacts(speeds[0], speeds[1], speeds[0], unit, membrane, 0.0, period_s))
     fast, slow = columns
     shaker = device.shaker(Parameter.LENGTH, device.length_m)
     slow |= {quantity: getattr(shaker, quantity) for quantity in SHAKER}
@@ -306,16 +308,3 @@ def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowes
         elif quantity in (DEFLECTION, FIELD, *SHAKER):
             meets &= slow[quantity] <= limit * (1 + ROUNDING)
     return np.broadcast_to(fast[problem.objective], meets.shape), meets
-
-
-def _columns(device: Device, membrane: Membrane | None, speeds: Floats, period_s: Any) -> dict[str, Floats]:
-    """The quantities of impacts at dimensionless speeds, (2, k)."""
-    if membrane is None:
-        return quantities(speeds[0], speeds[0], None, None, period_s)
-    bottom, top = device.velocity_unit(Parameter.LENGTH, device.length_m) * speeds
-    volts, dielectric = voltages(bottom, top, membrane), membrane.dielectric
-    if dielectric is None:
-        return quantities(speeds[0], speeds[0], volts, None, period_s)
-    converted = conversion((volts.bottom_v, volts.top_v), (bottom, top), membrane, dielectric, 0.0, period_s)
-    columns = quantities(speeds[0], speeds[0], volts, converted, period_s)
-    return columns | {FIELD: 100 * converted.field_v_m / dielectric.breakdown_field_v_m}

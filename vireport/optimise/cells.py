@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import HIGHEST_RESTITUTION, PointwiseMotions, differentiated_motions, find_motions
-from vireport.optimise.problem import FIELD, SHAKER, Problem, quantities
-from vireport.physics import Device, Dielectric, Membrane, conversion, magnitude, voltages
+from vireport.optimise.problem import SHAKER, Problem, of_impacts
+from vireport.physics import Device, Dielectric, Membrane, magnitude
 from vireport.scenario import DesignInput, Parameter
 from vireport.tolerances import FACTOR_OF, devices_off
 
@@ -176,19 +176,10 @@ def _of_motions(
     def of_cell(x: Any) -> Floats:
         return np.broadcast_to(np.asarray(x), len(r))[cell]
 
-    period = of_cell(device.period_ratio / device.frequency_hz)
-    if membrane is None:
-        return quantities(orbit.velocity_bottom, gap, None, None, period)
-    membrane = _each(membrane, of_cell)
     unit = of_cell(device.velocity_unit(Parameter.LENGTH, device.length_m))
-    speeds = unit * orbit.velocity_bottom, unit * orbit.velocity_top
-    volts, dielectric = voltages(*speeds, membrane), membrane.dielectric
-    if dielectric is None:
-        return quantities(orbit.velocity_bottom, gap, volts, None, period)
-    gains = volts.bottom_v, volts.top_v
-    converted = conversion(gains, speeds, membrane, dielectric, of_cell(r), period)
-    columns = quantities(orbit.velocity_bottom, gap, volts, converted, period)
-    return columns | {FIELD: 100 * converted.field_v_m / dielectric.breakdown_field_v_m}
+    period = of_cell(device.period_ratio / device.frequency_hz)
+    membrane = None if membrane is None else _each(membrane, of_cell)
+    return of_impacts(orbit.velocity_bottom, orbit.velocity_top, gap, unit, membrane, of_cell(r), period)
 
 
 def _each(membrane: Membrane, of_cell: Callable[[Any], Any]) -> Membrane:

@@ -45,7 +45,6 @@ def optimise_json(result: Result, provenance: Provenance) -> bytes:
     problem, evidence = result.problem, result.evidence
     return json_bytes(
         {
-            "schema_version": 1,
             "objective": problem.objective,
             "unit": problem.objective.unit,
             "best": _data(result, result.best),
@@ -65,8 +64,8 @@ def optimise_json(result: Result, provenance: Provenance) -> bytes:
                 "proved_bound": evidence.bound,
                 "cells_elsewhere": evidence.elsewhere,
             },
-            "provenance": provenance.to_dict(),
-        }
+        },
+        provenance,
     )
 
 

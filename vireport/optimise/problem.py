@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from vireport.analysis import CriticalKind, DesignPoint
 from vireport.errors import UsageError
-from vireport.physics import Conversion, Device, Membrane, Voltages, magnitude
+from vireport.gate import MARGINS
+from vireport.physics import Conversion, Device, Membrane, Voltages, conversion, magnitude, voltages
 from vireport.scenario import Design, DesignInput, DesignPath, Loaded, Objective, loads, to_dict
 from vireport.study import Study, Task, analyse, device_of, membrane_of
 
@@ -37,13 +38,6 @@ LIMITS = {
     "force_at_most_n": (FORCE, False),
 }
 """Requirements that every cell of a grid is judged by: their quantity, and whether it is to be at least the limit."""
-
-MARGINS = {
-    "margin_period_doubling_percent": (CriticalKind.PERIOD_DOUBLING,),
-    "margin_grazing_percent": (CriticalKind.GRAZING,),
-    "margin_any_percent": tuple(CriticalKind),
-}
-"""Requirements on margins, and the kinds of critical point that they are to; that to any kind is the last."""
 
 NEEDED = {
     "sweep": ("stable_from", "u_ave_difference_at_most_v", "word", "words"),
@@ -182,7 +176,7 @@ def problem_of(loaded: Loaded) -> Problem:
         name = loaded.document.name
         raise UsageError(f"{name}: has no design block (give one: what may vary, and what to maximise)")
     given = {} if scenario.requirements is None else to_dict(scenario.requirements)
-    margins = tuple((kinds, given[key] / 100) for key, kinds in MARGINS.items() if given.get(key) is not None)
+    margins = tuple((kinds, given[key] / 100) for key, (_, kinds) in MARGINS.items() if given.get(key) is not None)
     limits = tuple((*of, given[key]) for key, of in LIMITS.items() if given.get(key) is not None)
     proved = scenario.tolerances is not None and given.get("yield_at_least_percent") in (None, 100)
     return Problem(loaded, scenario.design, margins, limits, float(proved))
@@ -203,9 +197,27 @@ def quantities(
     return columns
 
 
-def smallest_margin(design: DesignPoint, kinds: tuple[CriticalKind, ...] = ()) -> float:
+def of_impacts(
+    bottom: Floats, top: Floats, gap: Floats, unit: Any, membrane: Membrane | None, r: Any, period_s: Any
+) -> dict[str, Floats]:
+    """The `quantities` of impacts with dimensionless velocities, `unit` [m/s], and the field over its limit [%].
+
+    All may be arrays, and numbers of the membrane too.
+    """
+    if membrane is None:
+        return quantities(bottom, gap, None, None, period_s)
+    speeds = unit * bottom, unit * top
+    volts, dielectric = voltages(*speeds, membrane), membrane.dielectric
+    if dielectric is None:
+        return quantities(bottom, gap, volts, None, period_s)
+    converted = conversion((volts.bottom_v, volts.top_v), speeds, membrane, dielectric, r, period_s)
+    columns = quantities(bottom, gap, volts, converted, period_s)
+    return columns | {FIELD: 100 * converted.field_v_m / dielectric.breakdown_field_v_m}
+
+
+def smallest_margin(design: DesignPoint) -> float:
     """Least relative distance to an end of stable motion; infinite where it ends in no input."""
-    return min((abs(one.relative) for one in design.endings(*kinds) if one.relative is not None), default=np.inf)
+    return min((abs(one.relative) for one in design.endings() if one.relative is not None), default=np.inf)
 
 
 def design_input(path: DesignPath) -> DesignInput | None:

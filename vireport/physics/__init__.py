@@ -28,6 +28,7 @@ from vireport.physics.numbers import (
     Rounded,
     RoundedOps,
     magnitude,
+    wrapped,
 )
 
 __all__ = [
@@ -67,4 +68,5 @@ __all__ = [
     "law_of",
     "magnitude",
     "voltages",
+    "wrapped",
 ]

@@ -87,6 +87,11 @@ def magnitude(x: Any) -> Any:
     return np.where(x.real < 0, -x, x)
 
 
+def wrapped(angle: Any) -> Any:
+    """The angle in [-pi, pi) that is whole turns away from one, a number or an array [rad]."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
 ARRAYS, FLOATS, COMPLEX = DoubleOps(np), DoubleOps(math), DoubleOps(cmath)
 """Functions of arrays of doubles, of single ones, and of single complex numbers, for derivatives."""
 

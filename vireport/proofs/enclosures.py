@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -200,38 +200,13 @@ def _inverse(jacobian: list[list[Ball]]) -> Any:
 
 
 def bounds(value: Ball, digits: int = DECIMALS) -> tuple[str, str]:
-    """Decimal numbers below and above everything in a ball, rounded outward.
-
-    Parameters
-    ----------
-    value : ball
-        Finite.
-    digits : int
-        Significant digits of the larger one.
-    """
-    low, high = _fraction(value.lower()), _fraction(value.upper())
-    largest = max(abs(low), abs(high))
-    if not largest:
-        return "0", "0"
-    unit = Fraction(10) ** (_exponent(largest) - digits + 1)
-    down, up = low // unit, -(-high // unit)
-    while down == up and down % 10 == 0:
-        down, up, unit = down // 10, up // 10, 10 * unit
-    return _decimal(down, unit), _decimal(up, unit)
+    """Decimal numbers below and above everything in a ball, rounded outward to significant digits; it is finite."""
+    low, high = _decimal(value.lower(), ROUND_FLOOR, digits), _decimal(value.upper(), ROUND_CEILING, digits)
+    return low, high
 
 
-def _fraction(exact: Ball) -> Fraction:
+def _decimal(exact: Ball, rounding: str, digits: int) -> str:
     mantissa, exponent = (int(part) for part in exact.man_exp())
-    return Fraction(mantissa) * Fraction(2) ** exponent
-
-
-def _exponent(number: Fraction) -> int:
-    """Power of ten of the first digit of a positive number."""
-    power = len(str(number.numerator)) - len(str(number.denominator))
-    return power if number >= Fraction(10) ** power else power - 1
-
-
-def _decimal(count: int, unit: Fraction) -> str:
-    """A count of a power of ten, as a decimal number."""
-    power = _exponent(unit)
-    return str(Decimal((int(count < 0), tuple(int(c) for c in str(abs(count))), power)))
+    number = Fraction(mantissa) * Fraction(2) ** exponent
+    rounded = Context(prec=digits, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
+    return str(rounded)

@@ -24,7 +24,7 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     """
     sequence, count = motion.sequence, len(motion.sequence)
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
-    wall, none = np.array(sequence.walls, dtype=np.int8), np.zeros(count)
+    wall = np.array(sequence.walls, dtype=np.int8)
     flight = np.diff(motion.time, prepend=motion.time[-1] - 2 * sequence.periods)
     at_rest = not motion.velocity.all()  # where the trace has a pole
     pair = multipliers(np.array([nan if at_rest else trace(sequence, x, model)]), model.r ** (2 * count))[0]
@@ -35,8 +35,6 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
         phase=motion.phase,
         flight=flight,
         velocity=motion.velocity,
-        settling=none,
-        riding=none,
         residual=max(map(abs, residuals(sequence, x, model))),
         multipliers=(complex(pair[0]), complex(pair[1])),
     )
@@ -44,6 +42,6 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     phase, duration, velocity = (np.roll(column, -1) for column in (motion.phase, flight, motion.velocity))
     d, gbar = (float(group) for group in model.groups(motion.coordinate))
     impacts = np.roll(wall, -1), phase, duration, velocity
-    whole = Trajectory(d, gbar, model.r, start, *impacts, (), Outcome.PERIODIC, cycle, 0)
+    whole = Trajectory(d, gbar, model.r, start, *impacts, ())
     attractor = Attractor(Outcome.PERIODIC, cycle, nan if at_rest else cycle.lyapunov, 0.0, count)
     return Portrait(label, d, gbar, model.r, attractor, start.phase, *path(whole))

@@ -16,7 +16,7 @@ from vireport.simulation.events import (
 )
 from vireport.simulation.following import CLOSE, RESOLUTION, Conditions, Course, Jump, Stage, course
 from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
-from vireport.simulation.starts import random_starts, start_speed
+from vireport.simulation.starts import random_starts, start_speed, wilson
 from vireport.simulation.trajectories import Portrait, Trajectory, path, portrait, simulate
 
 __all__ = [
@@ -63,4 +63,5 @@ __all__ = [
     "simulate",
     "start_of",
     "start_speed",
+    "wilson",
 ]

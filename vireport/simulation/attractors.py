@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from math import ceil, inf, log, nan
 
@@ -38,6 +38,10 @@ SLOWER = 0.9
 BESIDE = 1e-5
 # After a flight longer than this [t_c] rounding leaves less than three digits of the forcing phase.
 LONGEST_FLIGHT = 1e12
+# Impacts kept of a motion that is not periodic, and those of them that a diagram shows.
+LAST, DRAWN = 256, 64
+# Impacts until a slow approach to a cycle is given up.
+BUDGET = 200_000
 # Relative change of velocity that takes a start off an orbit that repels.
 NUDGE = 1e-6
 
@@ -78,6 +82,8 @@ class Attractor:
         transient that was still approaching it.
     impacts : int
         Impacts simulated.
+    last : array (n, 3)
+        Wall, phase [rad] and velocity [y_c] of the last ones of a motion that is not periodic, at most `LAST`.
     """
 
     outcome: Outcome
@@ -85,6 +91,7 @@ class Attractor:
     lyapunov: float
     distance: float
     impacts: int
+    last: Array = field(default_factory=lambda: np.empty((0, 3)))
 
     @property
     def word(self) -> str:
@@ -126,7 +133,7 @@ class Diagram:
     labels: tuple[str | Outcome, ...]
 
 
-def find_attractor(d: float, gbar: float, r: float, start: Start, budget: int = 200_000) -> Attractor:
+def find_attractor(d: float, gbar: float, r: float, start: Start, budget: int = BUDGET) -> Attractor:
     """Attractor that one start leads to.
 
     Parameters
@@ -168,48 +175,40 @@ def attractors(
         Threads; the number of processors by default. The result does not depend on it.
     """
     model = check_model(d, gbar, r)
-    rows, summary = _many(model, starts, impacts, cycles.MAX_IMPACTS + 1, workers)
+    first = start_rows(starts, model[:, 0])
+    n, m = first.shape[:2]
+    cores = (os.cpu_count() or 1) if workers is None else workers
+    keep = cycles.MAX_IMPACTS + 1
+    rows, summary = follow(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
     reached = []
-    for i in range(len(model)):
+    for i in range(n):
         known: list[Cycle] = []
-        reached.append(
-            tuple(
-                search(model[i], _happened(rows[i, j], summary[i, j]), summary[i, j], (budget, budget), known)[0]
-                for j in range(rows.shape[1])
-            )
-        )
+        ends = []
+        for k in range(i * m, (i + 1) * m):
+            happened = rows[k, max(0, rows.shape[1] - int(summary[k, 0]) - 1) :]
+            ends.append(search(model[i], happened, summary[k], (budget, budget), known)[0])
+        reached.append(tuple(ends))
     return reached
 
 
-def diagram(
-    d: ArrayLike,
-    gbar: ArrayLike,
-    r: ArrayLike,
-    starts: Sequence[Start] | Array,
-    impacts: int = 1000,
-    budget: int = 200_000,
-    keep: int = 64,
-    workers: int | None = None,
-) -> Diagram:
+def diagram(reached: Sequence[Sequence[Attractor]]) -> Diagram:
     """Bifurcation diagram from simulation alone, each impact labelled by the word of its motion.
 
-    Cycles are drawn once; of motions that are not periodic the last `keep` impacts are. Parameters are those
-    of `attractors`, but the budget is for slow approaches to a cycle only.
+    Cycles are drawn once; of motions that are not periodic the last `DRAWN` impacts are.
+
+    Parameters
+    ----------
+    reached : sequence of sequences of Attractor
+        For each parameter, what its starts lead to, as from `attractors`.
     """
-    model = check_model(d, gbar, r)
-    rows, summary = _many(model, starts, impacts, max(keep, cycles.MAX_IMPACTS + 1), workers)
     labels: dict[str | Outcome, int] = {}
     parts: list[tuple[Array, int, int]] = []
-    for i in range(len(model)):
-        known: list[Cycle] = []
+    for i, ends in enumerate(reached):
         drawn: set[int] = set()
-        for j in range(rows.shape[1]):
-            own = _happened(rows[i, j], summary[i, j])
-            attractor, _ = search(model[i], own, summary[i, j], (impacts, budget), known)
-            label = labels.setdefault(attractor.word or attractor.outcome, len(labels))
-            cycle = attractor.cycle
-            if cycle is None and attractor.outcome is Outcome.APERIODIC:
-                parts.append((own[-keep:][:, [WALL, PHASE, VELOCITY]], i, label))
+        for end in ends:
+            label, cycle = labels.setdefault(end.word or end.outcome, len(labels)), end.cycle
+            if cycle is None and end.outcome is Outcome.APERIODIC:
+                parts.append((end.last[-DRAWN:], i, label))
             elif cycle is not None and id(cycle) not in drawn:
                 drawn.add(id(cycle))
                 parts.append((np.column_stack([cycle.wall, cycle.phase, cycle.velocity]), i, label))
@@ -237,7 +236,7 @@ def search(
     patience, budget = limits
     while summary[2] == RUNNING:
         if unresolved(rows):
-            return Attractor(Outcome.UNRESOLVED, None, nan, inf, used), rows
+            return Attractor(Outcome.UNRESOLVED, None, nan, inf, used, _last(rows)), rows
         near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
         cycle = near[0] if near else cycles.sticking(model, rows) or cycles.approached(model, rows)
         if cycle is not None and cycle.sticks:
@@ -256,13 +255,17 @@ def search(
                 cycle = _remembered(cycle, known)
                 return Attractor(Outcome.PERIODIC, cycle, cycle.lyapunov, distance, used), rows
         if used >= min(patience, budget):
-            return Attractor(Outcome.APERIODIC, None, cycles.exponent(model, rows), inf, used), rows
+            return Attractor(Outcome.APERIODIC, None, cycles.exponent(model, rows), inf, used, _last(rows)), rows
         rows, summary = follow_one(model, as_start(rows[-1]), min(block, budget - used), KEPT)
         used += int(summary[0])
         block *= 2
     if summary[2] == REST:
         return Attractor(Outcome.REST, None, -inf, 0.0, used), rows
     return Attractor(Outcome.FREE, None, nan, 0.0, used), rows
+
+
+def _last(rows: Array) -> Array:
+    return rows[-LAST:, [WALL, PHASE, VELOCITY]]
 
 
 def unresolved(rows: Array) -> bool:
@@ -285,19 +288,3 @@ def _remembered(cycle: Cycle, known: list[Cycle]) -> Cycle:
                 return other
     known.append(cycle)
     return cycle
-
-
-def _many(
-    model: Array, starts: Sequence[Start] | Array, impacts: int, keep: int, workers: int | None
-) -> tuple[Array, Array]:
-    """Every start at every parameter: rows (n, m, k, 6) and summary (n, m, 3)."""
-    first = start_rows(starts, model[:, 0])
-    n, m = first.shape[:2]
-    cores = (os.cpu_count() or 1) if workers is None else workers
-    rows, summary = follow(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
-    return rows.reshape(n, m, -1, rows.shape[-1]), summary.reshape(n, m, 3)
-
-
-def _happened(rows: Array, summary: Array) -> Array:
-    """Rows without the places before the start."""
-    return rows[max(0, len(rows) - int(summary[0]) - 1) :]

@@ -11,7 +11,7 @@ from math import exp, inf, log, nan, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import flight
+from vireport.physics import flight, wrapped
 from vireport.simulation.events import as_start, follow_one
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
 
@@ -54,8 +54,6 @@ class Cycle:
     wall, phase, flight, velocity : array
         Of its impacts: +1 bottom or -1 top, forcing phase [rad], time since the impact or release before
         [t_c], velocity just before [y_c].
-    settling, riding : array
-        After each impact, time of the last hops and on the membrane [t_c]; zero for a plain rebound.
     residual : float
         Largest difference in phase and velocity after one period of simulation; if the ball sticks, what
         rounding can have become between two rides.
@@ -69,20 +67,8 @@ class Cycle:
     phase: Array
     flight: Array
     velocity: Array
-    settling: Array
-    riding: Array
     residual: float
     multipliers: tuple[complex, complex]
-
-    @property
-    def bottoms(self) -> int:
-        """Bottom impacts in a period; a chatter counts as one."""
-        return self.word.count("B")
-
-    @property
-    def tops(self) -> int:
-        """Top impacts in a period; a chatter counts as one."""
-        return self.word.count("T")
 
     @property
     def sticks(self) -> bool:
@@ -216,7 +202,7 @@ def refine(model: Array, rows: Array, length: int) -> Cycle | None:
         held = lap[:, SETTLING].any() or lap[:, RIDING].any()
         if summary[0] < length or held or not np.array_equal(lap[:, WALL], word) or word[0] != word[-1]:
             break
-        gap = np.array([_wrap(lap[-1, PHASE] - lap[0, PHASE]), lap[-1, VELOCITY] - lap[0, VELOCITY]])
+        gap = np.array([wrapped(lap[-1, PHASE] - lap[0, PHASE]), lap[-1, VELOCITY] - lap[0, VELOCITY]])
         matrix, scale = product(jacobians(model, lap[:-1], lap[1:]))
         matrix = matrix * exp(min(scale, STEEPEST))
         residual = float(np.abs(gap).max())
@@ -310,11 +296,11 @@ def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -
     word = min("".join(letters[i:] + letters[:i]) for i in range(len(letters)))
     turns = [i for i in range(n) if "".join(word_of(np.roll(rows, -i, axis=0))) == word]
     rows = np.roll(rows, -max(turns, key=lambda i: abs(float(rows[i, VELOCITY]))), axis=0)
-    phase, flight, velocity, settling, riding = (rows[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY, SETTLING, RIDING))
+    phase, flight, velocity = (rows[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY))
     wall = rows[:, WALL].astype(np.int8)
-    for array in (wall, phase, flight, velocity, settling, riding):
+    for array in (wall, phase, flight, velocity):
         array.setflags(write=False)
-    return Cycle(word, _periods(rows), wall, phase, flight, velocity, settling, riding, residual, eigenvalues)
+    return Cycle(word, _periods(rows), wall, phase, flight, velocity, residual, eigenvalues)
 
 
 def _periods(rows: Array) -> int:
@@ -336,14 +322,8 @@ def _divisor(lap: Array) -> int:
 
 def separation(phase: Array, velocity: Array) -> Array:
     """The larger of two differences, of phases [rad] around the circle and of velocities."""
-    apart: Array = np.maximum(np.abs(_wrap(phase)), np.abs(velocity))
+    apart: Array = np.maximum(np.abs(wrapped(phase)), np.abs(velocity))
     return apart
-
-
-def _wrap(phase: Array) -> Array:
-    """Phase difference in [-pi, pi)."""
-    wrapped: Array = (phase + pi) % TURN - pi
-    return wrapped
 
 
 def _lag(x: Array) -> Array:

@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.simulation.attractors import BLOCK, KEPT, Attractor, Outcome, search
+from vireport.simulation.attractors import BLOCK, BUDGET, KEPT, Attractor, Outcome, search
 from vireport.simulation.cycles import separation
 from vireport.simulation.events import BOTTOM, Impact, as_start, check_model, check_start, follow_one
-from vireport.simulation.kernel import PHASE, VELOCITY, WALL
 
 Array = NDArray[np.float64]
 
@@ -31,14 +30,8 @@ RESOLUTION = 1e-6
 PATIENCE = 20
 """Times the impacts asked for, until a motion counts as not periodic: next to a fold it lingers where it was."""
 
-BUDGET = 200_000
-"""Impacts until a slow approach to a motion is given up."""
-
 MOST_STEPS = 400
 """Steps between two values, some 60 to a jump; one that is found later has the interval that is left."""
-
-SHOWN = 256
-"""Impacts kept of a motion that is not periodic."""
 
 
 class Conditions(NamedTuple):
@@ -153,11 +146,9 @@ class _Track:
         model = check_model(d, gbar, self.r)[0]
         rows, summary = follow_one(model, check_start(start, d), BLOCK, KEPT)
         attractor, rows = search(model, rows, summary, (patience or self.patience, BUDGET), [])
-        cycle, impacts = attractor.cycle, np.empty((0, 3))
+        cycle, impacts = attractor.cycle, attractor.last
         if cycle is not None:
             impacts = np.column_stack([cycle.wall, cycle.phase, cycle.velocity])
-        elif attractor.outcome in (Outcome.APERIODIC, Outcome.UNRESOLVED):
-            impacts = rows[-SHOWN:, [WALL, PHASE, VELOCITY]]
         wall, _, velocity, phase = as_start(rows[-1])
         return Stage(value, attractor, impacts, Impact(int(wall), velocity, phase))
 

@@ -1,4 +1,4 @@
-"""One simulated motion in full: its impacts and how it ends, its path, and the portrait that figures 3 and 6 show.
+"""One simulated motion in full: its impacts, its path, and the portrait that figures 3 and 6 show.
 
 Turns d, gbar, r and a start into impacts. It shares the closed-form flight and the impact law with the
 analytic solution and nothing else, so that where both agree the agreement is evidence.
@@ -14,16 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.physics import flight
-from vireport.simulation import cycles
-from vireport.simulation.attractors import Attractor, Outcome, attractors, unresolved
-from vireport.simulation.cycles import Cycle
+from vireport.simulation.attractors import Attractor, attractors
 from vireport.simulation.events import BOTTOM, Impact, Start, check_model, check_start, follow_one
-from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, SETTLING, VELOCITY, WALL
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
 
 Array = NDArray[np.float64]
 
-# A trajectory has arrived at a cycle when its last impact is this close to it.
-ARRIVED = 1e-6
 # Periods of a periodic motion that a portrait shows; impacts of another one, and how many of them it leaves out before.
 PERIODS_SHOWN, IMPACTS_SHOWN, LEFT_OUT = 2, 12, 2000
 
@@ -52,7 +48,7 @@ class Stick:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
-    """Impacts that follow a start, and how they end.
+    """Impacts that follow a start.
 
     Parameters
     ----------
@@ -65,12 +61,6 @@ class Trajectory:
         from a membrane) before [t_c], velocity just before [y_c].
     sticks : tuple of Stick
         Chatter completed and rides, in order.
-    outcome : Outcome
-        How it ends.
-    cycle : Cycle or None
-        The periodic motion it has arrived at, verified on the return map.
-    evaluations : int
-        Sine-cosine pairs that were computed.
     """
 
     d: float
@@ -82,19 +72,6 @@ class Trajectory:
     flight: Array
     velocity: Array
     sticks: tuple[Stick, ...]
-    outcome: Outcome
-    cycle: Cycle | None
-    evaluations: int
-
-    @property
-    def times(self) -> Array:
-        """Time of each impact since the start [t_c]; the phase, not this, is what carries the accuracy."""
-        gaps = self.flight.copy()
-        for stick in self.sticks:
-            if stick.after + 1 < len(gaps):
-                gaps[stick.after + 1] += stick.settling + stick.riding
-        times: Array = np.cumsum(gaps)
-        return times
 
 
 def simulate(d: float, gbar: float, r: float, start: Start, impacts: int) -> Trajectory:
@@ -121,32 +98,13 @@ def simulate(d: float, gbar: float, r: float, start: Start, impacts: int) -> Tra
     """
     if impacts < 1:
         raise ValueError(f"impacts must be at least 1, not {impacts}")
-    model = check_model(d, gbar, r)[0]
-    rows, summary = follow_one(model, check_start(start, d), impacts)
-    outcome, cycle = _classified(model, rows, int(summary[2]))
+    rows, _ = follow_one(check_model(d, gbar, r)[0], check_start(start, d), impacts)
     after = rows[1:]
     wall = after[:, WALL].astype(np.int8)
     phase, elapsed, velocity = (after[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY))
     for array in (wall, phase, elapsed, velocity):
         array.setflags(write=False)
-    return Trajectory(d, gbar, r, start, wall, phase, elapsed, velocity, _sticks(rows), outcome, cycle, int(summary[1]))
-
-
-def _classified(model: Array, rows: Array, status: int) -> tuple[Outcome, Cycle | None]:
-    """How the trajectory in these rows ends; periodic only with a verified cycle that it has reached."""
-    if status == REST:
-        return Outcome.REST, None
-    if status == FREE:
-        return Outcome.FREE, None
-    if unresolved(rows):
-        return Outcome.UNRESOLVED, None
-    cycle = cycles.sticking(model, rows)
-    if cycle is not None:
-        return Outcome.STICKING, cycle
-    cycle = cycles.approached(model, rows)
-    if cycle is not None and cycle.distance(rows[-1]) <= ARRIVED:
-        return Outcome.PERIODIC, cycle
-    return Outcome.APERIODIC, None
+    return Trajectory(d, gbar, r, start, wall, phase, elapsed, velocity, _sticks(rows))
 
 
 def _sticks(rows: Array) -> tuple[Stick, ...]:

@@ -8,11 +8,19 @@ from vireport.study.results import (
     csv_bytes,
     families_csv,
     json_bytes,
-    results,
-    results_json,
     worst_scenario,
 )
-from vireport.study.study import Study, analyse, device_of, membrane_of, recheck, sweep_of, with_certificates
+from vireport.study.study import (
+    Study,
+    analyse,
+    device_of,
+    membrane_of,
+    recheck,
+    results,
+    results_json,
+    sweep_of,
+    with_certificates,
+)
 
 __all__ = [
     "ALL_FORMATS",

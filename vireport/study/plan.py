@@ -256,9 +256,8 @@ def _cost(scenario: Scenario) -> str:
     if asked is None:
         return Task.SIMULATION.what
     values = asked.samples if scenario.sweep is not None else 1
-    starts = asked.starts * (2 if asked.diagram else 1)
     ways = {Direction.NONE: 0, Direction.BOTH: 2}.get(asked.follow, 1)
-    impacts = values * asked.impacts * (starts + FOLLOWED * ways)
+    impacts = values * asked.impacts * (asked.starts + FOLLOWED * ways)
     cost = f"about {impacts / IMPACTS_PER_SECOND:.1g} s and, the first time, a few seconds to compile"
     if find_spec("numba") is None:
         cost = (

@@ -1,4 +1,4 @@
-"""Results for machines: results.json, branches.csv and families.csv, by the names that scripts rely on.
+"""Results for machines: the parts of results.json, branches.csv and families.csv, by the names that scripts rely on.
 
 Numbers are written so that they read back exactly. There is no NaN and no Infinity: what was not computed is null,
 and `left_out` says why.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -24,6 +24,7 @@ from vireport.analysis import (
     Margin,
     Motions,
     PolishedMotion,
+    Solution,
     StableInterval,
     TableRow,
     rounded_up,
@@ -36,12 +37,11 @@ from vireport.study.provenance import Provenance
 from vireport.text import inert_cell
 
 if TYPE_CHECKING:
-    from vireport.gate import Criterion
-    from vireport.sequences import Atlas
-    from vireport.simulation import Attractor, Course, Stage
-    from vireport.study.study import Study
+    from vireport.sequences import Atlas, Vertex
+    from vireport.simulation import Attractor, Course, Jump
+    from vireport.study.coexistence import Coexisting
     from vireport.tolerances import Failure, Tolerances
-    from vireport.trust import Compliance, CrossCheck, Hysteresis, MotionCount, WorkPrecision
+    from vireport.trust import CrossCheck, Hysteresis, MotionCount
 
 SCHEMA_VERSION = 1
 
@@ -49,21 +49,10 @@ DIFFERENCE = 2e-15
 """Error of a difference between two computed velocities (of the order of 1) or phases: their rounding."""
 
 
-def results(study: Study, provenance: Provenance) -> dict[str, Any]:
-    """Return the results of a study as plain data, ready for JSON.
-
-    Parameters
-    ----------
-    study : Study
-    provenance : Provenance
-        Where the results came from.
-    """
-    solution = study.solution
+def solution_data(solution: Solution) -> dict[str, Any]:
+    """What the analytic theory says: branches, critical points, design point, ranges and Table 1."""
     bounds = solution.bounds.branches
     return {
-        "schema_version": SCHEMA_VERSION,
-        "scenario": to_dict(study.scenario),
-        "overrides": list(study.loaded.overrides),
         "branches": [_branch(*row) for row in zip(solution.branches, bounds, strict=True)],
         "critical_points": [_critical(point) for point in solution.critical_points],
         "design_point": _design(solution.design, solution.bounds.design),
@@ -74,30 +63,14 @@ def results(study: Study, provenance: Provenance) -> dict[str, Any]:
         "shaker": _shaker(solution.shaker),
         "fits_membrane": _fitting(solution.fitting),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
-        "simulation": None if study.crosscheck is None else _simulation(study, study.crosscheck),
-        "motions": None if study.atlas is None else _completeness(study.atlas),
-        "families": None if study.atlas is None else _families(study.atlas, study.solution.membrane),
-        "accuracy": None if study.work is None else _accuracy(study.work),
-        "compliant": None if study.compliance is None else _compliant(study.compliance),
-        "certificates": None if study.certificates is None else [asdict(proof) for proof in study.certificates],
-        "tolerances": None if study.tolerances is None else _tolerances(study.tolerances, study.scenario),
-        "requirements": None if study.scenario.requirements is None else _requirements(study.criteria),
-        "alerts": [alert.to_dict() for alert in study.alerts],
-        "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in study.plan.left_out],
-        "provenance": provenance.to_dict(),
     }
 
 
-def results_json(study: Study, provenance: Provenance) -> bytes:
-    """Serialise `results`."""
-    return json_bytes(results(study, provenance))
-
-
-def branches_csv(study: Study) -> bytes:
+def branches_csv(solution: Solution) -> bytes:
     """Every motion of every branch as a row of a table, by the names of results.json."""
     head: list[str] = []
     rows: list[list[Any]] = []
-    for branch, bounds in zip(study.solution.branches, study.solution.bounds.branches, strict=True):
+    for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
         columns = {
             **_motions(branch.motions),
             **_voltages(branch.voltages),
@@ -109,25 +82,28 @@ def branches_csv(study: Study) -> bytes:
     return csv_bytes(head, rows) if head else b""
 
 
-def families_csv(study: Study) -> bytes:
+def families_csv(atlas: Atlas | None, membrane: Membrane | None) -> bytes:
     """Every impact of every motion of the families as a row of a table; empty where there are none."""
-    if study.atlas is None or not study.atlas.families:
+    if atlas is None or not atlas.families:
         return b""
     from vireport.sequences import family_rows
 
-    rows = [row for family in study.atlas.families for row in family_rows(family, study.solution.membrane)]
+    rows = [row for family in atlas.families for row in family_rows(family, membrane)]
     return csv_bytes(list(rows[0]), [list(row.values()) for row in rows])
 
 
-def json_bytes(data: Mapping[str, Any]) -> bytes:
-    """Serialise plain data as JSON, one top-level key a line; floats read back exactly.
+def json_bytes(data: Mapping[str, Any], provenance: Provenance) -> bytes:
+    """Serialise plain data as JSON, one top-level key a line: the version of the format first, the provenance last.
+
+    Floats read back exactly.
 
     Raises
     ------
     ValueError
         If a number is not finite.
     """
-    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items())
+    whole = {"schema_version": SCHEMA_VERSION, **data, "provenance": provenance.to_dict()}
+    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in whole.items())
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 
@@ -370,7 +346,10 @@ DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
 """What a row of Table 1 gives of its ends, and the column it is from."""
 
 
-def _simulation(study: Study, check: CrossCheck) -> dict[str, Any]:
+def simulation_data(
+    check: CrossCheck, coexisting: Iterable[Coexisting], ending: Callable[[Jump], Vertex | None]
+) -> dict[str, Any]:
+    """What the simulation found, with the motions that coexist and the point at which the one before a jump ends."""
     share = check.share
     return {
         "passed": check.passed,
@@ -402,38 +381,44 @@ def _simulation(study: Study, check: CrossCheck) -> dict[str, Any]:
                 check.values, check.d, check.gbar, check.start_speed, check.found, strict=True
             )
         ],
-        "follow": None if check.hysteresis is None else _follow(study, check.hysteresis),
+        "follow": None if check.hysteresis is None else _follow(check.hysteresis, coexisting, ending),
     }
 
 
-def _follow(study: Study, slowly: Hysteresis) -> dict[str, Any]:
+def _follow(
+    slowly: Hysteresis, coexisting: Iterable[Coexisting], ending: Callable[[Jump], Vertex | None]
+) -> dict[str, Any]:
     """What is met where the sweep is gone through slowly."""
     return {
         **dict.fromkeys(("up", "down")),
-        **{str(way): _course(study, course) for way, course in slowly.courses.items()},
+        **{str(way): _course(course, ending) for way, course in slowly.courses.items()},
         "loops": [
-            {"from": loop.low, "to": loop.high, "width": loop.width, "up": _kind(loop.up), "down": _kind(loop.down)}
+            {
+                "from": loop.low,
+                "to": loop.high,
+                "width": loop.width,
+                "up": _kind(loop.up.attractor),
+                "down": _kind(loop.down.attractor),
+            }
             for loop in slowly.loops
         ],
         "coexisting": [
             {
-                "outcome": one.outcome.name.lower(),
-                "word": one.word or None,
-                "period": one.period or None,
+                **_kind(one),
                 **{source: list(map(list, ranges)) for source, ranges in one.ranges.items()},
             }
-            for one in study.coexisting
+            for one in coexisting
         ],
     }
 
 
-def _course(study: Study, course: Course) -> dict[str, Any]:
+def _course(course: Course, ending: Callable[[Jump], Vertex | None]) -> dict[str, Any]:
     """The motions at the values in their order, and the jumps between them."""
     return {
         "samples": [
             {
                 "sweep_value": stage.value,
-                **_kind(stage),
+                **_kind(stage.attractor),
                 "wall": stage.impacts[:, 0].astype(int).tolist(),
                 "phase_rad": stage.impacts[:, 1].tolist(),
                 "velocity": stage.impacts[:, 2].tolist(),
@@ -444,28 +429,26 @@ def _course(study: Study, course: Course) -> dict[str, Any]:
             {
                 "from": jump.before.value,
                 "to": jump.after.value,
-                "before": _kind(jump.before),
-                "after": _kind(jump.after),
+                "before": _kind(jump.before.attractor),
+                "after": _kind(jump.after.attractor),
                 "vertex": None
                 if vertex is None
                 else {"label": vertex.label, "kind": vertex.event, "sweep_value": vertex.point.sweep_value},
             }
-            for jump, vertex in ((jump, study.ending(jump)) for jump in course.jumps)
+            for jump, vertex in ((jump, ending(jump)) for jump in course.jumps)
         ],
     }
 
 
-def _kind(stage: Stage) -> dict[str, Any]:
-    end = stage.attractor
-    return {"outcome": end.outcome.name.lower(), "word": end.word or None, "period": end.period or None}
+def _kind(motion: Attractor | MotionCount | Coexisting) -> dict[str, Any]:
+    """What kind of motion it is; a word and a period are of periodic ones."""
+    return {"outcome": motion.outcome.name.lower(), "word": motion.word or None, "period": motion.period or None}
 
 
 def _motion_count(motion: MotionCount) -> dict[str, Any]:
     """A kind of motion that starts end in, how many do, and between which values of the parameter."""
     return {
-        "outcome": motion.outcome.name.lower(),
-        "word": motion.word or None,
-        "period": motion.period or None,
+        **_kind(motion),
         "count": motion.count,
         "from": motion.low,
         "to": motion.high,
@@ -483,9 +466,7 @@ def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any
     # Of a motion that is not periodic the exponent is an average over a finite time: an estimate without a bound.
     rate = bound / cycle.growth / cycle.period if cycle is not None and bound is not None and finite else None
     return {
-        "outcome": attractor.outcome.name.lower(),
-        "word": attractor.word or None,
-        "period": attractor.period or None,
+        **_kind(attractor),
         "residual": None if cycle is None else cycle.residual,
         "multiplier": None if cycle is None else cycle.growth,
         "lyapunov": exponent if finite else None,
@@ -493,35 +474,12 @@ def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any
     }
 
 
-def _completeness(atlas: Atlas) -> dict[str, Any]:
-    from vireport.sequences import motions_data
-
-    return motions_data(atlas)
-
-
-def _families(atlas: Atlas, membrane: Membrane | None) -> list[dict[str, Any]]:
-    from vireport.sequences import families_data
-
-    return families_data(atlas, membrane)
-
-
-def _accuracy(work: WorkPrecision) -> dict[str, Any]:
-    from vireport.trust import accuracy_data
-
-    return accuracy_data(work)
-
-
-def _compliant(compliance: Compliance) -> dict[str, Any]:
-    from vireport.trust import compliance_data
-
-    return compliance_data(compliance)
-
-
 PROVED_MOTION = "u", "phi_bottom_rad", "velocity_bottom"
 """Of the motions of a proof over tolerances; u is q - 1/2."""
 
 
-def _tolerances(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
+def tolerances_data(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
+    """What tolerances come to; the worst device as a scenario too."""
     sampled, proof, worst = found.sampled, found.proof, found.worst
     return {
         "answer": found.answer.value,
@@ -561,11 +519,6 @@ def worst_scenario(scenario: Scenario, worst: Failure) -> str:
         (tree[block] if block else tree)[key] = value
     tree["device"] = {name: value for name, value in tree["device"].items() if value is not None}
     return str(yaml.safe_dump(tree, sort_keys=False, allow_unicode=True))
-
-
-def _requirements(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
-    passed = all(criterion.passed for criterion in criteria)
-    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
 
 
 ENDS = "ends"

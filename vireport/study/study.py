@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -15,10 +15,18 @@ from vireport.errors import UsageError
 from vireport.gate import Alert, Criterion, Verdict, alerts, assess, verdict_of
 from vireport.physics import Device, Dielectric, Membrane
 from vireport.progress import Progress
-from vireport.scenario import DesignInput, Loaded, Scenario, blocks, load, loads
+from vireport.scenario import DesignInput, Loaded, Scenario, blocks, load, loads, to_dict
 from vireport.study.plan import FORMATS, Plan, Task, plan
-from vireport.study.provenance import provenance_of
-from vireport.study.results import PROVED_MOTION, branch_rows, results
+from vireport.study.provenance import Provenance
+from vireport.study.results import (
+    PROVED_MOTION,
+    SCHEMA_VERSION,
+    branch_rows,
+    json_bytes,
+    simulation_data,
+    solution_data,
+    tolerances_data,
+)
 from vireport.text import bounded, html_table, significant, visible
 
 if TYPE_CHECKING:
@@ -107,9 +115,21 @@ class Study:
 
     def to_dict(self) -> dict[str, Any]:
         """The results as plain data: results.json without its provenance."""
-        data = results(self, provenance_of(self.loaded, ""))
-        del data["provenance"]
-        return data
+        solution, asked = self.solution, self.scenario
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "scenario": to_dict(asked),
+            "overrides": list(self.loaded.overrides),
+            **solution_data(solution),
+            "simulation": self.crosscheck and simulation_data(self.crosscheck, self.coexisting, self.ending),
+            **_motions_data(self.atlas, solution.membrane),
+            **_accuracy_data(self.work, self.compliance),
+            "certificates": None if self.certificates is None else [asdict(proof) for proof in self.certificates],
+            "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
+            "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
+            "alerts": [alert.to_dict() for alert in self.alerts],
+            "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
+        }
 
     def rows(self) -> list[dict[str, Any]]:
         """Every motion of every branch as a dict, by the names of branches.csv; for a data frame."""
@@ -136,6 +156,37 @@ class Study:
             for critical in points
         ]
         return f"{lead}\n{html_table(('Point', 'Kind', 'Motion', f'{swept.symbol} [{swept.unit}]', 'd'), rows)}"
+
+
+def results(study: Study, provenance: Provenance) -> dict[str, Any]:
+    """The results of a study as plain data, ready for JSON, with where they come from."""
+    return {**study.to_dict(), "provenance": provenance.to_dict()}
+
+
+def results_json(study: Study, provenance: Provenance) -> bytes:
+    """Serialise `results`."""
+    return json_bytes(study.to_dict(), provenance)
+
+
+def _motions_data(atlas: Atlas | None, membrane: Membrane | None) -> dict[str, Any]:
+    if atlas is None:
+        return {"motions": None, "families": None}
+    from vireport.sequences import families_data, motions_data
+
+    return {"motions": motions_data(atlas), "families": families_data(atlas, membrane)}
+
+
+def _accuracy_data(work: WorkPrecision | None, compliance: Compliance | None) -> dict[str, Any]:
+    if work is None:
+        return {"accuracy": None, "compliant": None}
+    from vireport.trust import accuracy_data, compliance_data
+
+    return {"accuracy": accuracy_data(work), "compliant": compliance and compliance_data(compliance)}
+
+
+def _requirements_data(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
+    passed = all(criterion.passed for criterion in criteria)
+    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
 
 
 def device_of(scenario: Scenario) -> Device:

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
-import pyarrow.compute as pc  # type: ignore[import-untyped]
-from numpy.typing import NDArray
 
 from vireport.analysis import STABILITIES, UNSTABLE, PointwiseMotions, classify, find_motions
 from vireport.physics import Membrane, voltages
@@ -110,19 +108,9 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
 def _column(values: Any, kind: pa.DataType) -> pa.Array:
     """A column of a table; a number that is not finite, and a code below zero of a type of stability, is null."""
     if pa.types.is_dictionary(kind):
-        codes = _numbers(values, kind.index_type)
-        known = pc.if_else(pc.greater_equal(codes, 0), codes, pa.scalar(None, kind.index_type))
-        return pa.DictionaryArray.from_arrays(known, pa.array([str(word) for word in STABILITIES]))
-    if pa.types.is_floating(kind):
-        floats = _numbers(values, kind)
-        return pc.if_else(pc.is_finite(floats), floats, pa.scalar(None, kind))
-    return _numbers(values, kind) if isinstance(values, np.ndarray) else pa.array(values, type=kind)
-
-
-def _numbers(values: NDArray[Any], kind: pa.DataType) -> pa.Array:
-    """A column without nulls; `pyarrow.array` would import pandas first where that is installed (0.2 s a process)."""
-    data = np.ascontiguousarray(values, dtype=kind.to_pandas_dtype())
-    return pa.Array.from_buffers(kind, len(data), [None, pa.py_buffer(data)])
+        codes = pa.array(values, kind.index_type, mask=values < 0)
+        return pa.DictionaryArray.from_arrays(codes, pa.array([str(word) for word in STABILITIES]))
+    return pa.array(values, kind, mask=~np.isfinite(values) if pa.types.is_floating(kind) else None)
 
 
 def _motions(motions: PointwiseMotions, r: Floats) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from vireport.physics import Device, Membrane, voltages
 from vireport.scenario import DesignInput, Distribution, Parameter
+from vireport.simulation import wilson
 from vireport.tolerances.devices import FACTORS, Floats, Mask, Region, devices_off, region_of, stable_motions
 from vireport.tolerances.proof import BORDER, Leaf, Proof, prove_region
 
@@ -159,7 +160,7 @@ def _sampled(
     Scrambled Sobol points vary less than independent ones, for which the interval holds.
     """
     from scipy.special import ndtr, ndtri  # type: ignore[import-untyped]
-    from scipy.stats import binomtest, qmc  # type: ignore[import-untyped]
+    from scipy.stats import qmc  # type: ignore[import-untyped]
 
     points = qmc.Sobol(len(half_widths), rng=np.random.default_rng(SEED)).random(samples).T
     if distribution is Distribution.NORMAL:
@@ -170,8 +171,8 @@ def _sampled(
     devices = devices_off(device, half_widths, steps)
     cell, orbit = stable_motions(devices)
     stable = len(np.unique(cell))
-    interval = binomtest(stable, samples).proportion_ci(method="wilson")
-    sampled = Yield(distribution, stable, samples, float(interval.low), float(interval.high))
+    _, low, high = wilson(stable, samples)
+    sampled = Yield(distribution, stable, samples, low, high)
     if not stable:
         return sampled, {}
     unit = devices.velocity_unit(Parameter.LENGTH, devices.length_m)[cell]

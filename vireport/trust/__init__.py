@@ -1,8 +1,8 @@
 """The analytic answer held against simulation, other methods and compliant membranes."""
 
-from vireport.trust.accuracy_section import measurements, power, ranking, seconds, task_name
+from vireport.trust.accuracy_tables import measurements, power, ranking, seconds, task_name
 from vireport.trust.compliance import Compliance, Grade, compliance, compliance_data
-from vireport.trust.compliance_section import (
+from vireport.trust.compliance_tables import (
     Findings,
     comparison_with_rigid,
     factor_text,
@@ -13,9 +13,9 @@ from vireport.trust.compliance_section import (
     verdict,
 )
 from vireport.trust.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
-from vireport.trust.hysteresis import Hysteresis, Loop
+from vireport.trust.hysteresis import Hysteresis
 from vireport.trust.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
-from vireport.trust.paper import PAPER, ComparedRow, PaperComparison, compare_with_paper
+from vireport.trust.paper import PAPER, PaperComparison, compare_with_paper
 from vireport.trust.reproduction import Reproduction, reproduce
 from vireport.trust.stiff_solvers import ADAPTIVE, FIXED, WRONG, Outcome, SolverRun
 from vireport.trust.workprecision import ACCURACIES, MethodRun, WorkPrecision, accuracy_data, measure
@@ -34,13 +34,11 @@ __all__ = [
     "SIMULATED",
     "WHOLE",
     "WRONG",
-    "ComparedRow",
     "Compliance",
     "CrossCheck",
     "Findings",
     "Grade",
     "Hysteresis",
-    "Loop",
     "MethodRun",
     "MotionCount",
     "Outcome",

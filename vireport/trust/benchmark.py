@@ -22,7 +22,7 @@ from vireport.analysis import (
     around_length,
     design_point,
 )
-from vireport.physics import Membrane, voltages
+from vireport.physics import Membrane, voltages, wrapped
 from vireport.trust.flights import Model
 
 if TYPE_CHECKING:
@@ -211,13 +211,13 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     chosen = stable_motion(solution)
     if chosen is None:
         return None
-    from vireport.reference import digits, reference_critical, reference_orbit, reference_voltage
+    from vireport.reference import digits, reference_orbit, reference_voltage
 
     design, row = chosen
     sweep, motions = _sweep_through(solution, design), design.motions
     device, parameter, swept = sweep.device, sweep.parameter, solution.sweep is not None
     guess = [float(array[row]) for array in (motions.velocity_bottom, motions.phi_bottom, motions.q)]
-    orbit = reference_orbit(device, parameter, design.value, guess)
+    orbit = reference_orbit(device, parameter, [*guess, design.value])
     symmetric = design.families[row] is Family.SYMMETRIC
     offset = min(1.0, NEAREST * _distance_to_next(motions, row) / PHASE_OFF)
     motion = Target(sweep, swept, None, symmetric, replace(_aside(orbit, symmetric, offset), value=design.value))
@@ -229,7 +229,7 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     if point is not None:
         p, symmetric = point.point, point.family is Family.SYMMETRIC
         guess = [p.velocity_bottom, p.phi, 0.5 + p.u, p.sweep_value]
-        orbit = reference_critical(device, parameter, point.kind, guess)
+        orbit = reference_orbit(device, parameter, guess, point.kind)
         critical = Target(sweep, swept, point.kind, symmetric, _aside(orbit, symmetric, offset))
         exact["critical"] = orbit.value
     quantities = tuple(
@@ -263,7 +263,7 @@ def _sweep_through(solution: Solution, design: DesignPoint) -> Sweep:
 
 def _distance_to_next(motions: Motions, row: int) -> float:
     """Distance of a motion to the nearest other one, in phase [rad] and velocity [y_c]."""
-    turned = (motions.phi_bottom - motions.phi_bottom[row] + np.pi) % (2 * np.pi) - np.pi
+    turned = wrapped(motions.phi_bottom - motions.phi_bottom[row])
     distance = np.maximum(np.abs(turned), np.abs(motions.velocity_bottom - motions.velocity_bottom[row]))
     return float(np.min(np.delete(distance, row), initial=np.inf))
 

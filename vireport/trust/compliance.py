@@ -1,7 +1,7 @@
 """How far the rigid-impact model is from compliant membranes.
 
-The compliant motion (`compliant`) is followed from the rigid one, where the membranes are infinitely stiff, down a
-ladder of stiffnesses to the scenario's own. A contact lasts in proportion to epsilon = K^(-1/(h+1)), so everything
+The `compliant_motion` is followed from the rigid one, where the membranes are infinitely stiff, down a ladder of
+stiffnesses to the scenario's own. A contact lasts in proportion to epsilon = K^(-1/(h+1)), so everything
 should approach the rigid model at that rate. What the scenario's own membranes change is one table of quantities, each
 rigid and compliant; some of them have limits up to which the rigid model is good enough.
 """
@@ -17,10 +17,10 @@ import numpy as np
 
 from vireport.analysis import CriticalKind, CriticalPoint, Solution
 from vireport.errors import NumericalError
-from vireport.physics import Device, Membrane, contacts, deflection, generated_voltage, law_of
+from vireport.physics import Device, Membrane, contacts, deflection, generated_voltage, law_of, wrapped
 from vireport.scenario import Parameter
 from vireport.trust.benchmark import stable_motion
-from vireport.trust.compliant import CompliantModel, CompliantOrbit, compliant_model, find_critical, find_orbit
+from vireport.trust.compliant_motion import CompliantModel, CompliantOrbit, compliant_model, find_critical, find_orbit
 from vireport.trust.rootfinding import Floats
 from vireport.trust.stiff_solvers import SolverRun, period_of, run_ladder
 
@@ -418,7 +418,7 @@ def _convergence(rigid: Rigid, critical: CriticalPoint | None, rungs: Sequence[R
 
 def _shift(value: float, rigid: float, phase: bool = False) -> float:
     """Relative shift from the rigid value; of phases the difference [rad], in [-pi, pi)."""
-    return float((value - rigid + np.pi) % (2 * np.pi) - np.pi) if phase else value / rigid - 1
+    return float(wrapped(value - rigid)) if phase else value / rigid - 1
 
 
 def _volts(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel, membrane: Membrane) -> Volts:

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import BifurcationDiagram, Motions, Solution, find_motions, motions_of
-from vireport.physics import Device
+from vireport.physics import Device, wrapped
 from vireport.scenario import Direction, Parameter, Simulation
 from vireport.simulation import (
     BOTTOM,
@@ -30,6 +29,7 @@ from vireport.simulation import (
     random_starts,
     start_of,
     start_speed,
+    wilson,
 )
 from vireport.simulation import Portrait as Portrait
 from vireport.trust.hysteresis import Hysteresis, follow_sweep
@@ -44,9 +44,6 @@ ASIDE = 1e-6
 
 SEED = 20190301
 """Of the starting states: a value of the swept parameter has its own, and they are the same in every run."""
-
-NORMAL_95 = 1.959963984540054
-"""Quantile of the normal distribution for a two-sided interval of 95 %."""
 
 REACHED = 1e-6
 """Distance, in phase [rad] and velocity [y_c], up to which a simulated cycle is one of the analytic orbits."""
@@ -180,14 +177,6 @@ class CrossCheck:
         return wilson(self.reached, self.trials) if self.trials else None
 
 
-def wilson(hits: int, trials: int) -> tuple[float, float, float]:
-    """Share of hits, and the ends of its 95 % confidence interval, by Wilson's score."""
-    share, z2 = hits / trials, NORMAL_95**2
-    centre = (share + z2 / (2 * trials)) / (1 + z2 / trials)
-    half = NORMAL_95 * sqrt(share * (1 - share) / trials + z2 / (4 * trials**2)) / (1 + z2 / trials)
-    return share, max(centre - half, 0.0) if hits else 0.0, min(centre + half, 1.0) if hits < trials else 1.0
-
-
 def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None = None, seed: int = SEED) -> CrossCheck:
     """Simulate along a sweep, or at a design point, and compare with the analytic motions.
 
@@ -219,7 +208,6 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     elsewhere = [(value, end) for value, end in at_stable if not is_one_to_one(end, n)]
     portraits = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.portraits]
     displacements = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.displacement]
-    drawn = diagram(d, gbar, r, starts, asked.impacts) if asked.diagram else None
     slowly = None
     if asked.follow is not Direction.NONE and solution.sweep is not None:
         say("following the motion from value to value")
@@ -241,7 +229,7 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
         reached=len(at_stable) - len(elsewhere),
         motions=_counted([(value, end) for value, row in zip(values, found, strict=True) for end in row]),
         elsewhere=_counted(elsewhere),
-        diagram=drawn,
+        diagram=diagram(found) if asked.diagram else None,
         hysteresis=slowly,
         portraits=tuple(portraits),
         displacements=tuple(displacements),
@@ -327,5 +315,4 @@ def difference(attractor: Attractor, motions: Motions, i: int) -> tuple[float, f
     bottom, top = int(np.argmax(cycle.wall == BOTTOM)), int(np.argmax(cycle.wall != BOTTOM))
     velocities = [cycle.velocity[bottom] - motions.velocity_bottom[i], cycle.velocity[top] - motions.velocity_top[i]]
     phases = [cycle.phase[bottom] - motions.phi_bottom[i], cycle.phase[top] - motions.phi_top[i]]
-    around = [abs((p + np.pi) % (2 * np.pi) - np.pi) for p in phases]
-    return float(max(map(abs, velocities))), float(max(around))
+    return float(max(map(abs, velocities))), float(max(abs(wrapped(phase)) for phase in phases))

@@ -33,6 +33,7 @@ from vireport.analysis import (
     return_trace,
 )
 from vireport.errors import NumericalError
+from vireport.physics import wrapped
 from vireport.simulation import BOTTOM, FLIGHT, PHASE, RIDING, TOP, VELOCITY, WALL, follow_one
 from vireport.simulation import SETTLING as SETTLING_TIME
 from vireport.trust.benchmark import Motion, Target
@@ -363,8 +364,8 @@ def settle(target: Target, tolerance: float, budget: Budget) -> Motion:
         bottom, walls = rows[::2], rows[:, WALL]
         if (walls[::2] != BOTTOM).any() or (walls[1::2] != TOP).any():
             raise NumericalError("the impacts do not alternate: it left the 1:1 motion")
-        turned = (np.diff(bottom[:, PHASE]) + pi) % (2 * pi) - pi
-        settled = np.maximum(np.abs(turned), np.abs(np.diff(bottom[:, VELOCITY]))) <= tolerance
+        moved = np.diff(bottom[:, [PHASE, VELOCITY]], axis=0)
+        settled = np.maximum(np.abs(wrapped(moved[:, 0])), np.abs(moved[:, 1])) <= tolerance
         if settled.any():
             top, end = rows[2 * int(np.argmax(settled)) + 1 :][:2]
             q = float(top[FLIGHT]) / (2 * model.n)

@@ -8,6 +8,7 @@ from math import ceil, log
 import numpy as np
 
 from vireport.analysis import Solution, eigenvalues
+from vireport.physics import wrapped
 from vireport.simulation import BOTTOM, PHASE, TOP, VELOCITY, WALL, check_model, follow_one
 from vireport.trust.benchmark import stable_motion
 
@@ -82,7 +83,7 @@ def reproduce(solution: Solution) -> Reproduction | None:
         periods=periods,
         needed=needed,
         velocity_difference=abs(float(rows[-1, VELOCITY]) - velocity),
-        phase_difference=abs((float(rows[-1, PHASE]) - phase + np.pi) % (2 * np.pi) - np.pi),
+        phase_difference=abs(wrapped(float(rows[-1, PHASE]) - phase)),
         same_impacts=np.array_equal(rows[:, WALL], np.resize([BOTTOM, TOP], 2 * periods + 1)),
     )
 

@@ -1,8 +1,8 @@
 """The equation with compliant membranes over one period in one go, by the solvers an engineer would take off the shelf.
 
 Nothing is split at the contacts: the solver meets the membranes as it goes. A ladder of solvers and settings is judged
-by one function: each run starts and ends on the accurate periodic motion of `compliant`, so that its error is known. A
-solver that gives up, overflows or passes a membrane by is a result like any other.
+by one function: each run starts and ends on the accurate `compliant_motion`, so that its error is known. A solver that
+gives up, overflows or passes a membrane by is a result like any other.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from vireport.physics import damping_number, flight
-from vireport.trust.compliant import CompliantModel, CompliantOrbit
+from vireport.trust.compliant_motion import CompliantModel, CompliantOrbit
 from vireport.trust.rootfinding import Floats
 from vireport.trust.timing import timed_in_turns
 

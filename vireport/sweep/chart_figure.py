@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from vireport.charts.outputs import EVENTS
 from vireport.figures import DOTTED, HALO, LOCI, Color, Entry, Label, Look, Picture, blank, finished, round_ticks, style
 from vireport.sequences import Chart, Event, FollowedLocus
 
@@ -31,7 +30,7 @@ BETWEEN: Look = {"linewidth": 0.5, "alpha": 0.6}
 MEETING: Look = {"linestyle": "none", "marker": "o", "markersize": 3.2, "color": Color.BLACK, "zorder": 3.0}
 
 
-def picture(chart: Chart) -> Picture:
+def picture(chart: Chart, caption: str) -> Picture:
     """Draw a chart."""
     plane = chart.plane
     with style():
@@ -51,7 +50,7 @@ def picture(chart: Chart) -> Picture:
             axis.set_label_text(f"{one.quantity} {one.symbol} [{one.unit or '–'}]")
         lines = [("blue: words of the stable motions (B bottom, T top); – where none was found", Color.BLUE)]
         drawn = finished(figure, HEIGHT, lines, [_legend(chart)], [(axes, labels)])
-    return Picture("figure-chart", "Chart", _caption(chart), _caption(chart), drawn)
+    return Picture("figure-chart", "Chart", caption, caption, drawn)
 
 
 def _draw(axes: Axes, locus: FollowedLocus) -> None:
@@ -105,9 +104,3 @@ def _regions(chart: Chart) -> Iterator[tuple[float, float, str]]:
 
 def _pixels(share: Floats) -> NDArray[np.intp]:
     return np.clip((share * PIXELS).astype(np.intp), 0, PIXELS - 1)
-
-
-def _caption(chart: Chart) -> str:
-    x, y = (one.quantity for one in chart.plane.inputs)
-    kinds = ", ".join(dict.fromkeys(EVENTS[locus.event] for locus in chart.loci))
-    return f"Chart of {y} against {x}: curves of {kinds}; {len(chart.meetings)} points where they meet, end or turn."

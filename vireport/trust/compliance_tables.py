@@ -10,7 +10,7 @@ from typing import ClassVar, cast
 from vireport.scenario import Parameter
 from vireport.text import ABSENT, TIMES, Table, capital, numbers, percent, quantity, significant, texts, words
 from vireport.trust.compliance import Compared, Compliance, Convergence, Grade, Unit
-from vireport.trust.compliant import CompliantOrbit
+from vireport.trust.compliant_motion import CompliantOrbit
 from vireport.trust.stiff_solvers import EXPLICIT, FIXED, WRONG, Outcome, SolverRun
 
 USEFUL = 1e-4

@@ -36,14 +36,21 @@ NOTE = (
 
 def files(chart: Chart, provenance: Provenance) -> dict[str, bytes]:
     """The files of a chart by their names."""
-    from vireport.charts.figures import picture
+    from vireport.sweep.chart_figure import picture
 
-    drawn = picture(chart)
+    drawn = picture(chart, caption_of(chart))
     markdown = "\n\n".join(
         markdown_text(part) if isinstance(part, str) else markdown_of(part) for part in _parts(chart)
     )
     contents = drawn.png, drawn.svg, chart_json(chart, provenance), f"{markdown.rstrip()}\n".encode()
     return dict(zip(NAMES, contents, strict=True))
+
+
+def caption_of(chart: Chart) -> str:
+    """What the figure of a chart shows."""
+    x, y = (one.quantity for one in chart.plane.inputs)
+    kinds = ", ".join(dict.fromkeys(EVENTS[locus.event] for locus in chart.loci))
+    return f"Chart of {y} against {x}: curves of {kinds}; {len(chart.meetings)} points where they meet, end or turn."
 
 
 def text(chart: Chart) -> str:
@@ -90,7 +97,6 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
     plane = chart.plane
     return json_bytes(
         {
-            "schema_version": 1,
             "inputs": [
                 {"name": one.value, "unit": one.unit, "from": float(low), "to": float(high)}
                 for one, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
@@ -106,8 +112,8 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
                 }
                 for cut in chart.cuts
             ],
-            "provenance": provenance.to_dict(),
-        }
+        },
+        provenance,
     )
 
 
