@@ -138,7 +138,7 @@ class Paths:
         """The two conditions that hold on the curves, at points (..., count, 3)."""
         u, phi, position = x[..., 0], x[..., 1], x[..., 2]
         groups = np.array(self.origin) * np.exp(position[..., None] * self.growth) + position[..., None] * self.shift
-        d, gbar, r = np.moveaxis(groups, -1, 0)
+        d, gbar, r = (groups[..., k] for k in range(3))
         k = coefficients(u, r, self.n)
         orbit = orbits_above(k, u, phi, r, self.n)
         second = np.where(self.symmetric, u, orbit.gbar - gbar)
@@ -232,7 +232,7 @@ class Trace:
 def _cross(a: Floats, b: Floats) -> Floats:
     """Vector products of arrays of shape (count, 3)."""
     (a0, a1, a2), (b0, b1, b2) = a.T, b.T
-    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=1)
+    return np.array([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0]).T
 
 
 def _size(vectors: Floats) -> Floats:
@@ -313,7 +313,7 @@ def _health(paths: Paths, x: Floats, with_gap: bool) -> Floats:
     start_of_line = np.where(paths.sign < 0, x[:, 2] - paths.low, 1.0)
     end_of_line = np.where(paths.sign > 0, paths.high - x[:, 2], 1.0)
     rest = (orbit.velocity_bottom, -orbit.velocity_top, start_of_line, end_of_line)
-    values = np.stack([np.where(valid, doubling, 1.0), np.where(valid, meeting, 1.0), gap, *rest, mirror], axis=1)
+    values = np.array([np.where(valid, doubling, 1.0), np.where(valid, meeting, 1.0), gap, *rest, mirror]).T
     return np.where(np.isnan(values), 1.0, values)
 
 
