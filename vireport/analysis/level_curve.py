@@ -231,22 +231,22 @@ class Curve:
         """
         r, (low, high) = self.r, self.bounds
         coordinate = self.sweep.coordinate(orbit)
+        with np.errstate(all="ignore"):
+            trace = return_trace(orbit, r)
+        edge, focus, unknown = stability_border(r), focus_border(r), np.full(trace.shape, np.nan)
+        # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
+        foci = [trace + focus, trace - focus] if r > 0 else [unknown, unknown]
         validity = [
             orbit.velocity_bottom,
             -orbit.velocity_top,
             (coordinate - low) / (high - low),
             (high - coordinate) / (high - low),
         ]
-        with np.errstate(all="ignore"):
-            trace = return_trace(orbit, r)
-        gap = np.full(trace.shape, np.nan)
-        inside = (np.min(validity, axis=0) > 0) & with_gap
+        values = np.array([trace + edge, *foci, trace - edge, unknown, *validity])
+        inside = (values[VALIDITY].min(axis=0) > 0) & with_gap
         if inside.any():
-            gap[inside] = wall_gap(orbit.select(inside), r, self.n)
-        edge, focus = stability_border(r), focus_border(r)
-        # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
-        foci = [trace + focus, trace - focus] if r > 0 else [np.full(trace.shape, np.nan)] * 2
-        return np.stack([trace + edge, *foci, trace - edge, gap, *validity], axis=-1)
+            values[StrandEvent.GRAZING, inside] = wall_gap(orbit.select(inside), r, self.n)
+        return values.T
 
 
 def curve_of(sweep: Sweep) -> Curve:
