@@ -64,7 +64,7 @@ VALIDITY = slice(StrandEvent.BOTTOM_REST, None)
 """Columns of `event_values` that are positive on what may be a motion."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Strand:
     """One smooth piece of the level curve.
 
@@ -182,7 +182,7 @@ def evaluate(strands: list[Strand], which: Ints, w: Floats, level: Level, r: flo
     return orbits_above(known, u, np.mod(phi, 2 * np.pi), r, n)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Curve:
     """A level curve ready to be evaluated.
 

@@ -245,7 +245,7 @@ def _with_inner_events(curve: Curve, pieces: list[Piece]) -> list[Piece]:
     return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Event:
     """A critical point on a branch before it has a name: at which row, of what kind, and the polished motion."""
 

@@ -77,7 +77,7 @@ CONCERNS = {
 """Which answer each requirement is about, by the first of its keys."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Fact:
     """A question and the answer.
 
@@ -91,7 +91,7 @@ class Fact:
     short: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
     """What a study comes to.
 
