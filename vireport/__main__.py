@@ -56,6 +56,8 @@ def _run() -> int:
         sys.stderr = _text(_Output(2, "w", closefd=False), sys.stderr)
     # No matrix here is so large that several threads of the linear algebra pay, and they take long to start.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # None is needed, and to look for some, the metadata of every installed package is read.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # Hardly any object here is in a cycle: to look for them, and to free all one by one at the end, takes 60 ms.
     gc.set_threshold(100_000)
     atexit.register(gc.freeze)
