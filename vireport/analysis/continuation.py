@@ -232,7 +232,7 @@ class Trace:
 def _cross(a: Floats, b: Floats) -> Floats:
     """Vector products of arrays of shape (count, 3)."""
     (a0, a1, a2), (b0, b1, b2) = a.T, b.T
-    return np.array([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0]).T
+    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=1)
 
 
 def _size(vectors: Floats) -> Floats:
