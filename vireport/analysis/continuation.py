@@ -126,8 +126,7 @@ class Paths:
 
     def select(self, index: Any) -> Paths:
         """Those picked by an index or mask."""
-        names = (field.name for field in fields(Paths) if field.name not in ("origin", "n"))
-        return replace(self, **{name: getattr(self, name)[index] for name in names})
+        return replace(self, **{name: getattr(self, name)[index] for name in COLUMNS})
 
     def motions(self, x: Any) -> tuple[Orbits, Any]:
         """The motions at points (..., count, 3), and their restitution."""
@@ -151,6 +150,10 @@ class Paths:
         """Each of the conditions at points (count, 3): its values (count, 1) and its gradients (count, 3)."""
         conditions = self.conditions(x + IMAGINARY_STEPS)
         return [(of[0].real[:, None], of.imag.T / IMAGINARY) for of in conditions]
+
+
+COLUMNS = tuple(field.name for field in fields(Paths) if field.name not in ("origin", "n"))
+"""What `Paths` has of each path."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -216,8 +219,7 @@ def _handed_over(path: Paths, x: Floats, symmetric: bool) -> Paths:
 
 
 def _joined(parts: list[Paths]) -> Paths:
-    names = (field.name for field in fields(Paths) if field.name not in ("origin", "n"))
-    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
     return replace(parts[0], **columns)
 
 

@@ -236,12 +236,8 @@ class Curve:
         edge, focus, unknown = stability_border(r), focus_border(r), np.full(trace.shape, np.nan)
         # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
         foci = [trace + focus, trace - focus] if r > 0 else [unknown, unknown]
-        validity = [
-            orbit.velocity_bottom,
-            -orbit.velocity_top,
-            (coordinate - low) / (high - low),
-            (high - coordinate) / (high - low),
-        ]
+        in_sweep = (coordinate - low) / (high - low), (high - coordinate) / (high - low)
+        validity = orbit.velocity_bottom, -orbit.velocity_top, *in_sweep
         values = np.array([trace + edge, *foci, trace - edge, unknown, *validity])
         inside = (values[VALIDITY].min(axis=0) > 0) & with_gap
         if inside.any():
