@@ -3,7 +3,7 @@
     python benchmarks/startup.py [RUNS]
 
 Each line is the median of the ratios of neighbouring runs, with the medians of both. The floors are processes that
-do nothing of ours:
+do nothing of ours, with Python's own settings (those of `vireport` look for cycles less often, and not at the end):
 
 - command: imports numpy, yaml, typer and pydantic, and runs a command that does nothing: only then do the last two
 import what they are made of;

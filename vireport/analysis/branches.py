@@ -46,7 +46,7 @@ class CriticalPoint:
         return self.point.phi_top
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Segment:
     """Rows `first` to `last` (inclusive) of a branch, between which nothing changes."""
 

@@ -126,8 +126,7 @@ class Paths:
 
     def select(self, index: Any) -> Paths:
         """Those picked by an index or mask."""
-        names = (field.name for field in fields(Paths) if field.name not in ("origin", "n"))
-        return replace(self, **{name: getattr(self, name)[index] for name in names})
+        return replace(self, **{name: getattr(self, name)[index] for name in COLUMNS})
 
     def motions(self, x: Any) -> tuple[Orbits, Any]:
         """The motions at points (..., count, 3), and their restitution."""
@@ -138,7 +137,7 @@ class Paths:
         """The two conditions that hold on the curves, at points (..., count, 3)."""
         u, phi, position = x[..., 0], x[..., 1], x[..., 2]
         groups = np.array(self.origin) * np.exp(position[..., None] * self.growth) + position[..., None] * self.shift
-        d, gbar, r = np.moveaxis(groups, -1, 0)
+        d, gbar, r = (groups[..., k] for k in range(3))
         k = coefficients(u, r, self.n)
         orbit = orbits_above(k, u, phi, r, self.n)
         second = np.where(self.symmetric, u, orbit.gbar - gbar)
@@ -151,6 +150,10 @@ class Paths:
         """Each of the conditions at points (count, 3): its values (count, 1) and its gradients (count, 3)."""
         conditions = self.conditions(x + IMAGINARY_STEPS)
         return [(of[0].real[:, None], of.imag.T / IMAGINARY) for of in conditions]
+
+
+COLUMNS = tuple(field.name for field in fields(Paths) if field.name not in ("origin", "n"))
+"""What `Paths` has of each path."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -216,8 +219,7 @@ def _handed_over(path: Paths, x: Floats, symmetric: bool) -> Paths:
 
 
 def _joined(parts: list[Paths]) -> Paths:
-    names = (field.name for field in fields(Paths) if field.name not in ("origin", "n"))
-    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
     return replace(parts[0], **columns)
 
 
@@ -313,7 +315,7 @@ def _health(paths: Paths, x: Floats, with_gap: bool) -> Floats:
     start_of_line = np.where(paths.sign < 0, x[:, 2] - paths.low, 1.0)
     end_of_line = np.where(paths.sign > 0, paths.high - x[:, 2], 1.0)
     rest = (orbit.velocity_bottom, -orbit.velocity_top, start_of_line, end_of_line)
-    values = np.stack([np.where(valid, doubling, 1.0), np.where(valid, meeting, 1.0), gap, *rest, mirror], axis=1)
+    values = np.array([np.where(valid, doubling, 1.0), np.where(valid, meeting, 1.0), gap, *rest, mirror]).T
     return np.where(np.isnan(values), 1.0, values)
 
 

@@ -31,7 +31,7 @@ ADJOINING = 1e-12
 """Relative gap between two stable ranges that is rounding."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class StableInterval:
     """Range of an input over which stable 1:1 motion is known to exist, and what ends it on either side.
 

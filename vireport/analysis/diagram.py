@@ -160,7 +160,7 @@ def _near_admissible(branch: Branch, row: int) -> bool:
     return bool(branch.motions.admissible[max(row - 1, 0) : row + 2].any())
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class TableRow:
     """One row of Table 1.
 

@@ -64,7 +64,7 @@ VALIDITY = slice(StrandEvent.BOTTOM_REST, None)
 """Columns of `event_values` that are positive on what may be a motion."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Strand:
     """One smooth piece of the level curve.
 
@@ -182,7 +182,7 @@ def evaluate(strands: list[Strand], which: Ints, w: Floats, level: Level, r: flo
     return orbits_above(known, u, np.mod(phi, 2 * np.pi), r, n)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Curve:
     """A level curve ready to be evaluated.
 
@@ -231,22 +231,18 @@ class Curve:
         """
         r, (low, high) = self.r, self.bounds
         coordinate = self.sweep.coordinate(orbit)
-        validity = [
-            orbit.velocity_bottom,
-            -orbit.velocity_top,
-            (coordinate - low) / (high - low),
-            (high - coordinate) / (high - low),
-        ]
         with np.errstate(all="ignore"):
             trace = return_trace(orbit, r)
-        gap = np.full(trace.shape, np.nan)
-        inside = (np.min(validity, axis=0) > 0) & with_gap
-        if inside.any():
-            gap[inside] = wall_gap(orbit.select(inside), r, self.n)
-        edge, focus = stability_border(r), focus_border(r)
+        edge, focus, unknown = stability_border(r), focus_border(r), np.full(trace.shape, np.nan)
         # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
-        foci = [trace + focus, trace - focus] if r > 0 else [np.full(trace.shape, np.nan)] * 2
-        return np.stack([trace + edge, *foci, trace - edge, gap, *validity], axis=-1)
+        foci = [trace + focus, trace - focus] if r > 0 else [unknown, unknown]
+        in_sweep = (coordinate - low) / (high - low), (high - coordinate) / (high - low)
+        validity = orbit.velocity_bottom, -orbit.velocity_top, *in_sweep
+        values = np.array([trace + edge, *foci, trace - edge, unknown, *validity])
+        inside = (values[VALIDITY].min(axis=0) > 0) & with_gap
+        if inside.any():
+            values[StrandEvent.GRAZING, inside] = wall_gap(orbit.select(inside), r, self.n)
+        return values.T
 
 
 def curve_of(sweep: Sweep) -> Curve:

@@ -92,7 +92,7 @@ class Line(Enum):
 LINES, INPUTS = tuple(Line), tuple(DesignInput)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Margin:
     """Distance from the design point to a critical point, when one input varies.
 
@@ -144,7 +144,7 @@ class Margin:
         return self.point.point.sweep_value
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Margins:
     """What is known of where stable motions end.
 
@@ -269,7 +269,7 @@ def value_at(device: Device, varied: DesignInput, position: Any, groups: tuple[A
             return value * grown
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class LinePoint:
     """A motion on a line that a condition singles out, in decimals: its unknowns, and the motion itself.
 

@@ -72,33 +72,36 @@ def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
     period = 2 * n
     half = pi * n * u
     sin_half, cos_half = ops.sin(half), ops.cos(half)
-    versine = 2 * sin_half * sin_half
-    sin_theta = 2 * sin_half * cos_half
-    p = (1 + r) * u - (1 - r) / 2
-    determinant = -period * period * ((1 + r) * u * u + (1 - r) * (1 - r) / (4 * (1 + r)))
+    twice = 2 * sin_half
+    versine, sin_theta = twice * sin_half, twice * cos_half
+    jump, loss = 1 + r, 1 - r
+    twice_jump, shift = 2 * jump, period * u
+    p = jump * u - loss / 2
+    determinant = -period * period * (jump * u * u + loss * loss / (4 * jump))
     if n % 2:
         sin_a, cos_a_less_one = -sin_theta, versine - 2
-        gbar_sine = versine * p - 2 * (1 + r) * u
+        gbar_sine = versine * p - twice_jump * u
     else:
         sin_a, cos_a_less_one = sin_theta, -versine
-        gbar_sine = cos_a_less_one * p - (1 - r)
+        gbar_sine = cos_a_less_one * p - loss
     scale = period / (pi * determinant)
     gbar_sine, gbar_cosine = scale * gbar_sine, scale * sin_a * p
-    velocity_sine = scale * period * (u * cos_a_less_one + p / (1 + r))
-    velocity_cosine = scale * period * u * sin_a
+    scale = scale * period
+    velocity_sine = scale * (u * cos_a_less_one + p / jump)
+    velocity_cosine = scale * u * sin_a
     reach = period * (1 - 4 * u * u) / 8  # Tu Td/(2T)
     return Coefficients(
         sin_a=sin_a,
         cos_a=1 + cos_a_less_one,
-        time_up=n + period * u,
-        time_down=n - period * u,
+        time_up=n + shift,
+        time_down=n - shift,
         determinant=determinant,
         gbar_sine=gbar_sine,
         gbar_cosine=gbar_cosine,
         velocity_sine=velocity_sine,
         velocity_cosine=velocity_cosine,
-        d_sine=reach * (2 * (1 + r) * velocity_sine - period * gbar_sine) - sin_a / (pi * pi),
-        d_cosine=reach * (2 * (1 + r) * velocity_cosine - period * gbar_cosine) + cos_a_less_one / (pi * pi),
+        d_sine=reach * (twice_jump * velocity_sine - period * gbar_sine) - sin_a / (pi * pi),
+        d_cosine=reach * (twice_jump * velocity_cosine - period * gbar_cosine) + cos_a_less_one / (pi * pi),
     )
 
 

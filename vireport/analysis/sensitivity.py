@@ -26,7 +26,7 @@ ROUNDING = float(np.finfo(float).eps)
 """Relative change of an input that is the smallest there is."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class RestitutionEffect:
     """What a restitution other by `UNSURE` does to the stable motions of a design point.
 

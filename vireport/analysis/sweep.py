@@ -22,7 +22,7 @@ class Held(Enum):
     """In a sweep over the inclination."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Level:
     """What a sweep holds, and its value: a linear condition on (gbar, d), hence a curve on the surface of motions."""
 

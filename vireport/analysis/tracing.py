@@ -30,7 +30,7 @@ from vireport.analysis.critical import (
 from vireport.analysis.kinds import BranchEnd, Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.level_curve import VALIDITY, Curve, Samples, Strand
 from vireport.analysis.motions import Motions, motions_of
-from vireport.analysis.orbits import orbits
+from vireport.analysis.orbits import Orbits, orbits
 from vireport.analysis.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.analysis.stability import NODE, UNSTABLE
 from vireport.errors import NumericalError
@@ -245,7 +245,7 @@ def _with_inner_events(curve: Curve, pieces: list[Piece]) -> list[Piece]:
     return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Event:
     """A critical point on a branch before it has a name: at which row, of what kind, and the polished motion."""
 
@@ -269,21 +269,19 @@ def drafts(curve: Curve, samples: Samples) -> list[Draft]:
 
 
 def _draft(curve: Curve, piece: Piece) -> Draft:
-    events, w = [], piece.w.copy()
-    for row in map(int, np.nonzero(piece.event >= 0)[0]):
-        happening = StrandEvent(piece.event[row])
-        if not happening.ends_sweep:
-            events.append(_event(curve, piece, row, happening))
-        if happening.at_rest:
-            inner = 1 if row == 0 else row - 1
-            w[row] += HAIR * (piece.w[inner] - piece.w[row])
-    orbit = curve.on(piece.strand, w)
+    happenings = {int(row): StrandEvent(piece.event[row]) for row in np.nonzero(piece.event >= 0)[0]}
+    orbit = curve.on(piece.strand, piece.w)
+    events = [_event(curve, piece, row, event, orbit) for row, event in happenings.items() if not event.ends_sweep]
+    if at_rest := [row for row, event in happenings.items() if event.at_rest]:
+        w, inner = piece.w.copy(), [1 if row == 0 else row - 1 for row in at_rest]
+        w[at_rest] += HAIR * (piece.w[inner] - piece.w[at_rest])
+        orbit = curve.on(piece.strand, w)
     u, phi = np.array(orbit.u), np.array(orbit.phi)
     _polish_ends(curve, piece, u, phi)
     for event in events:
         if not event.change.at_rest:
             u[event.row], phi[event.row] = event.point.u, event.point.phi
-    at_symmetry = _symmetric_ends(curve, piece)
+    at_symmetry = _symmetric_ends(curve, piece, orbit)
     u[at_symmetry] = 0.0
     motions = motions_of(curve.sweep, curve.level, orbits(u, phi, curve.r, curve.n))
     _pin(motions, curve, piece, events, at_symmetry)
@@ -317,9 +315,10 @@ def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
             u[row], phi[row] = place_at(curve.sweep, value, float(u[row]), float(phi[row]), symmetric, reach)
 
 
-def _event(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> Event:
+def _event(curve: Curve, piece: Piece, row: int, event: StrandEvent, orbit: Orbits) -> Event:
+    """What happens at a row of a piece, whose motions are `orbit`."""
     try:
-        point = _polished(curve, piece, row, event)
+        point = _polished(curve, piece, event, orbit.select([row]))
     except (NumericalError, ArithmeticError):
         point = _bracketed(curve, piece, row)
     symmetric = curve.strands[piece.strand].symmetric
@@ -333,9 +332,8 @@ def _event(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> Event:
     return Event(row, event.kind, point, event.change)
 
 
-def _polished(curve: Curve, piece: Piece, row: int, event: StrandEvent) -> PolishedMotion:
-    """The event at a row of a piece, polished."""
-    orbit = curve.on(piece.strand, piece.w[[row]])
+def _polished(curve: Curve, piece: Piece, event: StrandEvent, orbit: Orbits) -> PolishedMotion:
+    """An event of a piece, polished; `orbit` is the motion as far as it is known (arrays of length one)."""
     polished = partial(polish, curve.sweep, symmetric=curve.strands[piece.strand].symmetric)
     if event is StrandEvent.GRAZING:
         return cast(PolishedMotion, polish_grazing(orbit, curve.r, curve.n, polished))
@@ -361,12 +359,11 @@ def _turns(curve: Curve, piece: Piece, row: int) -> bool:
     return bool((x[0] - x[1]) * (x[2] - x[1]) > 0)
 
 
-def _symmetric_ends(curve: Curve, piece: Piece) -> list[int]:
+def _symmetric_ends(curve: Curve, piece: Piece, orbit: Orbits) -> list[int]:
     """Rows, 0 or -1, at which an asymmetric branch of a horizontal capsule begins at the symmetric motion."""
     if not curve.horizontal or curve.strands[piece.strand].symmetric:
         return []
-    u = curve.on(piece.strand, piece.w[[0, -1]]).u
-    return [row for row, value in zip((0, -1), u, strict=True) if abs(value) < BEGINS_AT_SYMMETRY]
+    return [row for row in (0, -1) if abs(orbit.u[row]) < BEGINS_AT_SYMMETRY]
 
 
 def _pin(motions: Motions, curve: Curve, piece: Piece, events: list[Event], at_symmetry: list[int]) -> None:

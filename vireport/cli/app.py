@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json as plain_json
 import sys
+from copy import copy
 from enum import StrEnum
 from io import StringIO
 from pathlib import Path
@@ -104,7 +105,7 @@ class DefaultGroup(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Put `run` before anything that is neither a command nor an option of the group."""
-        if args and args[0] not in self.commands and args[0] not in self.group_only:
+        if args and args[0] not in _commands() and args[0] not in self.group_only:
             self._refuse_misspelt_command(args[0])
             args = ["run", *args]
         return super().parse_args(ctx, args)
@@ -121,7 +122,7 @@ class DefaultGroup(TyperGroup):
             return
         from difflib import get_close_matches
 
-        if close := get_close_matches(word, self.commands, 1, 0.7):
+        if close := get_close_matches(word, _commands(), 1, 0.7):
             raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
 
 
@@ -134,6 +135,21 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+
+def _commands() -> dict[str, Any]:
+    """What Typer knows of each command, by its name."""
+    known: list[Any] = app.registered_commands
+    return {command.callback.__name__: command for command in known}
+
+
+def _called(arguments: list[str]) -> typer.Typer:
+    """The application without the commands that are not called: to build all takes as long as to read a scenario."""
+    if not arguments or arguments[0] in DefaultGroup.group_only:
+        return app
+    commands, alone = _commands(), copy(app)
+    alone.registered_commands = [commands.get(arguments[0], commands["run"])]
+    return alone
 
 
 def _version(shown: bool) -> None:
@@ -599,7 +615,7 @@ def main(arguments: list[str]) -> int:
 
 def _run(arguments: list[str]) -> int:
     try:
-        code = app(args=arguments, prog_name="vireport", standalone_mode=False)
+        code = _called(arguments)(args=arguments, prog_name="vireport", standalone_mode=False)
     except SystemExit as stop:  # of shell completion
         code = stop.code
     except _PastTyper as carried:

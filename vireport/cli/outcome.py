@@ -23,7 +23,7 @@ REPORT = "report.html"
 RED, BOLD, PLAIN = "\x1b[31m", "\x1b[1m", "\x1b[0m"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
     """What a command comes to, before anything of it is printed or written.
 

@@ -79,7 +79,7 @@ MOST_MOTIONS = 3
 """Other motions that are named."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Alert:
     """An alert that results raise; the cause has its numbers."""
 

@@ -84,7 +84,7 @@ class LimitKind(Enum):
     WORDS = "only {words}"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Limit:
     """What is required: a number or the ends of a range, ascending, with their unit, or the words of motions."""
 
@@ -104,7 +104,7 @@ class Limit:
         return self.numbers[-1] - self.numbers[0] if self.kind is LimitKind.RANGE else self.numbers[0]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
     """What a requirement comes to.
 
@@ -137,7 +137,7 @@ class Outcome:
         return "".join(self.remark)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Criterion:
     """A line of the acceptance table.
 
@@ -234,7 +234,7 @@ class Results:
         return design
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Requirement:
     """A row of the table of what can be required.
 

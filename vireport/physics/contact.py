@@ -45,7 +45,7 @@ STEP = 0.04
 """Step of the double-exponential rule, at which it is converged to rounding for every h and r allowed."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Law:
     """What a contact of exponent h and restitution r is, in dimensionless numbers.
 

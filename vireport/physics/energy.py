@@ -232,7 +232,7 @@ def conversion(
     return Conversion(bottom, top, 1e3 / period_s * (bottom + top), (bottom + top) / spent, field)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Fitting:
     """What brings the largest deflection to the membrane's active radius, each alone; None beyond a scenario's range.
 

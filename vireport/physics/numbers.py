@@ -152,13 +152,12 @@ class DecimalOps:
 
 def _alternating_series(term: Decimal, square: Decimal, k: int) -> Decimal:
     """Sum of the series in which -term x^2/(k (k+1)) follows a term: the cosine's for k = 1, the sine's for k = 2."""
-    total = term
-    while True:
+    before, total = None, term
+    while total != before:
         term = -term * square / (k * (k + 1))
-        if total + term == total:
-            return total
-        total += term
+        before, total = total, total + term
         k += 2
+    return total
 
 
 @lru_cache(maxsize=4)

@@ -21,8 +21,6 @@ from pydantic import ValidationError
 from vireport.errors import Mistake, ScenarioError, UsageError
 from vireport.scenario.blocks import AxisPath, Map, MapFile, Scenario
 from vireport.scenario.document import LARGEST_FILE, Document, is_within, join, read
-from vireport.scenario.hints import closest
-from vireport.scenario.messages import word
 from vireport.scenario.overrides import apply, as_texts
 from vireport.scenario.rules import Finding, Kind, axes_of, axis_path, check, is_number
 from vireport.text import visible
@@ -208,6 +206,8 @@ def _validated(document: Document, model: type[Model], stands_for: Mapping[str, 
     findings += check(document, {finding.path for finding in findings} | document.unread, model)
     if file is not None and not findings and not document.mistakes:
         return file
+    from vireport.scenario.messages import word
+
     findings = [finding._replace(path=stands_for.get(finding.path, finding.path)) for finding in findings]
     raise ScenarioError(document.name, [*document.mistakes, *word(findings, document, model)])
 
@@ -256,6 +256,8 @@ def _unreadable(path: Path, error: Exception) -> str:
     if str(path) == "-":
         return f"standard input cannot be read ({getattr(error, 'strerror', None) or error})"
     if isinstance(error, FileNotFoundError):
+        from vireport.scenario.hints import closest
+
         try:
             close = closest(path.name, [entry.name for entry in islice(path.parent.iterdir(), MOST_NAMES)])
         except OSError:

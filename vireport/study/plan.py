@@ -86,7 +86,7 @@ ALL_FORMATS = (*FORMATS, Task.SVG, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
 """What `--format` can ask for; the last three are for systems that run jobs."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Step:
     """One thing that a run could do.
 
@@ -106,7 +106,7 @@ class Step:
     why: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Plan:
     """The steps of a run, in their order."""
 

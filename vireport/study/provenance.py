@@ -30,7 +30,7 @@ PAGES, DRAWINGS = ("jinja2", "typst"), ("matplotlib",)
 """Further ones that a report and its figures are made with."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Provenance:
     """What made the results, of what.
 
