@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from decimal import Decimal, localcontext
 from itertools import chain, combinations, pairwise
-from math import inf, pi
+from math import inf, pi, prod
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from vireport.physics import ARRAYS, DIGITS, FLOATS, DecimalOps, Device
 from vireport.scenario import DesignInput, Parameter
 from vireport.sequences.atlas import atlas
 from vireport.sequences.continuation import Event, Point, completed, follow
-from vireport.sequences.equations import linearised, residuals
+from vireport.sequences.equations import linearised, residuals, weighted_trace
 from vireport.sequences.families import Atlas
 from vireport.sequences.loci import Condition, Locus, Plane
 from vireport.sequences.motions import BESIDE, Motion, Sequence, turns
@@ -267,9 +267,12 @@ def _place(plane: Plane, k: int, swept: float, other: float) -> Floats:
 
 
 def _events(families: Atlas, plane: Plane, k: int, other: float) -> Iterator[Start]:
-    """The points where families meet on a sweep across a plane."""
-    for vertex in families.vertices:
-        yield vertex.point.motion, _place(plane, k, vertex.point.sweep_value, other), vertex.event
+    """The points on a sweep across a plane where families meet, or motions change between node and focus."""
+    points = [(vertex.point, vertex.event) for vertex in families.vertices]
+    marks = chain.from_iterable(family.marks for family in families.families)
+    points += [(mark.point, mark.event) for mark in marks if mark.point and mark.event is Event.NODE_FOCUS]
+    for point, event in points:
+        yield point.motion, _place(plane, k, point.sweep_value, other), event
 
 
 def _stable(families: Atlas, plane: Plane, k: int, other: float) -> tuple[tuple[float, float, tuple[str, ...]], ...]:
@@ -299,12 +302,14 @@ class _Search:
     def explore(self, motion: Motion, p: Floats, event: Event) -> None:
         """Follow the locus of an event at a motion and values of the inputs, and all that it is joined to."""
         motion = _distinct(motion).canonical()
-        rests = at_rest(motion)
-        for sign in (1, -1) if event is Event.NODE_FOCUS else (1,):
-            path = Locus(motion.sequence, self.plane, Condition(event, rests, sign))
-            x = path.nearest(np.concatenate([motion.velocity, motion.time, p])) if self._wanted(path) else None
-            if x is not None and np.abs((x[-2:] - p) / self.plane.widths).max() < SAME_POINT:
-                self._follow(path, path.point(x, path.tangent(x)))
+        guess, sign = np.concatenate([motion.velocity, motion.time, p]), 1
+        if event is Event.NODE_FOCUS:
+            weighted = weighted_trace(motion.sequence, guess.tolist(), self.plane.at(p.tolist()))
+            sign = 1 if weighted * prod(motion.velocity) > 0 else -1
+        path = Locus(motion.sequence, self.plane, Condition(event, at_rest(motion), sign))
+        x = path.nearest(guess) if self._wanted(path) else None
+        if x is not None and np.abs((x[-2:] - p) / self.plane.widths).max() < SAME_POINT:
+            self._follow(path, path.point(x, path.tangent(x)))
         while self.queue:
             self._follow(*self.queue.popleft())
 
@@ -345,7 +350,8 @@ class _Search:
 
     def _meet(self, path: Locus, x: Floats, event: Event) -> None:
         """Take up a point of codimension two, and start the loci through it."""
-        if event in (Event.SWEEP_END, Event.CLOSED, Event.LOST) or path.condition.event is Event.NODE_FOCUS:
+        of_type = path.condition.event is Event.NODE_FOCUS
+        if event in (Event.SWEEP_END, Event.CLOSED, Event.LOST) or (of_type and event is Event.GRAZING):
             return
         motion, p = path.motion(x), x[-2:]
         if self.plane.room(p) < AT_EDGE:
@@ -374,7 +380,8 @@ class _Search:
         x = [*motion.velocity.tolist(), *motion.time.tolist()]
         found = [Condition(Event.GRAZING, (rest,)) for rest in rests]
         if len(rests) < 2 and len(motion.sequence) > len(rests):
-            traced = (Condition(event) for event in (Event.PERIOD_DOUBLING, Event.FOLD))
+            traced = [Condition(event) for event in (Event.PERIOD_DOUBLING, Event.FOLD)]
+            traced += [Condition(Event.NODE_FOCUS, sign=sign) for sign in (1, -1)]
             found += [one for one in traced if abs(one.value(motion.sequence, x, groups, ARRAYS)) < MEETS]
         loci = (Locus(motion.sequence, self.plane, condition) for condition in found)
         return (path for path in loci if self._wanted(path))
