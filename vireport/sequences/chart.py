@@ -24,6 +24,7 @@ from vireport.scenario import DesignInput, Parameter
 from vireport.sequences.atlas import atlas
 from vireport.sequences.continuation import Event, Point, completed, follow
 from vireport.sequences.equations import linearised, residuals, weighted_trace
+from vireport.sequences.exclusion import FINE
 from vireport.sequences.families import Atlas
 from vireport.sequences.loci import Condition, Locus, Plane
 from vireport.sequences.motions import BESIDE, Motion, Sequence, turns
@@ -199,7 +200,7 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
         progress(f"motions along the {plane.inputs[k].quantity}, {plane.inputs[1 - k].show(other)}")
         sweep = cut_sweep(plane, k, other)
         if not sweep.unresolved:
-            families = atlas(sweep, limits)
+            families = atlas(sweep, limits, finest=FINE)
             crossed.append(Cut(k, other, _stable(families, plane, k, other)))
             for start in _events(families, plane, k, other):
                 progress(f"loci of {start[0].sequence.word}")
