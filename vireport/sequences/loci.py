@@ -264,10 +264,10 @@ class Locus(Path):
             x = last.x.copy()
             x[2 * count + edge % 2] = (self.plane.low, self.plane.high)[edge // 2][edge % 2]
             return Event.SWEEP_END, last._replace(x=x)
-        which = int(np.argmin(margins)) - 4
-        if which in self.condition.rests:
-            return Event.RELEASE, last
-        return (Event.ZERO_VELOCITY if which < count else Event.GRAZING), last
+        which = np.flatnonzero(np.abs(margins[4 : 4 + count]) < AT_ZERO)
+        if which.size:  # beside which rounding may leave a turning point
+            return (Event.RELEASE if which[0] in self.condition.rests else Event.ZERO_VELOCITY), last
+        return Event.GRAZING, last
 
     def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the locus. Raises as `located`."""
