@@ -27,7 +27,7 @@ from vireport.sequences.equations import linearised, residuals, weighted_trace
 from vireport.sequences.exclusion import FINE
 from vireport.sequences.families import Atlas
 from vireport.sequences.loci import Condition, Locus, Plane
-from vireport.sequences.motions import BESIDE, Motion, Sequence, turns
+from vireport.sequences.motions import BESIDE, IMAGE, Motion, Sequence, turns
 from vireport.sequences.switching import Limits, at_rest, off, touching
 
 Floats = NDArray[np.float64]
@@ -324,9 +324,7 @@ class _Search:
         """Follow a locus both ways from a motion, unless it is known."""
         motion = path.motion(first.x)
         waits = np.diff(motion.time, append=motion.time[0] + 2 * motion.sequence.periods)
-        if not path.admits(first.x) or waits.min() < BESIDE or motion.primitive() is not motion:
-            return
-        if self._known(path, first.x):
+        if not path.admits(first.x) or waits.min() < BESIDE or _is_multiple(motion) or self._known(path, first.x):
             return
         strand = completed(path, first, follow(path, first))
         x = np.array([point.x for point in strand.points])
@@ -360,7 +358,8 @@ class _Search:
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion = touching(motion, path.turns(x))
         motion = _distinct(motion).canonical()
-        if any(self._same(meeting, motion, p) for meeting in self.meetings):
+        twice = at_rest(motion) and _is_multiple(motion)  # a point of the other motion, known to half of the digits
+        if twice or any(self._same(meeting, motion, p) for meeting in self.meetings):
             return
         self.meetings.append(_polished(self.plane, motion, p, _both(path.condition.event, event)))
         rests = at_rest(motion)
@@ -393,6 +392,12 @@ def _distinct(motion: Motion) -> Motion:
     rests, period = at_rest(motion), 2 * motion.sequence.periods
     late = [(motion.time[j] - motion.time[i]) % period for i, j in zip(rests, (*rests[1:], *rests[:1]), strict=True)]
     return motion.without_impacts([j for j, wait in zip(rests[1:], late, strict=False) if wait < BESIDE])
+
+
+def _is_multiple(motion: Motion) -> bool:
+    """Whether a motion is several periods of another one, its touches aside."""
+    fast = motion.without_impacts(np.flatnonzero(np.abs(motion.velocity) < IMAGE))
+    return fast.primitive() is not fast
 
 
 def _on(locus: FollowedLocus, x: Floats) -> bool:
