@@ -361,7 +361,10 @@ class _Search:
         twice = at_rest(motion) and _is_multiple(motion)  # a point of the other motion, known to half of the digits
         if twice or any(self._same(meeting, motion, p) for meeting in self.meetings):
             return
-        self.meetings.append(_polished(self.plane, motion, p, _both(path.condition.event, event)))
+        events = _both(path.condition.event, event)
+        if events[0] is Event.FOLD and self._symmetric(motion):
+            events = Event.PITCHFORK, events[1]
+        self.meetings.append(_polished(self.plane, motion, p, events))
         rests = at_rest(motion)
         for removed in chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)):
             own = motion.without_impacts(removed)
@@ -374,13 +377,17 @@ class _Search:
         near = np.abs((np.array(meeting.inputs) - p) / self.plane.widths).max() < SAME_POINT
         return bool(near) and meeting.motion.distance(motion, mirror=self.plane.horizontal) < SAME_MOTION
 
+    def _symmetric(self, motion: Motion) -> bool:
+        return self.plane.horizontal and motion.distance(motion.mirrored()) < IMAGE
+
     def _through(self, motion: Motion, p: Floats) -> Iterator[Locus]:
         """The loci through a point: of every condition that holds for a motion with some of its touches as impacts."""
         rests, groups = at_rest(motion), self.plane.at(p.tolist())
         x = [*motion.velocity.tolist(), *motion.time.tolist()]
         found = [Condition(Event.GRAZING, (rest,)) for rest in rests]
         if len(rests) < 2 and len(motion.sequence) > len(rests):
-            traced = [Condition(event) for event in (Event.PERIOD_DOUBLING, Event.FOLD)]
+            fold = Event.PITCHFORK if self._symmetric(motion) else Event.FOLD
+            traced = [Condition(event) for event in (Event.PERIOD_DOUBLING, fold)]
             traced += [Condition(Event.NODE_FOCUS, sign=sign) for sign in (1, -1)]
             found += [one for one in traced if abs(one.value(motion.sequence, x, groups, ARRAYS)) < MEETS]
         loci = (Locus(motion.sequence, self.plane, condition) for condition in found)
@@ -457,13 +464,14 @@ def _polished(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Even
 
 def _at_grazing(plane: Plane, motion: Motion, x: list[Any], event: Event) -> list[Any]:
     """The conditions where a membrane is touched, and touched again or another event happens."""
-    rests, count = at_rest(motion), len(motion.sequence)
-    conditions = [Condition(Event.GRAZING, (rest,)) for rest in rests]
+    rests, own = at_rest(motion), 2 * len(motion.sequence)
+    # Of a symmetric motion the touches of the second half are those of the first.
+    free = rests[: len(rests) // 2] if event is Event.PITCHFORK else rests
+    conditions = [Condition(Event.GRAZING, (rest,)) for rest in free]
     if event is not Event.GRAZING:
         conditions.append(Condition(event, rests))
-    groups = plane.at(x[2 * count :])
-    values = (one.value(motion.sequence, x[: 2 * count], groups, plane.ops) for one in conditions)
-    return [*residuals(motion.sequence, x, plane, plane.ops), *values]
+    values = (one.value(motion.sequence, x[:own], plane.at(x[own:]), plane.ops) for one in conditions)
+    return [*Locus(motion.sequence, plane, Condition(event)).residuals(x, plane), *values]
 
 
 def _at_cusp(plane: Plane, sequence: Sequence, x: list[Any], normal: Floats) -> list[Any]:
