@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import EXAMPLES, sentences
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt, label
 from test_equations import printed_maps, printed_trace
 
 from vireport import load, reference
@@ -23,6 +25,7 @@ from vireport.sequences.chart import cut_sweep
 from vireport.sequences.loci import Locus
 from vireport.sequences.motions import BESIDE, Sequence
 from vireport.sequences.switching import at_rest
+from vireport.simulation import attractors, random_starts, start_speed
 
 PLANES = (
     "inclination_deg=0..90,length_m=0.3..1",
@@ -175,6 +178,50 @@ def test_two_curves_of_folds_end_together_in_a_cusp():
     assert beside(-1e-4) == []
     widths = [np.ptp(beside(off)) for off in (1e-4, 4e-4)]
     assert widths[1] / widths[0] == pytest.approx(8, rel=0.02)  # the power 3/2 of the distance
+
+
+def known_regions(found: Chart, count: int) -> tuple[NDArray[Any], NDArray[Any], dict[int, set[tuple[str, ...]]]]:
+    """Regions between curves on a raster, the distance to the nearest curve, and the words that sweeps find in each."""
+    plane, free = found.plane, np.ones((count, count), dtype=bool)
+    for locus in found.loci:
+        for x, y in zip(locus.drawn(40)[:-1], np.repeat(locus.bounds_stability, 40), strict=True):
+            if y:
+                free[raster(plane, x, count)] = False
+    room, regions, words = distance_transform_edt(free), label(free)[0], {}
+    for cut in found.cuts:
+        for low, high, stable in cut.stable:
+            for value in np.linspace(low, high, 50)[1:-1]:
+                at = raster(plane, np.insert([cut.other], cut.varied, value), count)
+                if room[at] > 2:
+                    words.setdefault(regions[at], set()).add(stable)
+    return regions, room, words
+
+
+def raster(plane: Plane, inputs: Any, count: int) -> tuple[int, ...]:
+    share = (np.asarray(inputs) - plane.low) / plane.widths
+    return tuple(np.clip((share * count).astype(int), 0, count - 1).tolist())
+
+
+@pytest.mark.slow
+def test_a_simulation_ends_in_the_words_of_its_region_and_in_no_others():
+    found, cells, checked = all_words(), 10, 0
+    regions, room, words = known_regions(found, 240)
+    assert all(len(sets) == 1 for sets in words.values())
+    shares = (np.arange(cells) + 0.5) / cells
+    for r in (found.plane.low[0] + found.plane.widths[0] * shares).tolist():
+        lengths = found.plane.low[1] + found.plane.widths[1] * shares
+        groups = np.array([found.plane.at([r, length])[:2] for length in lengths.tolist()])
+        d, gbar = groups.T.copy()
+        ends = attractors(d, gbar, r, random_starts(d, start_speed(r, [0.0] * cells), 16, 1))
+        for length, each in zip(lengths, ends, strict=True):
+            at = raster(found.plane, [r, length], 240)
+            if room[at] > 3 and regions[at] in words:
+                cycles = [end.cycle for end in each if end.cycle is not None and not end.cycle.sticks]
+                short = [one for one in cycles if len(one.wall) <= 4 and one.period <= 2]
+                ((stable,),) = [tuple(words[regions[at]])]
+                assert {Sequence.of(one.word).canonical().word for one in short} == set(stable), (r, length)
+                checked += 1
+    assert checked > 50
 
 
 @pytest.mark.slow
