@@ -49,6 +49,12 @@ AT_CUSP = Decimal("1e-12"), 1e-4
 AT_EDGE, SAME_POINT = 1e-6, 1e-6
 """Shares of the range: from the plane's edge, within which what happens is that of the edge, and between two points."""
 
+DEGENERATE = {
+    Event.PERIOD_DOUBLING: Event.DEGENERATE_DOUBLING,
+    Event.PITCHFORK: Event.DEGENERATE_PITCHFORK,
+}
+"""Where it changes from soft to hard."""
+
 SAME_MOTION = 1e-4
 """Difference of velocities and times up to which the motions of two such points are one: where no polish applies, half
 of the digits are left."""
@@ -332,6 +338,9 @@ class _Search:
         self.loci.append(FollowedLocus(path, x, trace, tuple(strand.events)))
         for row, event in strand.events:
             self._meet(path, strand.points[row].x, event)
+        if path.condition.event in DEGENERATE:
+            for point in _degenerate(path, strand.points):
+                self._meet(path, point.x, DEGENERATE[path.condition.event])
 
     def _known(self, path: Locus, x: Floats) -> bool:
         """Whether a motion lies on a locus that has been followed, counted from any impact or in the mirror."""
@@ -355,6 +364,9 @@ class _Search:
         motion, p = path.motion(x), x[-2:]
         if self.plane.room(p) < AT_EDGE:
             return
+        if path.condition.event is Event.FOLD and event in DEGENERATE.values():
+            self.queue.append(path.begun(x, event is Event.DEGENERATE_DOUBLING))
+            return
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion = touching(motion, path.turns(x))
         motion = _distinct(motion).canonical()
@@ -365,6 +377,9 @@ class _Search:
         if events[0] is Event.FOLD and self._symmetric(motion):
             events = Event.PITCHFORK, events[1]
         self.meetings.append(_polished(self.plane, motion, p, events))
+        if event in DEGENERATE.values():
+            through, y, way = path.beginning(x)
+            self.queue.extend((through, first) for _, first in off(through, y, way) if self._wanted(through))
         rests = at_rest(motion)
         for removed in chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)):
             own = motion.without_impacts(removed)
@@ -399,6 +414,19 @@ def _distinct(motion: Motion) -> Motion:
     rests, period = at_rest(motion), 2 * motion.sequence.periods
     late = [(motion.time[j] - motion.time[i]) % period for i, j in zip(rests, (*rests[1:], *rests[:1]), strict=True)]
     return motion.without_impacts([j for j, wait in zip(rests[1:], late, strict=False) if wait < BESIDE])
+
+
+def _degenerate(path: Locus, points: list[Point]) -> Iterator[Point]:
+    """Where along a locus of period doublings or pitchforks these change from soft to hard."""
+    values = [path.criticality(point) for point in points]
+    for (point, new), ends in zip(pairwise(points), pairwise(values), strict=True):
+        step, back = (float(one.tangent @ ((new.x - point.x) / path.scale)) for one in (point, new))
+        # From the start of a locus tangents point both ways, and the criticality is of the side to the left of them.
+        if ends[0] * ends[1] * step * back < 0:
+            there = new if step * back > 0 else new._replace(tangent=-new.tangent)
+            _, at = path.located(point, there, step, path.criticality)
+            if abs(path.criticality(at)) < min(map(abs, ends)):  # and no pole
+                yield at
 
 
 def _is_multiple(motion: Motion) -> bool:
