@@ -166,6 +166,37 @@ def test_a_cusp_is_where_three_motions_are_one_in_40_digits():
 
 
 @pytest.mark.slow
+def test_a_degenerate_period_doubling_is_that_of_the_printed_maps_in_40_digits():
+    """With one velocity of two periods given and one condition left out, its first and third derivative are zero."""
+    found = chart(plane("restitution=0.84..0.9,length_m=1.15..1.35"), Limits(2, 1), cuts=0)
+    (point,) = [one for one in found.meetings if one.events[1] is Event.DEGENERATE_DOUBLING]
+    sequence, twice, step = point.motion.sequence, point.motion.times(2), mpf(10) ** -12
+
+    def solved(equations: Any, guess: list[Any]) -> list[Any]:
+        return reference.newton(equations, guess, [1] * len(guess))
+
+    def conditions(inputs: list[Any]) -> list[Any]:
+        device = found.plane.device_at(inputs)
+        groups = (*reference.groups(device, "length_m", device.length_m), device.restitution)
+        once = [mpf(float(v)) for v in (*point.motion.velocity, *point.motion.time)]
+        once = solved(lambda x: printed_maps(sequence, x, *groups), once)
+        unknown = [once[1], *once[:2], *once[2:], *(t + 2 for t in once[2:])]
+
+        def rest(speed: Any) -> Any:
+            x = solved(lambda x: printed_maps(twice.sequence, [speed, *x], *groups)[:-1], unknown)
+            return printed_maps(twice.sequence, [speed, *x], *groups)[-1]
+
+        far_behind, behind, ahead, far_ahead = (rest(once[0] + k * step) for k in (-2, -1, 1, 2))
+        first = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
+        return [first, (far_ahead - 2 * (ahead - behind) - far_behind) / (2 * step**3)]
+
+    with reference.precise(), mp.workdps(150):
+        exact = solved(conditions, [mpf(value) * (1 + mpf(10) ** -6) for value in point.inputs])
+        for value, bound, there in zip(point.inputs, point.error_bound, exact, strict=True):
+            assert abs(there - mpf(value)) <= bound
+
+
+@pytest.mark.slow
 def test_two_curves_of_folds_end_together_in_a_cusp():
     (cusp,) = [point for point in all_words().meetings if point.events[1] is Event.CUSP]
     r, length = cusp.inputs

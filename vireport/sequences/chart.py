@@ -46,6 +46,9 @@ MEETS = 1e-6
 AT_CUSP = Decimal("1e-12"), 1e-4
 """Steps along the null vector, of derivatives of the trace in decimals and in doubles."""
 
+AT_DEGENERATE = Decimal("1e-12"), 1e-2
+"""Amplitudes of doubled motions that are taken instead of derivatives by it, in decimals and in doubles."""
+
 AT_EDGE, SAME_POINT = 1e-6, 1e-6
 """Shares of the range: from the plane's edge, within which what happens is that of the edge, and between two points."""
 
@@ -461,25 +464,33 @@ def _both(own: Event, other: Event) -> tuple[Event, Event]:
 
 def _polished(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Event]) -> Meeting:
     """Solve for a point in decimals, with the conditions of the motion and of both events; else as it is."""
-    size = 2 * len(motion.sequence)
+    size, doubled = 2 * len(motion.sequence), events[1] is Event.DEGENERATE_DOUBLING
     guess = [*motion.velocity.tolist(), *motion.time.tolist(), *p.tolist()]
-    if events[1] is Event.CUSP:
+    if doubled:
+        _, _, both = Locus(motion.sequence, plane, Condition(events[0])).beginning(np.array(guess))
+        way = np.concatenate(np.split(both[:-2], 4)[::2])  # of the first period
+        way /= np.linalg.norm(way)
+        guess += [*way.tolist(), *[0.0] * (2 * size)]
+    elif events[1] is Event.CUSP:
         way = np.linalg.svd(linearised(motion.sequence, np.array(guess), plane.here(p.tolist()))[1][:, :size])[2][-1]
         guess += way.tolist()
 
     def equations(ops: Any) -> Callable[[list[Any]], list[Any]]:
         own = replace(plane, ops=ops)
+        if doubled:
+            return lambda x: _at_degenerate(own, motion.sequence, x, way)
         if events[1] is Event.CUSP:
             return lambda x: _at_cusp(own, motion.sequence, x, way)
         return lambda x: _at_grazing(own, motion, x, events[0])
 
+    reach = [inf] * doubled  # changes with the amplitude may have any size
     with localcontext() as context:
-        context.prec = DIGITS
+        context.prec = DIGITS * (2 if doubled else 1)
         ops = DecimalOps()
         try:
-            if events[1] not in (Event.CUSP, Event.GRAZING):
-                raise NumericalError("half of the digits are left where a motion is twice another")
-            x = newton(equations(ops), equations(FLOATS), [Decimal(value) for value in guess], {size, size + 1})
+            if events[1] is Event.DEGENERATE_PITCHFORK:
+                raise NumericalError("half of the digits are left")
+            x = newton(equations(ops), equations(FLOATS), [Decimal(value) for value in guess], {size, size + 1}, *reach)
         except NumericalError:
             return Meeting(events, motion, (float(p[0]), float(p[1])), (inf, inf))
         value = [float(number) for number in x]
@@ -516,3 +527,32 @@ def _at_cusp(plane: Plane, sequence: Sequence, x: list[Any], normal: Floats) -> 
     changes = [(a - b) / (2 * step) for a, b in zip(ahead, behind, strict=True)]
     length = sum(exact(float(n)) * v for n, v in zip(normal, way, strict=True)) - 1
     return [*residuals(sequence, [*at, *p], plane, plane.ops), *changes, length]
+
+
+def _at_degenerate(plane: Plane, sequence: Sequence, x: list[Any], normal: Floats) -> list[Any]:
+    """The conditions of motions that begin at a period doubling, with two amplitudes for the same inputs.
+
+    The unknowns are mean and difference of the two periods of such a motion for an amplitude of zero, the difference
+    over the amplitude, and how both change with its square. The conditions are even functions of the amplitude.
+    """
+    size, count = 2 * len(sequence), len(sequence)
+    p, mean, away = x[size : size + 2], x[:size], x[size + 2 : 2 * size + 2]
+    mean_change, away_change = x[2 * size + 2 : 3 * size + 2], x[3 * size + 2 :]
+    twice = Sequence(2 * sequence.walls, 2 * sequence.periods)
+    amplitude = plane.ops.exact(AT_DEGENERATE[plane.ops is FLOATS])
+
+    def conditions(e: Any) -> list[Any]:
+        centre = [m + e * e * a for m, a in zip(mean, mean_change, strict=True)]
+        off = [e * (n + e * e * b) for n, b in zip(away, away_change, strict=True)]
+        first, second = ([c + sign * o for c, o in zip(centre, off, strict=True)] for sign in (1, -1))
+        later = [t + 2 * sequence.periods for t in second[count:]]
+        values = residuals(twice, [*first[:count], *second[:count], *first[count:], *later, *p], plane, plane.ops)
+        pairs = list(zip(values[:size], values[size:], strict=True))
+        return [*((a + b) / 2 for a, b in pairs), *((a - b) / (2 * e) for a, b in pairs)]
+
+    once, again = conditions(amplitude), conditions(2 * amplitude)
+    lengths = (
+        sum(plane.ops.exact(float(n)) * v for n, v in zip(normal, one, strict=True)) for one in (away, away_change)
+    )
+    changes = ((b - a) / amplitude**2 for a, b in zip(once, again, strict=True))
+    return [*once, *changes, next(lengths) - 1, next(lengths)]

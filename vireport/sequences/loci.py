@@ -303,9 +303,12 @@ class Locus(Path):
         """On which side of a locus of period doublings or pitchforks the motions are that begin there, and how far.
 
         Across the locus, in shares of the ranges, over the square of their distance from the motion of the point, to
-        leading order. Zero where it changes from soft to hard: the normal form's cubic coefficient is.
+        leading order. Zero where it changes from soft to hard: the normal form's cubic coefficient is. Nan where an
+        impact is so slow that it would be lost at the amplitude of the differences.
         """
         motion, widths = self._whole(point.x), self.plane.widths
+        if np.abs(motion.velocity).min() < 10 * AMPLITUDE:
+            return nan
         x, own, p = np.concatenate([motion.velocity, motion.time]), 2 * len(motion.sequence), point.x[-2:]
         across = widths * np.array([-point.tangent[-1], point.tangent[-2]])
 
