@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from decimal import Decimal, localcontext
 from itertools import chain, combinations, pairwise
@@ -368,7 +369,10 @@ class _Search:
         if self.plane.room(p) < AT_EDGE:
             return
         if path.condition.event is Event.FOLD and event in DEGENERATE.values():
-            self.queue.append(path.begun(x, event is Event.DEGENERATE_DOUBLING))
+            locus, guess = path.origin(x, event is Event.DEGENERATE_DOUBLING)
+            y = locus.nearest(guess) if self._wanted(locus) else None
+            if y is not None:
+                self.queue.append((locus, locus.point(y, locus.tangent(y))))
             return
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion = touching(motion, path.turns(x))
@@ -381,8 +385,8 @@ class _Search:
             events = Event.PITCHFORK, events[1]
         self.meetings.append(_polished(self.plane, motion, p, events))
         if event in DEGENERATE.values():
-            through, y, way = path.beginning(x)
-            self.queue.extend((through, first) for _, first in off(through, y, way) if self._wanted(through))
+            folds, y, way = path.folds(x)
+            self.queue.extend((folds, first) for _, first in off(folds, y, way) if self._wanted(folds))
         rests = at_rest(motion)
         for removed in chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)):
             own = motion.without_impacts(removed)
@@ -427,9 +431,10 @@ def _degenerate(path: Locus, points: list[Point]) -> Iterator[Point]:
         # From the start of a locus tangents point both ways, and the criticality is of the side to the left of them.
         if ends[0] * ends[1] * step * back < 0:
             there = new if step * back > 0 else new._replace(tangent=-new.tangent)
-            _, at = path.located(point, there, step, path.criticality)
-            if abs(path.criticality(at)) < min(map(abs, ends)):  # and no pole
-                yield at
+            with suppress(NumericalError):
+                _, at = path.located(point, there, step, path.criticality)
+                if abs(path.criticality(at)) < min(map(abs, ends)):  # and no pole
+                    yield at
 
 
 def _is_multiple(motion: Motion) -> bool:
@@ -467,7 +472,7 @@ def _polished(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Even
     size, doubled = 2 * len(motion.sequence), events[1] is Event.DEGENERATE_DOUBLING
     guess = [*motion.velocity.tolist(), *motion.time.tolist(), *p.tolist()]
     if doubled:
-        _, _, both = Locus(motion.sequence, plane, Condition(events[0])).beginning(np.array(guess))
+        _, _, both = Locus(motion.sequence, plane, Condition(events[0])).folds(np.array(guess))
         way = np.concatenate(np.split(both[:-2], 4)[::2])  # of the first period
         way /= np.linalg.norm(way)
         guess += [*way.tolist(), *[0.0] * (2 * size)]

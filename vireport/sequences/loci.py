@@ -328,9 +328,10 @@ class Locus(Path):
         aside, bend = -np.linalg.lstsq(matrix[:, :own], right_sides, rcond=RANK)[0].T
         ahead, behind = (conditions(step * away + step * step / 2 * bend)[0] for step in (AMPLITUDE, -AMPLITUDE))
         third = float(against @ (ahead - behind)) / (2 * AMPLITUDE**3)
-        return -third / float(against @ change(aside, across))
+        crossing = float(against @ change(aside, across))
+        return -third / crossing if crossing else nan
 
-    def beginning(self, x: Floats) -> tuple[Locus, Floats, Floats]:
+    def folds(self, x: Floats) -> tuple[Locus, Floats, Floats]:
         """The locus of folds that begins where these change from soft to hard: its start, and direction."""
         motion = self._whole(x)
         y = np.concatenate([motion.velocity, motion.time, x[-2:]])
@@ -338,16 +339,15 @@ class Locus(Path):
         away = np.linalg.svd(folds.linearised(y)[1][:-1, :-2])[2][-1]
         return folds, y, np.append(away, (0.0, 0.0))
 
-    def begun(self, x: Floats, doubled: bool) -> tuple[Locus, Point]:
-        """The locus of period doublings or pitchforks at which motions begin, and the point of it nearest to a fold."""
-        count = len(self.sequence) // (2 if doubled else 1)
-        sequence = Sequence(self.sequence.walls[:count], self.sequence.periods * count // len(self.sequence))
+    def origin(self, x: Floats, doubled: bool) -> tuple[Locus, Floats]:
+        """Of folds the locus of period doublings or pitchforks at which their motions begin, and a guess next to it."""
+        size = len(self.sequence)
+        count = size // 2 if doubled else size
+        sequence = Sequence(self.sequence.walls[:count], self.sequence.periods * count // size)
         event = Event.PERIOD_DOUBLING if doubled else Event.PITCHFORK
-        locus, size = Locus(sequence, self.plane, Condition(event)), len(self.sequence)
-        guess = np.concatenate([x[:count], x[size : size + count], x[-2:]])
-        y = locus.nearest(guess)
-        y = guess if y is None else y
-        return locus, locus.point(y, locus.tangent(y))
+        return Locus(sequence, self.plane, Condition(event)), np.concatenate(
+            [x[:count], x[size : size + count], x[-2:]]
+        )
 
     def _whole(self, x: Floats) -> Motion:
         """A motion, where its period doubles as two periods of it."""
@@ -363,7 +363,8 @@ class Locus(Path):
         if not float(np.linalg.norm(at.tangent[-2:])) < STANDSTILL:
             return [], False
         motion = self.motion(at.x)
-        if motion.apart(motion.rotated(len(motion.sequence) // 2)) < TURNED_BACK:
+        half, odd = divmod(len(motion.sequence), 2)
+        if not odd and motion.apart(motion.rotated(half)) < TURNED_BACK:
             return [(at, Event.DEGENERATE_DOUBLING)], True
         if self.plane.horizontal and motion.distance(motion.mirrored()) < TURNED_BACK:
             return [(at, Event.DEGENERATE_PITCHFORK)], self.condition.event is Event.FOLD
