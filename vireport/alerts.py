@@ -77,8 +77,8 @@ CATALOGUE = (
         AlertCode.DESIGN_NOT_STABLE,
         Severity.WARNING,
         "The design point has no stable 1:1 motion",
-        "Of all solutions at the design point none is both admissible and stable.",
-        "Move the design point into a stable range.",
+        "Of all 1:1 solutions at the design point none is both admissible and stable, and no other motion is required.",
+        "Move the design point into a stable range, or require the word of a motion that is stable there.",
     ),
     Explanation(
         AlertCode.SEVERAL_STABLE_MOTIONS,

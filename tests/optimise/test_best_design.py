@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -376,6 +377,14 @@ def test_ranges_without_stable_motion_are_said_to_have_none(tmp_path: Path, caps
 def test_a_scenario_without_a_design_block_is_refused() -> None:
     with pytest.raises(UsageError, match="no design block"):
         problem_of(loads(DEVICE))
+
+
+@pytest.mark.parametrize(("required", "refused"), [("BBT", True), ("TB", False)])
+def test_other_motions_than_1_1_are_refused(required: str, refused: bool) -> None:
+    sweep = "sweep: {parameter: length_m, from: 0.6, to: 0.7}\n"
+    loaded = loads(text_of("u_ave_v", (LENGTH,), f"word: {required}") + sweep)
+    with pytest.raises(UsageError, match="BBT cannot be required") if refused else nullcontext():
+        problem_of(loaded)
 
 
 def test_a_design_block_changes_nothing_in_a_run() -> None:

@@ -1,6 +1,6 @@
 """What a study comes to: requirements, alerts and the verdict."""
 
-from vireport.gate.alerts import Alert, alerts, longest_contact
+from vireport.gate.alerts import Alert, Evidence, alerts, longest_contact
 from vireport.gate.requirements import MARGINS, Criterion, Question, Remark, assess, unmet
 from vireport.gate.verdict import SWEEP_END, Fact, Status, Verdict, mirror_images, range_text, verdict_of
 
@@ -9,6 +9,7 @@ __all__ = [
     "SWEEP_END",
     "Alert",
     "Criterion",
+    "Evidence",
     "Fact",
     "Question",
     "Remark",

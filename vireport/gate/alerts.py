@@ -24,10 +24,12 @@ from vireport.analysis import (
     restitution_effect,
     undecided,
 )
+from vireport.gate.requirements import Criterion
 from vireport.physics import Fitting
 from vireport.scenario import DesignInput, Parameter
 
 if TYPE_CHECKING:
+    from vireport.sequences import Atlas
     from vireport.trust import Compliance, CrossCheck
 
 Floats = NDArray[np.float64]
@@ -99,8 +101,10 @@ class Evidence:
     """The results that alerts are found in."""
 
     solution: Solution
-    crosscheck: CrossCheck | None
-    compliance: Compliance | None
+    crosscheck: CrossCheck | None = None
+    compliance: Compliance | None = None
+    atlas: Atlas | None = None
+    criteria: tuple[Criterion, ...] = ()
 
     @cached_property
     def impacts(self) -> tuple[Floats, Floats, Floats]:
@@ -149,10 +153,16 @@ def _design_not_stable(results: Evidence) -> str | None:
     design = results.solution.design
     if design is None or design.motions.stable.any():
         return None
+    if any(criterion.key == "word" and criterion.passed for criterion in results.criteria):
+        return None  # what is stable there is a motion that was asked for
     count = len(design.motions)
     which = {0: "there is no solution", 1: "the one solution is not admissible and stable"}
     none = f"none of the {count} solutions is admissible and stable"
-    return f"At {design.parameter} = {design.value:.6g}, {which.get(count, none)}."
+    others = (
+        dict.fromkeys(f.name for f, _ in results.atlas.stable_at(design.value)) if results.atlas is not None else ()
+    )
+    instead = f" Stable there: {', '.join(others)}." if others else ""
+    return f"At {design.parameter} = {design.value:.6g}, {which.get(count, none)}.{instead}"
 
 
 def _several_stable(results: Evidence) -> str | None:
@@ -259,7 +269,7 @@ def longest_contact(solution: Solution) -> float | None:
 
     None without a ball mass, without stable motion, and where the restitution has no contact law.
     """
-    membrane, (bottom, top, frequency) = solution.membrane, Evidence(solution, None, None).impacts
+    membrane, (bottom, top, frequency) = solution.membrane, Evidence(solution).impacts
     if membrane is None or not bottom.size:
         return None
     return contact_share(np.minimum(bottom, -top), membrane, solution.device.restitution, frequency)
@@ -415,9 +425,8 @@ CAUSES: dict[AlertCode, Cause] = {
 }
 
 
-def alerts(solution: Solution, crosscheck: CrossCheck | None, compliance: Compliance | None) -> tuple[Alert, ...]:
+def alerts(evidence: Evidence) -> tuple[Alert, ...]:
     """Collect the alerts that results raise, warnings first."""
-    evidence = Evidence(solution, crosscheck, compliance)
     raised = [
         Alert(known.code, known.severity, known.title, cause, known.remedy)
         for known in CATALOGUE

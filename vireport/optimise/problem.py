@@ -169,12 +169,18 @@ def problem_of(loaded: Loaded) -> Problem:
     Raises
     ------
     UsageError
-        If it asks for none.
+        If it asks for none, or requires another motion than 1:1.
     """
     scenario = loaded.scenario
     if scenario.design is None:
         name = loaded.document.name
         raise UsageError(f"{name}: has no design block (give one: what may vary, and what to maximise)")
+    allowed = () if scenario.requirements is None else scenario.requirements.allowed
+    if allowed and not {"BT", "TB"} & set(allowed):
+        raise UsageError(
+            f"{loaded.document.name}: requirements: {', '.join(allowed)} cannot be required of a best design, which is "
+            "looked for among 1:1 motions only (allow BT as well, or require no word)"
+        )
     given = {} if scenario.requirements is None else to_dict(scenario.requirements)
     margins = tuple((kinds, given[key] / 100) for key, (_, kinds) in MARGINS.items() if given.get(key) is not None)
     limits = tuple((*of, given[key]) for key, of in LIMITS.items() if given.get(key) is not None)

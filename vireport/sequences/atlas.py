@@ -42,7 +42,7 @@ MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Ev
 """Events that are vertices."""
 
 
-def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atlas:
+def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = (), finest: float = FINEST) -> Atlas:
     """Find and follow the families of motions along a sweep.
 
     Parameters
@@ -52,9 +52,11 @@ def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atl
         Motions beyond them are left out.
     simulated : iterable of Motion
         Found otherwise, as further starts.
+    finest : float
+        Side of the cells of flight times that are looked through last [t_c], from `FINE` down.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
-    search = _Search(solve(sweep), Model(sweep.level, float(sweep.device.restitution)), low, high, limits)
+    search = _Search(solve(sweep), Model(sweep.level, float(sweep.device.restitution)), low, high, limits, finest)
     for motion in chain(_starts(search), simulated):
         search.explore(motion)
     return search.atlas()
@@ -106,6 +108,7 @@ class _Search:
     low: float
     high: float
     limits: Limits
+    finest: float
     families: list[Family] = field(default_factory=list)
     events: dict[int, list[tuple[int, Event]]] = field(default_factory=dict)
     meetings: list[_Meeting] = field(default_factory=list)
@@ -180,7 +183,7 @@ class _Search:
             rows = np.flatnonzero(starts.admissible & inside)
             yield from self._unknown(starts[rows], flights[:, rows])
             cells = cells[~self._near(sequence, cells.centre)]
-            if cells.side <= FINEST or len(cells) > MOST_CELLS:
+            if cells.side <= self.finest or len(cells) > MOST_CELLS:
                 break
             cells = exclusion.halved(cells)
         self.undecided.append(cells)

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from decimal import Decimal, localcontext
 from itertools import chain, combinations, pairwise
-from math import inf, pi
+from math import inf, pi, prod
 from typing import Any
 
 import numpy as np
@@ -23,10 +24,11 @@ from vireport.physics import ARRAYS, DIGITS, FLOATS, DecimalOps, Device
 from vireport.scenario import DesignInput, Parameter
 from vireport.sequences.atlas import atlas
 from vireport.sequences.continuation import Event, Point, completed, follow
-from vireport.sequences.equations import linearised, residuals
+from vireport.sequences.equations import linearised, residuals, weighted_trace
+from vireport.sequences.exclusion import FINE
 from vireport.sequences.families import Atlas
 from vireport.sequences.loci import Condition, Locus, Plane
-from vireport.sequences.motions import BESIDE, Motion, Sequence, turns
+from vireport.sequences.motions import BESIDE, IMAGE, Motion, Sequence, turns
 from vireport.sequences.switching import Limits, at_rest, off, touching
 
 Floats = NDArray[np.float64]
@@ -45,8 +47,17 @@ MEETS = 1e-6
 AT_CUSP = Decimal("1e-12"), 1e-4
 """Steps along the null vector, of derivatives of the trace in decimals and in doubles."""
 
+AT_DEGENERATE = Decimal("1e-12"), 1e-2
+"""Amplitudes of doubled motions that are taken instead of derivatives by it, in decimals and in doubles."""
+
 AT_EDGE, SAME_POINT = 1e-6, 1e-6
 """Shares of the range: from the plane's edge, within which what happens is that of the edge, and between two points."""
+
+DEGENERATE = {
+    Event.PERIOD_DOUBLING: Event.DEGENERATE_DOUBLING,
+    Event.PITCHFORK: Event.DEGENERATE_PITCHFORK,
+}
+"""Where it changes from soft to hard."""
 
 SAME_MOTION = 1e-4
 """Difference of velocities and times up to which the motions of two such points are one: where no polish applies, half
@@ -199,7 +210,7 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
         progress(f"motions along the {plane.inputs[k].quantity}, {plane.inputs[1 - k].show(other)}")
         sweep = cut_sweep(plane, k, other)
         if not sweep.unresolved:
-            families = atlas(sweep, limits)
+            families = atlas(sweep, limits, finest=FINE)
             crossed.append(Cut(k, other, _stable(families, plane, k, other)))
             for start in _events(families, plane, k, other):
                 progress(f"loci of {start[0].sequence.word}")
@@ -267,9 +278,12 @@ def _place(plane: Plane, k: int, swept: float, other: float) -> Floats:
 
 
 def _events(families: Atlas, plane: Plane, k: int, other: float) -> Iterator[Start]:
-    """The points where families meet on a sweep across a plane."""
-    for vertex in families.vertices:
-        yield vertex.point.motion, _place(plane, k, vertex.point.sweep_value, other), vertex.event
+    """The points on a sweep across a plane where families meet, or motions change between node and focus."""
+    points = [(vertex.point, vertex.event) for vertex in families.vertices]
+    marks = chain.from_iterable(family.marks for family in families.families)
+    points += [(mark.point, mark.event) for mark in marks if mark.point and mark.event is Event.NODE_FOCUS]
+    for point, event in points:
+        yield point.motion, _place(plane, k, point.sweep_value, other), event
 
 
 def _stable(families: Atlas, plane: Plane, k: int, other: float) -> tuple[tuple[float, float, tuple[str, ...]], ...]:
@@ -299,12 +313,14 @@ class _Search:
     def explore(self, motion: Motion, p: Floats, event: Event) -> None:
         """Follow the locus of an event at a motion and values of the inputs, and all that it is joined to."""
         motion = _distinct(motion).canonical()
-        rests = at_rest(motion)
-        for sign in (1, -1) if event is Event.NODE_FOCUS else (1,):
-            path = Locus(motion.sequence, self.plane, Condition(event, rests, sign))
-            x = path.nearest(np.concatenate([motion.velocity, motion.time, p])) if self._wanted(path) else None
-            if x is not None and np.abs((x[-2:] - p) / self.plane.widths).max() < SAME_POINT:
-                self._follow(path, path.point(x, path.tangent(x)))
+        guess, sign = np.concatenate([motion.velocity, motion.time, p]), 1
+        if event is Event.NODE_FOCUS:
+            weighted = weighted_trace(motion.sequence, guess.tolist(), self.plane.at(p.tolist()))
+            sign = 1 if weighted * prod(motion.velocity) > 0 else -1
+        path = Locus(motion.sequence, self.plane, Condition(event, at_rest(motion), sign))
+        x = path.nearest(guess) if self._wanted(path) else None
+        if x is not None and np.abs((x[-2:] - p) / self.plane.widths).max() < SAME_POINT:
+            self._follow(path, path.point(x, path.tangent(x)))
         while self.queue:
             self._follow(*self.queue.popleft())
 
@@ -318,9 +334,7 @@ class _Search:
         """Follow a locus both ways from a motion, unless it is known."""
         motion = path.motion(first.x)
         waits = np.diff(motion.time, append=motion.time[0] + 2 * motion.sequence.periods)
-        if not path.admits(first.x) or waits.min() < BESIDE or motion.primitive() is not motion:
-            return
-        if self._known(path, first.x):
+        if not path.admits(first.x) or waits.min() < BESIDE or _is_multiple(motion) or self._known(path, first.x):
             return
         strand = completed(path, first, follow(path, first))
         x = np.array([point.x for point in strand.points])
@@ -328,6 +342,9 @@ class _Search:
         self.loci.append(FollowedLocus(path, x, trace, tuple(strand.events)))
         for row, event in strand.events:
             self._meet(path, strand.points[row].x, event)
+        if path.condition.event in DEGENERATE:
+            for point in _degenerate(path, strand.points):
+                self._meet(path, point.x, DEGENERATE[path.condition.event])
 
     def _known(self, path: Locus, x: Floats) -> bool:
         """Whether a motion lies on a locus that has been followed, counted from any impact or in the mirror."""
@@ -345,17 +362,31 @@ class _Search:
 
     def _meet(self, path: Locus, x: Floats, event: Event) -> None:
         """Take up a point of codimension two, and start the loci through it."""
-        if event in (Event.SWEEP_END, Event.CLOSED, Event.LOST) or path.condition.event is Event.NODE_FOCUS:
+        of_type = path.condition.event is Event.NODE_FOCUS
+        if event in (Event.SWEEP_END, Event.CLOSED, Event.LOST) or (of_type and event is Event.GRAZING):
             return
         motion, p = path.motion(x), x[-2:]
         if self.plane.room(p) < AT_EDGE:
             return
+        if path.condition.event is Event.FOLD and event in DEGENERATE.values():
+            locus, guess = path.origin(x, event is Event.DEGENERATE_DOUBLING)
+            y = locus.nearest(guess) if self._wanted(locus) else None
+            if y is not None:
+                self.queue.append((locus, locus.point(y, locus.tangent(y))))
+            return
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion = touching(motion, path.turns(x))
         motion = _distinct(motion).canonical()
-        if any(self._same(meeting, motion, p) for meeting in self.meetings):
+        twice = at_rest(motion) and _is_multiple(motion)  # a point of the other motion, known to half of the digits
+        if twice or any(self._same(meeting, motion, p) for meeting in self.meetings):
             return
-        self.meetings.append(_polished(self.plane, motion, p, _both(path.condition.event, event)))
+        events = _both(path.condition.event, event)
+        if events[0] is Event.FOLD and self._symmetric(motion):
+            events = Event.PITCHFORK, events[1]
+        self.meetings.append(_polished(self.plane, motion, p, events))
+        if event in DEGENERATE.values():
+            folds, y, way = path.folds(x)
+            self.queue.extend((folds, first) for _, first in off(folds, y, way) if self._wanted(folds))
         rests = at_rest(motion)
         for removed in chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)):
             own = motion.without_impacts(removed)
@@ -368,13 +399,18 @@ class _Search:
         near = np.abs((np.array(meeting.inputs) - p) / self.plane.widths).max() < SAME_POINT
         return bool(near) and meeting.motion.distance(motion, mirror=self.plane.horizontal) < SAME_MOTION
 
+    def _symmetric(self, motion: Motion) -> bool:
+        return self.plane.horizontal and motion.distance(motion.mirrored()) < IMAGE
+
     def _through(self, motion: Motion, p: Floats) -> Iterator[Locus]:
         """The loci through a point: of every condition that holds for a motion with some of its touches as impacts."""
         rests, groups = at_rest(motion), self.plane.at(p.tolist())
         x = [*motion.velocity.tolist(), *motion.time.tolist()]
         found = [Condition(Event.GRAZING, (rest,)) for rest in rests]
         if len(rests) < 2 and len(motion.sequence) > len(rests):
-            traced = (Condition(event) for event in (Event.PERIOD_DOUBLING, Event.FOLD))
+            fold = Event.PITCHFORK if self._symmetric(motion) else Event.FOLD
+            traced = [Condition(event) for event in (Event.PERIOD_DOUBLING, fold)]
+            traced += [Condition(Event.NODE_FOCUS, sign=sign) for sign in (1, -1)]
             found += [one for one in traced if abs(one.value(motion.sequence, x, groups, ARRAYS)) < MEETS]
         loci = (Locus(motion.sequence, self.plane, condition) for condition in found)
         return (path for path in loci if self._wanted(path))
@@ -385,6 +421,26 @@ def _distinct(motion: Motion) -> Motion:
     rests, period = at_rest(motion), 2 * motion.sequence.periods
     late = [(motion.time[j] - motion.time[i]) % period for i, j in zip(rests, (*rests[1:], *rests[:1]), strict=True)]
     return motion.without_impacts([j for j, wait in zip(rests[1:], late, strict=False) if wait < BESIDE])
+
+
+def _degenerate(path: Locus, points: list[Point]) -> Iterator[Point]:
+    """Where along a locus of period doublings or pitchforks these change from soft to hard."""
+    values = [path.criticality(point) for point in points]
+    for (point, new), ends in zip(pairwise(points), pairwise(values), strict=True):
+        step, back = (float(one.tangent @ ((new.x - point.x) / path.scale)) for one in (point, new))
+        # From the start of a locus tangents point both ways, and the criticality is of the side to the left of them.
+        if ends[0] * ends[1] * step * back < 0:
+            there = new if step * back > 0 else new._replace(tangent=-new.tangent)
+            with suppress(NumericalError):
+                _, at = path.located(point, there, step, path.criticality)
+                if abs(path.criticality(at)) < min(map(abs, ends)):  # and no pole
+                    yield at
+
+
+def _is_multiple(motion: Motion) -> bool:
+    """Whether a motion is several periods of another one, its touches aside."""
+    fast = motion.without_impacts(np.flatnonzero(np.abs(motion.velocity) < IMAGE))
+    return fast.primitive() is not fast
 
 
 def _on(locus: FollowedLocus, x: Floats) -> bool:
@@ -413,25 +469,33 @@ def _both(own: Event, other: Event) -> tuple[Event, Event]:
 
 def _polished(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Event]) -> Meeting:
     """Solve for a point in decimals, with the conditions of the motion and of both events; else as it is."""
-    size = 2 * len(motion.sequence)
+    size, doubled = 2 * len(motion.sequence), events[1] is Event.DEGENERATE_DOUBLING
     guess = [*motion.velocity.tolist(), *motion.time.tolist(), *p.tolist()]
-    if events[1] is Event.CUSP:
+    if doubled:
+        _, _, both = Locus(motion.sequence, plane, Condition(events[0])).folds(np.array(guess))
+        way = np.concatenate(np.split(both[:-2], 4)[::2])  # of the first period
+        way /= np.linalg.norm(way)
+        guess += [*way.tolist(), *[0.0] * (2 * size)]
+    elif events[1] is Event.CUSP:
         way = np.linalg.svd(linearised(motion.sequence, np.array(guess), plane.here(p.tolist()))[1][:, :size])[2][-1]
         guess += way.tolist()
 
     def equations(ops: Any) -> Callable[[list[Any]], list[Any]]:
         own = replace(plane, ops=ops)
+        if doubled:
+            return lambda x: _at_degenerate(own, motion.sequence, x, way)
         if events[1] is Event.CUSP:
             return lambda x: _at_cusp(own, motion.sequence, x, way)
         return lambda x: _at_grazing(own, motion, x, events[0])
 
+    reach = [inf] * doubled  # changes with the amplitude may have any size
     with localcontext() as context:
-        context.prec = DIGITS
+        context.prec = DIGITS * (2 if doubled else 1)
         ops = DecimalOps()
         try:
-            if events[1] not in (Event.CUSP, Event.GRAZING):
-                raise NumericalError("half of the digits are left where a motion is twice another")
-            x = newton(equations(ops), equations(FLOATS), [Decimal(value) for value in guess], {size, size + 1})
+            if events[1] is Event.DEGENERATE_PITCHFORK:
+                raise NumericalError("half of the digits are left")
+            x = newton(equations(ops), equations(FLOATS), [Decimal(value) for value in guess], {size, size + 1}, *reach)
         except NumericalError:
             return Meeting(events, motion, (float(p[0]), float(p[1])), (inf, inf))
         value = [float(number) for number in x]
@@ -444,13 +508,14 @@ def _polished(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Even
 
 def _at_grazing(plane: Plane, motion: Motion, x: list[Any], event: Event) -> list[Any]:
     """The conditions where a membrane is touched, and touched again or another event happens."""
-    rests, count = at_rest(motion), len(motion.sequence)
-    conditions = [Condition(Event.GRAZING, (rest,)) for rest in rests]
+    rests, own = at_rest(motion), 2 * len(motion.sequence)
+    # Of a symmetric motion the touches of the second half are those of the first.
+    free = rests[: len(rests) // 2] if event is Event.PITCHFORK else rests
+    conditions = [Condition(Event.GRAZING, (rest,)) for rest in free]
     if event is not Event.GRAZING:
         conditions.append(Condition(event, rests))
-    groups = plane.at(x[2 * count :])
-    values = (one.value(motion.sequence, x[: 2 * count], groups, plane.ops) for one in conditions)
-    return [*residuals(motion.sequence, x, plane, plane.ops), *values]
+    values = (one.value(motion.sequence, x[:own], plane.at(x[own:]), plane.ops) for one in conditions)
+    return [*Locus(motion.sequence, plane, Condition(event)).residuals(x, plane), *values]
 
 
 def _at_cusp(plane: Plane, sequence: Sequence, x: list[Any], normal: Floats) -> list[Any]:
@@ -467,3 +532,32 @@ def _at_cusp(plane: Plane, sequence: Sequence, x: list[Any], normal: Floats) -> 
     changes = [(a - b) / (2 * step) for a, b in zip(ahead, behind, strict=True)]
     length = sum(exact(float(n)) * v for n, v in zip(normal, way, strict=True)) - 1
     return [*residuals(sequence, [*at, *p], plane, plane.ops), *changes, length]
+
+
+def _at_degenerate(plane: Plane, sequence: Sequence, x: list[Any], normal: Floats) -> list[Any]:
+    """The conditions of motions that begin at a period doubling, with two amplitudes for the same inputs.
+
+    The unknowns are mean and difference of the two periods of such a motion for an amplitude of zero, the difference
+    over the amplitude, and how both change with its square. The conditions are even functions of the amplitude.
+    """
+    size, count = 2 * len(sequence), len(sequence)
+    p, mean, away = x[size : size + 2], x[:size], x[size + 2 : 2 * size + 2]
+    mean_change, away_change = x[2 * size + 2 : 3 * size + 2], x[3 * size + 2 :]
+    twice = Sequence(2 * sequence.walls, 2 * sequence.periods)
+    amplitude = plane.ops.exact(AT_DEGENERATE[plane.ops is FLOATS])
+
+    def conditions(e: Any) -> list[Any]:
+        centre = [m + e * e * a for m, a in zip(mean, mean_change, strict=True)]
+        off = [e * (n + e * e * b) for n, b in zip(away, away_change, strict=True)]
+        first, second = ([c + sign * o for c, o in zip(centre, off, strict=True)] for sign in (1, -1))
+        later = [t + 2 * sequence.periods for t in second[count:]]
+        values = residuals(twice, [*first[:count], *second[:count], *first[count:], *later, *p], plane, plane.ops)
+        pairs = list(zip(values[:size], values[size:], strict=True))
+        return [*((a + b) / 2 for a, b in pairs), *((a - b) / (2 * e) for a, b in pairs)]
+
+    once, again = conditions(amplitude), conditions(2 * amplitude)
+    lengths = (
+        sum(plane.ops.exact(float(n)) * v for n, v in zip(normal, one, strict=True)) for one in (away, away_change)
+    )
+    changes = ((b - a) / amplitude**2 for a, b in zip(once, again, strict=True))
+    return [*once, *changes, next(lengths) - 1, next(lengths)]

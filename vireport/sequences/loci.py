@@ -16,14 +16,21 @@ from numpy.typing import NDArray
 
 from vireport.physics import ARRAYS, Device
 from vireport.scenario import DesignInput, Parameter
-from vireport.sequences.continuation import AT_ZERO, STEEPEST, Event, Path, Point
+from vireport.sequences.continuation import AT_ZERO, RANK, STEEPEST, Event, Path, Point
 from vireport.sequences.equations import linearised, residuals, weighted_trace
-from vireport.sequences.motions import BESIDE, IMAGE, Motion, Sequence, Turn, turns
+from vireport.sequences.motions import BESIDE, Motion, Sequence, Turn, turns
 
 Floats = NDArray[np.float64]
 
 IMAGINARY = 1e-30
 """Imaginary step of derivatives, whose square is lost in rounding."""
+
+TURNED_BACK = 1e-3
+"""Difference of a motion to its own image up to which a locus of folds turns back there as that: from the image its
+motions differ by a root of the distance, and the equations are singular twice."""
+
+AMPLITUDE, DIFFERENCE = 1e-3, 1e-5
+"""Of motions beside one from which they begin, and step of derivatives: some six digits of `criticality` are left."""
 
 STANDSTILL = 1e-5
 """Part of a locus' direction within the plane up to which it stands still there, as at a cusp."""
@@ -264,10 +271,10 @@ class Locus(Path):
             x = last.x.copy()
             x[2 * count + edge % 2] = (self.plane.low, self.plane.high)[edge // 2][edge % 2]
             return Event.SWEEP_END, last._replace(x=x)
-        which = int(np.argmin(margins)) - 4
-        if which in self.condition.rests:
-            return Event.RELEASE, last
-        return (Event.ZERO_VELOCITY if which < count else Event.GRAZING), last
+        which = np.flatnonzero(np.abs(margins[4 : 4 + count]) < AT_ZERO)
+        if which.size:  # beside which rounding may leave a turning point
+            return (Event.RELEASE if which[0] in self.condition.rests else Event.ZERO_VELOCITY), last
+        return Event.GRAZING, last
 
     def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the locus. Raises as `located`."""
@@ -292,6 +299,61 @@ class Locus(Path):
 
         return value
 
+    def criticality(self, point: Point) -> float:
+        """On which side of a locus of period doublings or pitchforks the motions are that begin there, and how far.
+
+        Across the locus, in shares of the ranges, over the square of their distance from the motion of the point, to
+        leading order. Zero where it changes from soft to hard: the normal form's cubic coefficient is. Nan where an
+        impact is so slow that it would be lost at the amplitude of the differences.
+        """
+        motion, widths = self._whole(point.x), self.plane.widths
+        if np.abs(motion.velocity).min() < 10 * AMPLITUDE:
+            return nan
+        x, own, p = np.concatenate([motion.velocity, motion.time]), 2 * len(motion.sequence), point.x[-2:]
+        across = widths * np.array([-point.tangent[-1], point.tangent[-2]])
+
+        def conditions(way: Floats, shift: Any = 0.0) -> tuple[Floats, Floats]:
+            inputs = p + shift
+            return linearised(motion.sequence, np.append(x + way, inputs), self.plane.here(inputs.tolist()))
+
+        matrix = conditions(0 * x)[1]
+        left, _, right = np.linalg.svd(matrix[:, :own])
+        against, away = left[:, -1], right[-1]
+
+        def change(way: Floats, shift: Any = 0.0) -> Floats:
+            ahead, behind = (conditions(step * way, step * shift)[1][:, :own] for step in (DIFFERENCE, -DIFFERENCE))
+            return np.asarray((ahead - behind) @ away / (2 * DIFFERENCE))
+
+        right_sides = np.stack([matrix[:, own:] @ across, change(away)], axis=1)
+        aside, bend = -np.linalg.lstsq(matrix[:, :own], right_sides, rcond=RANK)[0].T
+        ahead, behind = (conditions(step * away + step * step / 2 * bend)[0] for step in (AMPLITUDE, -AMPLITUDE))
+        third = float(against @ (ahead - behind)) / (2 * AMPLITUDE**3)
+        crossing = float(against @ change(aside, across))
+        return -third / crossing if crossing else nan
+
+    def folds(self, x: Floats) -> tuple[Locus, Floats, Floats]:
+        """The locus of folds that begins where these change from soft to hard: its start, and direction."""
+        motion = self._whole(x)
+        y = np.concatenate([motion.velocity, motion.time, x[-2:]])
+        folds = Locus(motion.sequence, self.plane, Condition(Event.FOLD))
+        away = np.linalg.svd(folds.linearised(y)[1][:-1, :-2])[2][-1]
+        return folds, y, np.append(away, (0.0, 0.0))
+
+    def origin(self, x: Floats, doubled: bool) -> tuple[Locus, Floats]:
+        """Of folds the locus of period doublings or pitchforks at which their motions begin, and a guess next to it."""
+        size = len(self.sequence)
+        count = size // 2 if doubled else size
+        sequence = Sequence(self.sequence.walls[:count], self.sequence.periods * count // size)
+        event = Event.PERIOD_DOUBLING if doubled else Event.PITCHFORK
+        return Locus(sequence, self.plane, Condition(event)), np.concatenate(
+            [x[:count], x[size : size + count], x[-2:]]
+        )
+
+    def _whole(self, x: Floats) -> Motion:
+        """A motion, where its period doubles as two periods of it."""
+        motion = self.motion(x)
+        return motion.times(2) if self.condition.event is Event.PERIOD_DOUBLING else motion
+
     def _standstill(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
         """A cusp, where a locus of folds turns round in the plane; or where it goes back as its own image."""
         way, after = point.tangent[-2:], new.tangent[-2:]
@@ -301,8 +363,9 @@ class Locus(Path):
         if not float(np.linalg.norm(at.tangent[-2:])) < STANDSTILL:
             return [], False
         motion = self.motion(at.x)
-        if 2 * len(motion.primitive().sequence) == len(motion.sequence):
+        half, odd = divmod(len(motion.sequence), 2)
+        if not odd and motion.apart(motion.rotated(half)) < TURNED_BACK:
             return [(at, Event.DEGENERATE_DOUBLING)], True
-        if self.plane.horizontal and motion.distance(motion.mirrored()) < IMAGE:
+        if self.plane.horizontal and motion.distance(motion.mirrored()) < TURNED_BACK:
             return [(at, Event.DEGENERATE_PITCHFORK)], self.condition.event is Event.FOLD
         return [(at, Event.CUSP)], False

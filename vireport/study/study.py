@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from vireport.analysis import Solution, Sweep, solution_of
 from vireport.errors import UsageError
-from vireport.gate import Alert, Criterion, Verdict, alerts, assess, verdict_of
+from vireport.gate import Alert, Criterion, Evidence, Verdict, alerts, assess, verdict_of
 from vireport.physics import Device, Dielectric, Membrane
 from vireport.progress import Progress
 from vireport.scenario import DesignInput, Loaded, Scenario, blocks, load, loads, to_dict
@@ -83,7 +83,7 @@ class Study:
     @cached_property
     def alerts(self) -> tuple[Alert, ...]:
         """What a reader must know before acting on the numbers."""
-        return alerts(self.solution, self.crosscheck, self.compliance)
+        return alerts(Evidence(self.solution, self.crosscheck, self.compliance, self.atlas, self.criteria))
 
     @cached_property
     def verdict(self) -> Verdict:
