@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from vireport.charts.outputs import EVENTS
+from vireport.charts.outputs import EVENTS, counted
 from vireport.figures import DOTTED, HALO, LOCI, Color, Entry, Label, Look, Picture, blank, finished, round_ticks, style
 from vireport.sequences import Chart, Event, FollowedLocus
 
@@ -110,4 +110,4 @@ def _pixels(share: Floats) -> NDArray[np.intp]:
 def _caption(chart: Chart) -> str:
     x, y = (one.quantity for one in chart.plane.inputs)
     kinds = ", ".join(dict.fromkeys(EVENTS[locus.event] for locus in chart.loci))
-    return f"Chart of {y} against {x}: curves of {kinds}; {len(chart.meetings)} points where they meet, end or turn."
+    return f"Chart of {y} against {x}: {counted(chart)}{kinds and f'; the curves are of {kinds}'}."

@@ -121,7 +121,7 @@ class DefaultGroup(TyperGroup):
             return
         from difflib import get_close_matches
 
-        if close := get_close_matches(word, self.commands, 1, 0.7):
+        if close := get_close_matches(word, self.commands, 1):
             raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
 
 
@@ -441,7 +441,8 @@ def portrait(
     from vireport.comparison import baseline
     from vireport.files import require_writable
 
-    folder = output or _default_folder(results, "-portrait")
+    run = Path(results).resolve().parent.name if Path(results).name == "results.json" else results
+    folder = output or _default_folder(run, "-portrait")
     if not json:
         require_writable(folder, NAMES)
     outcome = portrait_outcome(baseline.read_baseline(results), Path(results).name, at, json)
