@@ -197,7 +197,9 @@ def run(
     against = ("--baseline", None if baseline is None else [Path(baseline).name])
     command = _command("run", [scenario], *options, against, _paper(paper))
     if json:
-        deliver(results_outcome(loaded, command, certify, carried), quiet=quiet)
+        with progress(quiet) as say:
+            outcome = results_outcome(loaded, command, certify, carried, say)
+        deliver(outcome, quiet=quiet)
         return
     folder, formats = output or _default_folder(scenario), _formats(format_)
     require_writable(folder, file_names(formats))
@@ -331,7 +333,9 @@ def diff(
     from vireport.study import Task, analyse
 
     before = _baseline(baseline, scenario)
-    changes = earlier.diff(before, analyse(_loaded(scenario, set_), (Task.JSON,)), relative=tolerance)
+    loaded = _loaded(scenario, set_)
+    with progress(quiet) as say:
+        changes = earlier.diff(before, analyse(loaded, (Task.JSON,), say), relative=tolerance)
     printed: str | bytes
     if json:
         printed = earlier.diff_json(changes, tolerance)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import BifurcationDiagram, CriticalKind, Held, Sweep, solve
+from vireport.progress import Progress
 from vireport.sequences.continuation import Curve, Event, Strand, completed, follow
 from vireport.sequences.equations import Model
 from vireport.sequences.exclusion import FINEST, MOST_CELLS, Cells, Exclusion
@@ -42,7 +43,7 @@ MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Ev
 """Events that are vertices."""
 
 
-def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atlas:
+def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = (), progress: Progress | None = None) -> Atlas:
     """Find and follow the families of motions along a sweep.
 
     Parameters
@@ -52,9 +53,11 @@ def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = ()) -> Atl
         Motions beyond them are left out.
     simulated : iterable of Motion
         Found otherwise, as further starts.
+    progress : callable, optional
+        Called with what is followed next.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
-    search = _Search(solve(sweep), Model(sweep.level, float(sweep.device.restitution)), low, high, limits)
+    search = _Search(solve(sweep), Model(sweep.level, float(sweep.device.restitution)), low, high, limits, progress)
     for motion in chain(_starts(search), simulated):
         search.explore(motion)
     return search.atlas()
@@ -106,6 +109,7 @@ class _Search:
     low: float
     high: float
     limits: Limits
+    progress: Progress | None
     families: list[Family] = field(default_factory=list)
     events: dict[int, list[tuple[int, Event]]] = field(default_factory=dict)
     meetings: list[_Meeting] = field(default_factory=list)
@@ -149,6 +153,8 @@ class _Search:
         while self.queue:
             begins, curve, vertex, first = self.queue.popleft()
             if self._wanted(curve, first.x):
+                if self.progress is not None:
+                    self.progress(f"following motions of other impact sequences: {curve.sequence.word}")
                 strand = follow(curve, first)
                 if begins is None:
                     self._add(curve, completed(curve, first, strand))
