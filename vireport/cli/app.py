@@ -390,7 +390,7 @@ def optimise(
     paper: Paper = PaperSize.A4,
     quiet: Quiet = False,
 ) -> None:
-    """Find the best design that meets the requirements, among what the scenario's design block lets vary; report on it.
+    """Find the best design that meets the requirements. The scenario's design block says what may vary.
 
     Exit code 1 if no design meets them.
     """
@@ -468,7 +468,7 @@ def chart(
     set_: Overrides = None,
     quiet: Quiet = False,
 ) -> None:
-    """Draw where motions are stable over two inputs, and the exact curves along which they change."""
+    """Draw what is stable over two inputs. Between are the exact curves along which motions change."""
     _refuse_files_beside_json(json, "chart", output, None)
     loaded = _loaded(scenario, set_)
     from vireport import charts
