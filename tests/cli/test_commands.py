@@ -185,9 +185,9 @@ def test_sweep_writes_a_map(tmp_path: Path) -> None:
         ("length_m=1..0.3,restitution", "length_m: 1..0.3 is no range of it (allowed: ascending, from"),
         ("length_m=a..b,restitution", "'a..b' is no range (such as"),
         ("restitution=0.2..1.2,length_m", "restitution: 0.2..1.2 is no range of it"),
-        ("length_m,amplitude_n", "device.restitution is 0, where grazing is not followed (allowed: above 0, or"),
+        ("length_m,amplitude_n", "device.restitution is 1 (allowed: above 0 and up to 0.999999, or as one of"),
     ],
 )
 def test_a_chart_says_what_is_wrong_with_its_inputs(over: str, message: str, example, capsys) -> None:
-    assert main(["chart", str(example("inclined")), "--over", over, "--set", "device.restitution=0"]) == 2
+    assert main(["chart", str(example("inclined")), "--over", over, "--set", "device.restitution=1"]) == 2
     assert message in capsys.readouterr().err
