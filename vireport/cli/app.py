@@ -468,7 +468,7 @@ def chart(
     set_: Overrides = None,
     quiet: Quiet = False,
 ) -> None:
-    """Draw what is stable over two inputs. Between are the exact curves along which motions change."""
+    """Draw what is stable over two inputs. The lines are the exact curves along which motions change."""
     _refuse_files_beside_json(json, "chart", output, None)
     loaded = _loaded(scenario, set_)
     from vireport import charts
