@@ -110,6 +110,7 @@ def test_formats_narrow_what_is_written(example, tmp_path: Path) -> None:
     [
         (["nothing.yaml"], "nothing.yaml"),
         (["validat", "x.yaml"], "did you mean the command 'validate'"),
+        (["rnu", "x.yaml"], "did you mean the command 'run'"),
         (["run"], "Missing argument"),
         (["--nope", "x.yaml"], "No such option"),
         (["run", "examples/inclined.yaml", "--format", "docx"], "allowed: html, pdf"),

@@ -239,6 +239,17 @@ def test_two_varied_keys_make_a_grid() -> None:
     assert left_out(grid, "figure-2") == [(name, "it has no sweep") for name in grid.names]
 
 
+@pytest.mark.slow
+def test_words_and_what_may_vary_are_settings_as_the_scenarios_have_them() -> None:
+    required = study("inclined", "requirements.words=[BT]", "motions.impacts=2", "motions.periods=1")
+    pair = compare([required, study("best-design")])
+    written = {}
+    for table in ComparisonReport(pair, {}, comparison_provenance(pair, "")).settings():
+        written |= dict(zip((column.title for column in table.columns), zip(*table.rows, strict=True), strict=True))
+    assert written["requirements.words"] == ("BT", "\u2014")
+    assert written["design.vary.1.path"] == ("\u2014", "excitation.frequency_hz")
+
+
 def test_a_variant_is_the_scenario_with_that_value() -> None:
     varied = inclinations().studies[3]
     alone = study("inclined", "inclination_deg=30")

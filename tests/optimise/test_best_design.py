@@ -371,7 +371,7 @@ def test_ranges_without_stable_motion_are_said_to_have_none(tmp_path: Path, caps
     assert main(["optimise", str(scenario), "--json"]) == 1
     captured = capsys.readouterr()
     assert json.loads(captured.out)["nearest"] is None
-    assert "no design in the ranges has a stable 1:1 motion" in captured.err
+    assert "no design with a stable 1:1 motion was found in the ranges" in captured.err
 
 
 def test_a_scenario_without_a_design_block_is_refused() -> None:

@@ -235,7 +235,7 @@ def test_the_verdict_carries_the_answer(study_of) -> None:
 @pytest.mark.parametrize(
     ("overrides", "status", "says"),
     [
-        (["device.length_m=0.6"], "bad", "At the design point s = 0.6 m: no stable motion"),
+        (["device.length_m=0.6"], "bad", "At the design point s = 0.6 m: no stable 1:1 motion"),
         (["device.length_m="], "good", "0.629457 m < s ≤ 0.75 m"),
         (["device.length_m=0.8"], "good", "margin 11 % in frequency, to period doubling B1"),
         (["sweep.to=0.62", "device.length_m="], "bad", "No stable 1:1 motion in the sweep"),

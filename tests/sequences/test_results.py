@@ -25,8 +25,21 @@ motions: {impacts: 3, periods: 1}
 
 
 @pytest.fixture(scope="module")
-def study():
-    return analyse(loads(TEXT))
+def followed():
+    """A study, and what was told while it was made."""
+    told = []
+    return analyse(loads(TEXT), progress=told.append), told
+
+
+@pytest.fixture(scope="module")
+def study(followed):
+    return followed[0]
+
+
+def test_each_family_is_told_as_it_is_followed(followed):
+    study, told = followed
+    words = {step.rpartition(" ")[2] for step in told}
+    assert {family.sequence.word for family in study.atlas.families} <= words
 
 
 def test_results_hold_every_family_with_its_ends_and_voltages(study):

@@ -72,3 +72,18 @@ def test_over_the_balls_mass_curves_are_straight() -> None:
     for locus in loci:
         np.testing.assert_array_equal(locus.points[:, 0], [0.004, 0.02])
         assert locus.points[0, 1] == locus.points[1, 1]
+
+
+@pytest.mark.parametrize(
+    ("change", "kinds"),
+    [
+        (("restitution: 0.5", "restitution: 0"), {"grazing", "fold"}),
+        (("inclination_deg, from: 0, to: 90", "device.restitution, from: 0, to: 0.99"), {"grazing", "pitchfork"}),
+    ],
+)
+def test_a_grazing_without_touch_or_impact_begins_no_curve(change: tuple[str, str], kinds: set[str]) -> None:
+    text = TEXT.replace(*change)
+    if "path: inclination_deg" not in text:
+        text = text.replace("excitation:", "inclination_deg: 0\nexcitation:")
+    loci = loci_of(plan_of(text))
+    assert kinds <= {locus.event for locus in loci}

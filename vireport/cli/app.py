@@ -122,7 +122,7 @@ class DefaultGroup(TyperGroup):
             return
         from difflib import get_close_matches
 
-        if close := get_close_matches(word, _commands(), 1, 0.7):
+        if close := get_close_matches(word, _commands(), 1):
             raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
 
 
@@ -213,7 +213,9 @@ def run(
     against = ("--baseline", None if baseline is None else [Path(baseline).name])
     command = _command("run", [scenario], *options, against, _paper(paper))
     if json:
-        deliver(results_outcome(loaded, command, certify, carried), quiet=quiet)
+        with progress(quiet) as say:
+            outcome = results_outcome(loaded, command, certify, carried, say)
+        deliver(outcome, quiet=quiet)
         return
     folder, formats = output or _default_folder(scenario), _formats(format_)
     require_writable(folder, file_names(formats))
@@ -347,7 +349,9 @@ def diff(
     from vireport.study import Task, analyse
 
     before = _baseline(baseline, scenario)
-    changes = earlier.diff(before, analyse(_loaded(scenario, set_), (Task.JSON,)), relative=tolerance)
+    loaded = _loaded(scenario, set_)
+    with progress(quiet) as say:
+        changes = earlier.diff(before, analyse(loaded, (Task.JSON,), say), relative=tolerance)
     printed: str | bytes
     if json:
         printed = earlier.diff_json(changes, tolerance)
@@ -402,7 +406,7 @@ def optimise(
     paper: Paper = PaperSize.A4,
     quiet: Quiet = False,
 ) -> None:
-    """Find the best design that meets the requirements, among what the scenario's design block lets vary; report on it.
+    """Find the best design that meets the requirements. The scenario's design block says what may vary.
 
     Exit code 1 if no design meets them.
     """
@@ -453,7 +457,8 @@ def portrait(
     from vireport.cli.portrait_outputs import NAMES, portrait_outcome
     from vireport.comparison import baseline
 
-    folder = _writable_folder(output, results, "-portrait", json, NAMES)
+    run = Path(results).resolve().parent.name if Path(results).name == "results.json" else results
+    folder = _writable_folder(output, run, "-portrait", json, NAMES)
     outcome = portrait_outcome(baseline.read_baseline(results), Path(results).name, at, json)
     deliver(outcome, folder, quiet)
 
@@ -473,7 +478,7 @@ def chart(
     set_: Overrides = None,
     quiet: Quiet = False,
 ) -> None:
-    """Draw where motions are stable over two inputs, and the exact curves along which they change."""
+    """Draw what is stable over two inputs. The lines are the exact curves along which motions change."""
     _refuse_files_beside_json(json, "chart", output, None)
     loaded = _loaded(scenario, set_)
     from vireport.study import provenance_of

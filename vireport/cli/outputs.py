@@ -52,9 +52,11 @@ def file_names(formats: Iterable[Task]) -> tuple[str, ...]:
     return tuple(name for task in formats for name in NAMES.get(task, ()))
 
 
-def results_outcome(loaded: Loaded, command: str, certify: bool, carried: Carried | None = None) -> Outcome:
+def results_outcome(
+    loaded: Loaded, command: str, certify: bool, carried: Carried | None = None, say: Progress | None = None
+) -> Outcome:
     """The results of a scenario, on standard output."""
-    study = analyse(loaded, (Task.JSON,))
+    study = analyse(loaded, (Task.JSON,), say)
     if certify:
         study = with_certificates(study)
     return _again(_judged(study, printed=results_json(study, provenance_of(loaded, command))), study, carried)

@@ -112,7 +112,7 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     except OSError as error:
         raise UsageError(f"{name}: cannot be read ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
-        raise UsageError(f"{name}: is no JSON ({error}); a baseline is the results.json of an earlier run") from error
+        raise UsageError(f"{name}: is no JSON ({error}); the results.json of a run is meant") from error
     check(baseline, name)
     return dict(baseline)
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vireport.alerts import Severity
 from vireport.comparison.comparison import ACROSS, FEW_NAMES, FIGURES, Comparison, columns, left_out
@@ -16,7 +16,7 @@ from vireport.comparison.ranking import margins_table, ranking_table
 from vireport.gate import SWEEP_END, Verdict
 from vireport.scenario import Parameter
 from vireport.study import Provenance
-from vireport.text import ABSENT, Table, capital, exact, numbers, significant, texts, words
+from vireport.text import ABSENT, Table, capital, numbers, significant, texts, words, written
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -84,7 +84,7 @@ class ComparisonReport:
         names = self.comparison.names
         for part in columns(len(self.comparison.settings)):
             settings = self.comparison.settings[part]
-            rows = tuple((name, *(_written(one.values[k]) for one in settings)) for k, name in enumerate(names))
+            rows = tuple((name, *(written(one.values[k]) for one in settings)) for k, name in enumerate(names))
             head = (*texts("Scenario"), *numbers(*(one.path for one in settings)))
             yield _inert(Table("Values that are not the same in all scenarios", head, rows))
 
@@ -171,14 +171,6 @@ def _reasons(names: Sequence[str], part: slice, chosen: Sequence[Difference]) ->
                 reasons.setdefault(entry.note, {})[name] = None
     texts = "; ".join(f"{reason} ({listed(list(names))})" for reason, names in reasons.items())
     return f"A dash: {texts}." if texts else ""
-
-
-def _written(value: Any) -> str:
-    if value is None:
-        return ABSENT
-    if isinstance(value, float):
-        return exact(value)
-    return ", ".join(map(exact, value)) if isinstance(value, list) else str(value)
 
 
 def _file(name: str) -> str:

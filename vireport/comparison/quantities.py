@@ -361,6 +361,8 @@ def settings_of(scenario: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     """The values of a scenario by their dotted paths; what is not given, or has no part in results, is left out."""
     values: dict[str, Any] = {}
     for key, value in scenario.items():
+        if isinstance(value, list) and value and isinstance(value[0], Mapping):
+            value = {str(k): row for k, row in enumerate(value)}
         if isinstance(value, Mapping):
             values |= settings_of(value, f"{path}{key}.")
         elif value is not None and f"{path}{key}" not in NOT_COMPARED:

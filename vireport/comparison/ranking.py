@@ -180,7 +180,9 @@ def _best(ranked: Sequence[Ranked]) -> str:
         reasons.insert(0, f"there is stable 1:1 motion {_where(first)}")
     if first.study.criteria and (following is None or _decisive(first, following) is not Merit.REQUIREMENTS):
         reasons.insert(0, f"{first.show(Merit.REQUIREMENTS)} requirements are met")
-    return f"{listed(names)} {'is best' if len(names) == 1 else 'are equally good'}: {', and '.join(reasons)}."
+    *others, last = reasons
+    why = f"{', '.join(others)}, and {last}" if others else last
+    return f"{listed(names)} {'is best' if len(names) == 1 else 'are equally good'}: {why}."
 
 
 def _where(one: Ranked) -> str:

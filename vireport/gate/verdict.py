@@ -195,7 +195,8 @@ def _simulated(check: CrossCheck) -> Fact:
         detail = f"It leaves {missed} of {orbits} stable orbits; largest difference on the others {largest}"
         return Fact(Question.SIMULATED, "No", detail, Status.BAD)
     if not orbits:
-        ends = f"simulated starts end in other motions: {_shares(check.motions)}"
+        where = " over the sweep" if len(check.values) > 1 else ""
+        ends = f"simulated starts{where} end in motions other than 1:1: {_shares(check.motions)}"
         detail = f"There is no stable 1:1 motion at the values simulated; {ends}"
         return Fact(Question.SIMULATED, "Nothing to compare", detail, Status.NEUTRAL, ends)
     detail = f"It ends on all {orbits} stable orbits tried; largest difference {largest}"
@@ -281,7 +282,7 @@ def _motion(solution: Solution, instead: str) -> Fact:
             return Fact(Question.MOTION, "Not 1:1", f"{capital(instead)} at {at}", Status.CAUTION, short)
         detail = f"{admissible} admissible 1:1 motion{'s' * (admissible != 1)} at {at}, none of them stable"
         detail = detail if admissible else f"No admissible 1:1 motion at {at}"
-        return Fact(Question.MOTION, "No", detail, Status.BAD, "no stable motion")
+        return Fact(Question.MOTION, "No", detail, Status.BAD, "no stable 1:1 motion")
     types = {Stability(design.motions.words[row]) for row in np.nonzero(stable)[0]}
     kinds = ", ".join(word for word in Stability if word in types)
     others = f"; {count} stable motions coexist" if count > 1 else ""

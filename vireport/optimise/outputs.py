@@ -86,7 +86,7 @@ def shortcoming(result: Result) -> str:
     if result.best is not None:
         return ""
     if result.nearest is None:
-        return "no design in the ranges has a stable 1:1 motion"
+        return "no design with a stable 1:1 motion was found in the ranges (more design.cells are a finer grid)"
     failed = [
         f"{one.title} ({one.limit.text}): {one.outcome.text}"
         + (f" (margin {one.margin_text})" if one.margin_text else "")

@@ -21,7 +21,7 @@ from vireport.report.ci_formats import source_url
 from vireport.report.voltages import MassEffect, Place, mass_effects, places
 from vireport.scenario import LARGEST, SMALLEST, UNIT_OF_SWEPT, Parameter, ScalarInput, inputs
 from vireport.study import Provenance, Study, results
-from vireport.text import Table, exact
+from vireport.text import Table, written
 from vireport.trust import (
     PAPER,
     Findings,
@@ -243,7 +243,7 @@ class Report:
                 unit = self.solution.parameter.unit if swept else UNITS.get(entry.unit, entry.unit)
                 origin = _origin(self.study, entry.path)
                 symbol = SYMBOLS.get(entry.path, "")
-                yield Input(entry.title, symbol, _written(entry.value), unit, origin, entry.path)
+                yield Input(entry.title, symbol, written(entry.value), unit, origin, entry.path)
 
     def derived(self) -> tuple[dict[str, float], ...]:
         """What follows at the design point, and at both ends of the sweep, as far as there are these."""
@@ -367,15 +367,6 @@ class Report:
     def stiff(self) -> Iterator[Table]:
         """Solvers on the equation of compliant membranes."""
         return solvers_on_stiff_membranes(self.study.compliance) if self.study.compliance is not None else iter(())
-
-
-def _written(value: object) -> str:
-    """A value as a scenario has it."""
-    if isinstance(value, tuple):
-        return ", ".join(x if isinstance(x, str) else exact(x) for x in value) or "none"
-    if isinstance(value, bool):
-        return str(value).lower()
-    return exact(value) if isinstance(value, float) else str(value)
 
 
 def _origin(study: Study, path: str) -> str:

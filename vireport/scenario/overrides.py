@@ -56,7 +56,7 @@ def apply(document: Document, overrides: Iterable[str]) -> Document:
             continue
         obstacle = _place(data, steps, value.data, lines)
         if obstacle is not None:
-            message = f"'{obstacle}' is not a block of keys (nothing can be set in it)"
+            message = f"'{obstacle}' is not a block of keys (nothing can be set in it; set {obstacle} as a whole)"
             mistakes.append(Mistake(0, path, message))
             continue
         for places in (lines, written):

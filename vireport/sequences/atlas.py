@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import BifurcationDiagram, CriticalKind, Held, Sweep, solve
+from vireport.progress import Progress
 from vireport.sequences.continuation import Curve, Event, Strand, completed, follow
 from vireport.sequences.equations import Model
 from vireport.sequences.exclusion import FINEST, MOST_CELLS, Cells, Exclusion
@@ -42,7 +43,13 @@ MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Ev
 """Events that are vertices."""
 
 
-def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = (), finest: float = FINEST) -> Atlas:
+def atlas(
+    sweep: Sweep,
+    limits: Limits,
+    simulated: Iterable[Motion] = (),
+    progress: Progress | None = None,
+    finest: float = FINEST,
+) -> Atlas:
     """Find and follow the families of motions along a sweep.
 
     Parameters
@@ -52,11 +59,14 @@ def atlas(sweep: Sweep, limits: Limits, simulated: Iterable[Motion] = (), finest
         Motions beyond them are left out.
     simulated : iterable of Motion
         Found otherwise, as further starts.
+    progress : callable, optional
+        Called with what is followed next.
     finest : float
         Side of the cells of flight times that are looked through last [t_c], from `FINE` down.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
-    search = _Search(solve(sweep), Model(sweep.level, float(sweep.device.restitution)), low, high, limits, finest)
+    model = Model(sweep.level, float(sweep.device.restitution))
+    search = _Search(solve(sweep), model, low, high, limits, progress, finest)
     for motion in chain(_starts(search), simulated):
         search.explore(motion)
     return search.atlas()
@@ -108,6 +118,7 @@ class _Search:
     low: float
     high: float
     limits: Limits
+    progress: Progress | None
     finest: float
     families: list[Family] = field(default_factory=list)
     events: dict[int, list[tuple[int, Event]]] = field(default_factory=dict)
@@ -152,6 +163,8 @@ class _Search:
         while self.queue:
             begins, curve, vertex, first = self.queue.popleft()
             if self._wanted(curve, first.x):
+                if self.progress is not None:
+                    self.progress(f"following motions of other impact sequences: {curve.sequence.word}")
                 strand = follow(curve, first)
                 if begins is None:
                     self._add(curve, completed(curve, first, strand))

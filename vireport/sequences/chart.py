@@ -327,8 +327,10 @@ class _Search:
     def _wanted(self, path: Locus) -> bool:
         """Whether the motions of a locus are within the limits."""
         touched = path.touched
+        if not len(touched) or (path.condition.event is Event.GRAZING and not path.condition.rests):
+            return False  # at r = 0, a motion may touch its membrane in the very moment of the impact before
         wanted = self.only is None or self.only in (touched.canonical(), path.sequence.canonical())
-        return wanted and len(touched) > 0 and self.limits.admit(touched)
+        return wanted and self.limits.admit(touched)
 
     def _follow(self, path: Locus, first: Point) -> None:
         """Follow a locus both ways from a motion, unless it is known."""

@@ -282,15 +282,13 @@ def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None
     sweep, check = study.solution.sweep, study.crosscheck
     if sweep is None:
         return study
-    if progress is not None:
-        progress("following motions of other impact sequences")
     ends = () if check is None else check.attractors()
     simulated = (
         motion_of_cycle(end.cycle, float(sweep.coordinate_of(value)))
         for value, end in ends
         if end.cycle is not None and not end.cycle.sticks
     )
-    return replace(study, atlas=atlas(sweep, Limits(asked.impacts, asked.periods), simulated))
+    return replace(study, atlas=atlas(sweep, Limits(asked.impacts, asked.periods), simulated, progress))
 
 
 def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | None) -> Study:

@@ -50,7 +50,7 @@ def caption_of(chart: Chart) -> str:
     """What the figure of a chart shows."""
     x, y = (one.quantity for one in chart.plane.inputs)
     kinds = ", ".join(dict.fromkeys(EVENTS[locus.event] for locus in chart.loci))
-    return f"Chart of {y} against {x}: curves of {kinds}; {len(chart.meetings)} points where they meet, end or turn."
+    return f"Chart of {y} against {x}: {counted(chart)}{kinds and f'; the curves are of {kinds}'}."
 
 
 def text(chart: Chart) -> str:
@@ -59,21 +59,26 @@ def text(chart: Chart) -> str:
 
 
 def _parts(chart: Chart) -> Iterator[str | Table]:
-    plane, lost = chart.plane, chart.not_followed
+    plane, limits, lost = chart.plane, chart.limits, chart.not_followed
     ranges = " and ".join(
         f"{one.quantity} from {low:g} to {one.show(high)}"
         for one, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
     )
-    found = f"{len(chart.loci)} curves and {len(chart.meetings)} points where they meet, end or turn"
-    said = f" {lost} ends of curves could not be followed further." if lost else ""
+    said = f" {lost} end{'s' * (lost != 1)} of curves could not be followed further." if lost else ""
     yield (
-        f"Over {ranges}: {found}, of motions with at most {chart.limits.impacts} impacts in {chart.limits.periods} "
+        f"Over {ranges}: {counted(chart)}, of motions with at most {limits.impacts} impacts in {limits.periods} "
         f"forcing periods. Curves that neither cross a sweep that was followed nor meet another are missed.{said}"
     )
     columns = [column for one in plane.inputs for column in (f"{one.quantity} [{one.unit or '1'}]", "±")]
     rows = tuple((str(number), *_row(point)) for number, point in enumerate(chart.meetings, 1))
     if rows:
         yield Table("Points of codimension two", (*texts("No.", "What", "Motion"), *numbers(*columns)), rows, NOTE)
+
+
+def counted(chart: Chart) -> str:
+    """How many curves and points a chart has."""
+    curves, points = len(chart.loci), len(chart.meetings)
+    return f"{curves} curve{'s' * (curves != 1)} and {points} point{'s' * (points != 1)} where they meet, end or turn"
 
 
 def name_of(point: Meeting) -> str:

@@ -50,6 +50,10 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
     device = device_of(scenario)
     changed: dict[str, Any] = dict(zip(inputs, low.tolist(), strict=True))
     device = replace(device, **changed)
+    highest = DesignInput.RESTITUTION.limits[1]
+    if DesignInput.RESTITUTION not in inputs and not 0 < device.restitution <= highest:
+        allowed = f"above 0 and up to {highest:g}, or as one of the inputs"  # at 0, grazing is not followed
+        raise UsageError(f"--over: device.restitution is {device.restitution:g} (allowed: {allowed})")
     absent = [one.path for one in DesignInput if getattr(device, one) is None]
     if absent:
         raise UsageError(f"--over: {absent[0]} has no value (give it one in the scenario, or name it in --over)")

@@ -16,6 +16,7 @@ from vireport.text.formatting import (
     scaled,
     significant,
     words,
+    written,
 )
 from vireport.text.tables import (
     Column,
@@ -55,4 +56,5 @@ __all__ = [
     "texts",
     "visible",
     "words",
+    "written",
 ]

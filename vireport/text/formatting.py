@@ -65,6 +65,23 @@ def exact(value: float) -> str:
     return _layout(Decimal(repr(float(value))).normalize())
 
 
+def written(value: object) -> str:
+    """Print a value of a scenario: numbers as `exact`, a list with commas, a dash for what is not given.
+
+    Examples
+    --------
+    >>> written([0.5, 2.0]), written(("BT", "BBT")), written(()), written(True), written(None)
+    ('0.5, 2', 'BT, BBT', 'none', 'true', '—')
+    """
+    if value is None:
+        return ABSENT
+    if isinstance(value, list | tuple):
+        return ", ".join(map(written, value)) or "none"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return exact(value) if isinstance(value, float) else str(value)
+
+
 def bounded(value: float, bound: float) -> str:
     """Round to the digits that an error bound justifies, and to `MOST_JUSTIFIED` at the most.
 
