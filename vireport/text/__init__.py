@@ -15,6 +15,7 @@ from vireport.text.formatting import (
     quantity,
     scaled,
     significant,
+    span,
     words,
 )
 from vireport.text.tables import (
@@ -52,6 +53,7 @@ __all__ = [
     "quantity",
     "scaled",
     "significant",
+    "span",
     "texts",
     "visible",
     "words",
