@@ -1,4 +1,4 @@
-"""Results for machines: results.json, branches.csv and families.csv, by the names that scripts rely on.
+"""Results for machines: results.json and branches.csv, by the names that scripts rely on.
 
 Numbers are written so that they read back exactly. There is no NaN and no Infinity: what was not computed is null,
 and `left_out` says why.
@@ -94,7 +94,7 @@ def results_json(study: Study, provenance: Provenance) -> bytes:
 
 
 def branches_csv(study: Study) -> bytes:
-    """Every motion of every branch as a row of a table, by the names of results.json."""
+    """Every motion of every branch as a row of a table, by the names of results.json; then those of the families."""
     head: list[str] = []
     rows: list[list[Any]] = []
     for branch, bounds in zip(study.solution.branches, study.solution.bounds.branches, strict=True):
@@ -106,17 +106,20 @@ def branches_csv(study: Study) -> bytes:
         }
         head = ["branch", "family", *columns]
         rows += [[branch.number, branch.family, *row] for row in zip(*columns.values(), strict=True)]
+    families = list(family_motions(study))
+    head = list(dict.fromkeys([*head, *(families[0] if families else ())]))
+    rows = [row + [None] * (len(head) - len(row)) for row in rows]
+    rows += [[motion.get(name) for name in head] for motion in families]
     return csv_bytes(head, rows) if head else b""
 
 
-def families_csv(study: Study) -> bytes:
-    """Every impact of every motion of the families as a row of a table; empty where there are none."""
-    if study.atlas is None or not study.atlas.families:
-        return b""
-    from vireport.sequences import family_rows
+def family_motions(study: Study) -> Iterator[dict[str, Any]]:
+    """Every impact of every motion of the families as a dict, by the names of branches.csv."""
+    if study.atlas is not None:
+        from vireport.sequences import family_rows
 
-    rows = [row for family in study.atlas.families for row in family_rows(family, study.solution.membrane)]
-    return csv_bytes(list(rows[0]), [list(row.values()) for row in rows])
+        for family in study.atlas.families:
+            yield from family_rows(family, study.solution.membrane)
 
 
 def json_bytes(data: Mapping[str, Any]) -> bytes:

@@ -18,7 +18,7 @@ from vireport.progress import Progress
 from vireport.scenario import DesignInput, Loaded, Scenario, blocks, load, loads
 from vireport.study.plan import FORMATS, Plan, Task, plan
 from vireport.study.provenance import provenance_of
-from vireport.study.results import PROVED_MOTION, branch_rows, results
+from vireport.study.results import PROVED_MOTION, branch_rows, family_motions, results
 from vireport.text import bounded, html_table, significant, visible
 
 if TYPE_CHECKING:
@@ -112,8 +112,8 @@ class Study:
         return data
 
     def rows(self) -> list[dict[str, Any]]:
-        """Every motion of every branch as a dict, by the names of branches.csv; for a data frame."""
-        return [row for branch in self.to_dict()["branches"] for row in branch_rows(branch)]
+        """Every motion of every branch, and impact of the families, by the names of branches.csv; for a data frame."""
+        return [row for branch in self.to_dict()["branches"] for row in branch_rows(branch)] + [*family_motions(self)]
 
     def __repr__(self) -> str:
         return f"<Study of {visible(self.loaded.document.name)}: {self.verdict.headline}>"
