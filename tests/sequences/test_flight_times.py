@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from vireport import load, loads
 from vireport.analysis import Held, Level, flight_jacobian
 from vireport.sequences import (
     Claim,
+    Curve,
     Limits,
     Model,
     Motion,
@@ -68,6 +71,57 @@ def test_the_mirror_image_is_a_motion_with_gravity_the_other_way(walls: tuple[in
     np.testing.assert_allclose(other.gbar, -one.gbar, atol=1e-12)
     np.testing.assert_allclose(other.d, one.d, atol=1e-12)
     np.testing.assert_allclose((other.time - one.time) % 2, 1, atol=1e-12)
+
+
+@pytest.mark.parametrize("periods", [1, 2, 3])
+def test_motions_with_two_impacts_on_the_bottom_solve_the_conditions_at_any_d(periods: int):
+    sequence, r = Sequence((1, 1), periods), 0.6
+    found = motions_above(sequence, random_flights(periods, periods, 20, 2), r)
+    assert np.isnan(found.d).all()
+    assert (found.gbar > 0).all()
+    for i in range(20):
+        x = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]]
+        for d in (0.1, 1.0):
+            assert max(map(abs, residuals(sequence, x, Model(Level(Held.D, d), r)))) < 1e-11 * max(1, found.gbar[i])
+
+
+ONE_SIDED = """\
+schema_version: 1
+device: {{capsule_mass_kg: 0.1245, restitution: {r}, length_m: 1.5}}
+excitation: {{amplitude_n: 5, frequency_hz: 2}}
+inclination_deg: {inclination}
+sweep: {{parameter: {swept}}}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("swept", "r", "inclination"),
+    [
+        ("length_m, from: 0.2, to: 3", 0.8, 15),
+        ("amplitude_n, from: 2, to: 9", 0.75, 10),
+        ("inclination_deg, from: 5, to: 90", 0.3, 45),
+    ],
+)
+def test_newtons_method_finds_no_other_motion_on_one_membrane(swept: str, r: float, inclination: int):
+    sweep = sweep_of(loads(ONE_SIDED.format(swept=swept, r=r, inclination=inclination)).scenario)
+    low, high = map(float, sweep.coordinate_range)
+    model, rng, found = Model(sweep.level, r), np.random.default_rng(5), Counter[str]()
+    families = atlas(sweep, Limits(3, 3)).families
+    for word, periods, _ in product(("B", "BB", "BBB", "T", "TT"), (1, 2, 3), range(80)):
+        curve, count = Curve(Sequence.of(word, periods), model, low, high), len(word)
+        coordinate = rng.uniform(low, high)
+        largest = 6 * periods * model.groups(coordinate)[1] / (1 + r) / count * curve.sequence.walls[0]
+        time = rng.uniform(0, 2) + np.sort(rng.uniform(0, 2 * periods, count))
+        x = curve.nearest(np.array([*largest * rng.random(count), *time, coordinate]))
+        motion = None if x is None or not curve.admits(x) else curve.motion(x)
+        if motion is None or motion.primitive() is not motion:
+            continue
+        if (np.diff(motion.time, append=motion.time[0] + 2 * periods) > 0).all():
+            alike = [known for f in families if f.sequence == motion.sequence for known in f.at(motion.coordinate)]
+            assert min(map(motion.distance, alike)) < 1e-8
+            found[word] += 1
+    assert {"B", "BB"} <= set(found) <= {"B", "BB", "BBB"}
 
 
 @pytest.mark.slow
@@ -153,8 +207,11 @@ def test_what_is_claimed_of_each_word_is_said(name: str, example):
     sweep = replace(sweep_of(load(example(name)).scenario), end=3.3 if name == "inclined-forcing" else 0.5)
     claims = {of.word: of for of in atlas(sweep, Limits(4, 1)).completeness}
     mirror = sweep.level.horizontal
-    assert set(claims) == {"BT", "BBT", "BBBT", "BBTT", "BTBT"} | (set() if mirror else {"B", "BTT", "BTTT"})
-    assert claims["BT"].claim is claims["BBT"].claim is Claim.COMPLETE
+    both = {"BT", "BBT", "BBBT", "BBTT", "BTBT"} | (set() if mirror else {"BTT", "BTTT"})
+    assert set(claims) == both | {"B", "BB", "BBB"} | ({"BBBB"} if mirror else {"T", "TT", "TTT", "TTTT"})
+    assert all(of.claim is Claim.COMPLETE for word, of in claims.items() if word in both and len(word) < 4)
+    assert all(of.claim is Claim.COMPLETE for word, of in claims.items() if word not in both)
+    assert (claims["BBB"].undecided is None) == mirror  # where there is none
     assert claims["BBTT"].claim is Claim.SEARCHED
     assert 0 < claims["BBT"].resolution < claims["BBTT"].resolution < 0.1
     assert claims["BBT"].undecided < 1e-4

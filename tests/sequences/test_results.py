@@ -12,7 +12,7 @@ from vireport import analyse, loads
 from vireport.errors import ScenarioError, UsageError
 from vireport.physics import generated_voltage
 from vireport.sequences import Limits, families_of, generation, ladder, portrait_of
-from vireport.study import families_csv
+from vireport.study import branches_csv
 
 TEXT = """\
 schema_version: 1
@@ -75,11 +75,19 @@ def test_results_hold_every_family_with_its_ends_and_voltages(study):
         assert point["kind"] == "node_focus" or labels[point["label"]] == point["sweep_value"]
 
 
-def test_the_table_of_families_has_a_row_for_each_impact(study):
-    rows = list(csv.DictReader(families_csv(study.atlas, study.solution.membrane).decode().splitlines()))
-    assert len(rows) == sum(family.velocity.size for family in study.atlas.families)
+def test_the_table_of_motions_ends_with_a_row_for_each_impact_of_the_families(study):
+    lines = branches_csv(study.solution, study.atlas).decode().splitlines()
+    count = sum(len(branch.motions.d) for branch in study.solution.branches)
+    # The 1:1 motions come first, as they are without families.
+    alone = branches_csv(study.solution).decode().splitlines()
+    assert [line.rstrip(",") for line in lines[1 : 1 + count]] == [line.rstrip(",") for line in alone[1:]]
+    assert lines[0].startswith(alone[0] + ",word,")
+    rows = list(csv.DictReader(lines))[count:]
+    assert len(rows) == sum(family.velocity.size for family in study.atlas.families) == len(study.rows()) - count
     (family,) = [f for f in study.atlas.families if f.sequence.word == "BBT" and f.stable_runs]
-    mine = [row for row in rows if row["family"] == str(family.number)]
+    mine = [row for row in rows if row["family_number"] == str(family.number)]
+    assert {row["q"] for row in mine} == {""}
+    assert {row["critical_point"] for row in mine} == {""} | {mark.vertex.label for mark in family.marks if mark.vertex}
     assert [row["wall"] for row in mine[:3]] == ["bottom", "bottom", "top"]
     assert [float(row["velocity"]) for row in mine] == family.velocity.ravel().tolist()
     assert [row["stable"] == "true" for row in mine[::3]] == family.stable.tolist()
@@ -207,7 +215,8 @@ def test_results_say_what_is_claimed_of_each_word(study):
     motions = study.to_dict()["motions"]
     assert (motions["impacts"], motions["periods"]) == (3, 1)
     claims = {row["word"]: row["claim"] for row in motions["completeness"]}
-    assert claims == {"B": "complete", "BT": "complete", "BBT": "complete", "BTT": "complete", None: "followed"}
+    complete = ("B", "BB", "BBB", "BT", "BBT", "BTT", "T", "TT", "TTT")
+    assert claims == dict.fromkeys(complete, "complete") | {None: "followed"}
 
 
 @pytest.mark.slow

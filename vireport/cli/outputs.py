@@ -18,7 +18,6 @@ from vireport.study import (
     Task,
     analyse,
     branches_csv,
-    families_csv,
     provenance_of,
     results_json,
     with_certificates,
@@ -40,7 +39,7 @@ NAMES = {
     Task.PNG: tuple(f"{figure}.png" for figure in FIGURES),
     Task.SVG: tuple(f"{figure}.svg" for figure in FIGURES),
     Task.JSON: ("results.json", "worst.yaml"),
-    Task.CSV: ("branches.csv", "families.csv"),
+    Task.CSV: ("branches.csv",),
     Task.JUNIT: ("junit.xml",),
     Task.MARKDOWN: ("summary.md",),
 }
@@ -148,9 +147,7 @@ def run_files(
         if study.tolerances is not None and study.tolerances.worst is not None:
             files["worst.yaml"] = worst_scenario(study.scenario, study.tolerances.worst).encode()
     if plan.runs(Task.CSV):
-        files["branches.csv"] = branches_csv(study.solution)
-        if study.atlas is not None:
-            files["families.csv"] = families_csv(study.atlas, study.solution.membrane)
+        files["branches.csv"] = branches_csv(study.solution, study.atlas)
     if plan.runs(Task.JUNIT):
         from vireport.report import junit
 

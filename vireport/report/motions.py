@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vireport.sequences import Atlas, Event, Family, Mark, generation
 from vireport.study import Study
-from vireport.text import Table, numbers, significant, texts
+from vireport.text import Table, numbers, significant, span, texts
 
 
 def families_table(study: Study, atlas: Atlas) -> Table:
@@ -18,13 +18,11 @@ def families_table(study: Study, atlas: Atlas) -> Table:
         *texts("Begins", "Ends"),
         *(numbers("U_ave [V]", "[V/s]") if study.solution.membrane is not None else ()),
     )
-    return Table("Families of motions", columns, rows)
+    title = "Families of motions, with voltages in the middle of the longest stable range, or of the family"
+    return Table(title if study.solution.membrane is not None else "Families of motions", columns, rows)
 
 
 def _row(family: Family) -> tuple[str, ...]:
-    def span(low: float, high: float) -> str:
-        return f"{significant(low, 6)} to {significant(high, 6)}"
-
     stable = ", ".join(span(*part) for part in family.stable_ranges) or "nowhere"
     whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()))
     sequence, ends = family.sequence, (_end(family, mark) for mark in family.ends)

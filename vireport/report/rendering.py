@@ -34,7 +34,7 @@ from jinja2.bccache import Bucket
 from vireport.errors import UsageError, VireportError
 from vireport.gate import range_text
 from vireport.report.certificates import plus_minus
-from vireport.text import bounded, capital, error_bound, exact, percent, quantity, scaled, significant, words
+from vireport.text import bounded, capital, error_bound, exact, percent, quantity, scaled, significant, span, words
 from vireport.trust import factor_text
 
 if TYPE_CHECKING:
@@ -323,6 +323,7 @@ FILTERS: dict[str, Callable[..., str]] = {
     "scaled": scaled,
     "significant": significant,
     "source": Source,
+    "span": lambda ends: span(*ends),
     "string": string,
     "words": words,
 }

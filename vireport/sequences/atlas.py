@@ -10,34 +10,29 @@ from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import chain, product
-from math import asin, pi
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import BifurcationDiagram, CriticalKind, Held, Sweep, solve
+from vireport.analysis import BifurcationDiagram, CriticalKind, Sweep, solve
 from vireport.progress import Progress
 from vireport.sequences.continuation import Curve, Event, Strand, completed, follow
 from vireport.sequences.equations import Model
-from vireport.sequences.exclusion import FINEST, MOST_CELLS, Cells, Exclusion
+from vireport.sequences.exclusion import FINE, FINEST, MOST_CELLS, Cells, Exclusion
 from vireport.sequences.families import Atlas, Claim, Completeness, Family, Mark, Vertex
 from vireport.sequences.motions import SAME, Motion, Sequence
+from vireport.sequences.one_impact import one_impact
 from vireport.sequences.polish import PolishedPoint, polished
 from vireport.sequences.search import four_impacts, side_of
-from vireport.sequences.surface import Motions, onto_sweep
+from vireport.sequences.surface import Motions
 from vireport.sequences.switching import Beginning, Limits, at_rest, neighbours, touching
 
 Floats = NDArray[np.float64]
 
-SAMPLES_OF_ONE = 9
-"""Values of the coordinate at which motions with one impact are looked for; each is in closed form."""
-
 NEAR, SQUARES = 1 / 256, 2.0**16
 """Side of squares of flight times [t_c] by which motions are near to those of a family: in the same one or beside; and
 more than there are of them in a row."""
-
-REACH = 4
-"""Sides of a cell over which a motion is looked for from its centre."""
 
 MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Event.ZERO_VELOCITY
 """Events that are vertices."""
@@ -73,7 +68,7 @@ def atlas(
 
 
 def _starts(search: _Search) -> Iterator[Motion]:
-    """The motions that are known in closed form: 1:1, one on each admissible stretch, and with one impact."""
+    """The motions that are known in closed form, 1:1 and with one impact, one of each family; then what is found."""
     for k in range(1, search.limits.periods + 1):
         for branch in search.one_to_one(k).branches if search.limits.impacts > 1 else ():
             for part in branch.segments() if branch.mirror_of is None else ():
@@ -82,23 +77,14 @@ def _starts(search: _Search) -> Iterator[Motion]:
                     time = m.phi_bottom[i] / pi + np.array([0.0, 2 * k * m.q[i]])
                     velocity = np.array([m.velocity_bottom[i], m.velocity_top[i]])
                     yield Motion(Sequence((1, -1), k), velocity, time, float(search.sweep.coordinate(m)[i]))
-        for c in np.linspace(search.low, search.high, SAMPLES_OF_ONE):
-            yield from _with_one_impact(search.model, k, float(c))
-        for sequence in search.sequences(3, k):
-            yield from search.three_impacts(sequence)
+        if not search.model.level.horizontal:
+            single = one_impact(search.model, search.low, search.high, k)
+            yield from (single.motion(i, search.model.level) for i in range(len(single.d)))
+        for sequence in (*search.on_bottom(k), *search.sequences(3, k)):
+            yield from search.by_exclusion(sequence)
     for k in range(1, search.limits.periods + 1):
         for sequence in search.sequences(4, k):
             yield from search.four_impacts(sequence)
-
-
-def _with_one_impact(model: Model, k: int, coordinate: float) -> Iterator[Motion]:
-    """Motions with one impact on the bottom in k forcing periods: (2.11) and (2.12) over the one flight."""
-    _, gbar = model.groups(coordinate)
-    sine = pi * k * gbar * (1 - model.r) / (1 + model.r)
-    if gbar > 0 and sine < 1:
-        for phase in (asin(sine), pi - asin(sine)):
-            velocity = np.array([2 * k * gbar / (1 + model.r)])
-            yield Motion(Sequence((1,), k), velocity, np.array([phase / pi]), coordinate)
 
 
 @dataclass(slots=True)
@@ -126,6 +112,7 @@ class _Search:
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
     queue: deque[Beginning] = field(default_factory=deque)
     undecided: list[Cells] = field(default_factory=list)
+    squares: dict[Sequence, list[Floats]] = field(default_factory=dict)
 
     @property
     def sweep(self) -> Sweep:
@@ -146,6 +133,15 @@ class _Search:
             if abs(sum(walls)) < count <= self.limits.impacts
         }
         return sorted(found, key=lambda sequence: sequence.word)
+
+    def on_bottom(self, periods: int) -> list[Sequence]:
+        """Those with two or three impacts on one membrane.
+
+        Over a period gravity adds 2 k gbar to the velocity, of which impacts take (1 + r) times their sum. There are no
+        motions with impacts on the top only, nor in a horizontal capsule on either membrane only.
+        """
+        counts = () if self.model.level.horizontal else (2, 3)
+        return [Sequence(count * (1,), periods) for count in counts if count <= self.limits.impacts]
 
     def representative(self, sequence: Sequence) -> Sequence:
         """The one of a sequence's rotations and, in a horizontal capsule, mirror images that stands for all."""
@@ -185,20 +181,17 @@ class _Search:
         known = (one for family in self._alike(motion) for one in family.at(float(x[-1])))
         return not any(self._same(motion, one) for one in known)
 
-    def three_impacts(self, sequence: Sequence) -> Iterator[Motion]:
+    def by_exclusion(self, sequence: Sequence) -> Iterator[Motion]:
         """Motions that lie on no family known; each must be explored before the next is asked for."""
         exclusion = Exclusion(self.model, self.low, self.high, sequence)
-        cells, level = exclusion.cells(), self.model.level
+        cells = exclusion.cells()
         while len(cells):
             cells = cells[~self._near(sequence, cells.centre)]
-            starts, flights = onto_sweep(cells.motions, cells.centre, level, REACH * cells.side)
-            inside = (starts.coordinate(level) > self.low) & (starts.coordinate(level) < self.high)
-            rows = np.flatnonzero(starts.admissible & inside)
-            yield from self._unknown(starts[rows], flights[:, rows])
+            yield from self._unknown(*exclusion.motions(cells))
             cells = cells[~self._near(sequence, cells.centre)]
-            if cells.side <= self.finest or len(cells) > MOST_CELLS:
+            if cells.no_larger_than(self.finest) or len(cells) > MOST_CELLS:
                 break
-            cells = exclusion.halved(cells)
+            cells = exclusion.divided(cells)
         self.undecided.append(cells)
 
     def four_impacts(self, sequence: Sequence) -> Iterator[Motion]:
@@ -213,9 +206,11 @@ class _Search:
 
     def _near(self, sequence: Sequence, flights: Floats) -> NDArray[np.bool_]:
         """Which flight times are near to those of motions of a family, or of their images."""
-        images = (_images(family, sequence, self.model.level.horizontal) for family in self.families)
-        squares = [_squares(image) for image in chain.from_iterable(images)]
-        return np.isin(_codes(flights), np.concatenate([np.empty(0), *squares]))
+        squares = self.squares.setdefault(sequence, [np.empty(0)])
+        for family in self.families[len(squares) - 1 :]:
+            images = _images(family, sequence, self.model.level.horizontal)
+            squares.append(np.concatenate([np.empty(0), *map(_squares, images)]))
+        return np.isin(_codes(flights), np.concatenate(squares))
 
     def _same(self, one: Motion, other: Motion) -> bool:
         return one.distance(other, mirror=self.model.level.horizontal) < SAME
@@ -275,13 +270,15 @@ class _Search:
 
     def _completeness(self) -> Iterator[Completeness]:
         """What is claimed of the words that are looked for."""
-        if not self.model.level.horizontal:
-            yield Completeness("B", Claim.COMPLETE if self.model.level.held is Held.GBAR else Claim.SEARCHED)
-        if self.limits.impacts > 1:
-            yield Completeness("BT", Claim.COMPLETE)
-        for sequence in self.sequences(3, self.limits.periods):
+        horizontal = self.model.level.horizontal
+        closed = [] if horizontal else ["B"]
+        closed += ["BT"] if self.limits.impacts > 1 else []
+        # Of these there are none, see `on_bottom`.
+        closed += [count * ("B" if horizontal else "T") for count in range(1, self.limits.impacts + 1)]
+        yield from (Completeness(word, Claim.COMPLETE) for word in closed)
+        for sequence in (*self.on_bottom(self.limits.periods), *self.sequences(3, self.limits.periods)):
             cells = [cells for cells in self.undecided if cells.motions.sequence.word == sequence.word]
-            resolution = NEAR + max(part.side for part in cells) / 2
+            resolution = NEAR + max(FINE, *(part.side for part in cells)) / 4  # periods, of which sides are halves
             yield Completeness(sequence.word, Claim.COMPLETE, resolution, max(part.share for part in cells))
         for sequence in self.sequences(4, self.limits.periods):
             yield Completeness(sequence.word, Claim.SEARCHED, side_of(sequence) / 2)
@@ -328,6 +325,8 @@ def _images(family: Family, sequence: Sequence, mirror: bool) -> Iterator[Floats
     """All flight times but the last of a family's motions, counted so that they have a sequence; with their mirror."""
     own, count = family.sequence, len(sequence) // len(family.sequence)
     whole = Sequence(count * own.walls, count * own.periods)
+    if whole.periods != sequence.periods or len(whole) != len(sequence):
+        return
     time = family.x[:, len(own) : -1]
     flights = np.tile(np.diff(time, axis=1, append=time[:, :1] + 2 * own.periods).T, (count, 1))
     for i in range(len(whole)):

@@ -16,21 +16,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import STABILITIES, Stability, bracketed_root, classify
+from vireport.analysis import STABILITIES, Stability, classify, secant_root
 from vireport.errors import NumericalError
 from vireport.sequences.equations import Model, linearised, trace
 from vireport.sequences.motions import IMAGE, Motion, Sequence
 
 Floats = NDArray[np.float64]
 
-FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 1e-4, 0.03, 1e-9
+FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 1e-3, 0.05, 1e-9
 """Of the arclength in velocities, times and the share of the sweep."""
 
 LAST_STEP = 1e-6
 """The same, up to which a velocity may go to zero wherever the trace is."""
 
-GROWTH = 1.7
-"""Of a step from one that succeeded."""
+GROWTH, BEND = 3.0, 0.8
+"""Of a step from one that succeeded, at most, and the share of the largest angle that the last curvature may give."""
 
 STEEPEST = 0.35
 """Most that a step may change arctan(tr/(1 + det)) [rad]; from one border of stability to the other it is pi/2."""
@@ -47,7 +47,10 @@ MOST_POINTS = 4000
 CONVERGED, ROUNDING = 1e-12, 1e-10
 """Newton correction at which a motion is found, and the one up to which rounding may keep it."""
 
-SQUARED = 1e-9
+LOCATED = 1e-12
+"""Correction of a step, as a share of it, at which an event is found."""
+
+SQUARED = 1e-11
 """Newton correction at which a motion is found where the next one would be about its square."""
 
 CORRECTIONS = 8
@@ -88,12 +91,16 @@ class Event(StrEnum):
 
 
 class Point(NamedTuple):
-    """A motion on a curve: velocities, times and coordinate, direction of the curve, trace, and least of `margins`."""
+    """A motion on a curve: velocities, times and coordinate, direction of the curve, trace, and least of `margins`.
+
+    The curvature is that of the curve up to the motion, as far as it is known.
+    """
 
     x: Floats
     tangent: Floats
     trace: float
     margin: float
+    curvature: Any = 0.0
 
 
 class Path(ABC):
@@ -150,9 +157,11 @@ class Path(ABC):
         seen = step <= CLOSE or new.margin <= 0 or min(point.margin, new.margin) > hidden
         return seen and float(new.tangent @ point.tangent) > self.straightest and self.gentle(point, new, step)
 
-    def reach(self, margin: float) -> float:
+    def reach(self, point: Point) -> float:
         """Longest step: as `short` sees what is hidden, it may go with the root of the least velocity or gap."""
-        return max(sqrt(max(margin, 0.0)) / 2, CLOSE)
+        bend = BEND * sqrt(2 * (1 - self.straightest))
+        straight = bend / max(float(np.linalg.norm(point.curvature)), bend)
+        return max(min(sqrt(max(point.margin, 0.0)) / 2, straight), CLOSE)
 
     def leaves(self, x: Floats, first: Point) -> bool:
         """Whether nothing happens between a point from which the path begins and a motion next to it."""
@@ -163,23 +172,24 @@ class Path(ABC):
         return (self._newton(guess, normal, False) or self._newton(guess, normal, True) or (None,))[0]
 
     def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> tuple[Floats, Floats] | None:
-        """The motion, and the derivatives of the conditions at the last correction."""
+        """The motion, and the direction of the path, on the side of the normal, at the last correction."""
         solve: Any = _within_rank if crossing else np.linalg.solve
-        x, scale = guess.copy(), self.scale
+        x, scale, right = guess.copy(), self.scale, np.zeros((len(guess), 2))
+        right[-1, 1] = 1.0
         for _ in range(CORRECTIONS):
-            values, matrix = self.linearised(x)
+            right[:-1, 0], matrix = self.linearised(x)
+            right[-1, 0] = normal @ ((x - guess) / scale)
             try:
-                away = normal @ ((x - guess) / scale)
-                step = solve(np.concatenate([matrix, normal[None]]), -np.concatenate([values, [away]]))
+                step, along = solve(np.concatenate([matrix, normal[None]]), right).T
             except np.linalg.LinAlgError:
                 return None
             size = float(np.abs(step).max())
             if not size < 1:
                 return None
-            x += step * scale
+            x -= step * scale
             if size < (CONVERGED if crossing else SQUARED):
-                return x, matrix
-        return (x, matrix) if size < ROUNDING else None
+                return x, along
+        return (x, along) if size < ROUNDING else None
 
     def nearest(self, guess: Floats) -> Floats | None:
         """The motion nearest to a guess."""
@@ -187,17 +197,10 @@ class Path(ABC):
 
     def point(self, x: Floats, along: Floats) -> Point:
         """A motion with the direction of the path there, on the side of another direction."""
-        return self._point(x, along, self.linearised(x)[1])
+        return self._point(x, _within_rank(np.concatenate([self.linearised(x)[1], along[None]]), np.eye(len(x))[-1]))
 
-    def _point(self, x: Floats, along: Floats, derivatives: Floats) -> Point:
-        matrix, unit = np.concatenate([derivatives, along[None]]), np.eye(len(x))[-1]
-        try:
-            tangent = np.linalg.solve(matrix, unit)
-        except np.linalg.LinAlgError:
-            tangent = np.full(len(x), np.inf)
-        if not np.linalg.norm(tangent) < MOST_ASIDE:
-            tangent = _within_rank(matrix, unit)
-        return Point(x, tangent / np.linalg.norm(tangent), self.trace(x), float(self.margins(x).min()))
+    def _point(self, x: Floats, along: Floats) -> Point:
+        return Point(x, along / sqrt(along @ along), self.trace(x), float(self.margins(x).min()))
 
     def tangent(self, x: Floats) -> Floats:
         """The direction of the path, of either sign."""
@@ -211,28 +214,40 @@ class Path(ABC):
         NumericalError
             If none is found.
         """
-        guess = point.x + step * self.scale * point.tangent
-        found = self._newton(guess, point.tangent, False) or self._newton(guess, point.tangent, True)
+        guess = point.x + step * self.scale * (point.tangent + step / 2 * point.curvature)
+        found = self._newton(guess, point.tangent, False)
+        if found is None or not found[1] @ found[1] < MOST_ASIDE**2:
+            found = self._newton(guess, point.tangent, True)
         if found is None:
             raise NumericalError(f"a family of {self.sequence.word} was lost")
-        return self._point(found[0], point.tangent, found[1])
+        new = self._point(*found)
+        return new._replace(curvature=_curvature(new, point, step))
 
     def located(self, point: Point, new: Point, step: float, value: Callable[[Point], float]) -> tuple[float, Point]:
         """Where, within a step to a new point, a function is zero whose signs differ at its ends. Raises as `ahead`."""
-        known = {0.0: point, step: new}
+        point, known = point._replace(curvature=_curvature(point, new, -step)), {}
+        first, last = value(point), value(new)
+        slope = (last - first) / step
 
-        def values(sizes: Floats) -> Floats:
-            for size in sizes.tolist():
-                if size not in known:
-                    known[size] = self.ahead(point, size)
-            return np.array([value(known[size]) for size in sizes.tolist()])
+        def values(sizes: Floats, _: Any) -> Floats:
+            size = float(sizes[0])
+            known[size] = self.ahead(point, size)
+            return np.array([value(known[size])])
 
-        size = float(bracketed_root(values, np.zeros(1), np.full(1, step), tolerance=1e-14)[0])
+        bracket, chord = (np.zeros(1), np.full(1, step)), (np.full(1, slope), np.zeros(1), np.full(1, first))
+        start, rising = np.full(1, -first / slope), np.full(1, last > first)
+        size = float(secant_root(values, bracket, start, rising, chord, LOCATED)[0])
         return size, known[size]
 
     def admits(self, x: Floats) -> bool:
         """Whether a solution is a motion within the range."""
         return bool((self.margins(x) > 0).all())
+
+
+def _curvature(at: Point, other: Point, step: float) -> Floats:
+    """How the direction changes per arclength towards a point a step away, across the curve."""
+    change = (at.tangent - other.tangent) / step
+    return np.asarray(change - (change @ at.tangent) * at.tangent)
 
 
 def _within_rank(matrix: Floats, right: Floats) -> Floats:
@@ -257,7 +272,7 @@ def follow(path: Path, start: Point) -> Strand:
     """Follow a path from a motion, in the direction of its tangent, until something ends it."""
     strand, step = Strand([start], []), path.first
     while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
-        step = min(step, path.reach(strand.points[-1].margin))
+        step = min(step, path.reach(strand.points[-1]))
         try:
             if _advance(path, strand, step):
                 return strand

@@ -1,4 +1,4 @@
-"""The families of motions as plain data, for results.json and families.csv, and from results.json again."""
+"""The families of motions as plain data, for results.json and branches.csv, and from results.json again."""
 
 from __future__ import annotations
 
@@ -102,27 +102,35 @@ def _bounds(family: Family) -> dict[str, Any]:
 
 
 def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
-    """Every impact of every motion of a family, by the names of families.csv."""
-    data, sequence = _family(family, membrane), family.sequence
+    """Every impact of every motion of a family, by the names of branches.csv: first those of the 1:1 motions."""
+    data, sequence, size = _family(family, membrane), family.sequence, len(family.x)
     volts, bounds, walls = data.get("u_impacts_v"), data["error_bounds"], sequence.walls
-    for row, value in enumerate(data["sweep_value"]):
+    gbar = np.broadcast_to(family.curve.model.groups(family.x[:, -1])[1], size).tolist()
+    labels = {mark.row: mark.vertex.label for mark in family.marks if mark.vertex is not None}
+    for row in range(size):
         for i, wall in enumerate(walls):
             yield {
-                "family": family.number,
+                "sweep_value": data["sweep_value"][row],
+                "d": data["d"][row],
+                "gbar": gbar[row],
+                "trace": data["trace"][row],
+                "determinant": family.determinant,
+                "admissible": True,
+                **({} if volts is None else {"u_ave_v": data["u_ave_v"][row]}),
+                "critical_point": labels.get(row),
                 "word": sequence.word,
+                "family_number": family.number,
                 "n": walls.count(1),
                 "m": walls.count(-1),
                 "periods": sequence.periods,
                 "sample": row,
-                "sweep_value": value,
+                "stable": data["stable"][row],
                 "impact": i,
                 "wall": "bottom" if wall > 0 else "top",
                 "time": data["time"][row][i],
                 "phase_rad": data["phase_rad"][row][i],
                 "velocity": data["velocity"][row][i],
                 **({} if volts is None else {"u_v": volts[row][i]}),
-                "stable": data["stable"][row],
-                "admissible": True,
                 "sweep_value_error_bound": bounds["sweep_value"][row],
                 "phase_rad_error_bound": bounds["phase_rad"][row][i],
                 "velocity_error_bound": bounds["velocity"][row][i],

@@ -1,12 +1,14 @@
 """Where among all flight times the motions of a sweep can be: proved by leaving out all other flight times.
 
-The flight times of a motion with three impacts are a point of a triangle, which is divided into cells. A cell is left
-out when affine arithmetic shows that none of the solutions above it is a motion of the sweep; what is left is halved.
+The flight times of a motion with three impacts are a point of a triangle, which is divided into cells; that of one with
+two on the same membrane is a point of a line. A cell is left out when affine arithmetic shows that none of the
+solutions above it is a motion of the sweep; what is left is halved.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import factorial
 from typing import Any
 
 import numpy as np
@@ -16,34 +18,47 @@ from vireport.analysis import Held
 from vireport.physics import Affine, AffineOps, between, flight
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import Sequence
-from vireport.sequences.surface import Motions, motions_above, solution, sweep_conditions
+from vireport.sequences.surface import (
+    Motions,
+    Solution,
+    motions_above,
+    onto_sweep,
+    room,
+    solution,
+    sweep_conditions,
+    within,
+)
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 COARSEST, FINE, FINEST = 1 / 8, 1 / 512, 1 / 2048
 """Sides of the first cells [t_c], larger than which are hardly ever left out, of those that are looked for motions, and
-of the last ones, to which only those are halved that are not near to motions known."""
+of the last ones in a plane, to which only those are halved that are not near to motions known."""
+
+FEW = 60
+"""Cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
 
 MOST_CELLS = 20_000
-"""Cells that are halved once more: where more are left, as above a sweep over decades, they stay as they are."""
+"""Cells that are divided once more: where more are left, as above a sweep over decades, they stay as they are."""
+
+REACH = 4
+"""Sides of a cell over which a motion is looked for from its centre."""
 
 BLOCK = 4096
 """Cells evaluated at once: their numbers stay in the processor's cache."""
 
-HALVES = np.array([[0, 0, 1, 1], [0, 1, 0, 1]])
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """Squares of pairs of flight times that may hold motions of a sweep.
+    """Squares of pairs of flight times, or intervals of one, that may hold motions of a sweep.
 
     Attributes
     ----------
     motions : Motions
         Above their centres, near to those of the sweep.
-    corner : ndarray (2, n)
-        The lower ends of both flight times [t_c].
+    corner : ndarray (N - 1, n)
+        The lower ends of all flight times but the last [t_c].
     side : float
         [t_c].
     """
@@ -65,10 +80,16 @@ class Cells:
         """The flight times in the middle of each."""
         return self.corner + self.side / 2
 
+    def no_larger_than(self, side: float) -> bool:
+        """Whether they are squares of at most this side, or intervals, a larger share of a line, of a quarter of it."""
+        return self.side <= (side if len(self.corner) > 1 else side / 4)
+
     @property
     def share(self) -> float:
-        """Of the triangle of all flight times."""
-        return 2 * len(self) * (self.side / (2 * self.motions.sequence.periods)) ** 2
+        """Of all flight times, each motion counted from one impact."""
+        sequence, sides = self.motions.sequence, len(self.corner)
+        part = (self.side / (2 * sequence.periods)) ** sides * factorial(sides)
+        return float(len(self) * part * (1 + len(sequence.symmetries)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +102,7 @@ class Exclusion:
     low, high : float
         Range of the coordinate.
     sequence : Sequence
-        Three impacts, on both membranes.
+        Three impacts, not all on the top, or two on the bottom.
     """
 
     model: Model
@@ -102,76 +123,102 @@ class Exclusion:
 
     def cells(self) -> Cells:
         """The cells that are left of all flight times."""
-        count = round(2 * self.sequence.periods / COARSEST)
-        corner = COARSEST * np.indices((count, count), dtype=float).reshape(2, -1)
-        cells = self._left(corner, COARSEST)
+        sides = len(self.sequence) - 1
+        side = COARSEST if sides > 1 else FINE
+        count = round(2 * self.sequence.periods / side)
+        cells = self._left(side * np.indices((count,) * sides, dtype=float).reshape(sides, -1), side)
         while cells.side > FINE and len(cells) <= MOST_CELLS:
-            cells = self.halved(cells)
+            cells = self.divided(cells)
         return cells
 
-    def halved(self, cells: Cells) -> Cells:
-        """The parts that are left of cells, each divided into four."""
-        side = cells.side / 2
-        return self._left((cells.corner[:, :, None] + side * HALVES[:, None, :]).reshape(2, -1), side)
+    def divided(self, cells: Cells) -> Cells:
+        """The parts that are left of cells, each divided along each side."""
+        sides, count = len(cells.corner), 4 if len(cells) <= FEW else 2
+        side, parts = cells.side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
+        return self._left((cells.corner[:, :, None] + side * parts).reshape(sides, -1), side)
+
+    def motions(self, cells: Cells) -> tuple[Motions, Floats]:
+        """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
+        level = self.model.level
+        found, flights = onto_sweep(cells.motions, cells.centre, level, REACH * cells.side)
+        found, rows = within(self._placed(found), level, self.low, self.high)
+        return found, flights[:, rows]
+
+    def _placed(self, motions: Motions) -> Motions:
+        if not self.sequence.one_sided:
+            return motions
+        return replace(motions, d=room(self.model.level, self.high, motions.gbar) + 0 * motions.gbar)
 
     def _left(self, corner: Floats, side: float) -> Cells:
         last, walls, shortest = 2 * self.sequence.periods - corner.sum(axis=0), self.sequence.walls, self.shortest
-        longest = zip((*(corner + side), last), walls, (*walls[1:], walls[0]), strict=True)
-        corner = corner[:, np.all([time > (shortest if wall != other else 0) for time, wall, other in longest], axis=0)]
+        longest, ends = (*(corner + side), last), zip(walls, (*walls[1:], walls[0]), strict=True)
+        least = [shortest if wall != other else 0 for wall, other in ends]
+        possible = [time > limit for time, limit in zip(longest, least, strict=True)]
+        possible += [longest[i] >= corner[0] for i in self.sequence.symmetries]  # counted from before the shortest
+        corner = corner[:, np.all(possible, axis=0)]
         parts = [corner[:, i : i + BLOCK] for i in range(0, corner.shape[1], BLOCK)]
         corner = np.concatenate([corner[:, :0], *(part[:, self._possible(part, side)] for part in parts)], axis=1)
-        cells = Cells(motions_above(self.sequence, corner + side / 2, self.model.r), corner, side)
-        return cells[~_beyond_walls(cells)] if side <= FINE else cells
+        cells = Cells(self._placed(motions_above(self.sequence, corner + side / 2, self.model.r)), corner, side)
+        return cells[~self._beyond_walls(cells)] if side <= FINE else cells
 
     def _possible(self, corner: Floats, side: float) -> Mask:
         """Which cells may hold solutions of the sweep with velocities of the right signs."""
         x = solution(self.sequence, _boxes(corner, side), self.model.r, AffineOps)
         possible = np.all([(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)], axis=0)
         scale = x.sine * x.sine + x.cosine * x.cosine
-        coordinate = x.gbar if self.model.level.held is Held.D else x.d
+        coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
         square = coordinate * coordinate
         possible &= (square - scale * (max(self.low, 0.0) ** 2)).upper >= 0
         possible &= (square - scale * (self.high * self.high)).lower <= 0
         # The sign of the factor makes d positive, and with it gbar and the velocities towards the walls.
-        positive = [x.d, *(v * float(wall) for v, wall in zip(x.velocity, self.sequence.walls, strict=True))]
+        positive = [x.positive, *(v * float(wall) for v, wall in zip(x.velocity, self.sequence.walls, strict=True))]
         if not self.model.level.horizontal:
             positive.append(x.gbar)
         above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
         return np.asarray(possible & ~(np.any(above, axis=0) & np.any(below, axis=0)))
 
+    def _d(self, x: Solution) -> Any:
+        """The d of solutions with their factor; where one membrane is struck and d is held, not less than it."""
+        if x.d is not None:
+            return x.d
+        # sqrt(y) is at most (y/n + n)/2, whatever n is.
+        square = x.sine * x.sine + x.cosine * x.cosine
+        norm = np.copysign(np.sqrt(square.centre), x.gbar.centre)
+        return room(self.model.level, self.high, x.gbar, (square * (1 / norm) + norm) * 0.5)
+
+    def _beyond_walls(self, cells: Cells) -> Mask:
+        """Which cells hold no motion because the ball would pass through a membrane in each of their solutions.
+
+        What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the
+        same share of its flight throughout the cell.
+        """
+        motions, turns = cells.motions, cells.motions.turns
+        order = np.argsort(-turns.gap, kind="stable")
+        farthest = np.full(len(cells), -1)
+        farthest[turns.motion[order]] = order  # of the turning points of a motion the last one assigned
+        beyond = np.isin(farthest, np.flatnonzero(turns.gap < 0))
+        boxes = _boxes(cells.corner[:, beyond], cells.side)
+        x, turning = solution(self.sequence, boxes, motions.r, AffineOps), farthest[beyond]
+        durations = [*boxes, -sum(boxes[1:], boxes[0]) + 2.0 * self.sequence.periods]
+        d_of = self._d(x)
+        certain = np.zeros(len(turning), dtype=bool)
+        for i, wall in enumerate(self.sequence.walls):
+            rows = turns.after[turning] == i
+            duration, time, d = durations[i][rows], x.time[i][rows], d_of[rows]
+            sine, cosine, gbar, factor = (y[rows] for y in (x.sine, x.cosine, x.gbar, x.positive))
+            elapsed = duration * (turns.elapsed[turning[rows]] / duration.centre)
+            start, turn = (_phase(sine, cosine, t) for t in (time, time + elapsed))
+            covered = flight.displacement(
+                elapsed, flight.reflect(x.velocity[i][rows], motions.r), start[0], start[1], turn[1], gbar
+            )
+            for gap in (d * ((1 - wall) / 2) - covered, d * ((1 + wall) / 2) + covered):
+                certain[rows] |= ((gap.upper < 0) & (factor.lower > 0)) | ((gap.lower > 0) & (factor.upper < 0))
+        beyond[beyond] = certain
+        return beyond
+
 
 def _boxes(corner: Floats, side: float) -> list[Affine]:
     return [between(low, low + side, i, len(corner)) for i, low in enumerate(corner)]
-
-
-def _beyond_walls(cells: Cells) -> Mask:
-    """Which cells hold no motion because the ball would pass through a membrane in each of their solutions.
-
-    What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the same
-    share of its flight throughout the cell.
-    """
-    motions, turns, sequence = cells.motions, cells.motions.turns, cells.motions.sequence
-    order = np.argsort(-turns.gap, kind="stable")
-    farthest = np.full(len(cells), -1)
-    farthest[turns.motion[order]] = order  # of the turning points of a motion the last one assigned
-    beyond = np.isin(farthest, np.flatnonzero(turns.gap < 0))
-    boxes = _boxes(cells.corner[:, beyond], cells.side)
-    x, turning = solution(sequence, boxes, motions.r, AffineOps), farthest[beyond]
-    durations = [*boxes, -(boxes[0] + boxes[1]) + 2.0 * sequence.periods]
-    certain = np.zeros(len(turning), dtype=bool)
-    for i, wall in enumerate(sequence.walls):
-        rows = turns.after[turning] == i
-        duration, time, d = durations[i][rows], x.time[i][rows], x.d[rows]
-        sine, cosine, gbar = x.sine[rows], x.cosine[rows], x.gbar[rows]
-        elapsed = duration * (turns.elapsed[turning[rows]] / duration.centre)
-        start, turn = (_phase(sine, cosine, t) for t in (time, time + elapsed))
-        covered = flight.displacement(
-            elapsed, flight.reflect(x.velocity[i][rows], motions.r), start[0], start[1], turn[1], gbar
-        )
-        for gap in (d * ((1 - wall) / 2) - covered, d * ((1 + wall) / 2) + covered):
-            certain[rows] |= ((gap.upper < 0) & (d.lower > 0)) | ((gap.lower > 0) & (d.upper < 0))
-    beyond[beyond] = certain
-    return beyond
 
 
 def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:

@@ -70,6 +70,11 @@ class Sequence:
         return "".join("B" if wall > 0 else "T" for wall in self.walls)
 
     @property
+    def one_sided(self) -> bool:
+        """Whether only one membrane is struck."""
+        return len(set(self.walls)) == 1
+
+    @property
     def ratio(self) -> str:
         """Impacts on the bottom to impacts on the top, such as 2:1."""
         return f"{self.walls.count(1)}:{self.walls.count(-1)}"
@@ -77,6 +82,11 @@ class Sequence:
     def rotated(self, first: int) -> Sequence:
         """The same impacts, counted from another."""
         return Sequence(self.walls[first:] + self.walls[:first], self.periods)
+
+    @property
+    def symmetries(self) -> list[int]:
+        """The impacts but the first from which the word is the same."""
+        return [i for i in range(1, len(self)) if self.rotated(i) == self]
 
     def canonical(self, mirror: bool = False) -> Sequence:
         """The same impacts, or with `mirror` their mirror image, so that the word is the alphabetically first one."""

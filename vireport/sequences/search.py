@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vireport.analysis import Held
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import Sequence
-from vireport.sequences.surface import Motions, Solution, motions_above, onto_sweep, solution, sweep_conditions
+from vireport.sequences.surface import Motions, Solution, motions_above, onto_sweep, solution, sweep_conditions, within
 
 Floats = NDArray[np.float64]
 
@@ -71,9 +71,8 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     times = np.concatenate(found, axis=1) * side
     flights = np.maximum(np.diff(times, axis=0, prepend=0.0), side / 4)  # where two times are in one cell
     motions, flights = onto_sweep(motions_above(sequence, flights, model.r), flights, model.level, 2 * side)
-    coordinate = motions.coordinate(model.level)
-    inside = (coordinate > low) & (coordinate < high) & motions.admissible
-    return motions[inside], flights[:, inside]
+    motions, rows = within(motions, model.level, low, high)
+    return motions, flights[:, rows]
 
 
 @lru_cache(maxsize=8)

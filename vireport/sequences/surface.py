@@ -1,14 +1,15 @@
-"""Motions with three or four impacts in closed form above their flight times.
+"""Motions with two to four impacts in closed form above their flight times.
 
 At given flight times the conditions are linear and homogeneous in the velocities, the sine and cosine of the phase,
 gbar and d. With three impacts they leave one solution above each pair of flight times, without iteration; with four,
-one above each triple and one condition on these.
+one above each triple and one condition on these. Motions that strike the bottom only do not depend on d, which is one
+unknown less: with two impacts there is one solution above each flight time, with three one condition on both.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence as Row
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -32,8 +33,9 @@ enough to follow a family from: the steps square it."""
 class Solution(NamedTuple):
     """What the conditions leave above flight times, up to a common factor.
 
-    Velocities and times of the impacts, the first at time zero; sine and cosine of the phase there; the groups. With
-    four impacts `excess` is zero above those flight times that there is a motion for.
+    Velocities and times of the impacts, the first at time zero; sine and cosine of the phase there; the groups, d being
+    None where only one membrane is struck. `excess` is zero above those flight times that there is a motion for; None
+    where there is one for all.
     """
 
     velocity: list[Any]
@@ -44,14 +46,18 @@ class Solution(NamedTuple):
     d: Any
     excess: Any
 
+    @property
+    def positive(self) -> Any:
+        """The group whose sign is that of the common factor."""
+        return self.gbar if self.d is None else self.d
+
 
 def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS) -> Solution:
-    """Solve the linear conditions of a motion with three or four impacts.
+    """Solve the linear conditions of a motion with three or four impacts, or two or three on one membrane only.
 
     Parameters
     ----------
     sequence : Sequence
-        With impacts on both membranes.
     flights : sequence
         All flight times but the last [t_c].
     r : float
@@ -88,30 +94,27 @@ def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS)
     rows += [[x + y for x, y in zip(*both, strict=True)] for both in pairwise(across)]
     a, b = rows[:2]
     kernel = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    # The first flight across is towards the top when the word begins at the bottom, and covers -d.
-    towards = -next(wall for i, wall in enumerate(walls) if wall != walls[(i + 1) % count])
     sine, cosine, gbar = kernel
-    return Solution(
-        [_product(v, kernel) for v in velocities],
-        time,
-        sine,
-        cosine,
-        gbar,
-        _product(across[0], kernel) * float(towards),
-        _product(rows[2], kernel) if count == 4 else 0.0,
-    )
+    d, excess = None, _product(rows[2], kernel) if len(rows) > 2 else None
+    if across:
+        # The first flight across is towards the top when the word begins at the bottom, and covers -d.
+        towards = -next(wall for i, wall in enumerate(walls) if wall != walls[(i + 1) % count])
+        d = _product(across[0], kernel) * float(towards)
+    return Solution([_product(v, kernel) for v in velocities], time, sine, cosine, gbar, d, excess)
 
 
 def sweep_conditions(x: Solution, model: Model) -> list[Any]:
-    """What is zero of the solutions of a sweep: one number, or two with four impacts, of any kind."""
-    value = float(model.level.value)
+    """What is zero of the solutions of a sweep: up to two numbers, of any kind."""
+    value, rest = float(model.level.value), [] if x.excess is None else [x.excess]
+    if x.d is None and model.level.held is not Held.GBAR:
+        return rest
     if model.level.held is Held.RATIO:
         off = x.d - x.gbar * value
     else:
         held = x.d if model.level.held is Held.D else x.gbar
         # The common factor is the root of the sum of the squares.
         off = held * held - (x.sine * x.sine + x.cosine * x.cosine) * (value * value) if value else held
-    return [off, x.excess] if len(x.velocity) > 3 else [off]
+    return [off, *rest]
 
 
 def _product(a: Row[Any], b: Row[Any]) -> Any:
@@ -128,9 +131,9 @@ class Motions:
     velocity, time : ndarray (N, n)
         Of each impact [y_c], [t_c].
     gbar, d : ndarray (n,)
-        The groups at which the motion occurs.
-    excess : ndarray (n,)
-        With four impacts: zero for a motion.
+        The groups at which the motion occurs; d is nan where only one membrane is struck, until one is chosen.
+    excess : ndarray (n,) or None
+        See `Solution`.
     r : float
         Restitution coefficient.
     """
@@ -140,12 +143,13 @@ class Motions:
     time: Floats
     gbar: Floats
     d: Floats
-    excess: Floats
+    excess: Floats | None
     r: float
 
     def __getitem__(self, index: Any) -> Motions:
         """Some of them."""
-        parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], self.excess[index])
+        excess = None if self.excess is None else self.excess[index]
+        parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], excess)
         return Motions(self.sequence, *parts, self.r)
 
     def coordinate(self, level: Level) -> Floats:
@@ -175,14 +179,22 @@ class Motions:
         return turning_points(walls, self.velocity, self.time, period, (self.d, self.gbar), self.r)
 
     @property
-    def admissible(self) -> Mask:
-        """Whether they are motions: velocities towards the membranes, and the ball between these at all times."""
+    def gap(self) -> Floats:
+        """Least distance between the ball and a membrane that it turns back from; not positive where it is no motion.
+
+        Velocities must be towards the membranes. Infinite where the ball turns back nowhere.
+        """
         speeds = self.velocity * np.array(self.sequence.walls)[:, None]
         sound = (speeds > 0).all(axis=0) & (self.d > 0)
-        rows = np.flatnonzero(sound)
+        gap, rows = np.where(sound, np.inf, 0.0), np.flatnonzero(sound)
         turns = self[rows].turns
-        sound[rows[turns.motion[turns.gap <= 0]]] = False
-        return np.asarray(sound)
+        np.minimum.at(gap, rows[turns.motion], turns.gap)
+        return gap
+
+    @property
+    def admissible(self) -> Mask:
+        """Whether they are motions: velocities towards the membranes, and the ball between these at all times."""
+        return np.asarray(self.gap > 0)
 
 
 def motions_above(sequence: Sequence, flights: Floats, r: float) -> Motions:
@@ -191,7 +203,7 @@ def motions_above(sequence: Sequence, flights: Floats, r: float) -> Motions:
     Parameters
     ----------
     sequence : Sequence
-        With impacts on both membranes.
+        Or with one impact less, on one membrane only.
     flights : ndarray (N - 1, n)
         All flight times but the last [t_c].
     r : float
@@ -199,15 +211,39 @@ def motions_above(sequence: Sequence, flights: Floats, r: float) -> Motions:
 
     Notes
     -----
-    Of a solution and its negative, which solves the conditions too, this is the one with positive d. NaN where flight
-    times leave more than these.
+    Of a solution and its negative, which solves the conditions too, this is the one with positive d, or gbar where only
+    one membrane is struck. NaN where flight times leave more than these.
     """
     x = solution(sequence, list(flights), r)
     with np.errstate(invalid="ignore", divide="ignore"):
-        scale = np.copysign(1 / np.hypot(x.sine, x.cosine), x.d)
+        scale = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive)
         start = np.arctan2(scale * x.sine, scale * x.cosine) / np.pi % 2
-        groups = scale * x.gbar, scale * x.d, scale * x.excess
+        groups = (
+            scale * x.gbar,
+            scale * (np.nan if x.d is None else x.d),
+            None if x.excess is None else scale * x.excess,
+        )
         return Motions(sequence, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, r)
+
+
+def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
+    """The d of motions of a sweep that strike one membrane, and do not depend on it: the largest of a sweep over d.
+
+    All may have the factor of a solution, whose sine and cosine have the root sum of squares `norm`.
+    """
+    if level.held is Held.D:
+        return norm * level.value
+    return gbar * (level.value if level.held is Held.RATIO else largest / level.value)
+
+
+def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Motions, NDArray[np.intp]]:
+    """Those that are admissible and in the range of a sweep's coordinate, and which they are."""
+    gap = motions.gap
+    if motions.sequence.one_sided and level.held is Held.GBAR:  # motions at all d that leave the ball its room
+        motions = replace(motions, d=high - np.minimum(gap, high - low) / 2)
+    coordinate = motions.coordinate(level)
+    rows = np.flatnonzero((gap > 0) & (coordinate > low) & (coordinate < high))
+    return motions[rows], rows
 
 
 def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float) -> tuple[Motions, Floats]:
@@ -241,12 +277,13 @@ def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float)
         near &= flights.sum(axis=0) < 2 * sequence.periods
         start, flights = start[:, near], flights[:, near]
         motions = motions_above(sequence, flights, r)
-    settled = np.abs(_conditions(motions, level)).max(axis=1) < SETTLED
+    settled = np.abs(_conditions(motions, level)).max(axis=1, initial=0.0) < SETTLED
     return motions[settled], flights[:, settled]
 
 
 def _conditions(motions: Motions, level: Level) -> Floats:
     """What is zero for motions of a sweep (n, conditions)."""
     with np.errstate(invalid="ignore"):
-        values = [motions.off(level), motions.excess] if len(motions.sequence) > 3 else [motions.off(level)]
-    return np.stack(values, axis=-1)
+        values = [] if motions.sequence.one_sided and level.held is not Held.GBAR else [motions.off(level)]
+        values += [] if motions.excess is None else [motions.excess]
+    return np.reshape(values, (len(values), len(motions.d))).T

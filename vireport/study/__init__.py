@@ -6,7 +6,6 @@ from vireport.study.results import (
     SCHEMA_VERSION,
     branches_csv,
     csv_bytes,
-    families_csv,
     json_bytes,
     worst_scenario,
 )
@@ -34,7 +33,6 @@ __all__ = [
     "branches_csv",
     "csv_bytes",
     "device_of",
-    "families_csv",
     "json_bytes",
     "membrane_of",
     "plan",

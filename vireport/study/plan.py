@@ -66,7 +66,7 @@ class Task(StrEnum):
     PNG = "png", "output: the figures as PNG files"
     SVG = "svg", "output: the figures as SVG files"
     JSON = "json", "output: results.json"
-    CSV = "csv", "output: branches.csv, and families.csv where families are followed"
+    CSV = "csv", "output: branches.csv"
     JUNIT = "junit", "output: junit.xml, the requirements as test cases"
     MARKDOWN = "markdown", "output: summary.md, for the page of a job"
     GITHUB = "github", "output: annotations on standard output"

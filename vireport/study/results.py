@@ -1,4 +1,4 @@
-"""Results for machines: the parts of results.json, branches.csv and families.csv, by the names that scripts rely on.
+"""Results for machines: the parts of results.json, and branches.csv, by the names that scripts rely on.
 
 Numbers are written so that they read back exactly. There is no NaN and no Infinity: what was not computed is null,
 and `left_out` says why.
@@ -66,8 +66,8 @@ def solution_data(solution: Solution) -> dict[str, Any]:
     }
 
 
-def branches_csv(solution: Solution) -> bytes:
-    """Every motion of every branch as a row of a table, by the names of results.json."""
+def branches_csv(solution: Solution, atlas: Atlas | None = None) -> bytes:
+    """Every motion of every branch as a row of a table, by the names of results.json; then those of the families."""
     head: list[str] = []
     rows: list[list[Any]] = []
     for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
@@ -79,17 +79,20 @@ def branches_csv(solution: Solution) -> bytes:
         }
         head = ["branch", "family", *columns]
         rows += [[branch.number, branch.family, *row] for row in zip(*columns.values(), strict=True)]
+    families = list(family_motions(atlas, solution.membrane))
+    head = list(dict.fromkeys([*head, *(families[0] if families else ())]))
+    rows = [row + [None] * (len(head) - len(row)) for row in rows]
+    rows += [[motion.get(name) for name in head] for motion in families]
     return csv_bytes(head, rows) if head else b""
 
 
-def families_csv(atlas: Atlas | None, membrane: Membrane | None) -> bytes:
-    """Every impact of every motion of the families as a row of a table; empty where there are none."""
-    if atlas is None or not atlas.families:
-        return b""
-    from vireport.sequences import family_rows
+def family_motions(atlas: Atlas | None, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
+    """Every impact of every motion of the families as a dict, by the names of branches.csv."""
+    if atlas is not None:
+        from vireport.sequences import family_rows
 
-    rows = [row for family in atlas.families for row in family_rows(family, membrane)]
-    return csv_bytes(list(rows[0]), [list(row.values()) for row in rows])
+        for family in atlas.families:
+            yield from family_rows(family, membrane)
 
 
 def json_bytes(data: Mapping[str, Any], provenance: Provenance) -> bytes:

@@ -21,6 +21,7 @@ from vireport.study.results import (
     PROVED_MOTION,
     SCHEMA_VERSION,
     branch_rows,
+    family_motions,
     json_bytes,
     simulation_data,
     solution_data,
@@ -131,8 +132,9 @@ class Study:
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """Every motion of every branch as a dict, by the names of branches.csv; for a data frame."""
-        return [row for branch in self.to_dict()["branches"] for row in branch_rows(branch)]
+        """Every motion of every branch, and impact of the families, by the names of branches.csv; for a data frame."""
+        rows = [row for branch in self.to_dict()["branches"] for row in branch_rows(branch)]
+        return [*rows, *family_motions(self.atlas, self.solution.membrane)]
 
     def __repr__(self) -> str:
         return f"<Study of {visible(self.loaded.document.name)}: {self.verdict.headline}>"

@@ -15,6 +15,7 @@ from vireport.text.formatting import (
     quantity,
     scaled,
     significant,
+    span,
     words,
     written,
 )
@@ -53,6 +54,7 @@ __all__ = [
     "quantity",
     "scaled",
     "significant",
+    "span",
     "texts",
     "visible",
     "words",

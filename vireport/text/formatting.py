@@ -52,6 +52,18 @@ def significant(value: float | None, digits: int = 6) -> str:
     return scaled(value, 0, digits)
 
 
+def span(low: float, high: float, digits: int = 6) -> str:
+    """Print both ends of a range, in as many more digits as it takes to tell them apart.
+
+    Examples
+    --------
+    >>> span(3, 5.349243789), span(5.482549321, 5.482550456)
+    ('3 to 5.34924', '5.482549 to 5.482550')
+    """
+    ends = significant(low, digits), significant(high, digits)
+    return f"{ends[0]} to {ends[1]}" if ends[0] != ends[1] or digits > 16 else span(low, high, digits + 1)
+
+
 def exact(value: float) -> str:
     """Print the shortest digits that read back as the number: for what a scenario gives.
 
