@@ -277,7 +277,7 @@ class _Search:
         closed += [count * ("B" if horizontal else "T") for count in range(1, self.limits.impacts + 1)]
         yield from (Completeness(word, Claim.COMPLETE) for word in closed)
         for sequence in (*self.on_bottom(self.limits.periods), *self.sequences(3, self.limits.periods)):
-            cells = [cells for cells in self.undecided if cells.motions.sequence.word == sequence.word]
+            cells = [cells for cells in self.undecided if cells.sequence.word == sequence.word]
             resolution = NEAR + max(FINE, *(part.side for part in cells)) / 4  # periods, of which sides are halves
             yield Completeness(sequence.word, Claim.COMPLETE, resolution, max(part.share for part in cells))
         for sequence in self.sequences(4, self.limits.periods):

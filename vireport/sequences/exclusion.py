@@ -55,25 +55,24 @@ class Cells:
 
     Attributes
     ----------
-    motions : Motions
-        Above their centres, near to those of the sweep.
+    sequence : Sequence
     corner : ndarray (N - 1, n)
         The lower ends of all flight times but the last [t_c].
     side : float
         [t_c].
     """
 
-    motions: Motions
+    sequence: Sequence
     corner: Floats
     side: float
 
     def __len__(self) -> int:
         """Return their number."""
-        return len(self.motions.d)
+        return self.corner.shape[1]
 
     def __getitem__(self, index: Any) -> Cells:
         """Some of them."""
-        return Cells(self.motions[index], self.corner[:, index], self.side)
+        return Cells(self.sequence, self.corner[:, index], self.side)
 
     @property
     def centre(self) -> Floats:
@@ -87,9 +86,9 @@ class Cells:
     @property
     def share(self) -> float:
         """Of all flight times, each motion counted from one impact."""
-        sequence, sides = self.motions.sequence, len(self.corner)
-        part = (self.side / (2 * sequence.periods)) ** sides * factorial(sides)
-        return float(len(self) * part * (1 + len(sequence.symmetries)))
+        sides = len(self.corner)
+        part = (self.side / (2 * self.sequence.periods)) ** sides * factorial(sides)
+        return float(len(self) * part * (1 + len(self.sequence.symmetries)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,9 +139,13 @@ class Exclusion:
     def motions(self, cells: Cells) -> tuple[Motions, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
         level = self.model.level
-        found, flights = onto_sweep(cells.motions, cells.centre, level, REACH * cells.side)
+        start = self._above(cells.corner, cells.side)
+        found, flights = onto_sweep(start, cells.centre, level, REACH * cells.side)
         found, rows = within(self._placed(found), level, self.low, self.high)
         return found, flights[:, rows]
+
+    def _above(self, corner: Floats, side: float) -> Motions:
+        return self._placed(motions_above(self.sequence, corner + side / 2, self.model.r))
 
     def _placed(self, motions: Motions) -> Motions:
         if not self.sequence.one_sided:
@@ -156,14 +159,19 @@ class Exclusion:
         possible = [time > limit for time, limit in zip(longest, least, strict=True)]
         possible += [longest[i] >= corner[0] for i in self.sequence.symmetries]  # counted from before the shortest
         corner = corner[:, np.all(possible, axis=0)]
-        parts = [corner[:, i : i + BLOCK] for i in range(0, corner.shape[1], BLOCK)]
-        corner = np.concatenate([corner[:, :0], *(part[:, self._possible(part, side)] for part in parts)], axis=1)
-        cells = Cells(self._placed(motions_above(self.sequence, corner + side / 2, self.model.r)), corner, side)
-        return cells[~self._beyond_walls(cells)] if side <= FINE else cells
+        parts = [self._possible(corner[:, i : i + BLOCK], side) for i in range(0, corner.shape[1], BLOCK)]
+        return Cells(self.sequence, np.concatenate([corner[:, :0], *parts], axis=1), side)
 
-    def _possible(self, corner: Floats, side: float) -> Mask:
-        """Which cells may hold solutions of the sweep with velocities of the right signs."""
+    def _possible(self, corner: Floats, side: float) -> Floats:
+        """The cells that may hold motions of the sweep."""
         x = solution(self.sequence, _boxes(corner, side), self.model.r, AffineOps)
+        rows = np.flatnonzero(self._solved(x))
+        if side <= FINE:
+            rows = rows[~self._beyond_walls(corner[:, rows], side, x, rows)]
+        return corner[:, rows]
+
+    def _solved(self, x: Solution) -> Mask:
+        """Which may be solutions of the sweep with velocities of the right signs."""
         possible = np.all([(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)], axis=0)
         scale = x.sine * x.sine + x.cosine * x.cosine
         coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
@@ -186,34 +194,32 @@ class Exclusion:
         norm = np.copysign(np.sqrt(square.centre), x.gbar.centre)
         return room(self.model.level, self.high, x.gbar, (square * (1 / norm) + norm) * 0.5)
 
-    def _beyond_walls(self, cells: Cells) -> Mask:
+    def _beyond_walls(self, corner: Floats, side: float, x: Solution, cells: NDArray[np.intp]) -> Mask:
         """Which cells hold no motion because the ball would pass through a membrane in each of their solutions.
 
         What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the
         same share of its flight throughout the cell.
         """
-        motions, turns = cells.motions, cells.motions.turns
+        turns = self._above(corner, side).turns
         order = np.argsort(-turns.gap, kind="stable")
         farthest = np.full(len(cells), -1)
         farthest[turns.motion[order]] = order  # of the turning points of a motion the last one assigned
-        beyond = np.isin(farthest, np.flatnonzero(turns.gap < 0))
-        boxes = _boxes(cells.corner[:, beyond], cells.side)
-        x, turning = solution(self.sequence, boxes, motions.r, AffineOps), farthest[beyond]
-        durations = [*boxes, -sum(boxes[1:], boxes[0]) + 2.0 * self.sequence.periods]
-        d_of = self._d(x)
-        certain = np.zeros(len(turning), dtype=bool)
+        tried = np.flatnonzero(np.isin(farthest, np.flatnonzero(turns.gap < 0)))
+        beyond, d_of = np.zeros(len(cells), dtype=bool), self._d(x)
         for i, wall in enumerate(self.sequence.walls):
-            rows = turns.after[turning] == i
-            duration, time, d = durations[i][rows], x.time[i][rows], d_of[rows]
-            sine, cosine, gbar, factor = (y[rows] for y in (x.sine, x.cosine, x.gbar, x.positive))
-            elapsed = duration * (turns.elapsed[turning[rows]] / duration.centre)
+            rows = tried[turns.after[farthest[tried]] == i]
+            boxes, turning, at = _boxes(corner[:, rows], side), farthest[rows], cells[rows]
+            duration = [*boxes, -sum(boxes[1:], boxes[0]) + 2.0 * self.sequence.periods][i]
+            sine, cosine, gbar, factor, d, time = (
+                y[at] for y in (x.sine, x.cosine, x.gbar, x.positive, d_of, x.time[i])
+            )
+            elapsed = duration * (turns.elapsed[turning] / duration.centre)
             start, turn = (_phase(sine, cosine, t) for t in (time, time + elapsed))
             covered = flight.displacement(
-                elapsed, flight.reflect(x.velocity[i][rows], motions.r), start[0], start[1], turn[1], gbar
+                elapsed, flight.reflect(x.velocity[i][at], self.model.r), start[0], start[1], turn[1], gbar
             )
             for gap in (d * ((1 - wall) / 2) - covered, d * ((1 + wall) / 2) + covered):
-                certain[rows] |= ((gap.upper < 0) & (factor.lower > 0)) | ((gap.lower > 0) & (factor.upper < 0))
-        beyond[beyond] = certain
+                beyond[rows] |= ((gap.upper < 0) & (factor.lower > 0)) | ((gap.lower > 0) & (factor.upper < 0))
         return beyond
 
 
