@@ -131,7 +131,7 @@ def test_a_motion_is_the_same_from_whichever_impact_it_is_counted():
 def test_no_cell_with_a_motion_is_left_out():
     motion, (d, gbar, r) = simulated("BBT"), SIMULATED["BBT"]
     for level, coordinate in ((Level(Held.GBAR, gbar), d), (Level(Held.RATIO, d / gbar), d), (Level(Held.D, d), gbar)):
-        cells = Exclusion(Model(level, r), 0.95 * coordinate, 1.05 * coordinate, motion.sequence).cells()
+        [cells] = Exclusion(Model(level, r), 0.95 * coordinate, 1.05 * coordinate, (motion.sequence,)).cells()
         flights = np.diff(motion.time)[:, None]
         assert ((cells.corner <= flights) & (flights <= cells.corner + cells.side)).all(axis=0).any()
         assert 0 < cells.share < 1e-3

@@ -80,8 +80,8 @@ def _starts(search: _Search) -> Iterator[Motion]:
         if not search.model.level.horizontal:
             single = one_impact(search.model, search.low, search.high, k)
             yield from (single.motion(i, search.model.level) for i in range(len(single.d)))
-        for sequence in (*search.on_bottom(k), *search.sequences(3, k)):
-            yield from search.by_exclusion(sequence)
+    for sequences in zip(*map(search.excluded, range(1, search.limits.periods + 1)), strict=True):
+        yield from search.by_exclusion(sequences)
     for k in range(1, search.limits.periods + 1):
         for sequence in search.sequences(4, k):
             yield from search.four_impacts(sequence)
@@ -181,18 +181,23 @@ class _Search:
         known = (one for family in self._alike(motion) for one in family.at(float(x[-1])))
         return not any(self._same(motion, one) for one in known)
 
-    def by_exclusion(self, sequence: Sequence) -> Iterator[Motion]:
-        """Motions that lie on no family known; each must be explored before the next is asked for."""
-        exclusion = Exclusion(self.model, self.low, self.high, sequence)
+    def excluded(self, periods: int) -> list[Sequence]:
+        """The sequences whose motions are found by leaving out what flight times they cannot have."""
+        return [*self.on_bottom(periods), *self.sequences(3, periods)]
+
+    def by_exclusion(self, sequences: tuple[Sequence, ...]) -> Iterator[Motion]:
+        """Motions of one word that lie on no family known; each must be explored before the next is asked for."""
+        exclusion = Exclusion(self.model, self.low, self.high, sequences)
         cells = exclusion.cells()
-        while len(cells):
-            cells = cells[~self._near(sequence, cells.centre)]
-            yield from self._unknown(*exclusion.motions(cells))
-            cells = cells[~self._near(sequence, cells.centre)]
-            if cells.no_larger_than(self.finest) or len(cells) > MOST_CELLS:
+        while True:
+            cells = [part[~self._near(part.sequence, part.centre)] for part in cells]
+            for part in cells:
+                yield from self._unknown(*exclusion.motions(part))
+            cells = [part[~self._near(part.sequence, part.centre)] for part in cells]
+            if cells[0].no_larger_than(self.finest) or not 0 < max(map(len, cells)) <= MOST_CELLS:
                 break
             cells = exclusion.divided(cells)
-        self.undecided.append(cells)
+        self.undecided.extend(cells)
 
     def four_impacts(self, sequence: Sequence) -> Iterator[Motion]:
         """The same with four impacts, as far as a search over a grid finds them."""
@@ -276,7 +281,7 @@ class _Search:
         # Of these there are none, see `on_bottom`.
         closed += [count * ("B" if horizontal else "T") for count in range(1, self.limits.impacts + 1)]
         yield from (Completeness(word, Claim.COMPLETE) for word in closed)
-        for sequence in (*self.on_bottom(self.limits.periods), *self.sequences(3, self.limits.periods)):
+        for sequence in self.excluded(self.limits.periods):
             cells = [cells for cells in self.undecided if cells.sequence.word == sequence.word]
             resolution = NEAR + max(FINE, *(part.side for part in cells)) / 4  # periods, of which sides are halves
             yield Completeness(sequence.word, Claim.COMPLETE, resolution, max(part.share for part in cells))

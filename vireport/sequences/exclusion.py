@@ -28,6 +28,7 @@ from vireport.sequences.surface import (
     sweep_conditions,
     within,
 )
+from vireport.sequences.turns import turning_points
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -38,6 +39,9 @@ of the last ones in a plane, to which only those are halved that are not near to
 
 FEW = 60
 """Cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
+
+WALLS = FINE
+"""Side of the cells from which on it is tested whether the ball passes through a membrane [t_c]."""
 
 MOST_CELLS = 20_000
 """Cells that are divided once more: where more are left, as above a sweep over decades, they stay as they are."""
@@ -100,75 +104,83 @@ class Exclusion:
     model : Model
     low, high : float
         Range of the coordinate.
-    sequence : Sequence
-        Three impacts, not all on the top, or two on the bottom.
+    sequences : tuple of Sequence
+        Of one word and different numbers of periods, which are evaluated together: three impacts, not all on the top,
+        or two on the bottom.
     """
 
     model: Model
     low: float
     high: float
-    sequence: Sequence
+    sequences: tuple[Sequence, ...]
 
-    @property
-    def shortest(self) -> float:
-        """Time below which no flight can cross [t_c].
+    def shortest(self, period: float) -> float:
+        """Time below which no flight of a motion can cross [t_c].
 
         No impact is faster than by (2.11) with the decay r, and no flight gains more than 1 + gbar in a unit of time.
         """
         d, gbar = self.model.groups(max(self.low, 0.0))[0], self.model.groups(self.high)[1]
-        speed = (2 * self.sequence.periods * gbar + 2 / np.pi) / (1 - self.model.r)
+        speed = (period * gbar + 2 / np.pi) / (1 - self.model.r)
         start = self.model.r * speed
         return float(2 * d / (start + np.sqrt(start * start + 2 * d * (1 + gbar))))
 
-    def cells(self) -> Cells:
-        """The cells that are left of all flight times."""
-        sides = len(self.sequence) - 1
+    def cells(self) -> list[Cells]:
+        """The cells that are left of all flight times of each sequence."""
+        sides = len(self.sequences[0]) - 1
         side = COARSEST if sides > 1 else FINE
-        count = round(2 * self.sequence.periods / side)
-        cells = self._left(side * np.indices((count,) * sides, dtype=float).reshape(sides, -1), side)
-        while cells.side > FINE and len(cells) <= MOST_CELLS:
+        counts = [round(2 * sequence.periods / side) for sequence in self.sequences]
+        grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
+        cells = self._left(grids, side)
+        while cells[0].side > FINE and max(map(len, cells)) <= MOST_CELLS:
             cells = self.divided(cells)
         return cells
 
-    def divided(self, cells: Cells) -> Cells:
-        """The parts that are left of cells, each divided along each side."""
-        sides, count = len(cells.corner), 4 if len(cells) <= FEW else 2
-        side, parts = cells.side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
-        return self._left((cells.corner[:, :, None] + side * parts).reshape(sides, -1), side)
+    def divided(self, cells: list[Cells]) -> list[Cells]:
+        """The parts that are left of the cells of each sequence, each divided along each side."""
+        sides, count = len(self.sequences[0]) - 1, 4 if sum(map(len, cells)) <= FEW else 2
+        side, parts = cells[0].side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
+        return self._left([(one.corner[:, :, None] + side * parts).reshape(sides, -1) for one in cells], side)
 
     def motions(self, cells: Cells) -> tuple[Motions, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
         level = self.model.level
-        start = self._above(cells.corner, cells.side)
-        found, flights = onto_sweep(start, cells.centre, level, REACH * cells.side)
+        above = motions_above(cells.sequence, cells.centre, self.model.r)
+        found, flights = onto_sweep(self._placed(above), cells.centre, level, REACH * cells.side)
         found, rows = within(self._placed(found), level, self.low, self.high)
         return found, flights[:, rows]
 
-    def _above(self, corner: Floats, side: float) -> Motions:
-        return self._placed(motions_above(self.sequence, corner + side / 2, self.model.r))
-
     def _placed(self, motions: Motions) -> Motions:
-        if not self.sequence.one_sided:
+        if not motions.sequence.one_sided:
             return motions
         return replace(motions, d=room(self.model.level, self.high, motions.gbar) + 0 * motions.gbar)
 
-    def _left(self, corner: Floats, side: float) -> Cells:
-        last, walls, shortest = 2 * self.sequence.periods - corner.sum(axis=0), self.sequence.walls, self.shortest
-        longest, ends = (*(corner + side), last), zip(walls, (*walls[1:], walls[0]), strict=True)
+    def _left(self, corners: list[Floats], side: float) -> list[Cells]:
+        corners = [self._ordered(*both, side) for both in zip(self.sequences, corners, strict=True)]
+        corner, counts = np.concatenate(corners, axis=1), [part.shape[1] for part in corners]
+        period = np.repeat([2.0 * sequence.periods for sequence in self.sequences], counts)
+        blocks = [slice(i, i + BLOCK) for i in range(0, max(len(period), 1), BLOCK)]
+        possible = np.concatenate([self._possible(corner[:, block], period[block], side) for block in blocks])
+        left = (corner[:, possible & (period == 2.0 * sequence.periods)] for sequence in self.sequences)
+        return [Cells(*both, side) for both in zip(self.sequences, left, strict=True)]
+
+    def _ordered(self, sequence: Sequence, corner: Floats, side: float) -> Floats:
+        """The cells in which flights can be long enough, and the first is not longer than others like it."""
+        period, walls = 2.0 * sequence.periods, sequence.walls
+        shortest, ends = self.shortest(period), zip(walls, (*walls[1:], walls[0]), strict=True)
+        longest = (*(corner + side), period - corner.sum(axis=0))
         least = [shortest if wall != other else 0 for wall, other in ends]
         possible = [time > limit for time, limit in zip(longest, least, strict=True)]
-        possible += [longest[i] >= corner[0] for i in self.sequence.symmetries]  # counted from before the shortest
-        corner = corner[:, np.all(possible, axis=0)]
-        parts = [self._possible(corner[:, i : i + BLOCK], side) for i in range(0, corner.shape[1], BLOCK)]
-        return Cells(self.sequence, np.concatenate([corner[:, :0], *parts], axis=1), side)
+        possible += [longest[i] >= corner[0] for i in sequence.symmetries]  # counted from before the shortest
+        return corner[:, np.all(possible, axis=0)]
 
-    def _possible(self, corner: Floats, side: float) -> Floats:
-        """The cells that may hold motions of the sweep."""
-        x = solution(self.sequence, _boxes(corner, side), self.model.r, AffineOps)
-        rows = np.flatnonzero(self._solved(x))
-        if side <= FINE:
-            rows = rows[~self._beyond_walls(corner[:, rows], side, x, rows)]
-        return corner[:, rows]
+    def _possible(self, corner: Floats, period: Floats, side: float) -> Mask:
+        """Which cells may hold motions of the sweep."""
+        x = solution(self.sequences[0], _boxes(corner, side), self.model.r, AffineOps, period)
+        possible = self._solved(x)
+        if side <= WALLS:
+            rows = np.flatnonzero(possible)
+            possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side, x.at(rows))
+        return possible
 
     def _solved(self, x: Solution) -> Mask:
         """Which may be solutions of the sweep with velocities of the right signs."""
@@ -179,7 +191,7 @@ class Exclusion:
         possible &= (square - scale * (max(self.low, 0.0) ** 2)).upper >= 0
         possible &= (square - scale * (self.high * self.high)).lower <= 0
         # The sign of the factor makes d positive, and with it gbar and the velocities towards the walls.
-        positive = [x.positive, *(v * float(wall) for v, wall in zip(x.velocity, self.sequence.walls, strict=True))]
+        positive = [x.positive, *(v * float(wall) for v, wall in zip(x.velocity, self.sequences[0].walls, strict=True))]
         if not self.model.level.horizontal:
             positive.append(x.gbar)
         above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
@@ -194,32 +206,30 @@ class Exclusion:
         norm = np.copysign(np.sqrt(square.centre), x.gbar.centre)
         return room(self.model.level, self.high, x.gbar, (square * (1 / norm) + norm) * 0.5)
 
-    def _beyond_walls(self, corner: Floats, side: float, x: Solution, cells: NDArray[np.intp]) -> Mask:
+    def _beyond_walls(self, corner: Floats, period: Floats, side: float, x: Solution) -> Mask:
         """Which cells hold no motion because the ball would pass through a membrane in each of their solutions.
 
         What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the
         same share of its flight throughout the cell.
         """
-        turns = self._above(corner, side).turns
+        r, walls = self.model.r, np.array(self.sequences[0].walls)
+        above = self._placed(motions_above(self.sequences[0], corner + side / 2, r, period))
+        turns = turning_points(walls, above.velocity, above.time, period, (above.d, above.gbar), r)
         order = np.argsort(-turns.gap, kind="stable")
-        farthest = np.full(len(cells), -1)
+        farthest = np.full(len(period), -1)
         farthest[turns.motion[order]] = order  # of the turning points of a motion the last one assigned
-        tried = np.flatnonzero(np.isin(farthest, np.flatnonzero(turns.gap < 0)))
-        beyond, d_of = np.zeros(len(cells), dtype=bool), self._d(x)
-        for i, wall in enumerate(self.sequence.walls):
-            rows = tried[turns.after[farthest[tried]] == i]
-            boxes, turning, at = _boxes(corner[:, rows], side), farthest[rows], cells[rows]
-            duration = [*boxes, -sum(boxes[1:], boxes[0]) + 2.0 * self.sequence.periods][i]
-            sine, cosine, gbar, factor, d, time = (
-                y[at] for y in (x.sine, x.cosine, x.gbar, x.positive, d_of, x.time[i])
-            )
-            elapsed = duration * (turns.elapsed[turning] / duration.centre)
-            start, turn = (_phase(sine, cosine, t) for t in (time, time + elapsed))
-            covered = flight.displacement(
-                elapsed, flight.reflect(x.velocity[i][at], self.model.r), start[0], start[1], turn[1], gbar
-            )
-            for gap in (d * ((1 - wall) / 2) - covered, d * ((1 + wall) / 2) + covered):
-                beyond[rows] |= ((gap.upper < 0) & (factor.lower > 0)) | ((gap.lower > 0) & (factor.upper < 0))
+        rows = np.flatnonzero(np.isin(farthest, np.flatnonzero(turns.gap < 0)))
+        boxes, x, turning = _boxes(corner[:, rows], side), x.at(rows), farthest[rows]
+        after = turns.after[turning]
+        durations = [*boxes, period[rows] - sum(boxes[1:], boxes[0])]
+        duration, time, velocity = (_chosen(after, numbers) for numbers in (durations, x.time, x.velocity))
+        elapsed = duration * (turns.elapsed[turning] / duration.centre)
+        start, turn = (_phase(x.sine, x.cosine, t) for t in (time, time + elapsed))
+        covered = flight.displacement(elapsed, flight.reflect(velocity, r), start[0], start[1], turn[1], x.gbar)
+        wall, d, factor = walls[after], self._d(x), x.positive
+        beyond = np.zeros(len(period), dtype=bool)
+        for gap in (d * ((1 - wall) / 2) - covered, d * ((1 + wall) / 2) + covered):
+            beyond[rows] |= ((gap.upper < 0) & (factor.lower > 0)) | ((gap.lower > 0) & (factor.upper < 0))
         return beyond
 
 
@@ -231,3 +241,9 @@ def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:
     """Sine and cosine of the forcing phase at a time, with the solution's factor, by those at time zero."""
     s, c = AffineOps.sin(t * np.pi), AffineOps.cos(t * np.pi)
     return sine * c + cosine * s, cosine * c - sine * s
+
+
+def _chosen(which: NDArray[np.intp], numbers: list[Affine]) -> Affine:
+    """Of several numbers one for each box."""
+    parts = zip(*((y.centre, y.linear, y.radius) for y in numbers), strict=True)
+    return Affine(*(np.choose(which, part) for part in parts))

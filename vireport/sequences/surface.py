@@ -51,8 +51,14 @@ class Solution(NamedTuple):
         """The group whose sign is that of the common factor."""
         return self.gbar if self.d is None else self.d
 
+    def at(self, index: Any) -> Solution:
+        """Some of them, but for the excess."""
+        velocity, time = ([y[index] for y in numbers] for numbers in (self.velocity, self.time))
+        d = None if self.d is None else self.d[index]
+        return Solution(velocity, time, self.sine[index], self.cosine[index], self.gbar[index], d, None)
 
-def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS) -> Solution:
+
+def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS, period: Any = None) -> Solution:
     """Solve the linear conditions of a motion with three or four impacts, or two or three on one membrane only.
 
     Parameters
@@ -64,6 +70,8 @@ def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS)
         Restitution coefficient.
     ops
         Of the kind of number of `flights`.
+    period : ndarray (n,), optional
+        Of each motion [t_c], where it is not that of the sequence.
 
     Source: Eqs. (2.11)-(2.13). Velocities are eliminated by (2.11); flights from a membrane to the same one do not
     depend on d, nor do two flights there and back together, which leaves two conditions, or three, on three unknowns.
@@ -72,7 +80,7 @@ def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS)
     time = [flights[0] * 0.0]
     for duration in flights:
         time.append(time[-1] + duration)
-    durations = [*flights, 2.0 * sequence.periods - time[-1]]
+    durations = [*flights, (2.0 * sequence.periods if period is None else period) - time[-1]]
     # Vectors hold what multiplies the sine and the cosine of the phase at the first impact, and gbar.
     swings = [(1 / np.pi, 0.0)]
     for angle in (ops.pi * t for t in time[1:]):
@@ -197,7 +205,7 @@ class Motions:
         return np.asarray(self.gap > 0)
 
 
-def motions_above(sequence: Sequence, flights: Floats, r: float) -> Motions:
+def motions_above(sequence: Sequence, flights: Floats, r: float, period: Floats | None = None) -> Motions:
     """The motions with three impacts above pairs of flight times, and what may be one with four above triples.
 
     Parameters
@@ -208,13 +216,15 @@ def motions_above(sequence: Sequence, flights: Floats, r: float) -> Motions:
         All flight times but the last [t_c].
     r : float
         Restitution coefficient.
+    period : ndarray (n,), optional
+        Of each motion [t_c], where it is not that of the sequence.
 
     Notes
     -----
     Of a solution and its negative, which solves the conditions too, this is the one with positive d, or gbar where only
     one membrane is struck. NaN where flight times leave more than these.
     """
-    x = solution(sequence, list(flights), r)
+    x = solution(sequence, list(flights), r, period=period)
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive)
         start = np.arctan2(scale * x.sine, scale * x.cosine) / np.pi % 2

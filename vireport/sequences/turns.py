@@ -33,7 +33,7 @@ class Turns(NamedTuple):
 
 
 def turning_points(
-    walls: Ints, velocity: Floats, time: Floats, period: float, groups: tuple[Floats, Floats], r: float
+    walls: Ints, velocity: Floats, time: Floats, period: float | Floats, groups: tuple[Floats, Floats], r: float
 ) -> Turns:
     """Find the turning points of motions with one sequence of impacts.
 
@@ -43,7 +43,7 @@ def turning_points(
         The membrane of each impact: 1 bottom, -1 top.
     velocity, time : ndarray (N, n)
         Of the impacts of each motion [y_c], [t_c].
-    period : float
+    period : float or ndarray (n,)
         Of the motions [t_c].
     groups : tuple of ndarray (n,)
         Their d and gbar.
