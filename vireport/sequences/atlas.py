@@ -191,7 +191,7 @@ class _Search:
         cells = exclusion.cells()
         while True:
             cells = [part[~self._near(part.sequence, part.centre)] for part in cells]
-            for part in cells:
+            for part in filter(len, cells):
                 yield from self._unknown(*exclusion.motions(part))
             cells = [part[~self._near(part.sequence, part.centre)] for part in cells]
             if cells[0].no_larger_than(self.finest) or not 0 < max(map(len, cells)) <= MOST_CELLS:

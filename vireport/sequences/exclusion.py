@@ -40,8 +40,8 @@ of the last ones in a plane, to which only those are halved that are not near to
 FEW = 60
 """Cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
 
-WALLS = FINE
-"""Side of the cells from which on it is tested whether the ball passes through a membrane [t_c]."""
+WALLS = 1 / 32
+"""Side from which down it is tested whether the ball passes through a membrane: larger cells hardly ever show it."""
 
 MOST_CELLS = 20_000
 """Cells that are divided once more: where more are left, as above a sweep over decades, they stay as they are."""
