@@ -189,15 +189,15 @@ class _Search:
         """Motions of one word that lie on no family known; each must be explored before the next is asked for."""
         exclusion = Exclusion(self.model, self.low, self.high, sequences)
         cells = exclusion.cells()
-        while True:
+        while cells:
             cells = [part[~self._near(part.sequence, part.centre)] for part in cells]
             for part in filter(len, cells):
                 yield from self._unknown(*exclusion.motions(part))
             cells = [part[~self._near(part.sequence, part.centre)] for part in cells]
-            if cells[0].no_larger_than(self.finest) or not 0 < max(map(len, cells)) <= MOST_CELLS:
-                break
-            cells = exclusion.divided(cells)
-        self.undecided.extend(cells)
+            last = [part.no_larger_than(self.finest) or not 0 < len(part) <= MOST_CELLS for part in cells]
+            self.undecided += [part for part, done in zip(cells, last, strict=True) if done]
+            cells = [part.divided() for part, done in zip(cells, last, strict=True) if not done]
+            cells = exclusion.left(cells) if cells else []
 
     def four_impacts(self, sequence: Sequence) -> Iterator[Motion]:
         """The same with four impacts, as far as a search over a grid finds them."""

@@ -72,7 +72,7 @@ class Cells:
 
     def __len__(self) -> int:
         """Return their number."""
-        return self.corner.shape[1]
+        return len(self.corner[0])
 
     def __getitem__(self, index: Any) -> Cells:
         """Some of them."""
@@ -86,6 +86,12 @@ class Cells:
     def no_larger_than(self, side: float) -> bool:
         """Whether they are squares of at most this side, or intervals, a larger share of a line, of a quarter of it."""
         return self.side <= (side if len(self.corner) > 1 else side / 4)
+
+    def divided(self) -> Cells:
+        """Their parts, each divided along each side."""
+        sides, count = len(self.corner), 4 if len(self) <= FEW else 2
+        side, parts = self.side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
+        return Cells(self.sequence, (self.corner[:, :, None] + side * parts).reshape(sides, -1), side)
 
     @property
     def share(self) -> float:
@@ -125,21 +131,28 @@ class Exclusion:
         return float(2 * d / (start + np.sqrt(start * start + 2 * d * (1 + gbar))))
 
     def cells(self) -> list[Cells]:
-        """The cells that are left of all flight times of each sequence."""
-        sides = len(self.sequences[0]) - 1
+        """The cells that are left of all flight times, those of each sequence apart."""
+        sides, found = len(self.sequences[0]) - 1, []
         side = COARSEST if sides > 1 else FINE
         counts = [round(2 * sequence.periods / side) for sequence in self.sequences]
         grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
-        cells = self._left(grids, side)
-        while cells[0].side > FINE and max(map(len, cells)) <= MOST_CELLS:
-            cells = self.divided(cells)
-        return cells
+        parts = [Cells(*both, side) for both in zip(self.sequences, grids, strict=True)]
+        while parts:
+            parts = self.left(parts)
+            found += [part for part in parts if part.side <= FINE or len(part) > MOST_CELLS]
+            parts = [part.divided() for part in parts if part.side > FINE and len(part) <= MOST_CELLS]
+        return found
 
-    def divided(self, cells: list[Cells]) -> list[Cells]:
-        """The parts that are left of the cells of each sequence, each divided along each side."""
-        sides, count = len(self.sequences[0]) - 1, 4 if sum(map(len, cells)) <= FEW else 2
-        side, parts = cells[0].side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
-        return self._left([(one.corner[:, :, None] + side * parts).reshape(sides, -1) for one in cells], side)
+    def left(self, cells: list[Cells]) -> list[Cells]:
+        """What is left of the cells of each sequence."""
+        cells = [self._ordered(part) for part in cells]
+        corner, counts = np.concatenate([part.corner for part in cells], axis=1), [len(part) for part in cells]
+        period = np.repeat([2.0 * part.sequence.periods for part in cells], counts)
+        side = np.repeat([part.side for part in cells], counts)
+        blocks = [slice(i, i + BLOCK) for i in range(0, max(len(period), 1), BLOCK)]
+        possible = np.concatenate([self._possible(corner[:, i], period[i], side[i]) for i in blocks])
+        masks = np.split(possible, np.cumsum(counts)[:-1])
+        return [part[mask] for part, mask in zip(cells, masks, strict=True)]
 
     def motions(self, cells: Cells) -> tuple[Motions, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
@@ -154,32 +167,24 @@ class Exclusion:
             return motions
         return replace(motions, d=room(self.model.level, self.high, motions.gbar) + 0 * motions.gbar)
 
-    def _left(self, corners: list[Floats], side: float) -> list[Cells]:
-        corners = [self._ordered(*both, side) for both in zip(self.sequences, corners, strict=True)]
-        corner, counts = np.concatenate(corners, axis=1), [part.shape[1] for part in corners]
-        period = np.repeat([2.0 * sequence.periods for sequence in self.sequences], counts)
-        blocks = [slice(i, i + BLOCK) for i in range(0, max(len(period), 1), BLOCK)]
-        possible = np.concatenate([self._possible(corner[:, block], period[block], side) for block in blocks])
-        left = (corner[:, possible & (period == 2.0 * sequence.periods)] for sequence in self.sequences)
-        return [Cells(*both, side) for both in zip(self.sequences, left, strict=True)]
-
-    def _ordered(self, sequence: Sequence, corner: Floats, side: float) -> Floats:
+    def _ordered(self, cells: Cells) -> Cells:
         """The cells in which flights can be long enough, and the first is not longer than others like it."""
+        sequence, corner = cells.sequence, cells.corner
         period, walls = 2.0 * sequence.periods, sequence.walls
         shortest, ends = self.shortest(period), zip(walls, (*walls[1:], walls[0]), strict=True)
-        longest = (*(corner + side), period - corner.sum(axis=0))
+        longest = (*(corner + cells.side), period - corner.sum(axis=0))
         least = [shortest if wall != other else 0 for wall, other in ends]
         possible = [time > limit for time, limit in zip(longest, least, strict=True)]
         possible += [longest[i] >= corner[0] for i in sequence.symmetries]  # counted from before the shortest
-        return corner[:, np.all(possible, axis=0)]
+        return cells[np.all(possible, axis=0)]
 
-    def _possible(self, corner: Floats, period: Floats, side: float) -> Mask:
+    def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
         """Which cells may hold motions of the sweep."""
         x = solution(self.sequences[0], _boxes(corner, side), self.model.r, AffineOps, period)
         possible = self._solved(x)
-        if side <= WALLS:
-            rows = np.flatnonzero(possible)
-            possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side, x.at(rows))
+        rows = np.flatnonzero(possible & (side <= WALLS))
+        if rows.size:
+            possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side[rows], x.at(rows))
         return possible
 
     def _solved(self, x: Solution) -> Mask:
@@ -206,7 +211,7 @@ class Exclusion:
         norm = np.copysign(np.sqrt(square.centre), x.gbar.centre)
         return room(self.model.level, self.high, x.gbar, (square * (1 / norm) + norm) * 0.5)
 
-    def _beyond_walls(self, corner: Floats, period: Floats, side: float, x: Solution) -> Mask:
+    def _beyond_walls(self, corner: Floats, period: Floats, side: Floats, x: Solution) -> Mask:
         """Which cells hold no motion because the ball would pass through a membrane in each of their solutions.
 
         What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the
@@ -219,7 +224,7 @@ class Exclusion:
         farthest = np.full(len(period), -1)
         farthest[turns.motion[order]] = order  # of the turning points of a motion the last one assigned
         rows = np.flatnonzero(np.isin(farthest, np.flatnonzero(turns.gap < 0)))
-        boxes, x, turning = _boxes(corner[:, rows], side), x.at(rows), farthest[rows]
+        boxes, x, turning = _boxes(corner[:, rows], side[rows]), x.at(rows), farthest[rows]
         after = turns.after[turning]
         durations = [*boxes, period[rows] - sum(boxes[1:], boxes[0])]
         duration, time, velocity = (_chosen(after, numbers) for numbers in (durations, x.time, x.velocity))
@@ -233,7 +238,7 @@ class Exclusion:
         return beyond
 
 
-def _boxes(corner: Floats, side: float) -> list[Affine]:
+def _boxes(corner: Floats, side: Floats) -> list[Affine]:
     return [between(low, low + side, i, len(corner)) for i, low in enumerate(corner)]
 
 
