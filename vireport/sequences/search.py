@@ -61,11 +61,11 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     """
     side, own, starts = side_of(sequence), sequence.canonical(mirror=True), [np.empty((3, 0))]
     # Each image that is the sequence, and the impact from which it is.
-    images = {image: first for image in (own, own.mirrored()) for first in range(4) if image.rotated(first) == sequence}
+    images = [(image, i) for image in (own, own.mirrored()) for i in range(4) if image.rotated(i) == sequence]
     if model.level.horizontal or own.rotated(2) == own:
-        images = dict([images.popitem()])  # the motions of the other image are the same
+        del images[1:]  # whose motions are the same
     for i, x in _layers(own, model.r):
-        for image, first in images.items():
+        for image, first in images:
             # Half a period later and in the mirror, all unknowns have the other sign but d.
             seen = x if image == own else x._replace(d=-x.d)
             crossed = np.logical_and.reduce([_crossed(condition) for condition in sweep_conditions(seen, model)])
