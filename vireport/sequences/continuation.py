@@ -47,7 +47,7 @@ MOST_POINTS = 4000
 CONVERGED, ROUNDING = 1e-12, 1e-10
 """Newton correction at which a motion is found, and the one up to which rounding may keep it."""
 
-LOCATED = 1e-12
+LOCATED = 1e-11
 """Correction of a step, as a share of it, at which an event is found."""
 
 SQUARED = 1e-11

@@ -32,8 +32,11 @@ has the other sign of d, within the cell."""
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 """Of a cell, from that with the least times."""
 
-SLOPES = (CORNERS - 0.5) / 2
-"""From the values of a function in the corners of a cell to its slopes over the cell's side."""
+FIT = np.vstack([(CORNERS - 0.5).T / 2, np.full(8, 1 / 8)]).astype(np.float32)
+"""From the values of a function in the corners of a cell to its slopes over the cell's side, and its mean."""
+
+SIGNS = np.array([1, -1], np.float32)
+"""Of the factor of a solution."""
 
 SLACK = 0.25
 """Of the range of a function in the corners of a cell: how far beyond it the function may go inside."""
@@ -56,35 +59,40 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     sequence : Sequence
         Four impacts, on both membranes.
     """
-    side, found = side_of(sequence), [np.empty((3, 0))]
-    count = round(2 * sequence.periods / side)
-    images = (sequence, sequence.mirrored()) if model.level.horizontal else (sequence,)
-    # Counted from the third impact, the motions are then the same once more.
-    last = (count + 1) // 2 if sequence.rotated(2) in images else count
-    for i, x in _layers(sequence, model.r, last):
-        crossed = np.all([_crossed(condition) for condition in sweep_conditions(x, model)], axis=0)
-        cells = np.stack(np.nonzero(crossed))
-        layer, row, column = cells
-        cells = cells[:, (row <= layer + i) & (column >= layer)]  # in which the impacts can be in order
-        layer, row, column = _starts(x, cells, sequence, model, (low, high))
-        found.append(np.stack([row, layer + i, column + i]))
-    times = np.concatenate(found, axis=1) * side
-    flights = np.maximum(np.diff(times, axis=0, prepend=0.0), side / 4)  # where two times are in one cell
+    side, own, starts = side_of(sequence), sequence.canonical(mirror=True), [np.empty((3, 0))]
+    # Each image that is the sequence, and the impact from which it is.
+    images = [(image, i) for image in (own, own.mirrored()) for i in range(4) if image.rotated(i) == sequence]
+    if model.level.horizontal or own.rotated(2) == own:
+        del images[1:]  # whose motions are the same
+    for i, x in _layers(own, model.r):
+        for image, first in images:
+            # Half a period later and in the mirror, all unknowns have the other sign but d.
+            seen = x if image == own else x._replace(d=-x.d)
+            crossed = np.logical_and.reduce([_crossed(condition) for condition in sweep_conditions(seen, model)])
+            layer, row, column = cells = np.stack(np.nonzero(crossed))
+            cells = cells[:, (row <= layer + i) & (column >= layer)]  # in which the impacts can be in order
+            layer, row, column = _starts(seen, cells, image, model, (low, high))
+            time = side * np.stack([row, layer + i, column + i])
+            flights = np.diff(time, axis=0, prepend=0.0, append=2.0 * sequence.periods)
+            starts.append(np.roll(flights, -first, axis=0)[:-1])
+    flights = np.maximum(np.concatenate(starts, axis=1), side / 4)  # where two times are in one cell
     motions, flights = onto_sweep(motions_above(sequence, flights, model.r), flights, model.level, 2 * side)
     motions, rows = within(motions, model.level, low, high)
     return motions, flights[:, rows]
 
 
 @lru_cache(maxsize=8)
-def _layers(sequence: Sequence, r: float, last: int) -> list[tuple[int, Solution]]:
+def _layers(sequence: Sequence, r: float) -> list[tuple[int, Solution]]:
     """The solutions above the corners of the cells, which are those of every sweep with this restitution coefficient.
 
-    In layers up to a last one, each with the number of its first one; few digits are enough.
+    In layers, each with the number of its first one; few digits are enough.
     """
     side = side_of(sequence)
     count, layers = round(2 * sequence.periods / side), []
     grid = np.float32(side) * np.arange(count + 1, dtype=np.float32)
-    for i in range(0, last, LAYERS):
+    # Counted from the third impact, the motions or their mirror images are then the same once more.
+    twice = sequence.rotated(2) in (sequence, sequence.mirrored())
+    for i in range(0, (count + 1) // 2 if twice else count, LAYERS):
         j = min(i + LAYERS, count)
         second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]
         layers.append((i, solution(sequence, [first, second - first, third - second], r)))
@@ -115,31 +123,40 @@ def _starts(
     to a side of a cell from that point each velocity and the coordinate must be in its range, but for the slack. In a
     cell in which d changes its sign, and so the factor of the motions, all is smooth for either sign alone.
     """
-    index = np.ravel_multi_index(tuple(cells[:, None, :] + CORNERS.T[:, :, None]), x.d.shape)
-    sine, cosine, gbar, d, excess = (values.ravel()[index].astype(float) for values in x[2:])
-    outward = [v.ravel()[index] * wall for v, wall in zip(x.velocity, sequence.walls, strict=True)]
-    level, norm = model.level, np.hypot(sine, cosine)
-    found: list[NDArray[Any]] = []
-    for sign in (1, -1):
-        held = {Held.D: d, Held.GBAR: gbar, Held.RATIO: d - gbar * level.value}[level.held]
-        off = sign * held - (0.0 if level.held is Held.RATIO else level.value * norm)
-        rows = np.flatnonzero((sign * d > 0).any(axis=0) & _within_slack(off.min(axis=0), off.max(axis=0)))
-        both = np.stack([off[:, rows], excess[:, rows]])
-        (a, b), (f, g) = SLOPES.T @ both, both.mean(axis=1)
-        aa, ab, bb = (a * a).sum(axis=0), (a * b).sum(axis=0), (b * b).sum(axis=0)
-        with np.errstate(all="ignore"):
-            step = ((ab * g - bb * f) * a + (ab * f - aa * g) * b) / (aa * bb - ab * ab)
-            along = np.cross(a, b, axis=0)
-            along /= np.sqrt((along * along).sum(axis=0))
-        centred = sign * d[:, rows].mean(axis=0) > 0
-        near = np.abs(step).max(axis=0) <= np.where(centred, FARTHEST, INSIDE)
-        rows, step, along, centred = rows[near], step[:, near], along[:, near], centred[near]
-        scale, coordinate = norm[:, rows], sign * (gbar if level.held is Held.D else d)[:, rows]
-        ranges = coordinate - limits[0] * scale, limits[1] * scale - coordinate
-        positive = np.stack([*ranges, *(sign * part[:, rows] for part in (d, *outward))])
-        slopes = SLOPES.T @ positive
-        nearest, change = (np.einsum("fin,in->fn", slopes, way) for way in (step, along))
-        largest = positive.mean(axis=1) + nearest + np.abs(change) + SLACK * np.abs(slopes).sum(axis=1)
-        passed = (largest >= 0).all(axis=0)
-        found.append(cells[:, rows[passed]] + 0.5 + np.where(centred, 0.0, step)[:, passed])
-    return np.concatenate(found, axis=1)
+    index = np.ravel_multi_index(tuple(cells), x.d.shape) + np.ravel_multi_index(CORNERS.T, x.d.shape)[:, None]
+    d, level = x.d.take(index), model.level
+    either = [np.flatnonzero((sign * d > 0).any(axis=0)) for sign in SIGNS]
+    rows, sign = np.concatenate(either), np.repeat(SIGNS, [part.size for part in either])
+    index, d = index[:, rows], sign * d[:, rows]
+    if level.held is Held.RATIO:
+        off = d - np.float32(level.value) * sign * x.gbar.take(index)
+    else:
+        norm = np.hypot(x.sine.take(index), x.cosine.take(index))
+        off = (d if level.held is Held.D else sign * x.gbar.take(index)) - np.float32(level.value) * norm
+    (a, b), (f, g) = _fitted(np.stack([off, x.excess.take(index)]))
+    with np.errstate(all="ignore"):
+        along = _cross(a, b)
+        size = (along * along).sum(axis=0)
+        step, along = _cross(g * a - f * b, along) / size, along / np.sqrt(size)
+    centred = FIT[-1] @ d > 0
+    near = np.flatnonzero(np.abs(step).max(axis=0) <= np.where(centred, FARTHEST, INSIDE))
+    rows, index, sign, step, along = rows[near], index[:, near], sign[near], step[:, near], along[:, near]
+    d, norm = d[:, near], np.hypot(x.sine.take(index), x.cosine.take(index))
+    coordinate = sign * x.gbar.take(index) if level.held is Held.D else d
+    outward = [sign * wall * v.take(index) for v, wall in zip(x.velocity, sequence.walls, strict=True)]
+    slopes, mean = _fitted(np.stack([coordinate - limits[0] * norm, limits[1] * norm - coordinate, d, *outward]))
+    nearest, change = ((slopes * way).sum(axis=1) for way in (step, along))
+    largest = mean + nearest + np.abs(change) + SLACK * np.abs(slopes).sum(axis=1)
+    passed = np.flatnonzero((largest >= 0).all(axis=0))
+    return np.asarray(cells[:, rows[passed]] + 0.5 + np.where(centred[near], 0.0, step)[:, passed])
+
+
+def _fitted(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Slopes (m, 3, n) over the side of a cell, and mean (m, n), of functions by their values in its corners."""
+    fit = FIT @ values
+    return fit[:, :3], fit[:, 3]
+
+
+def _cross(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+    """Vector product of vectors (3, n)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
