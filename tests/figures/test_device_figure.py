@@ -14,8 +14,8 @@ from vireport.study import analyse
 @pytest.mark.parametrize("name", ["horizontal", "inclined", "inclination"])
 def test_the_ball_flies_from_membrane_to_membrane_and_comes_back(name: str) -> None:
     study = study_of(name)
-    motions, row = shown_motion(study)
-    n = study.solution.device.period_ratio
+    motions, n = study.solution.design.motions, study.solution.device.period_ratio
+    row = int(np.argmax(motions.stable))
     time, distance = path(motions, row, n)
     half = len(time) // 2
     assert distance[[0, half - 1, half, -1]] == pytest.approx([0, 1, 1, 0], abs=1e-12)
@@ -26,9 +26,19 @@ def test_the_ball_flies_from_membrane_to_membrane_and_comes_back(name: str) -> N
 
 
 def test_the_stable_motion_is_shown() -> None:
-    motions, row = shown_motion(study_of("inclined"))
-    assert motions.stable[row]
-    assert "stable node" in picture(study_of("inclined")).caption
+    words, _ = shown_motion(study_of("inclined"))
+    assert words == "stable node"
+    assert words in picture(study_of("inclined")).caption
+
+
+@pytest.mark.slow
+def test_where_the_1_1_motion_is_unstable_the_stable_motion_of_other_impacts_is_shown() -> None:
+    study = analyse(load(ROOT / "examples" / "hysteresis.yaml", ("simulation=",)), ["json"])
+    words, (time, distance) = shown_motion(study)
+    assert words == "the stable motion BBT"
+    assert [np.sum(np.abs(distance - end) < 1e-9) for end in (0, 1)] == [2 * 2, 2]
+    assert time[-1] == pytest.approx(1)
+    assert "it meets the top after 0." in picture(study).alt
 
 
 @pytest.mark.parametrize("angle", ["0", "90"])

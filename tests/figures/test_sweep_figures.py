@@ -493,7 +493,9 @@ def test_beyond_the_period_doubling_simulated_motions_lie_on_curves(example) -> 
             assert len(thin) % len(circles) == 0 < len(thin)
             # Both are in the same order: the average of figure 7, then the bottom and the top.
             for k, points in enumerate(circles):
-                x, y = np.concatenate([line.get_xydata() for line in thin[k :: len(circles)]]).T
+                between = np.linspace(0, 1, 9)[:, None, None]
+                curves = [line.get_xydata() for line in thin[k :: len(circles)]]
+                x, y = np.concatenate([(xy[:-1] + between * np.diff(xy, axis=0)).reshape(-1, 2) for xy in curves]).T
                 for at, value in zip(*points.get_data(), strict=True):
                     if at < np.nanmax(x) and not np.isnan(value):
                         near = np.hypot((x - at) / np.ptp(x[~np.isnan(x)]), (y - value) / value)

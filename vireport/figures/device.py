@@ -14,7 +14,16 @@ from vireport.analysis import Motions
 from vireport.figures.captions import DIGITS, held
 from vireport.figures.curves import Curve
 from vireport.figures.layout import Entry, blank, finished, fit_vertically, round_ticks
-from vireport.figures.portraits import BALL, BOTTOM_IMPACT, BOTTOM_MEMBRANE, TIME, TOP_IMPACT, TOP_MEMBRANE
+from vireport.figures.portraits import (
+    AT_WALL,
+    BALL,
+    BOTTOM_IMPACT,
+    BOTTOM_MEMBRANE,
+    TIME,
+    TOP_IMPACT,
+    TOP_MEMBRANE,
+    periods,
+)
 from vireport.figures.style import GUIDE, SMALL, Color, Look, Picture, style
 from vireport.physics import flight
 from vireport.scenario import Parameter
@@ -54,18 +63,32 @@ def figure_device(study: Study) -> Figure:
         _sketch(panels[0, 0], study)
         legend: list[Entry] = []
         if motion is not None:
-            _path(panels[0, 1], study, *motion)
+            _path(panels[0, 1], study, motion[1])
             legend = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT), ("ball", BALL)]
         return finished(figure, HEIGHT, [(", ".join(_masses(study)), Color.BLACK)], [legend])
 
 
-def shown_motion(study: Study) -> tuple[Motions, int] | None:
-    """The admissible motion at the design point that is shown, a stable one if there is one, and its row."""
-    design = study.solution.design
-    if design is None or not design.motions.admissible.any():
+def shown_motion(study: Study) -> tuple[str, Curve] | None:
+    """The motion at the design point that is shown, in words, and its path.
+
+    It is a stable 1:1 motion if there is one, else a stable motion with other impacts, else an unstable 1:1 motion.
+    """
+    design, atlas = study.solution.design, study.atlas
+    if design is None:
         return None
     motions = design.motions
-    return motions, int(np.argmax(motions.admissible * (1 + motions.stable)))
+    stable = motions.admissible & motions.stable
+    if atlas is not None and not stable.any() and (others := atlas.stable_at(design.value)):
+        from vireport.sequences import Model, portrait_of
+
+        _, motion = others[0]
+        whole = portrait_of(Model(atlas.sweep.level, float(atlas.sweep.device.restitution)), motion, "")
+        word = motion.sequence.word
+        return f"the stable motion {word}", (periods(whole.time), 0.5 - whole.position / whole.d)
+    if not motions.admissible.any():
+        return None
+    row = int(np.argmax(motions.admissible * (1 + motions.stable)))
+    return motions.words[row], path(motions, row, study.solution.device.period_ratio)
 
 
 def path(motions: Motions, row: int, period_ratio: int) -> Curve:
@@ -94,8 +117,7 @@ def caption(study: Study) -> str:
     motion = shown_motion(study)
     if motion is None:
         return f"{about}."
-    motions, row = motion
-    return f"{about}, and the distance of the ball from the bottom membrane in one period: {motions.words[row]}."
+    return f"{about}, and the distance of the ball from the bottom membrane in one period: {motion[0]}."
 
 
 def alt_text(study: Study) -> str:
@@ -105,11 +127,10 @@ def alt_text(study: Study) -> str:
     motion = shown_motion(study)
     if motion is None:
         return sketch
-    motions, row = motion
-    q = exact(float(f"{motions.q[row]:.3g}"))
-    return (
-        f"{sketch} Line chart of the ball's distance from the bottom over one period: it meets the top after {q} of it."
-    )
+    time, distance = motion[1]
+    shares = dict.fromkeys(exact(float(f"{at / time[-1]:.3g}")) for at in time[distance > 1 - AT_WALL])
+    meets = f"meets the top after {' and '.join(shares)} of it" if shares else "does not meet the top"
+    return f"{sketch} Line chart of the ball's distance from the bottom over one period: it {meets}."
 
 
 def _masses(study: Study) -> list[str]:
@@ -169,16 +190,15 @@ def _sketch(axes: Axes, study: Study) -> None:
     axes.set_axis_off()
 
 
-def _path(axes: Axes, study: Study, motions: Motions, row: int) -> None:
+def _path(axes: Axes, study: Study, motion: Curve) -> None:
     """Draw the distance of the ball from the bottom membrane over one period."""
-    device = study.solution.device
-    length = float(device.length_m)  # of a design point, which has all inputs
-    time, distance = path(motions, row, device.period_ratio)
+    length = float(study.solution.device.length_m)  # of a design point, which has all inputs
+    time, distance = motion
     axes.axhline(0.0, **BOTTOM_MEMBRANE)
     axes.axhline(length, **TOP_MEMBRANE)
     axes.plot(time, length * distance, **BALL)
-    axes.plot([time[0], time[-1]], [0.0, 0.0], **BOTTOM_IMPACT)
-    axes.plot([time[SAMPLES]], [length], **TOP_IMPACT)
+    for impacts, look in ((distance < AT_WALL, BOTTOM_IMPACT), (distance > 1 - AT_WALL, TOP_IMPACT)):
+        axes.plot(time[impacts], length * distance[impacts], **look)
     axes.set_xlim(-0.03 * time[-1], 1.03 * time[-1])
     axes.set_xticks(*round_ticks(0.0, float(time[-1]), WIDTH))
     axes.set_xlabel(TIME)

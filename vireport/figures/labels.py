@@ -38,7 +38,7 @@ LEADER_FROM = 13.0
 
 LEADER: Look = {"color": Color.BLACK, "linewidth": 0.5, "zorder": 5}
 
-DIRECTIONS = np.stack([np.cos(np.arange(12) * np.pi / 6), np.sin(np.arange(12) * np.pi / 6)], axis=1)
+DIRECTIONS = np.stack([np.cos(np.arange(24) * np.pi / 12), np.sin(np.arange(24) * np.pi / 12)], axis=1)
 
 # How bad it is to cover a cell of a line, a marker and another label.
 ON_LINE, ON_MARKER, ON_LABEL = 3.0, 8.0, 40.0

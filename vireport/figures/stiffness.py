@@ -77,7 +77,7 @@ def caption(study: Compliance) -> str:
         "(a) Error of solvers that take the whole equation over one period in one go, in (Z, Z\u2032) at its end, "
         f"against run time, a marker hollow where it exceeds {WRONG:g} and at the top where the end was not reached. "
         "(b) Distance of the velocity at the bottom, of the phase and of the critical point from their rigid values, "
-        f"with the slope expected, K^({significant(-study.order, 3)}) (dashed); {_slopes(study)}."
+        f"with the slope expected, {significant(-study.order, 3)} (dashed); {_slopes(study)}."
     )
 
 

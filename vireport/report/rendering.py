@@ -59,6 +59,9 @@ _RICH = re.compile(
 NO_BREAK = "\u00a0"
 _TIED = re.compile(r"(?<=\d) (?=(?:%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|m/s)(?!\w)))|(?<=×) (?=10)")
 """Spaces at which no line may end."""
+_BAR = re.compile(r"\|(?=\w)")
+JOINED_BAR = "|\u2060"
+"""The bar before an absolute value, after which no line may end."""
 
 OFFLINE = dict.fromkeys(("ALL_PROXY", "all_proxy", "HTTPS_PROXY", "https_proxy"), "http://127.0.0.1:1")
 OFFLINE |= {"NO_PROXY": "", "no_proxy": ""}
@@ -277,7 +280,7 @@ def rich(text: str) -> Source:
     #"at ";#emph("d");#" > ";#emph("x");#sub("c");
     """
     parts, end = [], 0
-    text = _TIED.sub(NO_BREAK, text)
+    text = tied(text)
     for match in _RICH.finditer(text):
         if match.start() > end:
             parts.append(_literal(text[end : match.start()]))
@@ -289,11 +292,16 @@ def rich(text: str) -> Source:
     return Source("".join([*parts, _literal(text[end:])] if end < len(text) else parts))
 
 
+def tied(text: str) -> str:
+    """A text whose lines end neither within a quantity with its unit nor within an absolute value."""
+    return _BAR.sub(JOINED_BAR, _TIED.sub(NO_BREAK, text))
+
+
 def _literal(value: Any) -> str:
     """What an expression in a template becomes: a string that is text, unless it is source."""
     if isinstance(value, Source):
         return value
-    text = _TIED.sub(NO_BREAK, str(value))
+    text = tied(str(value))
     return f"#{string(text)};" if text else ""
 
 

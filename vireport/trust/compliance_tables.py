@@ -242,8 +242,8 @@ def _ladder(comparison: Compliance) -> Table:
         numbers("K times", "Contact over period", "Velocity", "Phase [rad]", label),
         tuple(rows),
         "Of velocity and phase at the bottom and of the critical point: relative, but for the phase. The exponents are "
-        "fitted to the stiffest membranes; a contact lasts in proportion to K^(−1/(h+1)), and everything should come "
-        "near at that rate.",
+        "fitted to the stiffest membranes; the duration of a contact goes with the power −1/(h + 1) of K, and "
+        "everything should come near at that rate.",
     )
 
 
