@@ -14,6 +14,7 @@ import pytest
 from vireport import analyse, load
 from vireport.gate.alerts import CAUSES, Evidence
 from vireport.gate.verdict import Question, Verdict, verdict_of
+from vireport.physics import contacts
 from vireport.trust import Grade
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -127,3 +128,18 @@ def test_starts_that_end_elsewhere_are_cautioned_against_and_counted(study_of: C
         assert fact(said(solution, crosscheck=found), Question.REACHED).status == status
         cause = CAUSES["VR021"](Evidence(solution, found))
         assert cause is None if not elsewhere else cause.startswith("5 of 20 starts")
+
+
+def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
+    solution = study_of("inclined").solution
+    for phase, velocity in ((3e-3, 1e-14), (1e-14, 3e-3)):
+        failed = check(passed=False, misses=(1,), phase_difference=phase, velocity_difference=velocity)
+        assert "reaches 0.003 " in CAUSES["VR020"](Evidence(solution, failed))
+    motions, unit = solution.design.motions, 3 / (2 * 0.1245 * 2)
+    slowest = unit * min(np.minimum(motions.velocity_bottom, -motions.velocity_top)[motions.stable])
+    share = 2 * float(contacts(np.array(slowest), solution.membrane, 0.5).duration)
+    assert f"some {100 * share:.2g} % of the forcing period" in CAUSES["VR011"](Evidence(solution))
+    for shift in (0.2, -0.2):
+        one = SimpleNamespace(name="U_ave", shift=shift, grade=Grade.INSUFFICIENT)
+        found = SimpleNamespace(grade=one.grade, critical=None, quantities=[SimpleNamespace(unit="V", criterion=one)])
+        assert f"U_ave by {100 * shift:+.0f} %" in CAUSES["VR013"](Evidence(solution, compliance=found))
