@@ -147,3 +147,7 @@ def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
         one = SimpleNamespace(name="U_ave", shift=shift, grade=Grade.INSUFFICIENT)
         found = SimpleNamespace(grade=one.grade, critical=None, quantities=[SimpleNamespace(unit="V", criterion=one)])
         assert f"U_ave by {100 * shift:+.0f} %" in CAUSES["VR013"](Evidence(solution, compliance=found))
+    membrane = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 2e7}
+    charged = solved("design-point", **{f"device__membrane__{key}": value for key, value in membrane.items()})
+    field = float(charged.design.conversion.field_v_m[charged.design.motions.stable].max())
+    assert f"{field:.3g} V/m, {field / 2e7:.3g} times" in CAUSES["VR016"](Evidence(charged))
