@@ -203,6 +203,20 @@ def test_stable_range_is_strict_at_a_critical_point_and_open_at_the_end_of_the_s
     assert only("horizontal", {"stable_from": 0.30, "stable_to": 0.75}).passed  # across the pitchfork C1
     nowhere = only("inclined", {"stable_from": 0.6, "stable_to": 0.62})
     assert (nowhere.passed, nowhere.outcome.value, nowhere.outcome.text) == (False, 0.0, "nowhere")
+    # Of two stable ranges within the one required it is the wider one that falls short.
+    over = {"device__length_m": 0.4, "excitation__amplitude_n": 5, "excitation__frequency_hz": 2.5}
+    over |= {"inclination_deg": 30, "sweep__from": 0.24, "sweep__to": 0.42}
+    one = only("inclined", {"stable_from": 0.28, "stable_to": 0.41}, **over)
+    assert one.outcome.margin == pytest.approx(0.28 - 0.40332559901987)
+
+
+def test_a_yield_is_all_only_where_that_is_proved() -> None:
+    over = {"requirements.yield_at_least_percent": 100, "tolerances.frequency_percent": 1}
+    loaded = load(ROOT / "examples/inclined.yaml", over)
+    sampled = SimpleNamespace(stable=64, samples=64, low=0.94)
+    for proved in (True, False):
+        (one,) = assess(loaded, None, None, SimpleNamespace(proved=proved, sampled=sampled))
+        assert (one.outcome.value, one.passed) == (100, proved)
 
 
 @pytest.mark.parametrize("parameter", ["length_m", "inclination_deg"])

@@ -176,6 +176,21 @@ def test_margins_point_at_the_critical_points(study) -> None:
             value = by_label[margin["label"]]["sweep_value"]
             assert margin["distance"] == pytest.approx(value - design["value"])
         assert math.isclose(margin["relative"], margin["distance"] / design["value"])
+        assert math.isclose(margin["percent"], 100 * margin["relative"])
+    for part in results["stable_range"]:
+        for end, side in (("from", -1), ("to", 1)):
+            beyond = part[f"{end}_beyond_sweep"]
+            assert beyond is None or side * (beyond["sweep_value"] - part[end]) > 0
+            assert beyond is None or part[f"{end}_reason"] == "end of the sweep"
+
+
+def test_the_shaker_moves_by_the_double_integral_of_its_acceleration(study) -> None:
+    shaker, omega = parse(study)["shaker"], 4 * np.pi
+    acceleration = shaker["acceleration_amplitude_m_s2"]
+    assert acceleration == pytest.approx(shaker["force_amplitude_n"] / 0.1245)
+    assert acceleration == pytest.approx(9.80665 * shaker["acceleration_amplitude_g"])
+    assert acceleration == pytest.approx(omega * shaker["velocity_amplitude_m_s"])
+    assert acceleration == pytest.approx(omega**2 * shaker["stroke_m"] / 2)
 
 
 def test_a_study_is_made_of_a_path_and_shown_on_a_line(example) -> None:

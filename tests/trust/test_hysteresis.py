@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from vireport import analyse, load, loads
 from vireport.figures import pictures
 from vireport.report import Report, render_html
 from vireport.scenario import Direction, Simulation
-from vireport.simulation import BOTTOM, Conditions, Outcome, course
+from vireport.simulation import BOTTOM, Conditions, Outcome, Stage, course
 from vireport.study import provenance_of
 from vireport.study.coexistence import Source, ends_at
 from vireport.study.study import sweep_of
@@ -73,6 +75,19 @@ def test_mirror_images_are_no_hysteresis(example):
     assert up.distance(down) > 0.5
     assert up.distance(down, mirror=True) < 1e-6
     assert slowly.loops == ()
+
+
+def test_the_distance_of_motions_is_that_of_the_impact_farthest_from_all_of_the_other():
+    def stage(*impacts: tuple[float, float, float]) -> Stage:
+        return Stage(0.0, SimpleNamespace(outcome=Outcome.PERIODIC), np.array(impacts), None)
+
+    two = stage((1, 1.0, 0.6), (-1, 2.5, -0.5))
+    for more, far in (((1, 2.0, 0.7), 0.7), ((-1, 1.0, -0.3), 0.3), ((1, 1.0, 0.9), 0.3)):
+        three = stage(*two.impacts, more)
+        assert two.distance(three) == three.distance(two) == pytest.approx(far)
+    image = stage((-1, 1.0 + np.pi, -0.6), (1, 2.5 + np.pi, 0.5))
+    assert two.distance(image) > 0.5
+    assert two.distance(image, mirror=True) == pytest.approx(0, abs=1e-12)
 
 
 def test_a_ball_at_rest_stays_until_the_forcing_lifts_it():

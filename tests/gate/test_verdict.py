@@ -1,0 +1,153 @@
+"""What the first page says is what the results have: sizes, sides, the motions that are meant, and what weighs most."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from vireport import analyse, load
+from vireport.gate.alerts import CAUSES, Evidence
+from vireport.gate.verdict import Question, Verdict, verdict_of
+from vireport.physics import contacts
+from vireport.trust import Grade
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+MOTION = SimpleNamespace(count=5, name="BBT every forcing period", stays=False)
+
+
+def solved(name: str, **over: object):
+    given = {path.replace("__", "."): value for path, value in over.items()}
+    return analyse(load(EXAMPLES / f"{name}.yaml", given), ("json",)).solution
+
+
+def said(solution, **found: object) -> Verdict:
+    """The verdict on a solution with nothing else known, or with something found."""
+    nothing = dict.fromkeys(("crosscheck", "compliance", "tolerances", "atlas"))
+    return verdict_of(solution, **nothing | {"criteria": ()} | found)
+
+
+def fact(verdict: Verdict, question: Question):
+    return next(one for one in verdict.facts if one.question == question)
+
+
+def check(**found: object) -> SimpleNamespace:
+    """A simulation that found something."""
+    usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
+    usual |= {"trials": 20, "reached": 15, "share": (0.75, 0.5, 0.9), "elsewhere": (), "motions": (), "values": [0]}
+    return SimpleNamespace(**usual | {"tolerance": 1e-9} | found)
+
+
+@pytest.fixture(scope="module")
+def tilted():
+    """Two stable motions, of which one ends a little above the design point."""
+    return solved("horizontal", inclination_deg=1.0, device__length_m=0.36)
+
+
+@pytest.fixture(scope="module")
+def mirrored():
+    """Two stable motions that are mirror images."""
+    return solved("horizontal", device__length_m=0.36)
+
+
+def test_the_margin_is_that_of_the_nearest_end_with_its_side(study_of: Callable, tilted) -> None:
+    for solution, near in (
+        (study_of("inclined").solution, False),
+        (tilted, False),
+        (solved("inclined", device__length_m=0.632), True),
+    ):
+        first = min((x for x in solution.design.endings() if x.relative), key=lambda x: abs(x.relative))
+        margin, side = fact(said(solution), Question.MARGIN), "above" if first.distance > 0 else "below"
+        size, quantity = re.fullmatch(r"([\d.]+)\s%\sin\s(\w+)", margin.answer).groups()
+        assert float(size) == pytest.approx(100 * abs(first.relative), rel=0.03)
+        assert (quantity, side in margin.detail) == (first.parameter.quantity, True)
+        assert f"{first.sweep_value:.5f}"[:6] in margin.detail
+        assert (margin.status == "caution") is near
+        cause = CAUSES["VR005"](Evidence(solution))
+        assert cause is None or f"{100 * abs(first.relative):.2f} % {side}" in cause
+        assert (cause is not None) is near
+    assert side == "below"
+    assert said(solution).word == "Stable, margin small"
+
+
+def test_a_symmetric_motion_is_taken_over_from_at_the_pitchfork_in_between(study_of: Callable, mirrored) -> None:
+    over = "at s = 0.396734 m (C1), two asymmetric motions take over"
+    assert over in fact(said(study_of("horizontal").solution), Question.MARGIN).detail.replace("\u00a0", " ")
+    assert "take over" not in fact(said(mirrored), Question.MARGIN).detail
+
+
+def test_stable_motions_are_counted_but_for_mirror_images(tilted, mirrored) -> None:
+    assert "2 stable motions coexist" in fact(said(tilted), Question.MOTION).detail
+    assert CAUSES["VR004"](Evidence(tilted)).startswith("2 stable")
+    assert "two mirror images" in fact(said(mirrored), Question.MOTION).detail
+    assert CAUSES["VR004"](Evidence(mirrored)) is None
+
+
+def test_voltages_are_of_stable_motions_alone(tilted) -> None:
+    for solution in (tilted, solved("design-point")):  # which has an unstable motion besides
+        volts = solution.design.voltages.average_v[solution.design.motions.stable] / 1e3
+        ends = dict.fromkeys(f"{volt:.2f}" for volt in (volts.min(), volts.max()))
+        assert re.findall(r"[\d.]+", fact(said(solution), Question.VOLTAGE).answer) == list(ends)
+        deep = solution.design.voltages.deflection_m[solution.design.motions.stable].max()
+        assert f"{deep / solution.membrane.active_radius_m:.1f} times" in fact(said(solution), Question.VOLTAGE).detail
+    light = solved("design-point", device__ball_mass_kg=1e-7)
+    assert fact(said(light), Question.VOLTAGE).detail.endswith("inside the membrane model")
+    swept = replace(tilted, design=None)
+    volts = np.concatenate([b.voltages.average_v[b.motions.stable] for b in swept.branches]) / 1e3
+    found = [float(x) for x in re.findall(r"[\d.]+", fact(said(swept), Question.VOLTAGE).answer)]
+    assert found == pytest.approx([volts.min(), volts.max()], rel=1e-3)
+
+
+def test_the_stable_range_of_the_nearest_end_comes_first() -> None:
+    point = solved("design-point")
+    where, first = fact(said(point), Question.WHERE), point.design.endings()[0].parameter
+    assert first.symbol in where.answer
+    assert len(where.detail.split("; ")) == len(point.design.stable) - 1
+
+
+def test_what_weighs_most_is_said_first(study_of: Callable) -> None:
+    solution = study_of("inclined").solution
+    rigid = [said(solution, compliance=SimpleNamespace(grade=grade)) for grade in sorted(Grade)]
+    assert [fact(one, Question.RIGID).status for one in rigid] == ["good", "caution", "bad"]
+    assert [one.word == "Stable" for one in rigid] == [True, True, False]
+    failed = said(solution, crosscheck=check(passed=False, misses=(1,), phase_difference=3e-3))
+    assert (failed.status, failed.word) == ("caution", "Not verified")
+    assert "leaves 1 of 9" in fact(failed, Question.SIMULATED).detail
+    assert fact(failed, Question.SIMULATED).detail.endswith("0.003")
+    open_ones = SimpleNamespace(
+        proved=False, worst=None, sampled=SimpleNamespace(stable=64, samples=64, low=0.9, high=1.0)
+    )
+    assert said(solution, tolerances=open_ones).word == "Stable, but tolerances not decided"
+
+
+def test_starts_that_end_elsewhere_are_cautioned_against_and_counted(study_of: Callable) -> None:
+    solution = study_of("inclined").solution
+    for elsewhere, status in (((), "good"), ((MOTION,), "caution")):
+        found = check(elsewhere=elsewhere)
+        assert fact(said(solution, crosscheck=found), Question.REACHED).status == status
+        cause = CAUSES["VR021"](Evidence(solution, found))
+        assert cause is None if not elsewhere else cause.startswith("5 of 20 starts")
+
+
+def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
+    solution = study_of("inclined").solution
+    for phase, velocity in ((3e-3, 1e-14), (1e-14, 3e-3)):
+        failed = check(passed=False, misses=(1,), phase_difference=phase, velocity_difference=velocity)
+        assert "reaches 0.003 " in CAUSES["VR020"](Evidence(solution, failed))
+    motions, unit = solution.design.motions, 3 / (2 * 0.1245 * 2)
+    slowest = unit * min(np.minimum(motions.velocity_bottom, -motions.velocity_top)[motions.stable])
+    share = 2 * float(contacts(np.array(slowest), solution.membrane, 0.5).duration)
+    assert f"some {100 * share:.2g} % of the forcing period" in CAUSES["VR011"](Evidence(solution))
+    for shift in (0.2, -0.2):
+        one = SimpleNamespace(name="U_ave", shift=shift, grade=Grade.INSUFFICIENT)
+        found = SimpleNamespace(grade=one.grade, critical=None, quantities=[SimpleNamespace(unit="V", criterion=one)])
+        assert f"U_ave by {100 * shift:+.0f} %" in CAUSES["VR013"](Evidence(solution, compliance=found))
+    membrane = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 2e7}
+    charged = solved("design-point", **{f"device__membrane__{key}": value for key, value in membrane.items()})
+    field = float(charged.design.conversion.field_v_m[charged.design.motions.stable].max())
+    assert f"{field:.3g} V/m, {field / 2e7:.3g} times" in CAUSES["VR016"](Evidence(charged))
