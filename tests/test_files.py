@@ -76,10 +76,10 @@ def test_an_interrupt_while_files_are_put_in_place_waits(folder: Path, monkeypat
         interrupts._interrupt(2, None)
 
     monkeypatch.setattr(os, "rename", interrupted)
-    monkeypatch.setattr(interrupts, "_came", False)
+    monkeypatch.setattr(interrupts, "_received", False)
     write_files(folder, NEW, ("b",))
     assert content(folder) == NEW
-    assert interrupts.came()
+    assert interrupts.received()
     with pytest.raises(KeyboardInterrupt):
         write_files(folder, OLD)
     assert content(folder) == NEW

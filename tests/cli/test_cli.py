@@ -18,7 +18,7 @@ from bad_scenarios import BAD_SCENARIOS
 from vireport.cli import main
 
 
-def heeding_ctrl_c() -> None:
+def accept_ctrl_c() -> None:
     """In a child: take Ctrl-C, also where the tests were started in the background of a script and ignore it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
@@ -240,7 +240,7 @@ def test_ctrl_c_of_a_real_process(example, tmp_path: Path) -> None:
         [sys.executable, "-m", "vireport", "-", "-o", str(tmp_path / "out")],
         stdin=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        preexec_fn=heeding_ctrl_c,
+        preexec_fn=accept_ctrl_c,
     )
     time.sleep(1.0)  # it waits for its scenario
     process.send_signal(signal.SIGINT)

@@ -137,7 +137,7 @@ def _conversion_bounds(
         return _finite({name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()})
 
 
-def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None = None) -> dict[str, Floats]:
+def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
     """Bound the errors of motions, by the names of `Motions`.
 
     Parameters
@@ -145,7 +145,7 @@ def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] |
     sweep : Sweep
         That the motions lie on.
     motions : Motions
-    given : tuple of ndarray, optional
+    given : tuple of ndarray or None
         Errors of q - 1/2 and of the phase, where the motions are those at given values of both groups rather than
         somewhere on the sweep.
 

@@ -26,8 +26,9 @@ def junit(study: Study) -> bytes:
     """Each requirement as a test case; without requirements, the one case that the scenario was solved."""
     failed = sum(not criterion.passed for criterion in study.criteria)
     counts = {"tests": str(len(study.criteria) or 1), "failures": str(failed), "errors": "0"}
+    name = study.scenario.title or Path(study.loaded.document.name).name
     suites = ElementTree.Element("testsuites", {"name": "vireport", **counts})
-    suite = ElementTree.SubElement(suites, "testsuite", {"name": _xml(_title(study)), **counts, "skipped": "0"})
+    suite = ElementTree.SubElement(suites, "testsuite", {"name": _xml(name), **counts, "skipped": "0"})
     if not study.criteria:
         ElementTree.SubElement(suite, "testcase", {"classname": "vireport", "name": "solved"})
     for criterion in study.criteria:
@@ -43,10 +44,6 @@ def junit(study: Study) -> bytes:
     ElementTree.SubElement(suite, "system-out").text = _xml(study.verdict.headline)
     ElementTree.indent(suites)
     return bytes(ElementTree.tostring(suites, "utf-8", xml_declaration=True)) + b"\n"
-
-
-def _title(study: Study) -> str:
-    return study.scenario.title or Path(study.loaded.document.name).name
 
 
 def _xml(text: str) -> str:
