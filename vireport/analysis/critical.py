@@ -191,7 +191,9 @@ def polish(
     with localcontext() as context:
         context.prec = DIGITS
         x = _solved(sweep, guess, condition, symmetric)
-        return _as_doubles(sweep, orbit_at(sweep, x, symmetric, DECIMALS))
+        device, orbit = sweep.device, orbit_at(sweep, x, symmetric, DECIMALS)
+        value, horizontal = sweep.value(orbit.d, orbit.gbar, DECIMALS), _level(sweep, FLOATS).horizontal
+        return rounded_motion(orbit, value, float(device.restitution), device.period_ratio, horizontal)
 
 
 def place_at(sweep: Sweep, value: float, u: float, phi: float, symmetric: bool, reach: float) -> tuple[float, float]:
@@ -274,13 +276,6 @@ def _inverse(columns: list[list[float]]) -> NDArray[np.float64]:
         if np.all(np.isfinite(inverse)):
             return inverse
     raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
-
-
-def _as_doubles(sweep: Sweep, orbit: Orbits) -> PolishedMotion:
-    """Round a motion of a sweep in decimals to doubles."""
-    device, horizontal = sweep.device, _level(sweep, FLOATS).horizontal
-    value = sweep.value(orbit.d, orbit.gbar, DECIMALS)
-    return rounded_motion(orbit, value, float(device.restitution), device.period_ratio, horizontal)
 
 
 def rounded_motion(orbit: Orbits, exact_value: Any, r: float, n: int, horizontal: bool) -> PolishedMotion:

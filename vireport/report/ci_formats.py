@@ -16,7 +16,6 @@ from xml.etree import ElementTree
 from vireport.alerts import Severity
 
 if TYPE_CHECKING:
-    from vireport.gate import Criterion
     from vireport.study import Study
 
 _NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -54,21 +53,17 @@ def _xml(text: str) -> str:
 def github(study: Study) -> str:
     """Annotations of GitHub Actions: an error for each requirement that is not met, a warning for each such alert."""
     failed = (criterion for criterion in study.criteria if not criterion.passed)
-    lines = [
-        _annotation("error", _place(study, criterion.line), criterion.title, _message(criterion))
-        for criterion in failed
-    ]
+    lines = []
+    for criterion in failed:
+        why = f": {criterion.outcome.why}" if criterion.outcome.why else ""
+        message = f"{criterion.outcome.text}, required {criterion.limit.text}{why}"
+        lines.append(_annotation("error", _place(study, criterion.line), criterion.title, message))
     lines += [
         _annotation("warning", _place(study, None), f"{alert.code} {alert.title}", f"{alert.cause} {alert.remedy}")
         for alert in study.alerts
         if alert.severity is Severity.WARNING
     ]
     return "".join(f"{line}\n" for line in lines)
-
-
-def _message(criterion: Criterion) -> str:
-    why = criterion.outcome.why
-    return f"{criterion.outcome.text}, required {criterion.limit.text}{f': {why}' if why else ''}"
 
 
 def _place(study: Study, line: int | None) -> dict[str, str]:

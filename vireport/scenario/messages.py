@@ -142,11 +142,9 @@ def _wrong_number(path: str, value: float, key: Schema) -> str:
     low, above = key.get("minimum", -math.inf), key.get("exclusiveMinimum", -math.inf)
     if value <= 0 < max(low, above):
         return ", which is not positive"
-    return ", which is too small" if value < low or value <= above else f", which is too large{_reason(key)}"
-
-
-def _reason(key: Schema) -> str:
-    return f": {key['beyond']}" if "beyond" in key else ""
+    if value < low or value <= above:
+        return ", which is too small"
+    return f", which is too large: {key['beyond']}" if "beyond" in key else ", which is too large"
 
 
 def _names(keys: Iterable[str]) -> str:
