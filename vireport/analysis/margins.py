@@ -7,7 +7,7 @@ polished in long decimals together with the position on the line, from which the
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from enum import Enum
 from math import inf
@@ -405,8 +405,7 @@ def _derivatives(
     """Derivatives of the value of an input at which motion ends, with respect to the others."""
     if normal is None:
         return {other: None for other in DesignInput if other is not varied}
-    changed: dict[str, Any] = {varied: motion.sweep_value}
-    at = replace(device, **changed)
+    at = device.with_values({varied: motion.sweep_value})
     slopes = {name: float(normal @ np.array(at.slopes(name, motion.d, motion.gbar))) for name in DesignInput}
     own = slopes.pop(varied)
     derivatives = {name: -slope / own if own else inf for name, slope in slopes.items()}
