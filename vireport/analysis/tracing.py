@@ -232,10 +232,10 @@ def _with_inner_events(curve: Curve, pieces: list[Piece]) -> list[Piece]:
     row, event = np.nonzero(crossing)
     rows, grazing = np.arange(len(row)), event == StrandEvent.GRAZING
 
-    def height(w: Floats) -> Floats:
+    def event_value(w: Floats) -> Floats:
         return np.asarray(curve.event_values(curve.at(which[row], w), grazing)[rows, event])
 
-    root = bracketed_root(height, w[row], w[row + 1], ROUGH)
+    root = bracketed_root(event_value, w[row], w[row + 1], ROUGH)
     owners = [owner[row] == i for i in range(len(pieces))]
     return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
 
