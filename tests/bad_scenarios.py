@@ -28,6 +28,12 @@ sweep:
   from: 0.59
   to: 0.75
 """
+MINIMAL = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1, restitution: 0.5, length_m: 1}
+excitation: {amplitude_n: 3, frequency_hz: 2}
+inclination_deg: 0
+"""
 _ROWS = GOOD.splitlines()
 _DEVICE = [f"device.{key}" for key in ("capsule_mass_kg", "ball_mass_kg", "restitution", "length_m", "membrane")]
 PATHS = [

@@ -11,7 +11,7 @@ import pytest
 
 from vireport import files, interrupts
 from vireport.errors import OutputError, UsageError
-from vireport.files import require_writable, write_files, write_new
+from vireport.files import require_writable, write_files, write_new, write_whole
 
 OLD = {"a": b"old a", "b": b"old b"}
 NEW = {"a": b"new a", "c": b"new c"}
@@ -76,10 +76,10 @@ def test_an_interrupt_while_files_are_put_in_place_waits(folder: Path, monkeypat
         interrupts._interrupt(2, None)
 
     monkeypatch.setattr(os, "rename", interrupted)
-    monkeypatch.setattr(interrupts, "_came", False)
+    monkeypatch.setattr(interrupts, "_received", False)
     write_files(folder, NEW, ("b",))
     assert content(folder) == NEW
-    assert interrupts.came()
+    assert interrupts.received()
     with pytest.raises(KeyboardInterrupt):
         write_files(folder, OLD)
     assert content(folder) == NEW
@@ -151,6 +151,8 @@ def test_a_new_file_is_whole_or_not_there(tmp_path: Path, monkeypatch) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "replace", failing)
-    with pytest.raises(OSError, match="No space left"):
-        write_new(tmp_path / "other", b"second")
+    for write, name in ((write_new, "other"), (write_whole, "new")):
+        with pytest.raises(OSError, match="No space left"):
+            write(tmp_path / name, b"second")
+    assert (tmp_path / "new").read_bytes() == b"first"
     assert [path.name for path in tmp_path.iterdir()] == ["new"]

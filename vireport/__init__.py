@@ -9,7 +9,7 @@ for point in study.solution.critical_points:
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # `typing` takes longer to import than all that comes before Ctrl-C is heeded
+TYPE_CHECKING = False  # `typing` takes longer to import than all that comes before Ctrl-C is recorded
 if TYPE_CHECKING:
     from types import ModuleType
     from typing import Any
@@ -39,24 +39,24 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import a public name on first use, so that `import vireport` costs nothing."""
-    room: ModuleType
+    module: ModuleType
     if name in ("NumericalError", "ScenarioError", "UsageError", "VireportError"):
-        from vireport import errors as room
+        from vireport import errors as module
     elif name == "__version__":
-        from vireport import version as room
+        from vireport import version as module
     elif name in ("load", "loads"):
-        from vireport import scenario as room
+        from vireport import scenario as module
     elif name in ("Study", "analyse", "recheck", "results"):
-        from vireport import study as room
+        from vireport import study as module
     elif name in ("figure_2", "figure_4", "figure_7", "pictures"):
-        from vireport import figures as room
+        from vireport import figures as module
     elif name in ("Comparison", "compare", "diff"):
-        from vireport import comparison as room
+        from vireport import comparison as module
     elif name == "compare_figure":
-        from vireport.comparison import figures as room
+        from vireport.comparison import figures as module
     else:
         raise AttributeError(f"module 'vireport' has no attribute {name!r}")
-    return getattr(room, name)
+    return getattr(module, name)
 
 
 def __dir__() -> list[str]:

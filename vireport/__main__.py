@@ -34,9 +34,9 @@ class _Output(io.FileIO):
 def entry() -> int:
     """Run the command line on the arguments of the process and return its exit code."""
     try:
-        from vireport.interrupts import heed
+        from vireport.interrupts import install
 
-        heed()
+        install()
         code = _run()
     except KeyboardInterrupt:  # while the command line was imported
         from vireport.interrupts import EXIT_CODE as code

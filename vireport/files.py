@@ -13,7 +13,7 @@ from pathlib import Path
 from shutil import rmtree
 
 from vireport.errors import OutputError, UsageError
-from vireport.interrupts import put_off
+from vireport.interrupts import deferred
 
 STAGING = ".vireport-"
 """How the name begins of a folder in which a set of files waits until all of them are written."""
@@ -143,7 +143,7 @@ def _put(folder: Path, files: Mapping[str, bytes], stale: Iterable[str]) -> None
         old.mkdir(parents=True)
         for name, data in files.items():
             (staging / name).write_bytes(data)
-        with put_off():
+        with deferred():
             for name in dict.fromkeys((*files, *stale)):
                 if os.path.lexists(folder / name):
                     move(folder / name, old / name)

@@ -1,6 +1,6 @@
-"""Ctrl-C: recorded when it comes, so that no library can swallow it, and put off while files are put in place.
+"""Ctrl-C: recorded when it comes, so that no library can swallow it, and deferred while files are put in place.
 
-Before `heed` is called, and in programs that use the package, Python's own handling of Ctrl-C is left alone.
+Before `install` is called, and in programs that use the package, Python's own handling of Ctrl-C is left alone.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import signal
 import sys
 from contextlib import contextmanager
 
-TYPE_CHECKING = False  # until Ctrl-C is heeded, nothing is imported that takes long
+TYPE_CHECKING = False  # until Ctrl-C is recorded, nothing is imported that takes long
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 EXIT_CODE = 130
 
-_came = _held = False
+_received = _held = False
 
 
-def heed() -> None:
+def install() -> None:
     """Record Ctrl-C from here on; where the process was started to ignore it, it is still ignored."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
@@ -28,8 +28,8 @@ def heed() -> None:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    global _came
-    _came = True
+    global _received
+    _received = True
     if not _held:
         raise KeyboardInterrupt
 
@@ -40,19 +40,19 @@ def _without_interrupts(unraisable: Any) -> None:
         sys.__unraisablehook__(unraisable)
 
 
-def came() -> bool:
+def received() -> bool:
     """Whether there was a Ctrl-C."""
-    return _came
+    return _received
 
 
 def check() -> None:
-    """Raise a Ctrl-C that was put off, or that a library has swallowed."""
-    if _came:
+    """Raise a Ctrl-C that was deferred, or that a library has swallowed."""
+    if _received:
         raise KeyboardInterrupt
 
 
 @contextmanager
-def put_off() -> Iterator[None]:
+def deferred() -> Iterator[None]:
     """Let what is inside run to its end; what came before it is raised before it begins."""
     global _held
     check()

@@ -11,8 +11,6 @@ import pytest
 import typer
 
 from vireport.cli.outcome import Outcome, deliver
-from vireport.errors import UsageError
-from vireport.files import write_whole
 
 
 def test_everything_goes_where_it_belongs(tmp_path: Path, capsys) -> None:
@@ -37,21 +35,6 @@ def test_a_failure_is_told_where_the_summary_is_not(summary: str, quiet: bool, c
         deliver(Outcome(summary=summary, failure="1 of 2 requirements is not met", exit_code=1), quiet=quiet)
     assert caught.value.exit_code == 1
     assert capsys.readouterr().err == "vireport: 1 of 2 requirements is not met\n"
-
-
-def test_a_folder_that_cannot_be_written_to(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(UsageError, match="cannot be written"):
-        deliver(Outcome(files={"a": b""}), tmp_path / "file")
-
-
-def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
-    path = tmp_path / "a.txt"
-    path.write_text("old")
-    with pytest.raises(TypeError):
-        write_whole(path, "no bytes")  # type: ignore[arg-type]
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_steps_are_shown_on_a_terminal_and_nothing_is_left_of_them(example, tmp_path: Path) -> None:

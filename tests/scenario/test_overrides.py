@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from bad_scenarios import GOOD
+from bad_scenarios import GOOD, MINIMAL
 
 from vireport.errors import ScenarioError
 from vireport.scenario import loads, to_dict
-
-MINIMAL = """\
-schema_version: 1
-device: {capsule_mass_kg: 0.1, restitution: 0.5, length_m: 1}
-excitation: {amplitude_n: 3, frequency_hz: 2}
-inclination_deg: 0
-"""
 
 
 def value_at(tree, path):

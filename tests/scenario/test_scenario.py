@@ -10,7 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
-from bad_scenarios import GOOD
+from bad_scenarios import GOOD, MINIMAL
 from pydantic import ValidationError
 
 from vireport.errors import ScenarioError, UsageError
@@ -24,12 +24,6 @@ PAPER = {
     "inclined-forcing": (45.0, 5.31, 0.75, ("amplitude_n", 3.0, 6.0)),
     "design-point": (45.0, 3.0, 0.7, None),
 }
-MINIMAL = """\
-schema_version: 1
-device: {capsule_mass_kg: 0.1, restitution: 0.5, length_m: 1}
-excitation: {amplitude_n: 3, frequency_hz: 2}
-inclination_deg: 0
-"""
 
 
 @pytest.mark.parametrize("name", PAPER)
@@ -226,11 +220,11 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
     assert list(to_dict(loads(GOOD).scenario)["sweep"]) == ["parameter", "from", "to"]
 
 
-def test_loading_imports_no_other_room_and_nothing_heavy():
+def test_loading_imports_no_other_package_and_nothing_heavy():
     code = (
         "import sys; from vireport.scenario import load; load(sys.argv[1])\n"
-        "rooms = {name.split('.')[1] for name in sys.modules if name.startswith('vireport.')}\n"
-        "print(sorted(rooms), 'numpy' in sys.modules)"
+        "packages = {name.split('.')[1] for name in sys.modules if name.startswith('vireport.')}\n"
+        "print(sorted(packages), 'numpy' in sys.modules)"
     )
     command = [sys.executable, "-c", code, str(EXAMPLES / "horizontal.yaml")]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout

@@ -191,7 +191,9 @@ def polish(
     with localcontext() as context:
         context.prec = DIGITS
         x = _solved(sweep, guess, condition, symmetric)
-        return _as_doubles(sweep, orbit_at(sweep, x, symmetric, DECIMALS))
+        device, orbit = sweep.device, orbit_at(sweep, x, symmetric, DECIMALS)
+        value, horizontal = sweep.value(orbit.d, orbit.gbar, DECIMALS), _level(sweep, FLOATS).horizontal
+        return rounded_motion(orbit, value, float(device.restitution), device.period_ratio, horizontal)
 
 
 def place_at(sweep: Sweep, value: float, u: float, phi: float, symmetric: bool, reach: float) -> tuple[float, float]:
@@ -276,18 +278,11 @@ def _inverse(columns: list[list[float]]) -> NDArray[np.float64]:
     raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
 
 
-def _as_doubles(sweep: Sweep, orbit: Orbits) -> PolishedMotion:
-    """Round a motion of a sweep in decimals to doubles."""
-    device, horizontal = sweep.device, _level(sweep, FLOATS).horizontal
-    value = sweep.value(orbit.d, orbit.gbar, DECIMALS)
-    return rounded_motion(orbit, value, float(device.restitution), device.period_ratio, horizontal, DECIMALS)
-
-
-def rounded_motion(orbit: Orbits, exact_value: Any, r: float, n: int, horizontal: bool, ops: Any) -> PolishedMotion:
+def rounded_motion(orbit: Orbits, exact_value: Any, r: float, n: int, horizontal: bool) -> PolishedMotion:
     """Round a motion in decimals, and the value of what is varied, to doubles; gbar is zero where it is horizontal."""
     value = float(exact_value)
     numbers = {name: float(getattr(orbit, name)) for name in POLISHED_NUMBERS}
-    numbers["phi"] = float(orbit.phi % (2 * ops.pi))
+    numbers["phi"] = float(orbit.phi % (2 * DECIMALS.pi))
     if horizontal:
         numbers["gbar"] = 0.0
     # Rounding to a double is half a spacing; a whole one also covers what the polish has left.

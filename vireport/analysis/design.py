@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -218,8 +218,7 @@ def ending_beyond(
     None where no motion is stable, or where one of them does not end, or is not followed to its end. `known` is a
     design point of the same device, whose motions need not be followed again where they are the ones.
     """
-    swept: dict[str, Any] = {parameter: value}
-    device = replace(device, **swept)
+    device = device.with_values({parameter: value})
     if device.unresolved:
         return None
     motions, _, _ = motions_at(device, parameter)

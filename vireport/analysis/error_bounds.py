@@ -38,6 +38,7 @@ from vireport.physics import (
     conversion,
     deflection,
     generated_voltage,
+    wrapped,
 )
 from vireport.scenario import Parameter
 
@@ -137,7 +138,7 @@ def _conversion_bounds(
         return _finite({name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()})
 
 
-def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None = None) -> dict[str, Floats]:
+def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
     """Bound the errors of motions, by the names of `Motions`.
 
     Parameters
@@ -145,7 +146,7 @@ def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] |
     sweep : Sweep
         That the motions lie on.
     motions : Motions
-    given : tuple of ndarray, optional
+    given : tuple of ndarray or None
         Errors of q - 1/2 and of the phase, where the motions are those at given values of both groups rather than
         somewhere on the sweep.
 
@@ -176,7 +177,7 @@ def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None
     u, ops = Rounded(m.u, delta_u), RoundedOps()
     orbit = orbits_above(coefficients(u, r, n, ops), u, Rounded(m.phi_bottom, delta_phi), r, n, ops)
     trace = return_trace(orbit, r)
-    top = np.mod(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top + np.pi, 2 * np.pi) - np.pi
+    top = wrapped(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top)
     phase_top = orbit.sin_top.error + orbit.cos_top.error + np.abs(top) + 2 * FUNCTION * np.pi
     d = GROUP_ERROR * m.d if given is not None or held is Held.D else _from(orbit.d, m.d)
     gbar = GROUP_ERROR * m.gbar if given is not None or held is Held.GBAR else _from(orbit.gbar, m.gbar)

@@ -7,7 +7,7 @@ polished in long decimals together with the position on the line, from which the
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from enum import Enum
 from math import inf
@@ -20,6 +20,7 @@ from vireport.analysis.branches import CriticalPoint
 from vireport.analysis.continuation import BRACKET, IMAGINARY, LONGEST_STEP, Endpoint, Paths, follow
 from vireport.analysis.critical import (
     CONDITIONS,
+    DECIMALS,
     POLISHED_NUMBERS,
     Condition,
     Equations,
@@ -33,7 +34,7 @@ from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
 from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import Orbits, orbits
 from vireport.errors import NumericalError
-from vireport.physics import COMPLEX, DIGITS, FINEST_D, FLOATS, NO_GRAVITY, DecimalOps, Device
+from vireport.physics import COMPLEX, DIGITS, FINEST_D, FLOATS, NO_GRAVITY, Device
 from vireport.scenario import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -300,20 +301,20 @@ def _equations(device: Device, line: Line, condition: Condition, symmetric: bool
     return residuals
 
 
-def _polished(device: Device, line: Line, end: Endpoint, ops: DecimalOps) -> LinePoint:
+def _polished(device: Device, line: Line, end: Endpoint) -> LinePoint:
     """Solve for the end of a motion on a line; to be called at the precision that is wanted."""
     r = float(device.restitution) + (end.x[2] if line is Line.RESTITUTION else 0.0)
     symmetric, n = end.symmetric, device.period_ratio
 
     def polished(u: Any, phi: Any, condition: Condition, more: tuple[float, ...]) -> LinePoint:
         guess = [Decimal(v) for v in (*(() if symmetric else (u,)), phi, line.position(float(end.x[2])), *more)]
-        exact, double = (_equations(device, line, condition, symmetric, kind) for kind in (ops, FLOATS))
+        exact, double = (_equations(device, line, condition, symmetric, kind) for kind in (DECIMALS, FLOATS))
         relative = {len(guess) - 1} if more else set()
         relative |= {0} if not symmetric and line is not Line.GRAVITY else set()
         x = newton(exact, double, guess, relative)
         u, phi, position, *times = [Decimal(0), *x] if symmetric else x
-        known = ops.exact(device.restitution) + (position if line is Line.RESTITUTION else 0)
-        return LinePoint(condition, u, phi, position, tuple(times), orbits(u, phi, known, n, ops))
+        known = DECIMALS.exact(device.restitution) + (position if line is Line.RESTITUTION else 0)
+        return LinePoint(condition, u, phi, position, tuple(times), orbits(u, phi, known, n, DECIMALS))
 
     u, phi, _ = map(float, end.x)
     if end.event is StrandEvent.GRAZING:
@@ -331,10 +332,9 @@ def _margins_at(device: Device, line: Line, end: Endpoint) -> list[Margin]:
     found = []
     with localcontext() as context:
         context.prec = DIGITS
-        ops = DecimalOps()
-        groups = device.groups(Parameter.LENGTH, device.length_m, ops)
+        groups = device.groups(Parameter.LENGTH, device.length_m, DECIMALS)
         try:
-            point = _polished(device, line, end, ops)
+            point = _polished(device, line, end)
         except (NumericalError, ArithmeticError):
             point = None
         normal = None if point is None else _normal(device, line, point, end)
@@ -342,9 +342,9 @@ def _margins_at(device: Device, line: Line, end: Endpoint) -> list[Margin]:
             if point is None:
                 motion = _bracketed(device, line, varied, end)
             else:
-                value = value_at(device, varied, point.position, groups, ops)
+                value = value_at(device, varied, point.position, groups, DECIMALS)
                 r = float(value) if line is Line.RESTITUTION else float(device.restitution)
-                motion = rounded_motion(point.orbit, value, r, device.period_ratio, flat, ops)
+                motion = rounded_motion(point.orbit, value, r, device.period_ratio, flat)
             critical = CriticalPoint("", kind, family, motion, None, 0, change)
             derivatives = _derivatives(device, varied, motion, normal)
             if mirrored(device) and line is not Line.GRAVITY:
@@ -405,8 +405,7 @@ def _derivatives(
     """Derivatives of the value of an input at which motion ends, with respect to the others."""
     if normal is None:
         return {other: None for other in DesignInput if other is not varied}
-    changed: dict[str, Any] = {varied: motion.sweep_value}
-    at = replace(device, **changed)
+    at = device.with_values({varied: motion.sweep_value})
     slopes = {name: float(normal @ np.array(at.slopes(name, motion.d, motion.gbar))) for name in DesignInput}
     own = slopes.pop(varied)
     derivatives = {name: -slope / own if own else inf for name, slope in slopes.items()}

@@ -15,8 +15,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-import numpy as np
-
 from vireport.physics import ARRAYS, flight
 
 
@@ -140,7 +138,7 @@ class Orbits:
 
     def select(self, index: Any) -> Orbits:
         """The motions picked by an index or mask."""
-        return Orbits(*(np.asarray(getattr(self, field.name))[index] for field in fields(Orbits)))
+        return Orbits(*(getattr(self, field.name)[index] for field in fields(Orbits)))
 
     def flights(self, r: Any) -> tuple[Flight, Flight]:
         """The flight from the bottom upward, and the one back down, for the restitution coefficient r."""

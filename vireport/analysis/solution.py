@@ -13,6 +13,7 @@ from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.design import DesignPoint, StableInterval, design_point, ending_beyond, stable_ranges
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve, table
 from vireport.analysis.error_bounds import Bounds, bounds_of
+from vireport.analysis.margins import mirrored
 from vireport.analysis.motions import Motions, impact_velocities
 from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
@@ -105,8 +106,7 @@ class Solution:
     @property
     def horizontal(self) -> bool:
         """Whether gravity has no part along the capsule anywhere, and n is odd: motions then have mirror images."""
-        level = self.device.inclination_deg == 0 and self.parameter is not Parameter.INCLINATION
-        return level and self.device.period_ratio % 2 == 1
+        return mirrored(self.device) and self.parameter is not Parameter.INCLINATION
 
     @property
     def deepest_m(self) -> float:

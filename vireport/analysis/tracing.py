@@ -44,7 +44,7 @@ ROUGH = 1e-7
 BRACKET = 10 * ROUGH
 """Distance to either side of an event at which it is evaluated to bound it where the polish does not settle."""
 
-HAIR = 1e-7
+INSET = 1e-7
 """Share of the first and of the last step by which the search for events stays inside a piece, and by which the
 motions at an impact without velocity stay short of it: there the trace diverges, and the gap is not that of a motion.
 """
@@ -92,8 +92,8 @@ class Piece:
     w: Floats
     event: NDArray[np.int8]
 
-    def happening(self, row: int) -> StrandEvent | None:
-        """What happens at a row."""
+    def event_at(self, row: int) -> StrandEvent | None:
+        """The event at a row."""
         return None if self.event[row] < 0 else StrandEvent(self.event[row])
 
     def with_rows(self, w: Floats, event: NDArray[np.int8]) -> Piece:
@@ -179,24 +179,14 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[Ends]:
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
-def _event_roots(curve: Curve, which: Ints, low: Floats, high: Floats, event: Ints, tolerance: float = 0.0) -> Floats:
-    """Parameters between `low` and `high` at which the event of each row happens."""
-    rows, grazing = np.arange(len(which)), event == StrandEvent.GRAZING
-
-    def function(w: Floats) -> Floats:
-        return np.asarray(curve.event_values(curve.at(which, w), grazing)[rows, event])
-
-    return bracketed_root(function, low, high, tolerance)
-
-
 def _joined(pieces: list[Piece]) -> tuple[Ints, Ints, Floats]:
-    """Strand, piece and parameter of every sample of some pieces, their ends moved in by a hair."""
+    """Strand, piece and parameter of every sample of some pieces, their ends moved inwards by `INSET`."""
 
     def inside(w: Floats) -> Floats:
         moved = w.copy()
         if len(w) > 1:
-            moved[0] += HAIR * (w[1] - w[0])
-            moved[-1] += HAIR * (w[-2] - w[-1])
+            moved[0] += INSET * (w[1] - w[0])
+            moved[-1] += INSET * (w[-2] - w[-1])
         return moved
 
     which = np.concatenate([np.full(len(p.w), p.strand) for p in pieces])
@@ -240,7 +230,12 @@ def _with_inner_events(curve: Curve, pieces: list[Piece]) -> list[Piece]:
     crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
     crossing &= np.abs(values[1:]) + np.abs(values[:-1]) < LARGEST_STEP
     row, event = np.nonzero(crossing)
-    root = _event_roots(curve, which[row], w[row], w[row + 1], event, ROUGH) if row.size else np.empty(0)
+    rows, grazing = np.arange(len(row)), event == StrandEvent.GRAZING
+
+    def event_value(w: Floats) -> Floats:
+        return np.asarray(curve.event_values(curve.at(which[row], w), grazing)[rows, event])
+
+    root = bracketed_root(event_value, w[row], w[row + 1], ROUGH)
     owners = [owner[row] == i for i in range(len(pieces))]
     return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
 
@@ -269,12 +264,12 @@ def drafts(curve: Curve, samples: Samples) -> list[Draft]:
 
 
 def _draft(curve: Curve, piece: Piece) -> Draft:
-    happenings = {int(row): StrandEvent(piece.event[row]) for row in np.nonzero(piece.event >= 0)[0]}
+    found = {int(row): StrandEvent(piece.event[row]) for row in np.nonzero(piece.event >= 0)[0]}
     orbit = curve.on(piece.strand, piece.w)
-    events = [_event(curve, piece, row, event, orbit) for row, event in happenings.items() if not event.ends_sweep]
-    if at_rest := [row for row, event in happenings.items() if event.at_rest]:
+    events = [_event(curve, piece, row, event, orbit) for row, event in found.items() if not event.ends_sweep]
+    if at_rest := [row for row, event in found.items() if event.at_rest]:
         w, inner = piece.w.copy(), [1 if row == 0 else row - 1 for row in at_rest]
-        w[at_rest] += HAIR * (piece.w[inner] - piece.w[at_rest])
+        w[at_rest] += INSET * (piece.w[inner] - piece.w[at_rest])
         orbit = curve.on(piece.strand, w)
     u, phi = np.array(orbit.u), np.array(orbit.phi)
     _polish_ends(curve, piece, u, phi)
@@ -290,10 +285,10 @@ def _draft(curve: Curve, piece: Piece) -> Draft:
     return Draft(Branch(0, family, None, motions, (), ends), tuple(events))
 
 
-def _end_value(curve: Curve, happening: StrandEvent) -> float | None:
+def _end_value(curve: Curve, event: StrandEvent | None) -> float | None:
     """The swept value of the sweep's end that cuts a strand; None if none does or the curve stops before it."""
-    sweep, last = curve.sweep, happening is StrandEvent.END
-    if not happening.ends_sweep or curve.bounds[last] != sweep.coordinate_range[last]:
+    sweep, last = curve.sweep, event is StrandEvent.END
+    if event is None or not event.ends_sweep or curve.bounds[last] != sweep.coordinate_range[last]:
         return None
     return sorted((sweep.start, sweep.end), key=sweep.coordinate_of)[last]
 
@@ -306,8 +301,7 @@ def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
     """
     symmetric = curve.strands[piece.strand].symmetric
     for row, inner in ((0, 1), (-1, -2)):
-        happening = piece.happening(row)
-        value = None if happening is None else _end_value(curve, happening)
+        value = _end_value(curve, piece.event_at(row))
         if value is None:
             continue
         reach = abs(remainder(phi[row] - phi[inner], 2 * pi))
@@ -369,12 +363,11 @@ def _symmetric_ends(curve: Curve, piece: Piece, orbit: Orbits) -> list[int]:
 def _pin(motions: Motions, curve: Curve, piece: Piece, events: list[Event], at_symmetry: list[int]) -> None:
     """Put into the rows of a branch what is known exactly there.
 
-    Where an impact has no velocity, the trace stays that of a hair before it.
+    Where an impact has no velocity, the trace stays that of `INSET` before it.
     """
     sweep = curve.sweep
     for row in (0, -1):
-        happening = piece.happening(row)
-        end = None if happening is None else _end_value(curve, happening)
+        end = _end_value(curve, piece.event_at(row))
         if end is not None:
             motions.sweep_value[row] = end
             motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
@@ -393,7 +386,7 @@ def _pin(motions: Motions, curve: Curve, piece: Piece, events: list[Event], at_s
 
 
 def _why_ends(piece: Piece, row: int, at_symmetry: list[int]) -> BranchEnd:
-    match piece.happening(row):
+    match piece.event_at(row):
         case None:
             return BranchEnd.PITCHFORK if row in at_symmetry else BranchEnd.CLOSED
         case StrandEvent.BOTTOM_REST:

@@ -602,20 +602,20 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt as error:
         return _interrupted(str(error) or "no file was written")
     except VireportError as error:
-        if interrupts.came():
+        if interrupts.received():
             return _interrupted()
         first, *others = error.lines
         tell([first if isinstance(error, ScenarioError) else f"vireport: error: {first}", *others], RED)
         return error.exit_code
     except BaseException:  # those of extension modules, too, that are no Exception
-        if interrupts.came():  # it may have come where a library makes another error of it
+        if interrupts.received():  # it may have come where a library makes another error of it
             return _interrupted()
         import traceback
 
         fault = "internal error: this is a fault of ours; please report it with the lines above"
         tell([*traceback.format_exc().splitlines(), f"vireport {__version__}: {fault}"])
         return VireportError.exit_code
-    return _interrupted("all was done") if interrupts.came() else code
+    return _interrupted("all was done") if interrupts.received() else code
 
 
 def _run(arguments: list[str]) -> int:

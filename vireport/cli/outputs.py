@@ -68,9 +68,9 @@ def run_outcome(
     templates: Path | None,
     say: Progress,
     certify: bool,
-    baseline: Mapping[str, Any] | None = None,
-    carried: Carried | None = None,
-    paper: str = "a4",
+    baseline: Mapping[str, Any] | None,
+    carried: Carried | None,
+    paper: str,
 ) -> Outcome:
     """The files of a scenario, what is for standard output beside them, and the verdict.
 
@@ -87,9 +87,9 @@ def run_outcome(
         Told each step as it begins.
     certify : bool
         Whether to prove the critical points.
-    baseline : mapping, optional
+    baseline : mapping or None
         results.json of an earlier run, as data. What has changed since is told, and has no part in the exit code.
-    carried : Carried, optional
+    carried : Carried or None
         The report that the scenario comes from: what differs from the results in it is told.
     paper : str
         Of the PDF: a4 or letter.
@@ -166,7 +166,7 @@ def compare_outcome(
     command: str,
     templates: Path | None,
     say: Progress,
-    paper: str = "a4",
+    paper: str,
 ) -> Outcome:
     """The files of a comparison, and what differs."""
     from vireport.comparison import outputs

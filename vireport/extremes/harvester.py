@@ -107,7 +107,7 @@ def harvester_of(loaded: Loaded | None) -> Harvester:
     if scenario.sweep is not None:
         parameter, ends = Parameter(scenario.sweep.parameter), (scenario.sweep.from_, scenario.sweep.to)
         if getattr(device, parameter) is None:
-            device = device.with_value(parameter, sum(ends) / 2)
+            device = device.with_values({parameter: sum(ends) / 2})
         if parameter is Parameter.LENGTH:
             span = ends[0] / device.length_m, ends[1] / device.length_m
     membrane = membrane_of(scenario)

@@ -506,7 +506,7 @@ def _u_ave_difference(results: Results, limit: Limit) -> Outcome:
 
 def _u_ave_at(solution: Solution, value: float) -> Floats:
     """U_ave of the stable motions at a value of the swept parameter."""
-    device = solution.device.with_value(solution.parameter, value)
+    device = solution.device.with_values({solution.parameter: value})
     motions, _, _ = motions_at(device, solution.parameter)
     velocities = impact_velocities(device, solution.parameter, motions)
     return voltages(*velocities, cast(Membrane, solution.membrane)).average_v[motions.stable]

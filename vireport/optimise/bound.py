@@ -11,7 +11,7 @@ and the picture is drawn anew of what they meet.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -140,8 +140,8 @@ def _drawn(picture: Picture, start: Floats, end: Floats, r: float, n: int, last:
         edge = picture.low[:, None], picture.high[:, None]
         out = (upper < edge[0]).any(axis=0) | (lower > edge[1]).any(axis=0)
         rows = np.flatnonzero(~(out | (orbit.velocity_bottom.upper <= 0) | (orbit.velocity_top.lower >= 0)))
-        rows = rows[_may_be_stable(_chosen(orbit, rows), restitution[rows])]
-        rows = rows[_may_stay_between(_chosen(orbit, rows), restitution[rows], n)]
+        rows = rows[_may_be_stable(orbit.select(rows), restitution[rows])]
+        rows = rows[_may_stay_between(orbit.select(rows), restitution[rows], n)]
         moved = np.abs(np.stack([orbit.d.linear[:2] / orbit.d.centre, orbit.gbar.linear[:2]]))[:, :, rows]
         moved = np.nan_to_num(moved / picture.pixel[:, None, None], nan=np.inf)
     fine = (2 * moved.sum(axis=1) <= 1).all(axis=0) & np.isfinite(upper[:, rows]).all(axis=0) | last
@@ -163,10 +163,6 @@ def _drawn(picture: Picture, start: Floats, end: Floats, r: float, n: int, last:
     middle = (start[along, rows] + end[along, rows]) / 2
     high[along, lower_half] = low[along, lower_half + 1] = middle
     return np.stack([low, high])
-
-
-def _chosen(orbit: Orbits, rows: Ints) -> Orbits:
-    return Orbits(*(getattr(orbit, one.name)[rows] for one in fields(Orbits)))
 
 
 def _may_be_stable(orbit: Orbits, r: Affine) -> Mask:
@@ -281,8 +277,7 @@ def _place(
         if varied is not None:
             value = np.broadcast_to(getattr(device, varied) * factor, low.shape[1])
             applies &= value <= varied.limits[1]
-            changed: dict[str, Any] = {varied: np.minimum(value, varied.limits[1])}
-            device = replace(device, **changed)
+            device = device.with_values({varied: np.minimum(value, varied.limits[1])})
         d, gbar = (np.broadcast_to(x, low.shape[1]) for x in device.groups(Parameter.LENGTH, device.length_m))
         ends.append(np.stack([np.log(d), gbar]))
     return ends[0] - ROUNDING * (1 + np.abs(ends[0])), ends[1] + ROUNDING * (1 + np.abs(ends[1])), applies

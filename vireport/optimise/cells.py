@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from itertools import product
 from typing import Any
 
@@ -102,8 +102,7 @@ def keeps_motion(problem: Problem, t: Floats, share: float | Floats) -> Mask:
             high = HIGHEST_RESTITUTION if varied is DesignInput.RESTITUTION else varied.limits[1]
             moved = np.flatnonzero(value <= high)  # beyond it no margin is looked for
             device, _ = problem.at(t[rows[moved]])
-            changed: dict[str, Any] = {varied: value[moved]}
-            found, r = _motions(replace(device, **changed), len(moved))
+            found, r = _motions(device.with_values({varied: value[moved]}), len(moved))
             there = np.zeros(len(moved), dtype=bool)
             there[found.cell[found.stable(r)]] = True
             kept[rows[moved]] = there

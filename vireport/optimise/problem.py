@@ -126,7 +126,7 @@ class Problem:
             name = path.rpartition(".")[2]
             changed: dict[str, Any] = {name: column if column.ndim else float(column)}
             if hasattr(device, name):
-                device = replace(device, **changed)
+                device = device.with_values(changed)
             elif hasattr(membrane, name):
                 membrane = replace(cast(Membrane, membrane), **changed)
             elif membrane is not None and membrane.dielectric is not None:

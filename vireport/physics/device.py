@@ -6,6 +6,7 @@ kinds of quantity. The formulae serve every kind of number; see `numbers`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import cos, pi, radians
 from typing import Any
@@ -84,10 +85,9 @@ class Device:
         """The four parameters that can be swept, with one of them (an array, say) replaced."""
         return {name: value if name == parameter else getattr(self, name) for name in Parameter}
 
-    def with_value(self, parameter: Parameter, value: float) -> Device:
-        """The device with one of these four at a value."""
-        changed: dict[str, Any] = {parameter: value}
-        return replace(self, **changed)
+    def with_values(self, values: Mapping[Any, Any]) -> Device:
+        """The device with other values of some inputs, which are members of `DesignInput` or `Parameter`."""
+        return replace(self, **values)
 
     def groups(self, parameter: Parameter, value: Any, ops: Any = ARRAYS) -> tuple[Any, Any]:
         """The groups d = 4 M s f^2/F and gbar = M g sin(beta)/F where `parameter` has `value`, Eqs. (2.5), (2.6).

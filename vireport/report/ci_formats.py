@@ -16,7 +16,6 @@ from xml.etree import ElementTree
 from vireport.alerts import Severity
 
 if TYPE_CHECKING:
-    from vireport.gate import Criterion
     from vireport.study import Study
 
 _NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -26,8 +25,9 @@ def junit(study: Study) -> bytes:
     """Each requirement as a test case; without requirements, the one case that the scenario was solved."""
     failed = sum(not criterion.passed for criterion in study.criteria)
     counts = {"tests": str(len(study.criteria) or 1), "failures": str(failed), "errors": "0"}
+    name = study.scenario.title or Path(study.loaded.document.name).name
     suites = ElementTree.Element("testsuites", {"name": "vireport", **counts})
-    suite = ElementTree.SubElement(suites, "testsuite", {"name": _xml(_title(study)), **counts, "skipped": "0"})
+    suite = ElementTree.SubElement(suites, "testsuite", {"name": _xml(name), **counts, "skipped": "0"})
     if not study.criteria:
         ElementTree.SubElement(suite, "testcase", {"classname": "vireport", "name": "solved"})
     for criterion in study.criteria:
@@ -45,10 +45,6 @@ def junit(study: Study) -> bytes:
     return bytes(ElementTree.tostring(suites, "utf-8", xml_declaration=True)) + b"\n"
 
 
-def _title(study: Study) -> str:
-    return study.scenario.title or Path(study.loaded.document.name).name
-
-
 def _xml(text: str) -> str:
     """Replace what XML has no way to write."""
     return _NOT_IN_XML.sub("\ufffd", text)
@@ -57,21 +53,17 @@ def _xml(text: str) -> str:
 def github(study: Study) -> str:
     """Annotations of GitHub Actions: an error for each requirement that is not met, a warning for each such alert."""
     failed = (criterion for criterion in study.criteria if not criterion.passed)
-    lines = [
-        _annotation("error", _place(study, criterion.line), criterion.title, _message(criterion))
-        for criterion in failed
-    ]
+    lines = []
+    for criterion in failed:
+        why = f": {criterion.outcome.why}" if criterion.outcome.why else ""
+        message = f"{criterion.outcome.text}, required {criterion.limit.text}{why}"
+        lines.append(_annotation("error", _place(study, criterion.line), criterion.title, message))
     lines += [
         _annotation("warning", _place(study, None), f"{alert.code} {alert.title}", f"{alert.cause} {alert.remedy}")
         for alert in study.alerts
         if alert.severity is Severity.WARNING
     ]
     return "".join(f"{line}\n" for line in lines)
-
-
-def _message(criterion: Criterion) -> str:
-    why = criterion.outcome.why
-    return f"{criterion.outcome.text}, required {criterion.limit.text}{f': {why}' if why else ''}"
 
 
 def _place(study: Study, line: int | None) -> dict[str, str]:

@@ -206,10 +206,10 @@ def _validated(document: Document, model: type[Model], stands_for: Mapping[str, 
     findings += check(document, {finding.path for finding in findings} | document.unread, model)
     if file is not None and not findings and not document.mistakes:
         return file
-    from vireport.scenario.messages import word
+    from vireport.scenario.messages import worded
 
     findings = [finding._replace(path=stands_for.get(finding.path, finding.path)) for finding in findings]
-    raise ScenarioError(document.name, [*document.mistakes, *word(findings, document, model)])
+    raise ScenarioError(document.name, [*document.mistakes, *worded(findings, document, model)])
 
 
 def _with_a_value_of_each_axis(data: Any) -> tuple[dict[str, Any], dict[str, str]]:

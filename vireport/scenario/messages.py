@@ -24,20 +24,20 @@ _LONGEST_LIST = 200  # characters of the names of keys that are shown
 Schema = dict[str, Any]
 
 
-def word(findings: Iterable[Finding], document: Document, model: type[Scenario]) -> list[Mistake]:
+def worded(findings: Iterable[Finding], document: Document, model: type[Scenario]) -> list[Mistake]:
     """Turn findings into mistakes with their lines; the first finding on a path stands for all.
 
     What is wrong below a path that could not be read is left out: it follows from that mistake.
     """
-    words, mistakes = _Words(document, keys(model)), dict[str, Mistake]()
+    wording, mistakes = _Wording(document, keys(model)), dict[str, Mistake]()
     for finding in findings:
         path = finding.path
         if path not in mistakes and not any(is_within(path, unread) for unread in document.unread):
-            mistakes[path] = Mistake(document.line_of(path), path, words.message(finding))
+            mistakes[path] = Mistake(document.line_of(path), path, wording.message(finding))
     return list(mistakes.values())
 
 
-class _Words:
+class _Wording:
     """The wording for one document, by the keys that it may have."""
 
     def __init__(self, document: Document, keys: dict[str, Schema]) -> None:
@@ -142,11 +142,9 @@ def _wrong_number(path: str, value: float, key: Schema) -> str:
     low, above = key.get("minimum", -math.inf), key.get("exclusiveMinimum", -math.inf)
     if value <= 0 < max(low, above):
         return ", which is not positive"
-    return ", which is too small" if value < low or value <= above else f", which is too large{_reason(key)}"
-
-
-def _reason(key: Schema) -> str:
-    return f": {key['beyond']}" if "beyond" in key else ""
+    if value < low or value <= above:
+        return ", which is too small"
+    return f", which is too large: {key['beyond']}" if "beyond" in key else ", which is too large"
 
 
 def _names(keys: Iterable[str]) -> str:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 NUMBERS = ("numpy", "pydantic_core", "yaml")
 """Libraries that the numbers pass through."""
 
-SIMULATION = ("numba",)
-"""That which compiles the simulation, where one is run."""
+COMPILER = "numba"
+"""Compiles the simulation, where one is run."""
 
 PAGES, DRAWINGS = ("jinja2", "typst"), ("matplotlib",)
 """Further ones that a report and its figures are made with."""
@@ -79,12 +79,13 @@ def provenance_of(loaded: Loaded, command: str) -> Provenance:
     command : str
         As given, without folders.
     """
+    compiled = loaded.scenario.simulation is not None and find_spec(COMPILER) is not None
     return Provenance(
         version=__version__,
         scenario_name=PurePath(loaded.document.name).name,
         scenario_sha256=loaded.sha256,
         python=".".join(map(str, sys.version_info[:3])),
-        libraries=_versions(NUMBERS if loaded.scenario.simulation is None else NUMBERS + _installed(SIMULATION)),
+        libraries=_versions((*NUMBERS, COMPILER) if compiled else NUMBERS),
         command=command,
         timestamp=_timestamp(),
     )
@@ -94,10 +95,6 @@ def with_pages(provenance: Provenance, drawn: bool) -> Provenance:
     """Add the libraries that a report is made with, with figures or without."""
     used = PAGES + DRAWINGS if drawn else PAGES
     return replace(provenance, libraries=tuple(sorted({*provenance.libraries, *_versions(used)})))
-
-
-def _installed(names: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(name for name in names if find_spec(name) is not None)
 
 
 def _versions(names: tuple[str, ...]) -> tuple[tuple[str, str], ...]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,8 +27,8 @@ def loci_of(plan: MapPlan) -> tuple[Locus, ...]:
     """
     low, high = np.array([axis_ends(axis) for axis in plan.axes]).T
     inputs = [next((one for one in DesignInput if one.value == name), None) for name in plan.names]
-    at: dict[str, Any] = {one: value for one, value in zip(inputs, low.tolist(), strict=True) if one is not None}
-    device = replace(plan.device, **at)
+    at = {one: value for one, value in zip(inputs, low.tolist(), strict=True) if one is not None}
+    device = plan.device.with_values(at)
     first, second = inputs
     if first is not None and second is not None:
         found = chart(Plane(device, (first, second), low, high), Limits(2, device.period_ratio), cuts=0)

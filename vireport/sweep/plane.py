@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import isfinite
 from typing import Any
 
@@ -47,9 +46,7 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
     if inputs[0] is inputs[1]:
         raise UsageError(f"--over: {inputs[0]} is named twice ({FORM})")
     low, high = np.array(ranges, dtype=float).T
-    device = device_of(scenario)
-    changed: dict[str, Any] = dict(zip(inputs, low.tolist(), strict=True))
-    device = replace(device, **changed)
+    device = device_of(scenario).with_values(dict(zip(inputs, low.tolist(), strict=True)))
     highest = DesignInput.RESTITUTION.limits[1]
     if DesignInput.RESTITUTION not in inputs and not 0 < device.restitution <= highest:
         allowed = f"above 0 and up to {highest:g}, or as one of the inputs"  # at 0, grazing is not followed
@@ -62,8 +59,7 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
 
 
 def _require_resolved(device: Device, inputs: tuple[DesignInput, ...], high: Any) -> None:
-    changed: dict[str, Any] = dict(zip(inputs, high.tolist(), strict=True))
-    for corner in (device, replace(device, **changed)):
+    for corner in (device, device.with_values(dict(zip(inputs, high.tolist(), strict=True)))):
         if corner.inclination_deg and corner.unresolved:
             raise UsageError(f"--over: {corner.unresolved}")
 

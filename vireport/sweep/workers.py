@@ -26,7 +26,7 @@ from urllib.parse import urlsplit
 
 from vireport.errors import NumericalError, UsageError, installing
 from vireport.files import write_whole
-from vireport.interrupts import check, put_off
+from vireport.interrupts import check, deferred
 from vireport.sweep.store import RejectedFileError, Store, encoded_chunk, read_chunk, write_chunk
 
 Stored = Callable[[int], None]
@@ -123,7 +123,7 @@ def _on_cores(store: Store, todo: deque[int], stored: Stored, workers: int) -> N
     losses = 0
 
     def submit(number: int) -> Future[None]:
-        with put_off():  # a process that is left alone as it starts would end in a traceback
+        with deferred():  # a process that is left alone as it starts would end in a traceback
             future = pool.submit(write_chunk, store.plan, store.map_sha256, number, store.chunk(number))
         check()
         return future

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -68,11 +68,11 @@ class Region:
 
     def devices(self, shares: Floats) -> Device:
         """Devices at shares, shape (4, k), with an array for each input."""
-        values: dict[str, Any] = {}
+        values = {}
         for varied, factor in FACTOR_OF.items():
             first, last, share = self.start[varied], self.end[varied], shares[factor]
             values[varied] = np.where(share == 1, last, first + share * (last - first))
-        return replace(self.design, **values)
+        return self.design.with_values(values)
 
     def groups(self, low: Floats, high: Floats) -> tuple[Affine, Affine, Affine]:
         """(d, gbar, r) of all devices in boxes of shares, ends of shape (4, k), Eqs. (2.5), (2.6)."""
@@ -148,11 +148,9 @@ def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: F
 
     The inputs of the device, and the tolerances, may be arrays (k,).
     """
-    changed: dict[str, Any] = {
-        varied: np.broadcast_to(getattr(device, varied), steps.shape[1]) for varied in DesignInput
-    }
+    changed = {varied: np.broadcast_to(getattr(device, varied), steps.shape[1]) for varied in DesignInput}
     for (varied, width), step in zip(half_widths.items(), steps, strict=True):
         changed[varied] = changed[varied] + width * step
     inclination = magnitude(changed[DesignInput.INCLINATION])
     changed[DesignInput.INCLINATION] = np.minimum(inclination, 180 - inclination)
-    return replace(device, **changed)
+    return device.with_values(changed)

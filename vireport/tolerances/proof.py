@@ -15,7 +15,7 @@ same one: what is proved is that every device has some stable motion.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -81,8 +81,7 @@ def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mas
         proved &= (orbit.velocity_bottom.lower > 0) & (orbit.velocity_top.upper < 0)
         rows = np.flatnonzero(proved)
         if rows.size:
-            inside = Orbits(*(getattr(orbit, field.name)[rows] for field in fields(Orbits)))
-            for way in inside.flights(r[rows]):
+            for way in orbit.select(rows).flights(r[rows]):
                 proved[rows] &= _stays_between(way, n, len(rows))
     return proved, moved
 

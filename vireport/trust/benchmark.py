@@ -246,7 +246,7 @@ def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:
     design = solution.design
     if (design is None or not design.motions.stable.any()) and solution.stable_ranges:
         part = solution.stable_ranges[0]
-        device = solution.device.with_value(solution.parameter, (part.start + part.end) / 2)
+        device = solution.device.with_values({solution.parameter: (part.start + part.end) / 2})
         design = design_point(device, solution.diagram)
     if design is None or not design.motions.stable.any():
         return None
@@ -255,7 +255,7 @@ def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:
 
 def _sweep_through(solution: Solution, design: DesignPoint) -> Sweep:
     """The solution's sweep, or one over the length through a design point, with a device that has all parameters."""
-    device = solution.device.with_value(design.parameter, design.value)
+    device = solution.device.with_values({design.parameter: design.value})
     if solution.sweep is not None:
         return replace(solution.sweep, device=device)
     return around_length(device)

@@ -317,7 +317,7 @@ def _rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
     m = design.motions
     numbers = (float(a[row]) for a in (m.velocity_bottom, m.velocity_top, m.phi_bottom, m.phi_top))
     rigid = Rigid(design.parameter, design.value, f"the stable motion {where}", *numbers)
-    return rigid, solution.device.with_value(design.parameter, design.value)
+    return rigid, solution.device.with_values({design.parameter: design.value})
 
 
 def _followed(solution: Solution, device: Device) -> tuple[Parameter, CriticalPoint | None]:

@@ -376,7 +376,7 @@ def settle(target: Target, tolerance: float, budget: Budget) -> Motion:
 
 def whole_motion(target: Target, _: float, budget: Budget) -> Motion:
     """The motion among all that the package finds in the sweep and at the design point, without a guess."""
-    device = target.sweep.device.with_value(target.sweep.parameter, target.guess.value)
+    device = target.sweep.device.with_values({target.sweep.parameter: target.guess.value})
     motions = design_point(device, analysis.solve(target.sweep) if target.swept else None).motions
     k = int(np.argmax(np.where(motions.stable, np.cos(motions.phi_bottom - target.guess.phase), -2.0)))
     numbers = (motions.phi_bottom[k], motions.velocity_bottom[k], motions.velocity_top[k], motions.q[k])
