@@ -95,7 +95,7 @@ def _layers(sequence: Sequence, r: float) -> list[tuple[int, Solution]]:
     for i in range(0, (count + 1) // 2 if twice else count, LAYERS):
         j = min(i + LAYERS, count)
         second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]
-        layers.append((i, solution(sequence, [first, second - first, third - second], r)))
+        layers.append((i, solution(sequence, [first, second - first, third - second], r, time=[0 * first, first, second, third])))
     return layers
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence as Row
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,7 +58,9 @@ class Solution(NamedTuple):
         return Solution(velocity, time, self.sine[index], self.cosine[index], self.gbar[index], d, None)
 
 
-def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS, period: Any = None) -> Solution:
+def solution(
+    sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS, period: Any = None, time: Row[Any] | None = None
+) -> Solution:
     """Solve the linear conditions of a motion with three or four impacts, or two or three on one membrane only.
 
     Parameters
@@ -72,14 +74,15 @@ def solution(sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS,
         Of the kind of number of `flights`.
     period : ndarray (n,), optional
         Of each motion [t_c], where it is not that of the sequence.
+    time : sequence, optional
+        Of all impacts [t_c], where they are arrays of fewer numbers than the sums of flight times.
 
     Source: Eqs. (2.11)-(2.13). Velocities are eliminated by (2.11); flights from a membrane to the same one do not
     depend on d, nor do two flights there and back together, which leaves two conditions, or three, on three unknowns.
     """
     count, walls = len(sequence), sequence.walls
-    time = [flights[0] * 0.0]
-    for duration in flights:
-        time.append(time[-1] + duration)
+    if time is None:
+        time = list(accumulate(flights, initial=flights[0] * 0.0))
     durations = [*flights, (2.0 * sequence.periods if period is None else period) - time[-1]]
     # Vectors hold what multiplies the sine and the cosine of the phase at the first impact, and gbar.
     swings = [(1 / np.pi, 0.0)]
