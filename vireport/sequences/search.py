@@ -7,6 +7,7 @@ hold: a curve, which passes cells in whose corners the signs of both differ.
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,8 @@ def _layers(sequence: Sequence, r: float) -> list[tuple[int, Solution]]:
     for i in range(0, (count + 1) // 2 if twice else count, LAYERS):
         j = min(i + LAYERS, count)
         second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]
-        layers.append((i, solution(sequence, [first, second - first, third - second], r, time=[0 * first, first, second, third])))
+        time = [0 * first, first, second, third]
+        layers.append((i, solution(sequence, [after - before for before, after in pairwise(time)], r, time=time)))
     return layers
 
 

@@ -59,7 +59,7 @@ class Solution(NamedTuple):
 
 
 def solution(
-    sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS, period: Any = None, time: Row[Any] | None = None
+    sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS, period: Any = None, time: list[Any] | None = None
 ) -> Solution:
     """Solve the linear conditions of a motion with three or four impacts, or two or three on one membrane only.
 
@@ -74,7 +74,7 @@ def solution(
         Of the kind of number of `flights`.
     period : ndarray (n,), optional
         Of each motion [t_c], where it is not that of the sequence.
-    time : sequence, optional
+    time : list, optional
         Of all impacts [t_c], where they are arrays of fewer numbers than the sums of flight times.
 
     Source: Eqs. (2.11)-(2.13). Velocities are eliminated by (2.11); flights from a membrane to the same one do not
