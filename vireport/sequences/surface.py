@@ -59,7 +59,12 @@ class Solution(NamedTuple):
 
 
 def solution(
-    sequence: Sequence, flights: Row[Any], r: float, ops: Any = ARRAYS, period: Any = None, time: list[Any] | None = None
+    sequence: Sequence,
+    flights: Row[Any],
+    r: float,
+    ops: Any = ARRAYS,
+    period: Any = None,
+    time: list[Any] | None = None,
 ) -> Solution:
     """Solve the linear conditions of a motion with three or four impacts, or two or three on one membrane only.
 
