@@ -130,7 +130,7 @@ def test_a_motion_is_the_same_from_whichever_impact_it_is_counted():
 
 def test_the_shortest_crossing_is_by_the_fastest_ball_with_the_largest_acceleration():
     gbar, d, r = 0.3, 0.05, 0.8
-    t = Exclusion(Model(Level(Held.GBAR, gbar), r), d, 2 * d, Sequence((1, 1, -1), 2)).shortest
+    t = Exclusion(Model(Level(Held.GBAR, gbar), r), d, 2 * d, (Sequence((1, 1, -1), 2),)).shortest(4.0)
     fastest = (4 * gbar + 2 / np.pi) / (1 - r)  # that four units of time with a growth of Z' by (2.11) keep up
     assert r * fastest * t + (1 + gbar) * t**2 / 2 == pytest.approx(d)
 
