@@ -24,7 +24,7 @@ from vireport.analysis import (
     restitution_effect,
     undecided,
 )
-from vireport.gate.requirements import Criterion
+from vireport.gate.requirements import Criterion, Question
 from vireport.physics import Fitting
 from vireport.scenario import DesignInput, Parameter
 
@@ -153,7 +153,7 @@ def _design_not_stable(results: Evidence) -> str | None:
     design = results.solution.design
     if design is None or design.motions.stable.any():
         return None
-    if any(criterion.key == "word" and criterion.passed for criterion in results.criteria):
+    if any(criterion.question is Question.MOTION and criterion.passed for criterion in results.criteria):
         return None  # what is stable there is a motion that was asked for
     count = len(design.motions)
     which = {0: "there is no solution", 1: "the one solution is not admissible and stable"}
