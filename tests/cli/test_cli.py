@@ -86,9 +86,9 @@ def test_standard_input(example, tmp_path: Path) -> None:
     assert (tmp_path / "stdin" / "branches.csv").exists()
 
 
-def test_overrides_reach_the_results(example) -> None:
-    run = vireport(str(example("inclined")), "--json", "--set", "device.restitution=0.6", "--set", "inclination_deg=30")
-    scenario = json.loads(run.stdout)["scenario"]
+def test_overrides_reach_the_results(example, capsys) -> None:
+    main([str(example("inclined")), "--json", "--set", "device.restitution=0.6", "--set", "inclination_deg=30"])
+    scenario = json.loads(capsys.readouterr().out)["scenario"]
     assert scenario["device"]["restitution"] == 0.6
     assert scenario["inclination_deg"] == 30
 
@@ -120,12 +120,13 @@ def test_formats_narrow_what_is_written(example, tmp_path: Path) -> None:
         (["run", "examples/inclined.yaml", "--templates", "no-such-folder"], "no-such-folder"),
     ],
 )
-def test_usage_mistakes(arguments: list[str], fragment: str) -> None:
-    run = vireport(*arguments, cwd=Path(__file__).parents[2])
-    assert run.returncode == 2, run.stderr.decode()
-    assert fragment in run.stderr.decode()
-    assert "Traceback" not in run.stderr.decode()
-    assert run.stdout == b""
+def test_usage_mistakes(arguments: list[str], fragment: str, monkeypatch, capfd) -> None:
+    monkeypatch.chdir(EXAMPLES.parent)
+    assert main(arguments) == 2
+    out, err = capfd.readouterr()
+    assert fragment in err
+    assert "Traceback" not in err
+    assert out == ""
 
 
 @pytest.mark.parametrize("bad", SEVERAL, ids=lambda bad: bad.name)
@@ -153,28 +154,30 @@ def test_a_real_process_refuses_a_broken_scenario(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [tmp_path / "x.yaml"]
 
 
-def test_a_case_outside_the_theory_exits_with_3(example) -> None:
-    run = vireport(str(example("inclined")), "--json", "--set", "device.restitution=1")
-    assert run.returncode == 3
-    assert b"restitution" in run.stderr
-    assert b"Traceback" not in run.stderr
+def test_a_case_outside_the_theory_exits_with_3(example, capfd) -> None:
+    assert main([str(example("inclined")), "--json", "--set", "device.restitution=1"]) == 3
+    err = capfd.readouterr().err
+    assert "restitution" in err
+    assert "Traceback" not in err
 
 
-def test_plan_says_what_runs_and_what_is_left_out(example) -> None:
-    text = vireport("plan", str(example("design-point"))).stdout.decode()
-    lines = {line.split()[1]: line for line in text.splitlines()}
+def test_plan_says_what_runs_and_what_is_left_out(example, capfd) -> None:
+    def plan(name: str, *more: str) -> list[str]:
+        assert main(["plan", str(example(name)), *more]) == 0
+        return capfd.readouterr().out.splitlines()
+
+    lines = {line.split()[1]: line for line in plan("design-point")}
     assert lines["figure-2"].startswith("skip")
     assert "no sweep" in lines["figure-2"]
     assert lines["design"].startswith("run")
-    full = vireport("plan", str(example("horizontal"))).stdout.decode()
-    skipped = {line.split()[1]: line for line in full.splitlines() if line.startswith("skip")}
+    skipped = {line.split()[1]: line for line in plan("horizontal") if line.startswith("skip")}
     assert "thickness_m" in skipped.pop("conversion")
     blocks = {"accuracy": "accuracy", "compliant": "accuracy", "tolerances": "tolerances", "motions": "motions"}
     assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", *blocks}
     for name, line in skipped.items():
         assert f"no {blocks.get(name, 'simulation')} block" in line
-    sparse = vireport("plan", str(example("horizontal")), "--format", "json").stdout.decode()
-    assert next(line for line in sparse.splitlines() if "figure-2" in line).startswith("skip")
+    sparse = plan("horizontal", "--format", "json")
+    assert next(line for line in sparse if "figure-2" in line).startswith("skip")
 
 
 @pytest.mark.slow

@@ -431,23 +431,6 @@ def test_text_is_inert_wherever_a_template_has_it(example, tmp_path: Path) -> No
     assert Page(render_html(model_of(study, ()), tmp_path)).text.count(title) == 4
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("\n\n{{ report.nonsense }}", "nonsense"),
-        ("\n\n{{ nonsense }}", "nonsense"),
-        ("\n\n{% if %}", "Expected"),
-    ],
-)
-@pytest.mark.parametrize("file", ["report.typ.j2", "sections/alerts.typ.j2"])
-def test_a_mistake_in_a_template_is_placed(file: str, text: str, says: str, model, tmp_path: Path) -> None:
-    (tmp_path / "sections").mkdir()
-    (tmp_path / file).write_text(text)
-    with pytest.raises(RenderError, match=f"{file}:3: .*{says}") as caught:
-        render_html(model("design-point"), tmp_path)
-    assert caught.value.exit_code == 3
-
-
 @pytest.mark.parametrize("render", [render_html, render_pdf])
 def test_a_mistake_in_typst_is_shown_without_our_folders(render, model, tmp_path: Path) -> None:
     (tmp_path / "report.typ.j2").write_text("= Head\n\n#nonsense(1)\n" + "x" * 400)

@@ -13,11 +13,16 @@ from pathlib import Path
 
 import pytest
 
+from vireport import analyse, load
 from vireport.cli import main
+from vireport.report import Report, render_html
+from vireport.report.rendering import RenderError
+from vireport.study.provenance import provenance_of
 
 ROOT = Path(__file__).resolve().parents[2]
 DESIGN = ROOT / "examples" / "design-point.yaml"
 
+ALERTS = "sections/alerts.typ.j2"
 MISTAKES = {
     "recursion": ("a\n{% macro f() %}{{ f() }}{% endmacro %}\n{{ f() }}", "report.typ.j2:2: RecursionError"),
     "filter": ("a\n{{ report.title | nofilter }}", "report.typ.j2:2: No filter named 'nofilter'"),
@@ -27,13 +32,32 @@ MISTAKES = {
     "arithmetic": ("{{ 1 / 0 }}", "report.typ.j2:1: ZeroDivisionError"),
     "other template": ("a\n{% include 'none.j2' %}", "report.typ.j2:2: no template 'none.j2'"),
     "itself": ("{% include 'report.typ.j2' %}", "report.typ.j2:1: RecursionError"),
+    "name in a section": ("\n\n{{ nonsense }}", f"{ALERTS}:3: 'nonsense'"),
+    "syntax in a section": ("\n\n{% if %}", f"{ALERTS}:3: Expected"),
 }
 
 
+@pytest.fixture(scope="module")
+def report() -> Report:
+    study = analyse(load(DESIGN))
+    return Report(study, {}, provenance_of(study.loaded, "run"))
+
+
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_template_that_fails_is_named_with_its_line(mistake: str, tmp_path: Path, capsys) -> None:
+def test_a_template_that_fails_is_named_with_its_line(mistake: str, report: Report, tmp_path: Path) -> None:
     text, message = MISTAKES[mistake]
-    (tmp_path / "report.typ.j2").write_bytes(text if isinstance(text, bytes) else text.encode())
+    file = tmp_path / message.partition(":")[0]
+    file.parent.mkdir(exist_ok=True)
+    file.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(RenderError) as caught:
+        render_html(report, tmp_path)
+    assert str(caught.value).startswith(message)
+    assert caught.value.exit_code == 3
+
+
+def test_nothing_is_written_where_a_template_fails(tmp_path: Path, capsys) -> None:
+    text, message = MISTAKES["recursion"]
+    (tmp_path / "report.typ.j2").write_text(text)
     out = tmp_path / "out"
     assert main(["run", str(DESIGN), "--templates", str(tmp_path), "-o", str(out), "--format", "html"]) == 3
     err = capsys.readouterr().err

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from vireport.errors import Mistake, ScenarioError
 from vireport.scenario.document import DEEPEST, LARGEST_FILE, explain, join, read, scalar
 
-REPEATABLE = settings(derandomize=True, max_examples=300, deadline=None)
+REPEATABLE = settings(derandomize=True, max_examples=100, deadline=None)
 
 
 def data(text: str | bytes) -> object:

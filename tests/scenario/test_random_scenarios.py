@@ -14,7 +14,7 @@ from strategies import valid_trees
 from vireport.errors import ScenarioError
 from vireport.scenario import Parameter, loads, to_dict
 
-REPEATABLE = settings(derandomize=True, max_examples=200, deadline=None)
+REPEATABLE = settings(derandomize=True, max_examples=100, deadline=None)
 
 
 @pytest.mark.slow

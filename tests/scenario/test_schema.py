@@ -16,7 +16,8 @@ from vireport.scenario.document import read
 from vireport.scenario.schema import keys
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-VALIDATOR = Draft202012Validator(schema())
+SCHEMA = schema()
+VALIDATOR = Draft202012Validator(SCHEMA)
 SCENARIOS = [GOOD, init_text(), *(path.read_text(encoding="utf-8") for path in EXAMPLES.glob("*.yaml"))]
 KEYS = {path: key for path, key in keys(Scenario).items() if path and not path.endswith("*")}
 LEAVES = [path for path, key in KEYS.items() if "properties" not in key]
@@ -96,7 +97,7 @@ def test_every_key_is_explained(path):
 def test_every_value_has_an_example_that_is_valid(path):
     key = KEYS[path]
     for value in key["examples"]:
-        Draft202012Validator({**key, "$defs": schema()["$defs"]}).validate(value)
+        Draft202012Validator({**key, "$defs": SCHEMA["$defs"]}).validate(value)
     if "number" in key["type"]:
         assert key["unit"]
 

@@ -139,6 +139,7 @@ def compute_on(address: str, folder: Path) -> None:
     workers.compute(store, deque([0, 1]), lambda chunk: None, address, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quiet_dask")
 def test_a_scheduler_that_is_not_there_is_told(tmp_path: Path) -> None:
     import dask
@@ -245,6 +246,7 @@ metadata.version = lambda name: "0.0.1" if name == "vireport" else own(name)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quiet_dask")
 def test_workers_with_another_version_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "sitecustomize.py").write_text(OTHER_VERSION, encoding="utf-8")
