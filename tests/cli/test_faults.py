@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-from itertools import product
 from pathlib import Path
 
 import pytest
@@ -120,12 +119,11 @@ def test_streams(name: str, stdin: str, stdout: str, stderr: str, folder: Path) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", COMMANDS)
-def test_combinations_of_streams(name: str, folder: Path) -> None:
-    """Half of the pairs of states of standard output and error, in which each state meets two of the other."""
-    for (i, stdout), (j, stderr) in product(enumerate(OUTPUTS), repeat=2):
-        if (i + j) % 2 == 0:
-            check_streams(name, folder, INPUTS[(i + j) // 2 % len(INPUTS)], stdout, stderr)
+@pytest.mark.parametrize(("turn", "name"), [*enumerate(COMMANDS)])
+def test_combinations_of_streams(turn: int, name: str, folder: Path) -> None:
+    """Every state of standard output and of standard error; the commands take turns in which of them meet."""
+    for i, stdout in enumerate(OUTPUTS):
+        check_streams(name, folder, INPUTS[(i + turn) % 2], stdout, OUTPUTS[(i + turn) % 4])
 
 
 def test_standard_input_that_is_closed(tmp_path: Path) -> None:

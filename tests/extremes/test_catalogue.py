@@ -25,25 +25,19 @@ from vireport.study import Study
 CHEAP = ("restitution", "inclination", "length", "share of the period", "membrane", "grazing")
 
 
-def named(cases: tuple[Case, ...], quick: tuple[str, ...] = ()) -> list:
-    """Cases with their names, slow unless their group is a quick one."""
-    marks = {True: (), False: (pytest.mark.slow,)}
-    return [pytest.param(case, id=f"{case.group}: {case.name}", marks=marks[case.group in quick]) for case in cases]
+def name_of(case: Case) -> str:
+    return f"{case.group}: {case.name}"
+
+
+CASES = {name_of(case): case for case in catalogue()}
+"""Around the paper's device, which has every point of the catalogue."""
+
+HORIZONTAL = [case for case in catalogue(load(EXAMPLES / "horizontal.yaml")) if case.group in CHEAP]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", named(catalogue(), CHEAP))
-def test_around_the_paper_s_device(case: Case) -> None:
-    """Which has every point of the catalogue."""
-    outcome = judge(case)
-    assert outcome.verdict is Verdict.PASSED, outcome.found
-
-
-HORIZONTAL = tuple(case for case in catalogue(load(EXAMPLES / "horizontal.yaml")) if case.group in CHEAP)
-
-
-@pytest.mark.parametrize("case", named(HORIZONTAL))
-def test_around_a_horizontal_capsule(case: Case) -> None:
+@pytest.mark.parametrize("case", [*CASES.values(), *HORIZONTAL], ids=name_of)
+def test_every_case_passes(case: Case) -> None:
     outcome = judge(case)
     assert outcome.verdict is Verdict.PASSED, outcome.found
 
@@ -62,9 +56,6 @@ def test_a_device_that_is_refused_itself_has_no_catalogue(example) -> None:
     loaded = load(example("inclined"), ["device.restitution=1"])
     with pytest.raises(NumericalError, match=r"device\.restitution"):
         run_catalogue(loaded)
-
-
-CASES = {f"{case.group}: {case.name}": case for case in catalogue()}
 
 
 def planted(name: str, fault: Callable[[Any], Any]) -> Outcome:

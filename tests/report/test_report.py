@@ -10,6 +10,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from io import BytesIO
+from math import pi, radians, sin
 from pathlib import Path
 from tempfile import gettempdir
 
@@ -129,6 +130,18 @@ def number(text: str) -> float:
     exponent = {ord(a): b for a, b in zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True)}
     mantissa, _, power = text.replace(MINUS, "-").removesuffix(" %").partition(" × 10")
     return float(f"{mantissa}e{power.translate(exponent) or 0}" if power else mantissa)
+
+
+def test_units_and_groups_are_those_of_2_5_and_2_6(model) -> None:
+    solution = model("inclined").solution
+    device, omega = solution.device, 2 * pi * solution.device.frequency_hz
+    acceleration = device.amplitude_n / device.capsule_mass_kg
+    units = (acceleration * pi**2 / omega**2, acceleration * pi / omega, pi / omega)
+    gbar = device.gravity_m_s2 * sin(radians(device.inclination_deg)) / acceleration
+    lengths = (device.length_m, solution.sweep.start, solution.sweep.end)
+    for column, length in zip(model("inclined").derived(), lengths, strict=True):
+        assert (column["x_c"], column["y_c"], column["t_c"]) == pytest.approx(units, rel=1e-14)
+        assert (column["d"], column["gbar"]) == pytest.approx((length / units[0], gbar), rel=1e-14)
 
 
 @pytest.mark.parametrize("name", SWEPT)

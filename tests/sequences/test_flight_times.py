@@ -24,6 +24,7 @@ from vireport.sequences import (
     residuals,
     turns,
 )
+from vireport.sequences.one_impact import one_impact
 from vireport.sequences.search import four_impacts
 from vireport.simulation import Impact, find_attractor
 from vireport.study.study import sweep_of
@@ -71,6 +72,21 @@ def test_the_mirror_image_is_a_motion_with_gravity_the_other_way(walls: tuple[in
     np.testing.assert_allclose(other.gbar, -one.gbar, atol=1e-12)
     np.testing.assert_allclose(other.d, one.d, atol=1e-12)
     np.testing.assert_allclose((other.time - one.time) % 2, 1, atol=1e-12)
+
+
+@pytest.mark.parametrize("periods", [1, 2])
+@pytest.mark.parametrize(
+    ("level", "low", "high"),
+    [(Level(Held.GBAR, 0.05), 0.05, 3.0), (Level(Held.RATIO, 8.0), 0.2, 3.0), (Level(Held.D, 0.5), 0.01, 0.3)],
+)
+def test_motions_with_one_impact_solve_the_conditions(level: Level, low: float, high: float, periods: int):
+    model = Model(level, 0.8)
+    found = one_impact(model, low, high, periods)
+    assert len(found.d)
+    assert found.admissible.all()
+    for velocity, time, coordinate in zip(*found.velocity, *found.time, found.coordinate(level), strict=True):
+        assert low < coordinate < high
+        assert max(map(abs, residuals(found.sequence, [velocity, time, coordinate], model))) < 1e-13
 
 
 @pytest.mark.parametrize("periods", [1, 2, 3])

@@ -290,6 +290,16 @@ def test_many_attractors_are_those_found_one_by_one() -> None:
             assert (found.outcome, found.word, found.period) == (alone.outcome, alone.word, alone.period)
 
 
+def test_equal_cycles_are_one_object_and_mirror_images_are_two() -> None:
+    start, mirrored = Impact(BOTTOM, 0.7, 0.2), Impact(TOP, -0.7, 0.2 + pi)
+    (row,) = attractors([PITCHFORK - 0.03], 0.0, 0.5, [start, mirrored, Impact(BOTTOM, 0.71, 0.2)])
+    cycle, image, again = (end.cycle for end in row)
+    assert again is cycle
+    assert cycle.word == image.word == "BT"
+    assert image.flight == pytest.approx(cycle.flight[::-1], abs=1e-12)
+    assert abs(cycle.flight[0] - 1) > 0.1
+
+
 def test_a_diagram_shows_cycles_once_and_names_them() -> None:
     d = np.array([0.2545, 0.4604, 0.06])
     g = [CHAOS[1], INCLINED, INCLINED]

@@ -126,6 +126,9 @@ def test_multipliers_tend_to_those_of_the_rigid_motion(study, found, models, rig
     assert found[K_STEEP].trace == pytest.approx(float(m.trace[0]), abs=1e-3)
     shifts = [abs(found[factor].trace - float(m.trace[0])) for factor in (1e4, 1e6, K_STEEP)]
     assert shifts[1] / shifts[2] == pytest.approx(100 ** (1 / 3.6), rel=0.03)
+    for factor, orbit in found.items():
+        assert sum(orbit.multipliers) == pytest.approx(orbit.trace, abs=1e-12), factor
+        assert np.prod(orbit.multipliers) == pytest.approx(orbit.determinant, abs=1e-12), factor
 
 
 def test_linearised_map_is_settled_in_its_step(models, found) -> None:

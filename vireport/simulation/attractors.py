@@ -283,8 +283,7 @@ def _remembered(cycle: Cycle, known: list[Cycle]) -> Cycle:
     """The cycle as first found, so that equal ones are the same object."""
     for other in known:
         if other.word == cycle.word and other.period == cycle.period and len(other.wall) == len(cycle.wall):
-            apart = np.abs(other.velocity - cycle.velocity).max()
-            if apart <= SETTLED:
+            if cycles.separation(other.phase - cycle.phase, other.velocity - cycle.velocity).max() <= SETTLED:
                 return other
     known.append(cycle)
     return cycle
