@@ -46,6 +46,14 @@ def test_nothing_has_changed_since_the_same_scenario(name: str) -> None:
     assert diff_text(()) == "No change beyond tolerance since the baseline."
 
 
+def test_a_sweep_without_a_design_point_is_compared_as_well() -> None:
+    swept = study("device.length_m=")
+    assert swept.solution.design is None
+    assert diff(swept.to_dict(), swept) == ()
+    (moved,) = of("critical point", diff(swept.to_dict(), study("device.length_m=", "device.restitution=0.52")))
+    assert moved.after == study("device.restitution=0.52").solution.critical_points[0].point.sweep_value
+
+
 def test_a_moved_critical_point_is_found_and_rounding_is_not() -> None:
     baseline = results()
     b1 = baseline["critical_points"][0]

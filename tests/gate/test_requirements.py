@@ -219,15 +219,16 @@ def test_a_yield_is_all_only_where_that_is_proved() -> None:
         assert (one.outcome.value, one.passed) == (100, proved)
 
 
-@pytest.mark.parametrize("parameter", ["length_m", "inclination_deg"])
-def test_inclinations_up_to_the_period_doubling(parameter: str, study_of) -> None:
+@pytest.mark.parametrize(
+    "sweep",
+    [{"parameter": "length_m", "from": 0.59, "to": 0.75}, {"parameter": "inclination_deg", "from": 20, "to": 60}, None],
+)
+def test_inclinations_up_to_the_period_doubling(sweep: dict[str, object] | None, study_of) -> None:
     margins = study_of("design-point").solution.design.margins
     (end,) = (m.sweep_value for m in margins if m.parameter == "inclination_deg" and m.kind == "period_doubling")
-    sweep = {"sweep__parameter": parameter, "sweep__from": 20 if parameter[0] == "i" else 0.59, "sweep__to": 0.75}
-    sweep |= {"sweep__to": 60} if parameter[0] == "i" else {}
     for to, passed in ((end - 1e-9, True), (end + 1e-9, False)):
         required = {"inclination_from_deg": 40, "inclination_to_deg": to}
-        one = only("inclined", required, device__length_m=0.70, **sweep)
+        one = only("inclined", required, device__length_m=0.70, sweep=sweep)
         assert one.passed is passed
         assert one.outcome.margin == pytest.approx(end - to, abs=1e-12)
 

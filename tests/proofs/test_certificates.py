@@ -170,6 +170,7 @@ def test_a_false_error_bound_is_found_out(case) -> None:
     certificate = certify_point(study.solution.sweep, replace(critical, point=beside))
     assert certificate.proved
     assert not certificate.bound_holds
+    assert "but the error bound stated is not proved to hold for B1" in certify_text((certificate,), Parameter.LENGTH)
     certificate = certify_point(study.solution.sweep, replace(critical, point=replace(point, d=point.d * (1 + 1e-12))))
     assert certificate.beyond == ("d",)
     assert "B1 (d)" in certify_text((certificate,), Parameter.LENGTH)

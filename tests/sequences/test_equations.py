@@ -26,7 +26,6 @@ from vireport.sequences import (
     trace,
     turns,
 )
-from vireport.sequences.exclusion import Exclusion
 from vireport.simulation import Impact, find_attractor, simulate
 from vireport.study.study import sweep_of
 
@@ -126,22 +125,6 @@ def test_a_motion_is_the_same_from_whichever_impact_it_is_counted():
     assert motion.distance(motion.mirrored(), mirror=True) < 1e-14
     assert motion.times(3).primitive().apart(motion) < 1e-14
     assert motion.primitive() is motion
-
-
-def test_the_shortest_crossing_is_by_the_fastest_ball_with_the_largest_acceleration():
-    gbar, d, r = 0.3, 0.05, 0.8
-    t = Exclusion(Model(Level(Held.GBAR, gbar), r), d, 2 * d, (Sequence((1, 1, -1), 2),)).shortest(4.0)
-    fastest = (4 * gbar + 2 / np.pi) / (1 - r)  # that four units of time with a growth of Z' by (2.11) keep up
-    assert r * fastest * t + (1 + gbar) * t**2 / 2 == pytest.approx(d)
-
-
-def test_no_cell_with_a_motion_is_left_out():
-    motion, (d, gbar, r) = simulated("BBT"), SIMULATED["BBT"]
-    for level, coordinate in ((Level(Held.GBAR, gbar), d), (Level(Held.RATIO, d / gbar), d), (Level(Held.D, d), gbar)):
-        [cells] = Exclusion(Model(level, r), 0.95 * coordinate, 1.05 * coordinate, (motion.sequence,)).cells()
-        flights = np.diff(motion.time)[:, None]
-        assert ((cells.corner <= flights) & (flights <= cells.corner + cells.side)).all(axis=0).any()
-        assert 0 < cells.share < 1e-3
 
 
 def printed_maps(sequence: Sequence, x: list[Any], d: Any, gbar: Any, r: Any) -> list[Any]:

@@ -24,6 +24,7 @@ from vireport.sequences import (
     residuals,
     turns,
 )
+from vireport.sequences.exclusion import Exclusion
 from vireport.sequences.one_impact import one_impact
 from vireport.sequences.search import four_impacts
 from vireport.simulation import Impact, find_attractor
@@ -99,6 +100,29 @@ def test_motions_with_two_impacts_on_the_bottom_solve_the_conditions_at_any_d(pe
         x = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]]
         for d in (0.1, 1.0):
             assert max(map(abs, residuals(sequence, x, Model(Level(Held.D, d), r)))) < 1e-11 * max(1, found.gbar[i])
+
+
+def test_the_shortest_crossing_is_by_the_fastest_ball_with_the_largest_acceleration():
+    gbar, d, r = 0.3, 0.05, 0.8
+    t = Exclusion(Model(Level(Held.GBAR, gbar), r), d, 2 * d, (Sequence((1, 1, -1), 2),)).shortest(4.0)
+    fastest = (4 * gbar + 2 / np.pi) / (1 - r)  # that four units of time with a growth of Z' by (2.11) keep up
+    assert r * fastest * t + (1 + gbar) * t**2 / 2 == pytest.approx(d)
+
+
+@pytest.mark.parametrize(("walls", "periods"), [(BBT, 1), (BTT, 1), (BBT, 2)])
+def test_no_cell_with_a_motion_is_left_out(walls: tuple[int, ...], periods: int):
+    sequence, r = Sequence(walls, periods), 0.6
+    flights = random_flights(periods, periods, 4000)
+    found = motions_above(sequence, flights, r)
+    rows = np.flatnonzero(found.admissible & (found.gbar > 0.02) & (found.gbar < 1) & (found.d < 2))
+    for i in rows[np.argsort(found.gap[rows])[:3]]:  # next to grazing, where other motions of a cell are none
+        d, gbar = float(found.d[i]), float(found.gbar[i])
+        levels = (Level(Held.GBAR, gbar), d), (Level(Held.RATIO, d / gbar), d), (Level(Held.D, d), gbar)
+        for level, coordinate in levels:
+            [cells] = Exclusion(Model(level, r), 0.95 * coordinate, 1.05 * coordinate, (sequence,)).cells()
+            own = flights[:, [i]]
+            assert ((cells.corner <= own) & (own <= cells.corner + cells.side)).all(axis=0).any()
+            assert 0 < cells.share < 0.001
 
 
 ONE_SIDED = """\

@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from vireport import analyse, loads
+from vireport.analysis import design_point
 from vireport.errors import NumericalError
 from vireport.figures.stiffness import alt_text, caption, figure_stiffness
 from vireport.physics.contact import contacts, damping_number
@@ -131,6 +132,16 @@ def test_multipliers_tend_to_those_of_the_rigid_motion(study, found, models, rig
         assert np.prod(orbit.multipliers) == pytest.approx(orbit.determinant, abs=1e-12), factor
 
 
+def test_a_motion_of_two_forcing_periods_tends_to_the_rigid_one(study) -> None:
+    device = replace(study.solution.device, period_ratio=2, length_m=1.654)
+    motions = design_point(device, None).motions
+    (row,) = np.flatnonzero(motions.stable)
+    model = compliant_model(device, Parameter.LENGTH, device.length_m, study.solution.membrane, K_STEEP)
+    orbit = find_orbit(model, np.array([motions.velocity_bottom[row], motions.phi_bottom[row]]))
+    assert orbit.bottom.velocity == pytest.approx(motions.velocity_bottom[row], abs=1e-3)
+    assert orbit.bottom.phase == pytest.approx(motions.phi_bottom[row], abs=1e-3)
+
+
 def test_linearised_map_is_settled_in_its_step(models, found) -> None:
     model, orbit = models[1.0], found[1.0]
     x = np.array([orbit.bottom.velocity, orbit.bottom.phase])
@@ -245,6 +256,12 @@ def test_a_membrane_that_is_never_met_is_missed(models, found) -> None:
     run = run_once(apart, 1.0, "RK45", 1e-7)
     assert run.outcome is Outcome.MISSED
     assert run.error is not None
+
+
+def test_fixed_steps_are_of_the_fourth_order(models, found) -> None:
+    period = period_of(models[1.0], found[1.0])
+    coarse, fine = (run_once(period, 1.0, "RK4", steps).error for steps in (1000, 2000))
+    assert coarse / fine == pytest.approx(16, rel=0.1)
 
 
 def test_overflow_of_a_fixed_step_is_told(models, found) -> None:
