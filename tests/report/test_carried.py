@@ -13,7 +13,8 @@ from pypdf import PdfReader, PdfWriter
 
 from vireport import analyse, load
 from vireport.cli import main
-from vireport.report import Report, read_carried, render_html, render_pdf
+from vireport.errors import UsageError
+from vireport.report import Report, carried, read_carried, render_html, render_pdf
 from vireport.study import provenance_of
 
 SET = ("device.restitution=0.55", "title=</script><script>alert(1)</script>")
@@ -152,3 +153,10 @@ def test_what_is_no_report_is_refused(files, again) -> None:
             code, out, err = again("report.pdf", data)
             assert (code, out, message in err) == (2, "", True), err
             assert "Traceback" not in err
+
+
+def test_a_file_larger_than_any_report_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(carried, "LARGEST", 1 << 20)
+    (tmp_path / "report.pdf").write_bytes(b"%PDF-" + bytes(1 << 20))
+    with pytest.raises(UsageError, match="is larger than 1 MiB"):
+        read_carried(str(tmp_path / "report.pdf"))

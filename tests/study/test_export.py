@@ -200,3 +200,11 @@ def test_a_study_is_made_of_a_path_and_shown_on_a_line(example) -> None:
     assert shown.startswith(f"<Study of {example('design-point')}: Stable 1:1 motion")
     assert "\n" not in shown
     assert len(shown) < 400
+
+
+def test_a_notebook_shows_the_verdict_and_every_critical_point(study, study_of) -> None:
+    text = study._repr_html_()
+    assert study.verdict.word in text
+    assert text.count("<tr>") == 1 + len(study.solution.critical_points)
+    assert all(f"<td>{point.label}</td>" in text for point in study.solution.critical_points)
+    assert "<tr>" not in study_of("design-point")._repr_html_()
