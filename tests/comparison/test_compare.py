@@ -446,6 +446,21 @@ def test_the_report_says_what_differs_and_is_the_same_every_time() -> None:
     assert files["report.pdf"].startswith(b"%PDF-")
 
 
+def test_every_quantity_that_a_scenario_has_is_in_a_table_of_whole_rows() -> None:
+    report = ComparisonReport(three(), {}, comparison_provenance(three(), ""))
+    compared = [*report.critical_points(), *report.quantities()]
+    given = [x for x in three().quantities if any(one.value is not None or one.finding for one in x.entries)]
+    assert sum(len(table.rows) for table in compared) == len(given) > 20
+    for table in [*compared, report.ranking(), report.margins(), report.alerts()]:
+        assert {len(row) for row in table.rows} == {len(table.columns)}
+
+
+def test_without_a_ball_mass_the_figure_of_voltages_alone_is_left_out() -> None:
+    massless = compare([study("inclined"), study("inclined", "device.ball_mass_kg=")], names=("one", "other"))
+    assert left_out(massless, "figure-2") == []
+    assert left_out(massless, "figure-7") == [("other", "device.ball_mass_kg is not given")]
+
+
 def test_a_name_is_no_markup() -> None:
     odd = compare([study("inclined"), study("horizontal")], names=("<b>*x*</b>", "a_b"))
     html = render_html(ComparisonReport(odd, {}, comparison_provenance(odd, "")))
