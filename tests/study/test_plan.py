@@ -41,8 +41,10 @@ def test_every_task_is_listed_once_and_runs_where_everything_is_asked_for():
 
 
 @pytest.mark.parametrize("text", [DESIGN, DESIGN + SWEEP, EVERYTHING])
-def test_every_step_has_its_words(text: str):
-    for step in of(text).steps:
+def test_every_step_has_words_of_its_own(text: str):
+    steps = of(text).steps
+    assert len({step.what for step in steps}) == len(steps)
+    for step in steps:
         assert step.what
         assert step.why
         assert "{" not in step.what + step.why
