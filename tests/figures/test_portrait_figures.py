@@ -54,6 +54,7 @@ def test_the_curve_stays_between_the_walls_and_ends_there(name: str) -> None:
     (t_v,) = of_look(right, MOTION)
     z = z_v[~np.isnan(z_v[:, 0]), 0]
     assert np.abs(z).max() == pytest.approx(shown.d / 2, rel=1e-9)
+    assert z[0] == pytest.approx(shown.d / 2, rel=1e-9)  # from an impact on the bottom
     for points in (z_v, t_v):
         pieces = np.split(points, np.flatnonzero(np.isnan(points[:, 0])))
         assert len(pieces) == 2 * len(shown.attractor.cycle.wall)

@@ -199,6 +199,16 @@ def test_a_degenerate_period_doubling_is_that_of_the_printed_maps_in_40_digits()
 
 
 @pytest.mark.slow
+def test_no_curve_is_there_twice():
+    loci = all_words().loci
+    for locus in loci:
+        middle = locus.x[len(locus.x) // 2]
+        for other in loci:
+            if other is not locus and (other.word, other.event) == (locus.word, locus.event):
+                assert not any(np.abs(x - middle).max() < 1e-9 for x in other.at(0, middle[-2]))
+
+
+@pytest.mark.slow
 def test_two_curves_of_folds_end_together_in_a_cusp():
     (cusp,) = [point for point in all_words().meetings if point.events[1] is Event.CUSP]
     r, length = cusp.inputs

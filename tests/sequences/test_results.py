@@ -83,6 +83,7 @@ def test_the_table_of_motions_ends_with_a_row_for_each_impact_of_the_families(st
     alone = branches_csv(study.solution).decode().splitlines()
     assert [line.rstrip(",") for line in lines[1 : 1 + count]] == [line.rstrip(",") for line in alone[1:]]
     assert lines[0].startswith(alone[0] + ",word,")
+    assert len({len(row) for row in csv.reader(lines)}) == 1
     rows = list(csv.DictReader(lines))[count:]
     assert len(rows) == sum(family.velocity.size for family in study.atlas.families) == len(study.rows()) - count
     (family,) = [f for f in study.atlas.families if f.sequence.word == "BBT" and f.stable_runs]
