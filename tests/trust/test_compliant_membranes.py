@@ -139,7 +139,7 @@ def test_a_motion_of_two_forcing_periods_tends_to_the_rigid_one(study) -> None:
     model = compliant_model(device, Parameter.LENGTH, device.length_m, study.solution.membrane, K_STEEP)
     orbit = find_orbit(model, np.array([motions.velocity_bottom[row], motions.phi_bottom[row]]))
     assert orbit.bottom.velocity == pytest.approx(motions.velocity_bottom[row], abs=1e-3)
-    assert orbit.bottom.phase == pytest.approx(motions.phi_bottom[row], abs=1e-3)
+    assert orbit.bottom.phase == pytest.approx(motions.phi_bottom[row], abs=5e-3)
 
 
 def test_linearised_map_is_settled_in_its_step(models, found) -> None:
