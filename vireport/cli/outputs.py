@@ -139,7 +139,8 @@ def run_files(
         say("setting the report")
         from vireport.report import Report, render_files
 
-        origin = with_pages(provenance, drawn=bool(pictures))
+        paged = plan.runs(Task.HTML, Task.PDF)
+        origin = with_pages(provenance, drawn=bool(pictures)) if paged else provenance
         report = Report(study, {picture.name: picture for picture in pictures}, origin, changes, search)
         files |= render_files(report, {task for task in NAMES if plan.runs(task)}, templates, paper)
     if plan.runs(Task.JSON):

@@ -91,7 +91,7 @@ def render_comparison(
         from vireport.comparison.pages import ComparisonReport
         from vireport.report import render_files
 
-        origin = with_pages(provenance, drawn=bool(drawn))
+        origin = with_pages(provenance, drawn=bool(drawn)) if formats & {"html", "pdf"} else provenance
         report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin)
         files |= render_files(report, formats, templates, paper)
     if "json" in formats:
