@@ -89,7 +89,7 @@ def compute(store: Store, todo: deque[int], stored: Stored, scheduler: str | Non
         _on_cores(store, todo, stored, workers)
     else:
         while todo:
-            write_chunk(store.plan, store.map_sha256, todo[0], store.chunk(todo[0]))
+            write_chunk(store, todo[0])
             stored(todo.popleft())
 
 
@@ -124,7 +124,7 @@ def _on_cores(store: Store, todo: deque[int], stored: Stored, workers: int) -> N
 
     def submit(number: int) -> Future[None]:
         with deferred():  # a process that is left alone as it starts would end in a traceback
-            future = pool.submit(write_chunk, store.plan, store.map_sha256, number, store.chunk(number))
+            future = pool.submit(write_chunk, store, number)
         check()
         return future
 
@@ -218,12 +218,7 @@ def _on_cluster(store: Store, todo: deque[int], stored: Stored, scheduler: str) 
     with _connected(scheduler) as client:
         watch = _Watch(client, scheduler)
         executor = client.get_executor(pure=False)
-        _complete(
-            todo,
-            lambda number: executor.submit(encoded_chunk, store.plan, store.map_sha256, number),
-            watch.room,
-            done,
-        )
+        _complete(todo, lambda number: executor.submit(encoded_chunk, store, number), watch.room, done)
 
 
 @contextmanager
