@@ -29,9 +29,6 @@ from vireport.files import write_whole
 from vireport.interrupts import check, deferred
 from vireport.sweep.store import RejectedFileError, Store, encoded_chunk, read_chunk, write_chunk
 
-Stored = Callable[[int], None]
-"""Called with the number of each chunk that is stored."""
-
 AHEAD = 2
 """Chunks under way for each worker: one that it computes, and one that waits for it."""
 
@@ -63,16 +60,14 @@ SILENT = dict.fromkeys(("asyncio", "distributed", "distributed.client", "tornado
 RESUME = "What is computed so far is kept: run the same command again to go on"
 
 
-def compute(store: Store, todo: deque[int], stored: Stored, scheduler: str | None, workers: int) -> None:
-    """Compute and store chunks.
+def compute(store: Store, todo: deque[int], scheduler: str | None, workers: int) -> Iterator[int]:
+    """Compute and store chunks, and yield the number of each that is stored.
 
     Parameters
     ----------
     store : Store
     todo : deque of int
         Numbers of the chunks; those that are done are taken out.
-    stored : callable
-        Called with the number of each chunk that is stored.
     scheduler : str or None
         Address of a Dask scheduler.
     workers : int
@@ -84,22 +79,19 @@ def compute(store: Store, todo: deque[int], stored: Stored, scheduler: str | Non
         Where the workers are lost for good, or those of a cluster have other versions.
     """
     if scheduler is not None and todo:
-        _on_cluster(store, todo, stored, scheduler)
+        yield from _on_cluster(store, todo, scheduler)
     elif workers > 1:
-        _on_cores(store, todo, stored, workers)
+        yield from _on_cores(store, todo, workers)
     else:
         while todo:
             write_chunk(store, todo[0])
-            stored(todo.popleft())
+            yield todo.popleft()
 
 
 def _complete(
-    todo: deque[int],
-    submit: Callable[[int], Future[Any]],
-    room: Callable[[], int],
-    done: Callable[[int, Any], None],
-) -> None:
-    """Keep chunks under way until none is left, and hand over what each returns.
+    todo: deque[int], submit: Callable[[int], Future[Any]], room: Callable[[], int]
+) -> Iterator[tuple[int, Any]]:
+    """Keep chunks under way until none is left, and yield what each returns.
 
     `room` says how many may be under way, and is asked at least every `POLL` seconds. Whatever ends the work, the
     chunks that are not done are in `todo` again.
@@ -112,13 +104,13 @@ def _complete(
                 future = submit(todo[0])
                 pending[future] = todo.popleft()
             for future in wait(pending, POLL, FIRST_COMPLETED).done:
-                done(pending[future], future.result())
-                del pending[future]
+                result = future.result()
+                yield pending.pop(future), result
     finally:
         todo.extend(pending.values())
 
 
-def _on_cores(store: Store, todo: deque[int], stored: Stored, workers: int) -> None:
+def _on_cores(store: Store, todo: deque[int], workers: int) -> Iterator[int]:
     """Compute chunks in processes of this machine; where one is killed, all begin anew."""
     losses = 0
 
@@ -128,15 +120,12 @@ def _on_cores(store: Store, todo: deque[int], stored: Stored, workers: int) -> N
         check()
         return future
 
-    def done(number: int, _: None) -> None:
-        nonlocal losses
-        losses = 0
-        stored(number)
-
     while todo:
         pool = ProcessPoolExecutor(workers, _context(), _begin_worker)
         try:
-            _complete(todo, submit, lambda: AHEAD * workers, done)
+            for number, _ in _complete(todo, submit, lambda: AHEAD * workers):
+                losses = 0
+                yield number
         except BrokenProcessPool as error:
             losses += 1
             if losses > MOST_LOSSES:
@@ -199,26 +188,22 @@ def require_address(scheduler: str) -> None:
         )
 
 
-def _on_cluster(store: Store, todo: deque[int], stored: Stored, scheduler: str) -> None:
+def _on_cluster(store: Store, todo: deque[int], scheduler: str) -> Iterator[int]:
     """Compute chunks on the workers of a Dask scheduler, which gives those of a lost worker to another.
 
     They come back here to be stored: the workers may be on machines that share no disk.
     """
-
-    def done(number: int, data: bytes) -> None:
-        try:
-            read_chunk(store, number, BytesIO(data))
-        except RejectedFileError as error:
-            raise NumericalError(
-                f"--scheduler {scheduler}: what a worker computed {error} (install the same versions everywhere)"
-            ) from error
-        write_whole(store.chunk(number), data)
-        stored(number)
-
     with _connected(scheduler) as client:
-        watch = _Watch(client, scheduler)
-        executor = client.get_executor(pure=False)
-        _complete(todo, lambda number: executor.submit(encoded_chunk, store, number), watch.room, done)
+        watch, executor = _Watch(client, scheduler), client.get_executor(pure=False)
+        for number, data in _complete(todo, lambda number: executor.submit(encoded_chunk, store, number), watch.room):
+            try:
+                read_chunk(store, number, BytesIO(data))
+            except RejectedFileError as error:
+                raise NumericalError(
+                    f"--scheduler {scheduler}: what a worker computed {error} (install the same versions everywhere)"
+                ) from error
+            write_whole(store.chunk(number), data)
+            yield number
 
 
 @contextmanager
