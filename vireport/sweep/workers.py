@@ -13,7 +13,7 @@ import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -60,7 +60,7 @@ SILENT = dict.fromkeys(("asyncio", "distributed", "distributed.client", "tornado
 RESUME = "What is computed so far is kept: run the same command again to go on"
 
 
-def compute(store: Store, todo: deque[int], scheduler: str | None, workers: int) -> Iterator[int]:
+def compute(store: Store, todo: deque[int], scheduler: str | None, workers: int) -> Generator[int, None, None]:
     """Compute and store chunks, and yield the number of each that is stored.
 
     Parameters
