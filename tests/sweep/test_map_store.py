@@ -96,7 +96,7 @@ def copied(chunks: list[Path]) -> None:
 
 def of_another_map(chunks: list[Path]) -> None:
     other = store_in(chunks[1].parent, TEXT.replace("restitution: 0.5", "restitution: 0.6"))
-    chunks[1].write_bytes(encoded_chunk(other, 1))
+    chunks[1].write_bytes(encoded_chunk(other.plan, other.map_sha256, 1))
 
 
 @pytest.mark.parametrize("damage", [lost, cut_off, empty, flipped_bit, copied, of_another_map])
@@ -121,7 +121,7 @@ def test_a_chunk_damaged_during_the_run_is_computed_again(file: Path, out: Path,
 
 def test_any_flipped_bit_of_a_chunk_is_noticed_or_changes_nothing() -> None:
     store = store_in(Path("nowhere"))
-    data = encoded_chunk(store, 2)
+    data = encoded_chunk(store.plan, store.map_sha256, 2)
     intact = read_chunk(store, 2, memory_file(data))
     description = int.from_bytes(data[-8:-4], "little")
     rng, noticed = Random(1), 0

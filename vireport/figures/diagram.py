@@ -150,7 +150,7 @@ def _values(diagram: Diagram, group: Group) -> NDArray[np.int64]:
 
 
 def picture(study: Study, diagram: Diagram, values: Floats, d: Floats) -> Picture:
-    """The diagram with its words; a table has at how many values each motion was found. Parameters as above."""
+    """The diagram with its words; a table has at how many values each motion was found."""
     about = (
         "Velocity |Ż| of every impact of the motions that the simulation ends on, by the word of the motion: B and T "
         "are impacts on the bottom (filled) and on the top (open), ~ chatter that ends in sticking"

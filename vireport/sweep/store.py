@@ -88,6 +88,11 @@ class Identity:
         return {IDENTITY: json.dumps(asdict(self)).encode()}
 
 
+def identity_of(plan: MapPlan, map_sha256: str, chunk: int | None) -> Identity:
+    """What is computed here and now."""
+    return Identity(map_sha256, __version__, np.__version__, plan.cells, plan.chunks, chunk)
+
+
 class RejectedFileError(Exception):
     """A file that is damaged, or is not what its name says; `identity` is what it is, where that can be read."""
 
@@ -131,7 +136,7 @@ class Store:
 
     def identity(self, chunk: int | None = None) -> Identity:
         """Of the whole map or of a chunk, computed here and now."""
-        return Identity(self.map_sha256, __version__, np.__version__, self.plan.cells, self.plan.chunks, chunk)
+        return identity_of(self.plan, self.map_sha256, chunk)
 
 
 @contextmanager
@@ -190,17 +195,17 @@ def writing(folder: Path) -> AbstractContextManager[None]:
     return writable(folder, ". What is computed so far is kept: run the same command again to go on")
 
 
-def encoded_chunk(store: Store, chunk: int) -> bytes:
-    """Compute a chunk, as the bytes of its file."""
+def encoded_chunk(plan: MapPlan, map_sha256: str, chunk: int) -> bytes:
+    """Compute a chunk, as the bytes of its file; a worker on another machine has no folder of the map."""
     sink = pa.BufferOutputStream()
-    table = evaluate(store.plan, store.plan.numbers(chunk))
-    _write(sink, store.plan, store.identity(chunk).metadata(), [table])
+    table = evaluate(plan, plan.numbers(chunk))
+    _write(sink, plan, identity_of(plan, map_sha256, chunk).metadata(), [table])
     return bytes(sink.getvalue())
 
 
 def write_chunk(store: Store, chunk: int) -> None:
     """Compute a chunk and write its file."""
-    write_whole(store.chunk(chunk), encoded_chunk(store, chunk))
+    write_whole(store.chunk(chunk), encoded_chunk(store.plan, store.map_sha256, chunk))
 
 
 def _write(sink: Any, plan: MapPlan, metadata: dict[bytes, bytes], row_groups: Iterable[pa.Table]) -> None:

@@ -17,6 +17,7 @@ from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from importlib import import_module
 from io import BytesIO
 from multiprocessing import connection, forkserver, parent_process, resource_tracker
@@ -195,7 +196,8 @@ def _on_cluster(store: Store, todo: deque[int], scheduler: str) -> Iterator[int]
     """
     with _connected(scheduler) as client:
         watch, executor = _Watch(client, scheduler), client.get_executor(pure=False)
-        for number, data in _complete(todo, lambda number: executor.submit(encoded_chunk, store, number), watch.room):
+        submit = partial(executor.submit, encoded_chunk, store.plan, store.map_sha256)
+        for number, data in _complete(todo, submit, watch.room):
             try:
                 read_chunk(store, number, BytesIO(data))
             except RejectedFileError as error:
