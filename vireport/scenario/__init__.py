@@ -17,7 +17,6 @@ from vireport.scenario.blocks import (
     Sampling,
     Scenario,
     Simulation,
-    Tolerances,
     inputs,
     to_dict,
 )
@@ -49,7 +48,6 @@ __all__ = [
     "ScalarInput",
     "Scenario",
     "Simulation",
-    "Tolerances",
     "as_texts",
     "blocks",
     "init_text",
