@@ -65,6 +65,14 @@ def test_csv_alone_draws_nothing(example, tmp_path: Path) -> None:
     assert not loaded & HEAVY
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("format_", "needless"), [("svg", {"jinja2", "typst"}), ("png", {"jinja2"})])
+def test_figures_alone_need_no_templates(format_: str, needless: set[str], example, tmp_path: Path) -> None:
+    loaded = imported_by("run", str(example("inclined")), "-o", str(tmp_path / "out"), "--format", format_)
+    assert "matplotlib" in loaded
+    assert not loaded & (needless | {"bs4", "markdownify"})
+
+
 def test_an_install_command_names_an_extra_that_brings_the_package() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     for package, extra in EXTRAS.items():

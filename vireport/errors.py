@@ -89,3 +89,12 @@ class OutputError(VireportError):
 
 class NumericalError(VireportError):
     """The numbers could not be had: a case outside the theory, or a computation that did not converge."""
+
+
+class RenderError(VireportError):
+    """A template that cannot be set."""
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """What the library says, with the place that it shows."""
+        return tuple(str(self).split("\n"))

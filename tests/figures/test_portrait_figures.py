@@ -19,7 +19,8 @@ from PIL import Image
 
 from vireport.figures import PairedImpacts, figure_2, figure_7, pictures, png_of, simulated_points
 from vireport.figures.curves import stretches
-from vireport.figures.diagram import WORDS, diagram_alt, figure_diagram, groups
+from vireport.figures.diagram import WORDS, figure_diagram, groups
+from vireport.figures.diagram import picture as diagram_picture
 from vireport.figures.portraits import (
     BALL,
     BOTTOM_IMPACT,
@@ -194,7 +195,7 @@ def test_many_words_are_named_up_to_eight() -> None:
 def test_only_a_ball_that_rests_or_flies_is_said_to_have_no_impacts() -> None:
     check = simulated_study().crosscheck
     found = diagram_of(["BT", *Outcome])
-    told = diagram_alt(simulated_study(), found, check.values)
+    told = diagram_picture(simulated_study(), found, check.values, check.d).alt
     still = f"; from some starts the ball ends {Outcome.REST}, or {Outcome.FREE}, which has no impacts."
     assert told.endswith(still)
 

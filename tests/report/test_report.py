@@ -19,11 +19,11 @@ from conftest import first
 from pages import Page, squeeze, tidy
 from pypdf import PdfReader
 
-from vireport.errors import UsageError
+from vireport.errors import RenderError, UsageError
 from vireport.figures import Picture, blank
 from vireport.gate.verdict import Question
 from vireport.report import Report, render_html, render_pdf
-from vireport.report.rendering import TEMPLATES, RenderError
+from vireport.report.templates import TEMPLATES
 from vireport.scenario.loading import load, loads
 from vireport.study import with_pages
 from vireport.study.provenance import provenance_of

@@ -312,7 +312,7 @@ def compare(
 ) -> None:
     """Compare scenarios, or variants of one. Says which is best, and why; figures have shared axes."""
     _refuse_files_beside_json(json, "comparison", output, format_)
-    from vireport.cli.outputs import compare_outcome
+    from vireport.cli.outputs import compare_outcome, file_names
     from vireport.comparison import compare as compare_scenarios
     from vireport.comparison import comparison_provenance, outputs
     from vireport.files import require_writable
@@ -320,7 +320,7 @@ def compare(
     options = (("--vary", vary), ("--json", json), ("--set", set_), ("--format", format_))
     command, formats = _command("compare", scenarios, *options, _paper(paper)), _formats(format_)
     if not json:
-        require_writable(output or Path(outputs.FOLDER), outputs.file_names(formats))
+        require_writable(output or Path(outputs.FOLDER), file_names(formats, outputs.NAMES))
     with progress(quiet) as say:
         comparison = compare_scenarios(scenarios, vary or None, overrides=set_ or (), progress=say)
         if not json:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vireport.cli.outcome import Outcome
+from vireport.gate import unmet
 from vireport.scenario import Loaded
 from vireport.study import (
     FIGURES,
@@ -46,9 +47,9 @@ NAMES = {
 """Files that a run may write, by their formats."""
 
 
-def file_names(formats: Iterable[Task]) -> tuple[str, ...]:
-    """The files that a run may write in these formats."""
-    return tuple(name for task in formats for name in NAMES.get(task, ()))
+def file_names(formats: Iterable[Task], names: Mapping[Task, tuple[str, ...]] = NAMES) -> tuple[str, ...]:
+    """The files that a run may write in these formats, or another command, by its table of names."""
+    return tuple(name for task in formats for name in names.get(task, ()))
 
 
 def results_outcome(
@@ -134,12 +135,16 @@ def run_files(
     pictures = more
     if plan.runs(*FIGURES):
         say("drawing")
-        pictures = (*_pictures(study), *more)
+        from vireport.figures import pictures as pictures_of
+        from vireport.figures import simulated_points
+
+        pictures = (*pictures_of(study, simulated_points(study)), *more)
     if plan.runs(Task.HTML, Task.PDF, Task.PNG, Task.SVG):
         say("setting the report")
         from vireport.report import Report, render_files
 
-        origin = with_pages(provenance, drawn=bool(pictures))
+        paged = plan.runs(Task.HTML, Task.PDF)
+        origin = with_pages(provenance, drawn=bool(pictures)) if paged else provenance
         report = Report(study, {picture.name: picture for picture in pictures}, origin, changes, search)
         files |= render_files(report, {task for task in NAMES if plan.runs(task)}, templates, paper)
     if plan.runs(Task.JSON):
@@ -172,18 +177,15 @@ def compare_outcome(
     from vireport.comparison import outputs
 
     files = outputs.render_comparison(comparison, set(formats), command, templates, say, paper)
-    stale = outputs.file_names(formats)
-    beside = tuple(name for name in outputs.file_names(outputs.NAMES) if name not in stale)
+    stale = file_names(formats, outputs.NAMES)
+    beside = file_names([task for task in outputs.NAMES if task not in formats], outputs.NAMES)
     return Outcome(files=files, stale=stale, beside=beside, summary=outputs.summary(comparison))
 
 
 def _judged(study: Study, printed: str | bytes, files: dict[str, bytes] | None = None, summary: str = "") -> Outcome:
     """The outcome of a study, with the exit code that what its scenario requires makes it."""
-    if all(criterion.passed for criterion in study.criteria):
-        return Outcome(printed, files or {}, summary=summary)
-    from vireport.gate import unmet
-
-    return Outcome(printed, files or {}, summary=summary, failure=unmet(study.criteria), exit_code=1)
+    failure = unmet(study.criteria)
+    return Outcome(printed, files or {}, summary=summary, failure=failure, exit_code=int(bool(failure)))
 
 
 def _again(outcome: Outcome, study: Study, carried: Carried | None) -> Outcome:
@@ -204,9 +206,3 @@ def _certificates(study: Study) -> str:
     from vireport.report import certify_text
 
     return certify_text(study.certificates, study.solution.sweep.parameter).rstrip() + "\n"
-
-
-def _pictures(study: Study) -> tuple[Picture, ...]:
-    from vireport.figures import pictures, simulated_points
-
-    return pictures(study, None if study.crosscheck is None else simulated_points(study))

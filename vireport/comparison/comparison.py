@@ -115,17 +115,12 @@ class Comparison:
 
     def rows(self) -> list[dict[str, Any]]:
         """A row for each quantity, for a data frame; the scenarios are columns by their names."""
+        plain = [quantity.to_dict() for quantity in self.quantities]
         return [
-            {
-                "quantity": quantity.quantity,
-                "group": quantity.group,
-                "unit": quantity.unit,
-                **dict(zip(self.names, quantity.values, strict=True)),
-                "change": quantity.change,
-                "differs": quantity.differs,
-                "sentence": quantity.sentence,
-            }
-            for quantity in self.quantities
+            {name: row[name] for name in ("quantity", "group", "unit")}
+            | dict(zip(self.names, row["values"], strict=True))
+            | {name: row[name] for name in ("change", "differs", "sentence")}
+            for row in plain
         ]
 
     def _repr_html_(self) -> str:

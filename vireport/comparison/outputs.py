@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -34,11 +33,6 @@ NAMES = {
     Task.MARKDOWN: ("summary.md",),
 }
 """Files that a comparison may write, by their formats."""
-
-
-def file_names(formats: Iterable[str]) -> tuple[str, ...]:
-    """The files that a comparison may write in these formats."""
-    return tuple(name for task in formats for name in NAMES.get(Task(task), ()))
 
 
 def folder_of(comparison: Comparison, command: str) -> Path:
@@ -91,7 +85,7 @@ def render_comparison(
         from vireport.comparison.pages import ComparisonReport
         from vireport.report import render_files
 
-        origin = with_pages(provenance, drawn=bool(drawn))
+        origin = with_pages(provenance, drawn=bool(drawn)) if formats & {"html", "pdf"} else provenance
         report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin)
         files |= render_files(report, formats, templates, paper)
     if "json" in formats:

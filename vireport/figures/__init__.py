@@ -1,6 +1,6 @@
 """Every figure of a study, drawn from its numbers, with caption and alternative text."""
 
-from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, conditions, held, held_by, swept_range
+from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, held, held_by, swept_range
 from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
@@ -28,7 +28,6 @@ __all__ = [
     "Picture",
     "alt_text",
     "blank",
-    "conditions",
     "drawing_of",
     "figure_2",
     "figure_4",

@@ -52,7 +52,16 @@ ARROW = {"arrowstyle": "<->", "color": Color.BLACK, "linewidth": 0.9, "shrinkA":
 
 def picture(study: Study) -> Picture:
     """The figure with its words."""
-    return Picture(Task.FIGURE_DEVICE, TITLE, caption(study), alt_text(study), figure_device(study))
+    motion, dimensions = shown_motion(study), dict.fromkeys([*held(study), *_masses(study)])
+    caption = "The capsule with the ball between its membranes, not to scale across"
+    alt = f"Sketch of a capsule with a ball between two membranes: {', '.join(dimensions)}."
+    if motion is not None:
+        words, (time, distance) = motion
+        caption += f", and the distance of the ball from the bottom membrane in one period: {words}"
+        shares = dict.fromkeys(exact(float(f"{at / time[-1]:.3g}")) for at in time[distance > 1 - AT_WALL])
+        meets = f"meets the top after {' and '.join(shares)} of it" if shares else "does not meet the top"
+        alt += f" Line chart of the ball's distance from the bottom over one period: it {meets}."
+    return Picture(Task.FIGURE_DEVICE, TITLE, f"{caption}.", alt, figure_device(study))
 
 
 def figure_device(study: Study) -> Figure:
@@ -109,28 +118,6 @@ def path(motions: Motions, row: int, period_ratio: int) -> Curve:
         distances.append(0.5 - z / d)
         start += period_ratio * share
     return np.concatenate(times), np.concatenate(distances)
-
-
-def caption(study: Study) -> str:
-    """What is drawn, and of which motion."""
-    about = "The capsule with the ball between its membranes, not to scale across"
-    motion = shown_motion(study)
-    if motion is None:
-        return f"{about}."
-    return f"{about}, and the distance of the ball from the bottom membrane in one period: {motion[0]}."
-
-
-def alt_text(study: Study) -> str:
-    """A description for those who do not see it."""
-    dimensions = dict.fromkeys([*held(study), *_masses(study)])
-    sketch = f"Sketch of a capsule with a ball between two membranes: {', '.join(dimensions)}."
-    motion = shown_motion(study)
-    if motion is None:
-        return sketch
-    time, distance = motion[1]
-    shares = dict.fromkeys(exact(float(f"{at / time[-1]:.3g}")) for at in time[distance > 1 - AT_WALL])
-    meets = f"meets the top after {' and '.join(shares)} of it" if shares else "does not meet the top"
-    return f"{sketch} Line chart of the ball's distance from the bottom over one period: it {meets}."
 
 
 def _masses(study: Study) -> list[str]:

@@ -15,10 +15,10 @@ from vireport.figures.curves import Curve, Floats, impact_pairs, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import AXES_HEIGHT, Entry, blank, finished, fit_vertically, say
 from vireport.figures.portraits import short
-from vireport.figures.style import GUIDE, SMALL, Color, Look, style
+from vireport.figures.style import GUIDE, SMALL, Color, Look, Picture, style
 from vireport.figures.sweeps import NO_MOTION, Drawing, drawing_of
 from vireport.simulation import Outcome
-from vireport.study import Study
+from vireport.study import Study, Task
 from vireport.text import significant
 
 if TYPE_CHECKING:
@@ -149,19 +149,16 @@ def _values(diagram: Diagram, group: Group) -> NDArray[np.int64]:
     return np.unique(diagram.index[group[1]])
 
 
-def diagram_caption(study: Study, diagram: Diagram, values: Floats) -> str:
-    """The caption of the diagram: what is drawn; a table has at how many values each motion was found."""
+def picture(study: Study, diagram: Diagram, values: Floats, d: Floats) -> Picture:
+    """The diagram with its words; a table has at how many values each motion was found."""
     about = (
         "Velocity |Ż| of every impact of the motions that the simulation ends on, by the word of the motion: B and T "
         "are impacts on the bottom (filled) and on the top (open), ~ chatter that ends in sticking"
     )
-    return f"{about}; {conditions(study)}. {len(values)} values of the swept parameter were simulated."
-
-
-def diagram_alt(study: Study, diagram: Diagram, values: Floats) -> str:
-    """A description of the diagram for those who do not see it."""
-    swept = study.solution.sweep.parameter.quantity if study.solution.sweep else "swept parameter"
-    return f"Scatter chart of impact velocities over the {swept}, by simulation. {_found(study, diagram, values)}"
+    caption = f"{about}; {conditions(study)}. {len(values)} values of the swept parameter were simulated."
+    swept, found = study.solution.parameter.quantity, _found(study, diagram, values)
+    alt = f"Scatter chart of impact velocities over the {swept}, by simulation. {found}"
+    return Picture(Task.FIGURE_DIAGRAM, TITLE, caption, alt, figure_diagram(study, diagram, values, d))
 
 
 def _found(study: Study, diagram: Diagram, values: Floats) -> str:

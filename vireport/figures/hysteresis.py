@@ -60,7 +60,13 @@ def picture(study: Study, slowly: Hysteresis) -> Picture:
         notes: list[Entry] = [("stable motion, analytic", STABLE)] if known else []
         heading, legends = [(conditions(study), Color.BLACK)], [[*ways, *notes]]
         drawn = finished(figure, HEIGHT + AXES_HEIGHT, heading, legends, [(axes, labels)])
-    return Picture(Task.FIGURE_HYSTERESIS, TITLE, _caption(study, slowly), _alt(study, slowly), drawn)
+    counts = _counts(study, slowly)
+    caption = (
+        "Velocity |Ż| of every impact where each value starts from the state that the last one ended in; dashed: jumps "
+        f"to another motion; light bands: the motion depends on the direction; {conditions(study)}. {counts}"
+    )
+    alt = f"Scatter chart of impact velocities over the {study.solution.parameter.quantity}. {counts}"
+    return Picture(Task.FIGURE_HYSTERESIS, TITLE, caption, alt, drawn)
 
 
 def _stable(drawing: Drawing) -> list[Curve]:
@@ -92,19 +98,6 @@ def _jump(axes: Axes, axis: SweepAxis, jump: Jump, look: Look) -> Label:
     axes.plot([at, at], [low, high], **(JUMP | {"color": look["color"], "marker": look["marker"], "markersize": 4.0}))
     y = np.linspace(high, low, 24)[1:-1]
     return Label(significant(jump.value, ENOUGH), np.full(len(y), at), y, TEXT - 1.5, look["color"])
-
-
-def _caption(study: Study, slowly: Hysteresis) -> str:
-    return (
-        "Velocity |Ż| of every impact where each value starts from the state that the last one ended in; dashed: jumps "
-        f"to another motion; light bands: the motion depends on the direction; {conditions(study)}. "
-        f"{_counts(study, slowly)}"
-    )
-
-
-def _alt(study: Study, slowly: Hysteresis) -> str:
-    quantity = study.solution.parameter.quantity
-    return f"Scatter chart of impact velocities over the {quantity}. {_counts(study, slowly)}"
 
 
 def _counts(study: Study, slowly: Hysteresis) -> str:

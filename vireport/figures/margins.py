@@ -38,7 +38,15 @@ def picture(study: Study) -> Picture | None:
     shifts = _shifts(study, end) if end is not None else []
     if end is None or not shifts:
         return None
-    return Picture(Task.FIGURE_MARGINS, TITLE, _caption(end), _alt(end, shifts), figure_margins(end, shifts))
+    parameter = end.parameter
+    caption = (
+        f"The nearest end of stable motion is the {end.name} at {parameter.symbol} = "
+        f"{parameter.show(end.sweep_value)}. The bars are how far it moves, in per cent of that value, if one of the "
+        "other inputs grows by 1 %: exact derivatives at the design point, by the implicit function theorem."
+    )
+    moved = ", ".join(f"{name.quantity} {significant(shift, 3)} %" for name, shift in shifts)
+    alt = f"Bar chart. 1 % more of each input moves the {end.name} in {parameter.quantity} by: {moved}."
+    return Picture(Task.FIGURE_MARGINS, TITLE, caption, alt, figure_margins(end, shifts))
 
 
 def _shifts(study: Study, end: Margin) -> list[tuple[DesignInput, float]]:
@@ -46,20 +54,6 @@ def _shifts(study: Study, end: Margin) -> list[tuple[DesignInput, float]]:
     shifts = [
         (name, derivative * float(getattr(study.solution.device, name)) / end.sweep_value)
         for name, derivative in end.derivatives.items()
-        if derivative is not None
+        if derivative
     ]
     return sorted(((name, x) for name, x in shifts if x), key=lambda shift: -abs(shift[1]))
-
-
-def _caption(end: Margin) -> str:
-    parameter = end.parameter
-    return (
-        f"The nearest end of stable motion is the {end.name} at {parameter.symbol} = "
-        f"{parameter.show(end.sweep_value)}. The bars are how far it moves, in per cent of that value, if one of the "
-        "other inputs grows by 1 %: exact derivatives at the design point, by the implicit function theorem."
-    )
-
-
-def _alt(end: Margin, shifts: list[tuple[DesignInput, float]]) -> str:
-    moved = ", ".join(f"{name.quantity} {significant(shift, 3)} %" for name, shift in shifts)
-    return f"Bar chart. 1 % more of each input moves the {end.name} in {end.parameter.quantity} by: {moved}."

@@ -24,7 +24,7 @@ def pictures(study: Study, simulated: PairedImpacts | None = None) -> tuple[Pict
     simulated : PairedImpacts, optional
         Motions from a simulation, drawn over the analytic ones.
     """
-    drawn = [*_along_sweep(study, simulated), *_simulated(study), *_atlas(study), *_device(study), *_margins(study)]
+    drawn = [*_along_sweep(study, simulated), *_simulated(study), *_atlas(study), *_design(study)]
     drawn += measured_pictures(study)
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
@@ -47,21 +47,14 @@ def _simulated(study: Study) -> Iterator[Picture]:
     if check is None:
         return
     from vireport.figures import diagram as bifurcation
-    from vireport.figures import portraits
+    from vireport.figures.portraits import portraits_picture
 
     held = conditions(study, check.parameter)
-    for name, draw, motions in (
-        (Task.FIGURE_3, portraits.figure_3, check.portraits),
-        (Task.FIGURE_6, portraits.figure_6, check.displacements),
-    ):
+    for name, motions in ((Task.FIGURE_3, check.portraits), (Task.FIGURE_6, check.displacements)):
         if study.plan.runs(name):
-            words = portraits.portrait_caption(name, motions, held), portraits.portrait_alt(name, motions)
-            yield Picture(name, portraits.TITLES[name], *words, draw(motions, held))
-    name, points = Task.FIGURE_DIAGRAM, check.diagram
-    if study.plan.runs(name) and points is not None:
-        about = study, points, check.values
-        words = bifurcation.diagram_caption(*about), bifurcation.diagram_alt(*about)
-        yield Picture(name, bifurcation.TITLE, *words, bifurcation.figure_diagram(*about, check.d))
+            yield portraits_picture(motions, held, name)
+    if study.plan.runs(Task.FIGURE_DIAGRAM) and check.diagram is not None:
+        yield bifurcation.picture(study, check.diagram, check.values, check.d)
     if study.plan.runs(Task.FIGURE_HYSTERESIS) and check.hysteresis is not None:
         from vireport.figures import hysteresis
 
@@ -96,20 +89,16 @@ def _named(study: Study, found: Atlas, names: tuple[str, ...]) -> Iterator[Pictu
         yield portraits_picture(shown, conditions(study))
 
 
-def _device(study: Study) -> Iterator[Picture]:
+def _design(study: Study) -> Iterator[Picture]:
+    """The device, and what moves the nearest end of its stable motion."""
     if study.plan.runs(Task.FIGURE_DEVICE):
         from vireport.figures import device
 
         yield device.picture(study)
-
-
-def _margins(study: Study) -> Iterator[Picture]:
-    """What moves the nearest end of stable motion."""
     if study.plan.runs(Task.FIGURE_MARGINS):
         from vireport.figures import margins
 
-        drawn = margins.picture(study)
-        if drawn is not None:
+        if (drawn := margins.picture(study)) is not None:
             yield drawn
 
 

@@ -109,11 +109,20 @@ def figure_portraits(portraits: Sequence[Portrait], held: str = "") -> Figure:
     return _beside_phase_portraits(portraits, held, _path, "Z [–]")
 
 
-def portraits_picture(portraits: Sequence[Portrait], held: str) -> Picture:
-    """`figure_portraits` with its words."""
-    name = Task.FIGURE_PORTRAITS
-    words = TITLES[name], portrait_caption(name, portraits, held), portrait_alt(name, portraits)
-    return Picture(name, *words, figure_portraits(portraits, held))
+def portraits_picture(portraits: Sequence[Portrait], held: str, name: Task = Task.FIGURE_PORTRAITS) -> Picture:
+    """One of these figures with its words: what is drawn, and which motions; in the caption without their numbers.
+
+    Parameters
+    ----------
+    portraits : sequence of Portrait
+    held : str
+        The parameters that they share, in words.
+    name : Task
+    """
+    draw = {Task.FIGURE_3: figure_3, Task.FIGURE_6: figure_6, Task.FIGURE_PORTRAITS: figure_portraits}[name]
+    about = ", ".join(filter(None, (ABOUT[name], held)))
+    caption = f"{about}. {'; '.join(_motions(name, portraits, numbers=False))}."
+    return Picture(name, TITLES[name], caption, portrait_alt(name, portraits), draw(portraits, held))
 
 
 def _beside_phase_portraits(
@@ -349,20 +358,6 @@ def short(word: str) -> str:
     if len(unit) <= LONGEST_WORD:
         return f"({unit})×{len(word) // len(unit)}"
     return f"{word[:LONGEST_WORD]}… ({len(word.replace('~', ''))})"
-
-
-def portrait_caption(figure: Task, portraits: Sequence[Portrait], held: str) -> str:
-    """The caption of one of these figures: what is drawn, and which motions; a table has their numbers.
-
-    Parameters
-    ----------
-    figure : Task
-    portraits : sequence of Portrait
-    held : str
-        The parameters that they share, in words.
-    """
-    motions = "; ".join(_motions(figure, portraits, numbers=False))
-    return f"{', '.join([ABOUT[figure], *([held] if held else [])])}. {motions}."
 
 
 def portrait_alt(figure: Task, portraits: Sequence[Portrait]) -> str:

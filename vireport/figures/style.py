@@ -11,15 +11,17 @@ from html import escape
 from io import BytesIO
 from pathlib import Path
 from struct import pack
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 from zlib import crc32
 
 import matplotlib
-import typst
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 
 from vireport.figures.vector import drawing
+
+if TYPE_CHECKING:
+    import typst
 
 Look = dict[str, Any]
 """Properties of a line or of markers, as `matplotlib.lines.Line2D` takes them."""
@@ -160,6 +162,8 @@ _NAMES = {value.lower(): name.lower() for name, value in vars(Color).items() if 
 @cache
 def _typst() -> typst.Compiler:
     """Typst with the font of the figures."""
+    import typst
+
     font = findfont(FontProperties(family=STYLE["font.family"]))
     return typst.Compiler(ignore_system_fonts=True, font_paths=[Path(font).parent])
 

@@ -1,7 +1,7 @@
 """The best design: which values of some inputs make an objective largest, all requirements met."""
 
 from vireport.optimise import outputs
-from vireport.optimise.problem import Problem, problem_of
-from vireport.optimise.search import Evidence, Point, optimise
+from vireport.optimise.problem import problem_of
+from vireport.optimise.search import Point, optimise
 
-__all__ = ["Evidence", "Point", "Problem", "optimise", "outputs", "problem_of"]
+__all__ = ["Point", "optimise", "outputs", "problem_of"]

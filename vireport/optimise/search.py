@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import DesignPoint
+from vireport.gate import Question
 from vireport.optimise.bound import largest_value
 from vireport.optimise.cells import Cells, corner_slack, evaluate, keeps_motion
 from vireport.optimise.evolution import POPULATION, evolve
@@ -49,7 +50,7 @@ class Point:
     def tolerated(self) -> bool:
         """Whether every device within the tolerances is proved to work, or as many do as are required."""
         found = self.study.tolerances
-        enough = any(one.key == "yield_at_least_percent" and one.passed for one in self.study.criteria)
+        enough = any(one.question is Question.TOLERANCES and one.passed for one in self.study.criteria)
         return found is None or found.proved or enough
 
     @property

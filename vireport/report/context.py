@@ -19,7 +19,7 @@ from vireport.physics import DIGITS, Device
 from vireport.report.certificates import summary
 from vireport.report.ci_formats import source_url
 from vireport.report.voltages import MassEffect, Place, mass_effects, places
-from vireport.scenario import LARGEST, SMALLEST, UNIT_OF_SWEPT, Parameter, ScalarInput, inputs
+from vireport.scenario import LARGEST, SMALLEST, UNIT_OF_SWEPT, DesignInput, Parameter, ScalarInput, inputs
 from vireport.study import Provenance, Study, results
 from vireport.text import Table, written
 from vireport.trust import (
@@ -40,11 +40,8 @@ if TYPE_CHECKING:
     from vireport.figures import Picture
     from vireport.sequences import Rung
 
-SYMBOLS = {
-    "device.capsule_mass_kg": "*M*",
+SYMBOLS = {varied.path: f"*{varied.symbol}*" for varied in DesignInput} | {
     "device.ball_mass_kg": "*m*",
-    "device.restitution": "*r*",
-    "device.length_m": "*s*",
     "device.membrane.stiffness": "*K*",
     "device.membrane.exponent": "*h*",
     "device.membrane.active_radius_m": "*R*_c",
@@ -52,9 +49,7 @@ SYMBOLS = {
     "device.membrane.bias_voltage_v": "*U*_in",
     "device.membrane.thickness_m": "*κ*",
     "device.membrane.relative_permittivity": "*ε*_r",
-    "excitation.amplitude_n": "*F*",
     "excitation.frequency_hz": "*f* = *ω*/2π",
-    "inclination_deg": "*β*",
     "gravity_m_s2": "*g*",
     "period_ratio": "*n*",
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -69,36 +70,23 @@ class MassEffect:
 
 def places(solution: Solution) -> list[Place]:
     """The stable motions at the design point, then those at the ends of the stable ranges; empty without a membrane."""
-    if solution.membrane is None:
+    membrane, design, rows = solution.membrane, solution.design, list[tuple[Any, ...]]()
+    if membrane is None:
         return []
+    if design is not None:
+        x = design.motions
+        states = zip(x.d[x.stable], x.velocity_bottom[x.stable], x.velocity_top[x.stable], strict=True)
+        rows += [(True, None, design.value, *state) for state in states]
+    ends = (end for part in solution.stable_ranges for end in part.ends)
+    rows += [(False, point, value, *state) for value, point in ends for state in _at(solution, value)]
     found = []
-    if solution.design is not None:
-        x = solution.design.motions
-        for row in np.nonzero(x.stable)[0]:
-            state = float(x.d[row]), float(x.velocity_bottom[row]), float(x.velocity_top[row])
-            found.append(_place(solution, solution.membrane, True, None, solution.design.value, *state))
-    for part in solution.stable_ranges:
-        for value, point in part.ends:
-            motions = _at(solution, value)
-            found += [_place(solution, solution.membrane, False, point, value, *state) for state in motions]
+    for at_design, point, value, *state in rows:
+        d, bottom, top = map(float, state)
+        unit = float(solution.device.velocity_unit(solution.parameter, value))
+        gain = _voltages(unit * bottom, -unit * top, membrane)
+        numbers = (float(x) for x in (gain.bottom_v, gain.top_v, gain.average_v, gain.deflection_m))
+        found.append(Place(at_design, point, value, d, unit * bottom, -unit * top, *numbers))
     return found
-
-
-def _place(
-    solution: Solution,
-    membrane: Membrane,
-    at_design: bool,
-    point: CriticalPoint | None,
-    value: float,
-    d: float,
-    bottom: float,
-    top: float,
-) -> Place:
-    unit = float(solution.device.velocity_unit(solution.parameter, value))
-    speeds = unit * bottom, -unit * top
-    gain = _voltages(*speeds, membrane)
-    volts = float(gain.bottom_v), float(gain.top_v), float(gain.average_v)
-    return Place(at_design, point, value, d, *speeds, *volts, float(gain.deflection_m))
 
 
 def _voltages(speed_bottom: float, speed_top: float, membrane: Membrane) -> Voltages:
@@ -112,7 +100,7 @@ def _at(solution: Solution, value: float) -> Iterator[tuple[float, float, float]
         for part in branch.segments():
             for row in (part.first, part.last):
                 if part.stable and branch.mirror_of is None and float(x.sweep_value[row]) == value:
-                    yield float(x.d[row]), float(x.velocity_bottom[row]), float(x.velocity_top[row])
+                    yield x.d[row], x.velocity_bottom[row], x.velocity_top[row]
 
 
 def mass_effects(solution: Solution) -> list[MassEffect]:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from math import isfinite
-from typing import Any
 
 import numpy as np
 
 from vireport.analysis import HIGHEST_RESTITUTION
 from vireport.errors import UsageError
-from vireport.physics import Device
 from vireport.progress import Progress
 from vireport.scenario import DesignInput, Loaded, Scenario
 from vireport.sequences import Chart, Limits, Plane, chart
@@ -54,14 +52,10 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
     absent = [one.path for one in DesignInput if getattr(device, one) is None]
     if absent:
         raise UsageError(f"--over: {absent[0]} has no value (give it one in the scenario, or name it in --over)")
-    _require_resolved(device, inputs, high)
-    return Plane(device, (inputs[0], inputs[1]), low, high)
-
-
-def _require_resolved(device: Device, inputs: tuple[DesignInput, ...], high: Any) -> None:
     for corner in (device, device.with_values(dict(zip(inputs, high.tolist(), strict=True)))):
         if corner.inclination_deg and corner.unresolved:
             raise UsageError(f"--over: {corner.unresolved}")
+    return Plane(device, (inputs[0], inputs[1]), low, high)
 
 
 def _axis(scenario: Scenario, part: str) -> tuple[DesignInput, tuple[float, float]]:

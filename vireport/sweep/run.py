@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections import deque
 from collections.abc import Callable
+from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -95,14 +96,11 @@ def _compute(store: Store, scheduler: str | None, workers: int, progress: Progre
         require_space(store, finished)
         done = sum(map(plan.rows, finished))
         progress(done, plan.cells)
-
-        def stored(chunk: int) -> None:
-            nonlocal done
-            done += plan.rows(chunk)
-            progress(done, plan.cells)
-
         todo = deque(chunk for chunk in range(plan.chunks) if chunk not in finished)
-        compute(store, todo, stored, scheduler, min(workers, len(todo)))
+        with closing(compute(store, todo, scheduler, min(workers, len(todo)))) as chunks:
+            for chunk in chunks:
+                done += plan.rows(chunk)
+                progress(done, plan.cells)
 
 
 def cores() -> int:

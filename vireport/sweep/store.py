@@ -88,7 +88,7 @@ class Identity:
         return {IDENTITY: json.dumps(asdict(self)).encode()}
 
 
-def identity_of(plan: MapPlan, map_sha256: str, chunk: int | None = None) -> Identity:
+def identity_of(plan: MapPlan, map_sha256: str, chunk: int | None) -> Identity:
     """What is computed here and now."""
     return Identity(map_sha256, __version__, np.__version__, plan.cells, plan.chunks, chunk)
 
@@ -134,10 +134,9 @@ class Store:
         """File of a chunk."""
         return self.chunks / f"{number:09d}.parquet"
 
-    @property
-    def identity(self) -> Identity:
-        """Of the whole map, computed here and now."""
-        return identity_of(self.plan, self.map_sha256)
+    def identity(self, chunk: int | None = None) -> Identity:
+        """Of the whole map or of a chunk, computed here and now."""
+        return identity_of(self.plan, self.map_sha256, chunk)
 
 
 @contextmanager
@@ -197,16 +196,16 @@ def writing(folder: Path) -> AbstractContextManager[None]:
 
 
 def encoded_chunk(plan: MapPlan, map_sha256: str, chunk: int) -> bytes:
-    """Compute a chunk, as the bytes of its file."""
+    """Compute a chunk, as the bytes of its file; a worker on another machine has no folder of the map."""
     sink = pa.BufferOutputStream()
     table = evaluate(plan, plan.numbers(chunk))
     _write(sink, plan, identity_of(plan, map_sha256, chunk).metadata(), [table])
     return bytes(sink.getvalue())
 
 
-def write_chunk(plan: MapPlan, map_sha256: str, chunk: int, path: Path) -> None:
+def write_chunk(store: Store, chunk: int) -> None:
     """Compute a chunk and write its file."""
-    write_whole(path, encoded_chunk(plan, map_sha256, chunk))
+    write_whole(store.chunk(chunk), encoded_chunk(store.plan, store.map_sha256, chunk))
 
 
 def _write(sink: Any, plan: MapPlan, metadata: dict[bytes, bytes], row_groups: Iterable[pa.Table]) -> None:
@@ -242,7 +241,7 @@ def read_chunk(store: Store, chunk: int, source: Any) -> pa.Table:
     ------
     RejectedFileError
     """
-    return pa.concat_tables(_verified(source, store.plan, replace(store.identity, chunk=chunk)))
+    return pa.concat_tables(_verified(source, store.plan, store.identity(chunk)))
 
 
 def _verified(source: Any, plan: MapPlan, expected: Identity) -> Iterator[pa.Table]:
@@ -310,7 +309,7 @@ def _refuse_other_map(store: Store, identities: list[Identity]) -> None:
     """Refuse a folder with results of another map, or of this one by other versions."""
     words = {"map_sha256": "the map file", "vireport": "the version of vireport", "numpy": "the version of numpy"}
     for identity in identities:
-        changed = [word for key, word in words.items() if getattr(identity, key) != getattr(store.identity, key)]
+        changed = [word for key, word in words.items() if getattr(identity, key) != getattr(store.identity(), key)]
         if changed:
             raise UsageError(
                 f"{store.folder}: holds the results of another map: {', '.join(changed)} changed since. They are not "
@@ -344,7 +343,7 @@ def finished_counts(store: Store, rejected: list[str]) -> StabilityCounts | None
 def _counted(store: Store, path: Path) -> StabilityCounts:
     """Read and verify the whole map, and count its cells by the type of their motion."""
     counts: StabilityCounts = Counter()
-    for table in _verified(path, store.plan, store.identity):
+    for table in _verified(path, store.plan, store.identity()):
         for pair in table.column("stability").value_counts().to_pylist():
             counts[pair["values"]] += pair["counts"]
     return counts
@@ -364,7 +363,7 @@ def merge(store: Store, rejected: list[str]) -> StabilityCounts:
         Where what was written cannot be read again.
     """
     unfinished = store.folder / UNFINISHED
-    metadata = store.identity.metadata() | {b"map": store.text.encode()}
+    metadata = store.identity().metadata() | {b"map": store.text.encode()}
     try:
         _write(unfinished, store.plan, metadata, _row_groups(store, rejected))
         with open(unfinished, "rb+") as file:
@@ -396,7 +395,7 @@ def _row_groups(store: Store, rejected: list[str]) -> Iterator[pa.Table]:
             gathered.append(read_chunk(store, number, path))
         except RejectedFileError as error:
             rejected.append(f"{path} {error}: computed again")
-            write_chunk(store.plan, store.map_sha256, number, path)
+            write_chunk(store, number)
             gathered.append(read_chunk(store, number, path))
         if sum(map(len, gathered)) >= ROW_GROUP or number + 1 == store.plan.chunks:
             yield pa.concat_tables(gathered).unify_dictionaries().combine_chunks()

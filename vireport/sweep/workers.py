@@ -13,10 +13,11 @@ import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from importlib import import_module
 from io import BytesIO
 from multiprocessing import connection, forkserver, parent_process, resource_tracker
@@ -28,9 +29,6 @@ from vireport.errors import NumericalError, UsageError, installing
 from vireport.files import write_whole
 from vireport.interrupts import check, deferred
 from vireport.sweep.store import RejectedFileError, Store, encoded_chunk, read_chunk, write_chunk
-
-Stored = Callable[[int], None]
-"""Called with the number of each chunk that is stored."""
 
 AHEAD = 2
 """Chunks under way for each worker: one that it computes, and one that waits for it."""
@@ -63,16 +61,14 @@ SILENT = dict.fromkeys(("asyncio", "distributed", "distributed.client", "tornado
 RESUME = "What is computed so far is kept: run the same command again to go on"
 
 
-def compute(store: Store, todo: deque[int], stored: Stored, scheduler: str | None, workers: int) -> None:
-    """Compute and store chunks.
+def compute(store: Store, todo: deque[int], scheduler: str | None, workers: int) -> Generator[int, None, None]:
+    """Compute and store chunks, and yield the number of each that is stored.
 
     Parameters
     ----------
     store : Store
     todo : deque of int
         Numbers of the chunks; those that are done are taken out.
-    stored : callable
-        Called with the number of each chunk that is stored.
     scheduler : str or None
         Address of a Dask scheduler.
     workers : int
@@ -84,22 +80,19 @@ def compute(store: Store, todo: deque[int], stored: Stored, scheduler: str | Non
         Where the workers are lost for good, or those of a cluster have other versions.
     """
     if scheduler is not None and todo:
-        _on_cluster(store, todo, stored, scheduler)
+        yield from _on_cluster(store, todo, scheduler)
     elif workers > 1:
-        _on_cores(store, todo, stored, workers)
+        yield from _on_cores(store, todo, workers)
     else:
         while todo:
-            write_chunk(store.plan, store.map_sha256, todo[0], store.chunk(todo[0]))
-            stored(todo.popleft())
+            write_chunk(store, todo[0])
+            yield todo.popleft()
 
 
 def _complete(
-    todo: deque[int],
-    submit: Callable[[int], Future[Any]],
-    room: Callable[[], int],
-    done: Callable[[int, Any], None],
-) -> None:
-    """Keep chunks under way until none is left, and hand over what each returns.
+    todo: deque[int], submit: Callable[[int], Future[Any]], room: Callable[[], int]
+) -> Iterator[tuple[int, Any]]:
+    """Keep chunks under way until none is left, and yield what each returns.
 
     `room` says how many may be under way, and is asked at least every `POLL` seconds. Whatever ends the work, the
     chunks that are not done are in `todo` again.
@@ -112,31 +105,28 @@ def _complete(
                 future = submit(todo[0])
                 pending[future] = todo.popleft()
             for future in wait(pending, POLL, FIRST_COMPLETED).done:
-                done(pending[future], future.result())
-                del pending[future]
+                result = future.result()
+                yield pending.pop(future), result
     finally:
         todo.extend(pending.values())
 
 
-def _on_cores(store: Store, todo: deque[int], stored: Stored, workers: int) -> None:
+def _on_cores(store: Store, todo: deque[int], workers: int) -> Iterator[int]:
     """Compute chunks in processes of this machine; where one is killed, all begin anew."""
     losses = 0
 
     def submit(number: int) -> Future[None]:
         with deferred():  # a process that is left alone as it starts would end in a traceback
-            future = pool.submit(write_chunk, store.plan, store.map_sha256, number, store.chunk(number))
+            future = pool.submit(write_chunk, store, number)
         check()
         return future
-
-    def done(number: int, _: None) -> None:
-        nonlocal losses
-        losses = 0
-        stored(number)
 
     while todo:
         pool = ProcessPoolExecutor(workers, _context(), _begin_worker)
         try:
-            _complete(todo, submit, lambda: AHEAD * workers, done)
+            for number, _ in _complete(todo, submit, lambda: AHEAD * workers):
+                losses = 0
+                yield number
         except BrokenProcessPool as error:
             losses += 1
             if losses > MOST_LOSSES:
@@ -199,31 +189,23 @@ def require_address(scheduler: str) -> None:
         )
 
 
-def _on_cluster(store: Store, todo: deque[int], stored: Stored, scheduler: str) -> None:
+def _on_cluster(store: Store, todo: deque[int], scheduler: str) -> Iterator[int]:
     """Compute chunks on the workers of a Dask scheduler, which gives those of a lost worker to another.
 
     They come back here to be stored: the workers may be on machines that share no disk.
     """
-
-    def done(number: int, data: bytes) -> None:
-        try:
-            read_chunk(store, number, BytesIO(data))
-        except RejectedFileError as error:
-            raise NumericalError(
-                f"--scheduler {scheduler}: what a worker computed {error} (install the same versions everywhere)"
-            ) from error
-        write_whole(store.chunk(number), data)
-        stored(number)
-
     with _connected(scheduler) as client:
-        watch = _Watch(client, scheduler)
-        executor = client.get_executor(pure=False)
-        _complete(
-            todo,
-            lambda number: executor.submit(encoded_chunk, store.plan, store.map_sha256, number),
-            watch.room,
-            done,
-        )
+        watch, executor = _Watch(client, scheduler), client.get_executor(pure=False)
+        submit = partial(executor.submit, encoded_chunk, store.plan, store.map_sha256)
+        for number, data in _complete(todo, submit, watch.room):
+            try:
+                read_chunk(store, number, BytesIO(data))
+            except RejectedFileError as error:
+                raise NumericalError(
+                    f"--scheduler {scheduler}: what a worker computed {error} (install the same versions everywhere)"
+                ) from error
+            write_whole(store.chunk(number), data)
+            yield number
 
 
 @contextmanager
