@@ -55,6 +55,17 @@ def two_touches() -> Chart:
     return chart(plane("capsule_mass_kg,restitution"), Limits(4, 2))
 
 
+@cache
+def horizontal(over: str, limits: Limits) -> Chart:
+    cuts = 0 if limits.impacts == 2 else 2
+    return chart(plane_of(load(EXAMPLES / "horizontal.yaml").scenario, over), limits, cuts=cuts)
+
+
+@cache
+def symmetric() -> Chart:
+    return horizontal("restitution=0.05..0.97,length_m=0.1..4", Limits(2, 1))
+
+
 def nearest(found: Chart, event: Event, k: int, other: float, value: float) -> float:
     """Relative distance, along a sweep, from a value to the nearest crossing of a locus."""
     crossings = (x[-2 + k] for locus in found.loci if locus.event is event for x in locus.at(1 - k, other))
@@ -101,6 +112,9 @@ def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
     kept = [i for i in range(count) if i not in rests]
 
     def conditions(x: list[Any], speed: Any) -> list[Any]:
+        if event is Event.PITCHFORK:  # the second half of the motion is the image of the first
+            v, t = x[: count // 2], x[count // 2 : count]
+            x = [*v, *(-each for each in v), *t, *(each + sequence.periods for each in t), *x[count:]]
         device = found.plane.device_at(x[-2:])
         r, (d, gbar) = mpf(device.restitution), reference.groups(device, "length_m", device.length_m)
         maps = [*printed_maps(sequence, x, d, gbar, r), *(x[rest] - speed for rest in rests)]
@@ -109,10 +123,13 @@ def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
         if event is Event.DEGENERATE_GRAZING:
             return [*maps, speed * printed_trace(sequence, x, d, gbar, r)]
         border = (1 + r ** (2 * len(without))) * (-1 if event is Event.PERIOD_DOUBLING else 1)
+        if event is Event.PITCHFORK:
+            maps = [*maps[:count], x[rests[0]]]
         own = [x[i] for i in (*kept, *(count + i for i in kept))]
         return [*maps, printed_trace(without, own, d, gbar, r) - border]
 
-    given = np.array([*motion.velocity, *motion.time, *point.inputs])
+    part = slice(count // 2 if event is Event.PITCHFORK else count)
+    given = np.array([*motion.velocity[part], *motion.time[part], *point.inputs])
     guess = given * (1 + 1e-7 * np.random.default_rng(1).uniform(-1, 1, len(given)))
 
     def solved(speed: Any) -> list[Any]:
@@ -127,16 +144,41 @@ def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
 @pytest.mark.slow
 def test_points_of_codimension_two_are_those_of_the_printed_maps_in_40_digits():
     kinds = set()
-    for found in (all_words(), two_touches()):
+    for found in (all_words(), two_touches(), symmetric()):
         for point in found.meetings:
             if point.events[1] is Event.GRAZING:
+                assert np.isfinite(point.error_bound).all()
                 with reference.precise(), mp.workdps(150):
                     for value, bound, exact in zip(
                         point.inputs, point.error_bound, exact_inputs(found, point), strict=True
                     ):
                         assert abs(exact - mpf(value)) <= bound, (point.events, point.inputs)
                 kinds.add(point.events[0])
-    assert kinds == {Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING, Event.GRAZING}
+    assert kinds == {
+        Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.DEGENERATE_GRAZING, Event.GRAZING,
+    }  # fmt: skip
+
+
+def test_where_a_pitchfork_grazes_one_curve_of_grazing_ends_and_one_goes_through():
+    """Symmetric motions touch both membranes, asymmetric ones a single one, and no point lies beside it."""
+    (point,) = [one for one in symmetric().meetings if one.events == (Event.PITCHFORK, Event.GRAZING)]
+    others = [one.inputs for one in symmetric().meetings if one is not point]
+    assert np.abs(np.array(others) - point.inputs).max(axis=1).min() > 0.01
+    grazing = [one for one in symmetric().loci if one.event is Event.GRAZING]
+    assert sorted(len(one.path.condition.rests) for one in grazing) == [1, 2]
+    ends = [one.inputs[[0, -1]] - point.inputs for one in grazing]
+    assert sorted(int((np.abs(end).max(axis=1) < 1e-8).sum()) for end in ends) == [0, 1]
+    assert min(abs(x[-1] - point.inputs[1]) for one in grazing for x in one.at(0, point.inputs[0])) < 1e-8
+
+
+@pytest.mark.slow
+def test_a_touch_counts_once_where_its_impacts_come_at_one_time():
+    found = horizontal("restitution=0.03..0.06,length_m=0.8..0.83", Limits(4, 3))
+    for point in found.meetings:
+        assert np.isfinite(point.error_bound).all()
+        wait = np.diff(point.motion.time, append=point.motion.time[0] + 2 * point.motion.sequence.periods)
+        assert wait.min() > BESIDE, point.motion
+    assert len({one.inputs for one in found.meetings}) == len(found.meetings) > 5
 
 
 @pytest.mark.slow

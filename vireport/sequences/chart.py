@@ -53,12 +53,6 @@ AT_DEGENERATE = Decimal("1e-12"), 1e-2
 AT_EDGE, SAME_POINT = 1e-6, 1e-6
 """Shares of the range: from the plane's edge, within which what happens is that of the edge, and between two points."""
 
-DEGENERATE = {
-    Event.PERIOD_DOUBLING: Event.DEGENERATE_DOUBLING,
-    Event.PITCHFORK: Event.DEGENERATE_PITCHFORK,
-}
-"""Where it changes from soft to hard."""
-
 SAME_MOTION = 1e-4
 """Difference of velocities and times up to which the motions of two such points are one: where no polish applies, half
 of the digits are left."""
@@ -336,7 +330,9 @@ class _Search:
         """Follow a locus both ways from a motion, unless it is known."""
         motion = path.motion(first.x)
         waits = np.diff(motion.time, append=motion.time[0] + 2 * motion.sequence.periods)
-        if not path.admits(first.x) or waits.min() < BESIDE or _is_multiple(motion) or self._known(path, first.x):
+        if not path.admits(first.x) or waits.min() < BESIDE or at_rest(motion) != path.condition.rests:
+            return
+        if self._is_shadow(motion) or self._known(path, first.x):
             return
         strand = completed(path, first, follow(path, first))
         x = np.array([point.x for point in strand.points])
@@ -344,9 +340,9 @@ class _Search:
         self.loci.append(FollowedLocus(path, x, trace, tuple(strand.events)))
         for row, event in strand.events:
             self._meet(path, strand.points[row].x, event)
-        if path.condition.event in DEGENERATE:
+        if path.condition.event is Event.PERIOD_DOUBLING:
             for point in _degenerate(path, strand.points):
-                self._meet(path, point.x, DEGENERATE[path.condition.event])
+                self._meet(path, point.x, Event.DEGENERATE_DOUBLING)
 
     def _known(self, path: Locus, x: Floats) -> bool:
         """Whether a motion lies on a locus that has been followed, counted from any impact or in the mirror."""
@@ -370,8 +366,8 @@ class _Search:
         motion, p = path.motion(x), x[-2:]
         if self.plane.room(p) < AT_EDGE:
             return
-        if path.condition.event is Event.FOLD and event in DEGENERATE.values():
-            locus, guess = path.origin(x, event is Event.DEGENERATE_DOUBLING)
+        if path.condition.event is Event.FOLD and event is Event.DEGENERATE_DOUBLING:
+            locus, guess = path.halved(x)
             y = locus.nearest(guess) if self._wanted(locus) else None
             if y is not None:
                 self.queue.append((locus, locus.point(y, locus.tangent(y))))
@@ -379,22 +375,21 @@ class _Search:
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion = touching(motion, path.turns(x))
         motion = _distinct(motion).canonical()
-        twice = at_rest(motion) and _is_multiple(motion)  # a point of the other motion, known to half of the digits
-        if twice or any(self._same(meeting, motion, p) for meeting in self.meetings):
+        if self._is_shadow(motion) or any(self._same(meeting, motion, p) for meeting in self.meetings):
             return
         events = _both(path.condition.event, event)
         if events[0] is Event.FOLD and self._symmetric(motion):
             events = Event.PITCHFORK, events[1]
         self.meetings.append(_polished(self.plane, motion, p, events))
-        if event in DEGENERATE.values():
-            folds, y, way = path.folds(x)
+        if event is Event.DEGENERATE_DOUBLING:
+            folds, y, way = path.doubled(x)
             self.queue.extend((folds, first) for _, first in off(folds, y, way) if self._wanted(folds))
         rests = at_rest(motion)
         for removed in chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)):
             own = motion.without_impacts(removed)
             y = np.concatenate([own.velocity, own.time, p])
             for through in self._through(own, p):
-                way = through.tangent(y)
+                way = self._way(through, y)
                 self.queue.extend((through, first) for side in (way, -way) for _, first in off(through, y, side))
 
     def _same(self, meeting: Meeting, motion: Motion, p: Floats) -> bool:
@@ -404,11 +399,38 @@ class _Search:
     def _symmetric(self, motion: Motion) -> bool:
         return self.plane.horizontal and motion.distance(motion.mirrored()) < IMAGE
 
+    def _is_shadow(self, motion: Motion) -> bool:
+        """Whether a motion is another one with less of its symmetry: its equations have that for a solution as well.
+
+        Touches aside, it is several periods of the other one, or symmetric although not all of its touches are.
+        """
+        rests = np.flatnonzero(np.abs(motion.velocity) < IMAGE)
+        fast = motion.without_impacts(rests)
+        partial = bool(rests.size) and self._symmetric(fast) and not self._symmetric(motion)
+        return partial or fast.primitive() is not fast
+
+    def _way(self, path: Locus, x: Floats) -> Floats:
+        """The direction of a locus at a point of it, where symmetry is lost that in which it is.
+
+        There the motions that keep it are solutions too. Those that lose it leave along the locus of pitchforks.
+        """
+        rests, motion = path.condition.rests, path.motion(x)
+        fast = motion.without_impacts(rests)
+        if not rests or not self._symmetric(fast) or self._symmetric(motion):
+            return path.tangent(x)
+        kept = Locus(fast.sequence, self.plane, Condition(Event.PITCHFORK))
+        along = kept.tangent(np.concatenate([fast.velocity, fast.time, x[-2:]]))
+        both = np.linalg.svd(path.linearised(x)[1])[2][-2:]
+        first, second = both[:, -2:] @ [along[-1], -along[-2]]
+        return np.asarray(second * both[0] - first * both[1]) / float(np.hypot(first, second))
+
     def _through(self, motion: Motion, p: Floats) -> Iterator[Locus]:
         """The loci through a point: of every condition that holds for a motion with some of its touches as impacts."""
         rests, groups = at_rest(motion), self.plane.at(p.tolist())
         x = [*motion.velocity.tolist(), *motion.time.tolist()]
-        found = [Condition(Event.GRAZING, (rest,)) for rest in rests]
+        both = len(motion.sequence) // 2 if self._symmetric(motion) else 0  # of a symmetric motion, touches are pairs
+        pairs = {tuple(sorted({rest, (rest + both) % len(motion.sequence)})) for rest in rests}
+        found = [Condition(Event.GRAZING, pair) for pair in sorted(pairs)]
         if len(rests) < 2 and len(motion.sequence) > len(rests):
             fold = Event.PITCHFORK if self._symmetric(motion) else Event.FOLD
             traced = [Condition(event) for event in (Event.PERIOD_DOUBLING, fold)]
@@ -420,13 +442,13 @@ class _Search:
 
 def _distinct(motion: Motion) -> Motion:
     """A motion without impacts of velocity zero that are the same touch as another."""
-    rests, period = at_rest(motion), 2 * motion.sequence.periods
-    late = [(motion.time[j] - motion.time[i]) % period for i, j in zip(rests, (*rests[1:], *rests[:1]), strict=True)]
-    return motion.without_impacts([j for j, wait in zip(rests[1:], late, strict=False) if wait < BESIDE])
+    pairs, period = combinations(at_rest(motion), 2), 2 * motion.sequence.periods
+    late = [(j, motion.time[j] - motion.time[i]) for i, j in pairs]
+    return motion.without_impacts([j for j, wait in late if abs((wait + 1) % period - 1) < BESIDE])
 
 
 def _degenerate(path: Locus, points: list[Point]) -> Iterator[Point]:
-    """Where along a locus of period doublings or pitchforks these change from soft to hard."""
+    """Where along a locus of period doublings these change from soft to hard."""
     values = [path.criticality(point) for point in points]
     for (point, new), ends in zip(pairwise(points), pairwise(values), strict=True):
         step, back = (float(one.tangent @ ((new.x - point.x) / path.scale)) for one in (point, new))
@@ -437,12 +459,6 @@ def _degenerate(path: Locus, points: list[Point]) -> Iterator[Point]:
                 _, at = path.located(point, there, step, path.criticality)
                 if abs(path.criticality(at)) < min(map(abs, ends)):  # and no pole
                     yield at
-
-
-def _is_multiple(motion: Motion) -> bool:
-    """Whether a motion is several periods of another one, its touches aside."""
-    fast = motion.without_impacts(np.flatnonzero(np.abs(motion.velocity) < IMAGE))
-    return fast.primitive() is not fast
 
 
 def _on(locus: FollowedLocus, x: Floats) -> bool:
@@ -474,7 +490,7 @@ def _polished(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Even
     size, doubled = 2 * len(motion.sequence), events[1] is Event.DEGENERATE_DOUBLING
     guess = [*motion.velocity.tolist(), *motion.time.tolist(), *p.tolist()]
     if doubled:
-        _, _, both = Locus(motion.sequence, plane, Condition(events[0])).folds(np.array(guess))
+        _, _, both = Locus(motion.sequence, plane, Condition(events[0])).doubled(np.array(guess))
         way = np.concatenate(np.split(both[:-2], 4)[::2])  # of the first period
         way /= np.linalg.norm(way)
         guess += [*way.tolist(), *[0.0] * (2 * size)]
@@ -495,8 +511,6 @@ def _polished(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Even
         context.prec = DIGITS * (2 if doubled else 1)
         ops = DecimalOps()
         try:
-            if events[1] is Event.DEGENERATE_PITCHFORK:
-                raise NumericalError("half of the digits are left")
             x = newton(equations(ops), equations(FLOATS), [Decimal(value) for value in guess], {size, size + 1}, *reach)
         except NumericalError:
             return Meeting(events, motion, (float(p[0]), float(p[1])), (inf, inf))

@@ -134,11 +134,9 @@ class Condition:
 
     def value(self, sequence: Sequence, x: Row[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
         """Zero where it holds; of the velocities and times in `x`, at d, gbar and r."""
-        count, (_, gbar, r) = len(sequence), groups
+        count, r = len(sequence), groups[2]
         if self.event is Event.GRAZING:
             return x[self.rests[0]]
-        if self.event is Event.RELEASE:
-            return gbar + ops.cos(ops.pi * x[count + self.rests[0]])
         if self.event is Event.DEGENERATE_GRAZING:
             return weighted_trace(sequence, x, groups, ops)
         kept = [i for i in range(count) if i not in self.rests]
@@ -271,14 +269,12 @@ class Locus(Path):
             x = last.x.copy()
             x[2 * count + edge % 2] = (self.plane.low, self.plane.high)[edge // 2][edge % 2]
             return Event.SWEEP_END, last._replace(x=x)
-        which = np.flatnonzero(np.abs(margins[4 : 4 + count]) < AT_ZERO)
-        if which.size:  # beside which rounding may leave a turning point
-            return (Event.RELEASE if which[0] in self.condition.rests else Event.ZERO_VELOCITY), last
-        return Event.GRAZING, last
+        stopped = (np.abs(margins[4 : 4 + count]) < AT_ZERO).any()  # beside which rounding may leave a turning point
+        return (Event.ZERO_VELOCITY if stopped else Event.GRAZING), last
 
     def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the locus. Raises as `located`."""
-        if self.condition.event in (Event.FOLD, Event.PITCHFORK):
+        if self.condition.event is Event.FOLD:
             return self._standstill(point, new, size)
         if self.condition.event is not Event.GRAZING:
             return [], False
@@ -300,13 +296,13 @@ class Locus(Path):
         return value
 
     def criticality(self, point: Point) -> float:
-        """On which side of a locus of period doublings or pitchforks the motions are that begin there, and how far.
+        """On which side of a locus of period doublings the doubled motions are, and how far.
 
         Across the locus, in shares of the ranges, over the square of their distance from the motion of the point, to
         leading order. Zero where it changes from soft to hard: the normal form's cubic coefficient is. Nan where an
         impact is so slow that it would be lost at the amplitude of the differences.
         """
-        motion, widths = self._whole(point.x), self.plane.widths
+        motion, widths = self.motion(point.x).times(2), self.plane.widths
         if np.abs(motion.velocity).min() < 10 * AMPLITUDE:
             return nan
         x, own, p = np.concatenate([motion.velocity, motion.time]), 2 * len(motion.sequence), point.x[-2:]
@@ -331,28 +327,20 @@ class Locus(Path):
         crossing = float(against @ change(aside, across))
         return -third / crossing if crossing else nan
 
-    def folds(self, x: Floats) -> tuple[Locus, Floats, Floats]:
-        """The locus of folds that begins where these change from soft to hard: its start, and direction."""
-        motion = self._whole(x)
-        y = np.concatenate([motion.velocity, motion.time, x[-2:]])
-        folds = Locus(motion.sequence, self.plane, Condition(Event.FOLD))
+    def doubled(self, x: Floats) -> tuple[Locus, Floats, Floats]:
+        """The locus of folds that begins where period doublings change from soft to hard: its start, and direction."""
+        twice = self.motion(x).times(2)
+        y = np.concatenate([twice.velocity, twice.time, x[-2:]])
+        folds = Locus(twice.sequence, self.plane, Condition(Event.FOLD))
         away = np.linalg.svd(folds.linearised(y)[1][:-1, :-2])[2][-1]
         return folds, y, np.append(away, (0.0, 0.0))
 
-    def origin(self, x: Floats, doubled: bool) -> tuple[Locus, Floats]:
-        """Of folds the locus of period doublings or pitchforks at which their motions begin, and a guess next to it."""
+    def halved(self, x: Floats) -> tuple[Locus, Floats]:
+        """Of folds, the locus of period doublings at which their motions begin, and a guess next to it."""
         size = len(self.sequence)
-        count = size // 2 if doubled else size
-        sequence = Sequence(self.sequence.walls[:count], self.sequence.periods * count // size)
-        event = Event.PERIOD_DOUBLING if doubled else Event.PITCHFORK
-        return Locus(sequence, self.plane, Condition(event)), np.concatenate(
-            [x[:count], x[size : size + count], x[-2:]]
-        )
-
-    def _whole(self, x: Floats) -> Motion:
-        """A motion, where its period doubles as two periods of it."""
-        motion = self.motion(x)
-        return motion.times(2) if self.condition.event is Event.PERIOD_DOUBLING else motion
+        sequence = Sequence(self.sequence.walls[: size // 2], self.sequence.periods // 2)
+        guess = np.concatenate([x[: size // 2], x[size : size + size // 2], x[-2:]])
+        return Locus(sequence, self.plane, Condition(Event.PERIOD_DOUBLING)), guess
 
     def _standstill(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
         """A cusp, where a locus of folds turns round in the plane; or where it goes back as its own image."""
@@ -366,6 +354,4 @@ class Locus(Path):
         half, odd = divmod(len(motion.sequence), 2)
         if not odd and motion.apart(motion.rotated(half)) < TURNED_BACK:
             return [(at, Event.DEGENERATE_DOUBLING)], True
-        if self.plane.horizontal and motion.distance(motion.mirrored()) < TURNED_BACK:
-            return [(at, Event.DEGENERATE_PITCHFORK)], self.condition.event is Event.FOLD
         return [(at, Event.CUSP)], False
