@@ -18,8 +18,7 @@ from vireport import load, reference
 from vireport.analysis import find_motions, solve
 from vireport.reference import mp, mpf
 from vireport.scenario import DesignInput
-from vireport.sequences import Chart, Condition, Event, Limits, Meeting, Plane, atlas, chart
-from vireport.sequences.chart import cut_sweep
+from vireport.sequences import Chart, Condition, Event, Limits, Line, Meeting, Plane, atlas, chart
 from vireport.sequences.loci import Locus
 from vireport.sequences.motions import BESIDE, Sequence
 from vireport.sequences.switching import at_rest
@@ -79,7 +78,7 @@ def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(ov
     for i in range(16):
         k = 1 if plane(over).inputs[0] is DesignInput.RESTITUTION else i % 2
         other = float(plane(over).low[1 - k] + plane(over).widths[1 - k] * rng.uniform(0.02, 0.98))
-        for critical in solve(cut_sweep(plane(over), k, other)).critical_points:
+        for critical in solve(Line(plane(over), k, other).sweep).critical_points:
             value = critical.point.sweep_value
             assert nearest(found, Event(critical.kind), k, other, value) < 1e-10, (critical.kind, k, other, value)
             checked += 1
@@ -90,7 +89,7 @@ def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(ov
 def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
     rng, found, checked = np.random.default_rng(5), all_words(), Counter()
     for other in rng.uniform(0.25, 0.6, 2):
-        families = atlas(cut_sweep(found.plane, 1, float(other)), Limits(4, 2))
+        families = atlas(Line(found.plane, 1, float(other)).sweep, Limits(4, 2))
         points = [(vertex.point, vertex.event) for vertex in families.vertices]
         marks = (mark for family in families.families for mark in family.marks)
         points += [(mark.point, mark.event) for mark in marks if mark.event is Event.NODE_FOCUS]
@@ -265,7 +264,7 @@ def known_regions(found: Chart, count: int) -> tuple[NDArray[Any], NDArray[Any],
     for cut in found.cuts:
         for low, high, stable in cut.stable:
             for value in np.linspace(low, high, 50)[1:-1]:
-                at = raster(plane, np.insert([cut.other], cut.varied, value), count)
+                at = raster(plane, np.insert([cut.line.other], cut.line.varied, value), count)
                 if room[at] > 2:
                     words.setdefault(regions[at], set()).add(stable)
     return regions, room, words

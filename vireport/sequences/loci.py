@@ -7,18 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from collections.abc import Sequence as Row
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import atan, nan, prod
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import ARRAYS, Device
-from vireport.scenario import DesignInput, Parameter
+from vireport.physics import ARRAYS
 from vireport.sequences.continuation import AT_ZERO, RANK, STEEPEST, Event, Path, Point
 from vireport.sequences.equations import linearised, residuals, weighted_trace
 from vireport.sequences.motions import BESIDE, Motion, Sequence, Turn, turns
+from vireport.sequences.plane import Here, Plane
 
 Floats = NDArray[np.float64]
 
@@ -38,81 +38,6 @@ STANDSTILL = 1e-5
 
 FIRST_STEP, LONGEST_STEP, STRAIGHTEST = 3e-3, 0.06, 0.97
 """As of families, but longer: along most loci the trace is given, and its poles need no short steps."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Here:
-    """The groups d and gbar, and r, at a point of a plane, with their derivatives by the inputs, (3, 2)."""
-
-    groups: tuple[Any, Any, Any]
-    gradients: Floats
-
-    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
-        """The groups."""
-        return self.groups
-
-    def slopes(self, varied: Row[Any]) -> Floats:
-        """The derivatives."""
-        return self.gradients
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Plane:
-    """Two inputs of a device and their ranges; all else is held.
-
-    Attributes
-    ----------
-    device : Device
-        With any value of the two inputs.
-    inputs : tuple of DesignInput
-    low, high : ndarray (2,)
-    ops
-        Functions of the kind of number that groups are computed in.
-    """
-
-    device: Device
-    inputs: tuple[DesignInput, DesignInput]
-    low: Floats
-    high: Floats
-    ops: Any = ARRAYS
-
-    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
-        """The groups d and gbar, and r, at values of the inputs; a capsule tilted the other way has negative gbar."""
-        device = self.device_at([abs(value) for value in varied])
-        d, gbar = device.groups(Parameter.LENGTH, device.length_m, self.ops)
-        if self.ops is ARRAYS:  # as Python's numbers, with which arithmetic is several times as fast as with NumPy's
-            d, gbar = float(d), float(gbar)
-        return d, self._side(varied) * gbar, self.ops.exact(device.restitution)
-
-    def here(self, varied: Row[float]) -> Here:
-        """The same with their derivatives by the inputs."""
-        d, gbar, r = self.at(varied)
-        device = self.device_at(varied)
-        return Here((d, gbar, r), np.array([device.slopes(one, d, gbar) for one in self.inputs]).T)
-
-    def _side(self, varied: Row[Any]) -> int:
-        """-1 beyond the horizontal."""
-        tilted = zip(self.inputs, varied, strict=True)
-        return -1 if any(one is DesignInput.INCLINATION and value < 0 for one, value in tilted) else 1
-
-    def device_at(self, varied: Row[Any]) -> Device:
-        """The device with these values of the inputs."""
-        changed: dict[str, Any] = dict(zip(self.inputs, varied, strict=True))
-        return replace(self.device, **changed)
-
-    @property
-    def widths(self) -> Floats:
-        """Of the ranges."""
-        return self.high - self.low
-
-    def room(self, varied: Floats) -> float:
-        """How far values are from the edges, as a share of the ranges."""
-        return float((np.minimum(varied - self.low, self.high - varied) / self.widths).min())
-
-    @property
-    def horizontal(self) -> bool:
-        """Whether gravity has no part along the capsule, in all of the plane."""
-        return DesignInput.INCLINATION not in self.inputs and bool(self.device.inclination_deg == 0)
 
 
 @dataclass(frozen=True, slots=True)

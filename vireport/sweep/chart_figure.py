@@ -93,7 +93,7 @@ def _regions(chart: Chart) -> Iterator[tuple[float, float, str]]:
     labelled = set()
     for cut in chart.cuts:
         for low, high, words in cut.stable:
-            at = np.array([(low + high) / 2, cut.other] if cut.varied == 0 else [cut.other, (low + high) / 2])
+            at = np.insert([cut.line.other], cut.line.varied, (low + high) / 2)
             region = regions[tuple(_pixels((at - chart.plane.low) / chart.plane.widths))]
             own = np.where(regions == region, room, 0.0)
             if region and (region, words) not in labelled and own.max() > ROOM:

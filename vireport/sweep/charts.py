@@ -109,8 +109,8 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
             "points": [_point(point) for point in chart.meetings],
             "sweeps": [
                 {
-                    "along": plane.inputs[cut.varied].value,
-                    "at": cut.other,
+                    "along": plane.inputs[cut.line.varied].value,
+                    "at": cut.line.other,
                     "stable": [{"from": low, "to": high, "words": list(words)} for low, high, words in cut.stable],
                 }
                 for cut in chart.cuts
