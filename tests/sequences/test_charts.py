@@ -18,7 +18,7 @@ from vireport import load, reference
 from vireport.analysis import find_motions, solve
 from vireport.reference import mp, mpf
 from vireport.scenario import DesignInput
-from vireport.sequences import Chart, Condition, Event, Limits, Line, Meeting, Plane, atlas, chart
+from vireport.sequences import Chart, Condition, Event, FollowedLocus, Limits, Line, Meeting, Plane, atlas, chart
 from vireport.sequences.loci import Locus
 from vireport.sequences.motions import BESIDE, Sequence
 from vireport.sequences.switching import at_rest
@@ -65,10 +65,22 @@ def symmetric() -> Chart:
     return horizontal("restitution=0.05..0.97,length_m=0.1..4", Limits(2, 1))
 
 
+def crossings(locus: FollowedLocus, k: int, value: float) -> list[NDArray[Any]]:
+    """Where a locus crosses a value of one of the inputs: the unknowns of its motions there."""
+    p, found, normal = locus.inputs[:, k], [], np.eye(locus.x.shape[1])[k - 2]
+    for i in np.flatnonzero((p[:-1] - value) * (p[1:] - value) <= 0):
+        share = (value - p[i]) / (p[i + 1] - p[i]) if p[i + 1] != p[i] else 0.5
+        guess = locus.x[i] + share * (locus.x[i + 1] - locus.x[i])
+        guess[k - 2] = value
+        x = locus.path.solved(guess, normal)
+        found += [] if x is None else [x]
+    return found
+
+
 def nearest(found: Chart, event: Event, k: int, other: float, value: float) -> float:
     """Relative distance, along a sweep, from a value to the nearest crossing of a locus."""
-    crossings = (x[-2 + k] for locus in found.loci if locus.event is event for x in locus.at(1 - k, other))
-    return min((abs(x / value - 1) for x in crossings), default=np.inf)
+    loci = (locus for locus in found.loci if locus.event is event)
+    return min((abs(x[-2 + k] / value - 1) for locus in loci for x in crossings(locus, 1 - k, other)), default=np.inf)
 
 
 @pytest.mark.slow
@@ -167,7 +179,7 @@ def test_where_a_pitchfork_grazes_one_curve_of_grazing_ends_and_one_goes_through
     assert sorted(len(one.path.condition.rests) for one in grazing) == [1, 2]
     ends = [one.inputs[[0, -1]] - point.inputs for one in grazing]
     assert sorted(int((np.abs(end).max(axis=1) < 1e-8).sum()) for end in ends) == [0, 1]
-    assert min(abs(x[-1] - point.inputs[1]) for one in grazing for x in one.at(0, point.inputs[0])) < 1e-8
+    assert min(abs(x[-1] - point.inputs[1]) for one in grazing for x in crossings(one, 0, point.inputs[0])) < 1e-8
 
 
 @pytest.mark.slow
@@ -246,7 +258,7 @@ def test_two_curves_of_folds_end_together_in_a_cusp():
     folds = [one for one in all_words().loci if one.word == cusp.word and one.event is Event.FOLD]
 
     def beside(off: float) -> list[float]:
-        return sorted(float(x[-1]) for fold in folds for x in fold.at(0, r + off) if abs(x[-1] - length) < 0.02)
+        return sorted(float(x[-1]) for fold in folds for x in crossings(fold, 0, r + off) if abs(x[-1] - length) < 0.02)
 
     assert beside(-1e-4) == []
     widths = [np.ptp(beside(off)) for off in (1e-4, 4e-4)]

@@ -100,20 +100,6 @@ class FollowedLocus:
         stable = np.abs(self.trace) < 1 + r ** (2 * len(self.path.touched)) + MEETS
         return np.asarray(stable[1:] & stable[:-1])
 
-    def at(self, held: int, value: float) -> list[Floats]:
-        """Where it crosses a value of one of the inputs: the unknowns of its motions there."""
-        size = self.x.shape[1]
-        place, found = size - 2 + held, []
-        p = self.x[:, place]
-        for i in np.flatnonzero((p[:-1] - value) * (p[1:] - value) <= 0):
-            step = p[i + 1] - p[i]
-            guess = self.x[i] + (((value - p[i]) / step) if step else 0.5) * (self.x[i + 1] - self.x[i])
-            guess[place] = value
-            x = self.path.solved(guess, np.eye(size)[place])
-            if x is not None:
-                found.append(x)
-        return found
-
     def holds(self, x: Floats) -> bool:
         """Whether a motion lies on it, counted from another forcing period or not."""
         count, path = len(self.path.sequence), self.path
@@ -247,9 +233,8 @@ class Network:
 
     def _both(self, motion: Motion, own: Event, other: Event) -> tuple[Event, Event]:
         """The events of a point, from that of a locus and what happens on it."""
-        if own is Event.FOLD or other is Event.FOLD:
-            fold = Event.PITCHFORK if self._symmetric(motion) else Event.FOLD
-            own, other = (fold if one is Event.FOLD else one for one in (own, other))
+        if Event.FOLD in (own, other) and self._symmetric(motion):
+            own, other = (Event.PITCHFORK if one is Event.FOLD else one for one in (own, other))
         if own is Event.GRAZING:
             return (Event.GRAZING if other is Event.ZERO_VELOCITY else other), Event.GRAZING
         return (Event.DEGENERATE_GRAZING, Event.GRAZING) if other is Event.ZERO_VELOCITY else (own, other)
