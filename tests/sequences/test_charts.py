@@ -314,6 +314,8 @@ def test_regions_are_labelled_by_what_is_stable_there():
     found, checked = all_words(), 0
     drawn = picture(found, caption_of(found))
     assert sentences(drawn.caption) <= 2
+    places = [text.get_position() for text in drawn.figure.axes[0].texts]
+    assert len(set(places)) == len(places)
     for text in drawn.figure.axes[0].texts:
         if text.get_color() != "#0072B2":
             continue
