@@ -157,13 +157,9 @@ class Locus(Path):
 
     def turns(self, x: Floats) -> list[Turn]:
         """The turning points of a motion, without touches that are impacts."""
-        return self._turns(x, self.plane.at(x[2 * len(self.sequence) :].tolist()))
-
-    def _turns(self, x: Floats, groups: tuple[Any, Any, Any]) -> list[Turn]:
         count, period = len(self.sequence), 2 * self.sequence.periods
-        motion = Motion(self.sequence, x[:count], x[count : 2 * count], groups[0])
         rests = x[[count + i for i in self.condition.rests]]
-        found = turns(motion, *groups)
+        found = turns(self.motion(x), *self.plane.at(x[2 * count :].tolist()))
         return [turn for turn in found if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
 
     def margins(self, x: Floats) -> Floats:
@@ -173,12 +169,12 @@ class Locus(Path):
         its membrane.
         """
         count, p = len(self.sequence), x[2 * len(self.sequence) :]
-        groups = self.plane.at(p.tolist())
         edges = np.concatenate([p - self.plane.low, self.plane.high - p]) / np.tile(self.plane.widths, 2)
         speed = x[:count] * self.sequence.walls
         for i in self.condition.rests:
-            speed[i] = -self.sequence.walls[i] * (groups[1] + np.cos(np.pi * x[count + i]))
-        return np.concatenate([edges, speed, [turn.gap for turn in self._turns(x, groups)]])
+            gbar = self.plane.at(p.tolist())[1]
+            speed[i] = -self.sequence.walls[i] * (gbar + np.cos(np.pi * x[count + i]))
+        return np.concatenate([edges, speed, [turn.gap for turn in self.turns(x)]])
 
     def gentle(self, point: Point, new: Point, step: float) -> bool:
         """Whether a step was short enough for no event to be missed in it."""
