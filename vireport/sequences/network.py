@@ -170,7 +170,7 @@ class Network:
         waits = np.diff(motion.time, append=motion.time[0] + 2 * motion.sequence.periods)
         if not path.admits(first.x) or waits.min() < BESIDE or at_rest(motion) != path.condition.rests:
             return
-        if self._is_shadow(motion) or self._known(path, first.x):
+        if self._is_redundant(motion) or self._known(path, first.x):
             return
         strand = completed(path, first, follow(path, first))
         x = np.array([point.x for point in strand.points])
@@ -212,7 +212,7 @@ class Network:
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion = touching(motion, path.turns(x))
         motion = _distinct(motion).canonical()
-        if self._is_shadow(motion) or any(self._same(one, motion, p) for one in self.meetings):
+        if self._is_redundant(motion) or any(self._same(one, motion, p) for one in self.meetings):
             return
         self.meetings.append(meeting(self.plane, motion, p, self._both(motion, own, event)))
         if event is Event.DEGENERATE_DOUBLING:
@@ -223,7 +223,7 @@ class Network:
             less = motion.without_impacts(removed)
             for through in self._through(less, p):
                 y = np.concatenate([less.velocity, less.time, p])
-                way = self._way(through, y)
+                way = self._direction(through, y)
                 self._leave(through, y, [way, -way])
 
     def _leave(self, path: Locus, x: Floats, ways: list[Floats]) -> None:
@@ -246,20 +246,21 @@ class Network:
     def _symmetric(self, motion: Motion) -> bool:
         return self.plane.horizontal and motion.distance(motion.mirrored()) < IMAGE
 
-    def _is_shadow(self, motion: Motion) -> bool:
-        """Whether a motion is another one with less of its symmetry: its equations have that for a solution as well.
+    def _is_redundant(self, motion: Motion) -> bool:
+        """Whether a motion satisfies the conditions of its sequence only because another one does.
 
-        Touches aside, it is several periods of the other one, or symmetric although not all of its touches are.
+        Touches aside, it is several periods of that one, or it is symmetric and some of the touches are left out.
         """
         rests = np.flatnonzero(np.abs(motion.velocity) < IMAGE)
         fast = motion.without_impacts(rests)
         partial = bool(rests.size) and self._symmetric(fast) and not self._symmetric(motion)
         return partial or fast.primitive() is not fast
 
-    def _way(self, path: Locus, x: Floats) -> Floats:
-        """The direction of a locus at a point of it, where symmetry is lost that in which it is.
+    def _direction(self, path: Locus, x: Floats) -> Floats:
+        """The direction in which a locus leaves a point.
 
-        There the motions that keep it are solutions too. Those that lose it leave along the locus of pitchforks.
+        At a pitchfork with grazing, symmetric motions satisfy the conditions of one touch as well. The asymmetric ones,
+        which are looked for, leave along the locus of pitchforks.
         """
         rests, motion = path.condition.rests, path.motion(x)
         fast = motion.without_impacts(rests)
