@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport.analysis import Sweep, design_point, solve
+from vireport.analysis import Sweep, design_point, find_motions, solve
 from vireport.analysis.diagram import table
 from vireport.physics import Device
 from vireport.scenario import Parameter
@@ -178,3 +178,16 @@ def test_symmetric_motions_end_in_a_fold_at_their_largest_d(parameter: Parameter
     (fold,) = (point for point in points if point.kind == "fold")
     assert (fold.family, fold.point.u) == ("symmetric", 0)
     assert fold.point.d == pytest.approx(np.hypot((1 + r) / (np.pi * (1 - r)), 2 / np.pi**2), rel=1e-14)
+
+
+@pytest.mark.parametrize("n", [1, 3, 5])
+def test_asymmetric_motions_begin_towards_smaller_d_at_every_restitution(n: int) -> None:
+    """At beta = 0, (3.9)-(3.11) give d of u = q - 1/2 in closed form, as docs/chart.md prints it."""
+    r, u = np.meshgrid(np.linspace(0.05, 0.95, 10), np.array([1e-9, 0.02, 0.04, 0.08]) / n)
+    w = np.pi * n * u
+    norm = np.sqrt((1 - r) ** 2 / (4 * np.cos(w) ** 2) + (1 + r) ** 2 * u**2 / np.sin(w) ** 2)
+    d = (1 + r) / np.pi * (n * (1 - 4 * u**2) / 2 - 2 * u / np.pi / np.tan(w)) / norm
+    assert (np.diff(d, axis=0) < 0).all()
+    found = find_motions(d[1:].ravel(), np.zeros(d[1:].size), r[1:].ravel(), n)
+    for cell, wanted in enumerate(u[1:].ravel()):
+        assert np.abs(found.orbit.u[found.cell == cell] / wanted - 1).min() < 1e-12

@@ -18,8 +18,7 @@ from vireport import load, reference
 from vireport.analysis import find_motions, solve
 from vireport.reference import mp, mpf
 from vireport.scenario import DesignInput
-from vireport.sequences import Chart, Condition, Event, Limits, Meeting, Plane, atlas, chart
-from vireport.sequences.chart import cut_sweep
+from vireport.sequences import Chart, Condition, Event, FollowedLocus, Limits, Line, Meeting, Plane, atlas, chart
 from vireport.sequences.loci import Locus
 from vireport.sequences.motions import BESIDE, Sequence
 from vireport.sequences.switching import at_rest
@@ -55,10 +54,33 @@ def two_touches() -> Chart:
     return chart(plane("capsule_mass_kg,restitution"), Limits(4, 2))
 
 
+@cache
+def horizontal(over: str, limits: Limits) -> Chart:
+    cuts = 0 if limits.impacts == 2 else 2
+    return chart(plane_of(load(EXAMPLES / "horizontal.yaml").scenario, over), limits, cuts=cuts)
+
+
+@cache
+def symmetric() -> Chart:
+    return horizontal("restitution=0.05..0.97,length_m=0.1..4", Limits(2, 1))
+
+
+def crossings(locus: FollowedLocus, k: int, value: float) -> list[NDArray[Any]]:
+    """Where a locus crosses a value of one of the inputs: the unknowns of its motions there."""
+    p, found, normal = locus.inputs[:, k], [], np.eye(locus.x.shape[1])[k - 2]
+    for i in np.flatnonzero((p[:-1] - value) * (p[1:] - value) <= 0):
+        share = (value - p[i]) / (p[i + 1] - p[i]) if p[i + 1] != p[i] else 0.5
+        guess = locus.x[i] + share * (locus.x[i + 1] - locus.x[i])
+        guess[k - 2] = value
+        x = locus.path.solved(guess, normal)
+        found += [] if x is None else [x]
+    return found
+
+
 def nearest(found: Chart, event: Event, k: int, other: float, value: float) -> float:
     """Relative distance, along a sweep, from a value to the nearest crossing of a locus."""
-    crossings = (x[-2 + k] for locus in found.loci if locus.event is event for x in locus.at(1 - k, other))
-    return min((abs(x / value - 1) for x in crossings), default=np.inf)
+    loci = (locus for locus in found.loci if locus.event is event)
+    return min((abs(x[-2 + k] / value - 1) for locus in loci for x in crossings(locus, 1 - k, other)), default=np.inf)
 
 
 @pytest.mark.slow
@@ -68,7 +90,7 @@ def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(ov
     for i in range(16):
         k = 1 if plane(over).inputs[0] is DesignInput.RESTITUTION else i % 2
         other = float(plane(over).low[1 - k] + plane(over).widths[1 - k] * rng.uniform(0.02, 0.98))
-        for critical in solve(cut_sweep(plane(over), k, other)).critical_points:
+        for critical in solve(Line(plane(over), k, other).sweep).critical_points:
             value = critical.point.sweep_value
             assert nearest(found, Event(critical.kind), k, other, value) < 1e-10, (critical.kind, k, other, value)
             checked += 1
@@ -79,7 +101,7 @@ def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(ov
 def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
     rng, found, checked = np.random.default_rng(5), all_words(), Counter()
     for other in rng.uniform(0.25, 0.6, 2):
-        families = atlas(cut_sweep(found.plane, 1, float(other)), Limits(4, 2))
+        families = atlas(Line(found.plane, 1, float(other)).sweep, Limits(4, 2))
         points = [(vertex.point, vertex.event) for vertex in families.vertices]
         marks = (mark for family in families.families for mark in family.marks)
         points += [(mark.point, mark.event) for mark in marks if mark.event is Event.NODE_FOCUS]
@@ -101,6 +123,9 @@ def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
     kept = [i for i in range(count) if i not in rests]
 
     def conditions(x: list[Any], speed: Any) -> list[Any]:
+        if event is Event.PITCHFORK:  # the second half of the motion is the image of the first
+            v, t = x[: count // 2], x[count // 2 : count]
+            x = [*v, *(-each for each in v), *t, *(each + sequence.periods for each in t), *x[count:]]
         device = found.plane.device_at(x[-2:])
         r, (d, gbar) = mpf(device.restitution), reference.groups(device, "length_m", device.length_m)
         maps = [*printed_maps(sequence, x, d, gbar, r), *(x[rest] - speed for rest in rests)]
@@ -109,10 +134,13 @@ def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
         if event is Event.DEGENERATE_GRAZING:
             return [*maps, speed * printed_trace(sequence, x, d, gbar, r)]
         border = (1 + r ** (2 * len(without))) * (-1 if event is Event.PERIOD_DOUBLING else 1)
+        if event is Event.PITCHFORK:
+            maps = [*maps[:count], x[rests[0]]]
         own = [x[i] for i in (*kept, *(count + i for i in kept))]
         return [*maps, printed_trace(without, own, d, gbar, r) - border]
 
-    given = np.array([*motion.velocity, *motion.time, *point.inputs])
+    part = slice(count // 2 if event is Event.PITCHFORK else count)
+    given = np.array([*motion.velocity[part], *motion.time[part], *point.inputs])
     guess = given * (1 + 1e-7 * np.random.default_rng(1).uniform(-1, 1, len(given)))
 
     def solved(speed: Any) -> list[Any]:
@@ -127,16 +155,41 @@ def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
 @pytest.mark.slow
 def test_points_of_codimension_two_are_those_of_the_printed_maps_in_40_digits():
     kinds = set()
-    for found in (all_words(), two_touches()):
+    for found in (all_words(), two_touches(), symmetric()):
         for point in found.meetings:
             if point.events[1] is Event.GRAZING:
+                assert np.isfinite(point.error_bound).all()
                 with reference.precise(), mp.workdps(150):
                     for value, bound, exact in zip(
                         point.inputs, point.error_bound, exact_inputs(found, point), strict=True
                     ):
                         assert abs(exact - mpf(value)) <= bound < 1e-12, (point.events, point.inputs)
                 kinds.add(point.events[0])
-    assert kinds == {Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING, Event.GRAZING}
+    assert kinds == {
+        Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.DEGENERATE_GRAZING, Event.GRAZING,
+    }  # fmt: skip
+
+
+def test_where_a_pitchfork_grazes_one_curve_of_grazing_ends_and_one_goes_through():
+    """Symmetric motions touch both membranes, asymmetric ones a single one, and no point lies beside it."""
+    (point,) = [one for one in symmetric().meetings if one.events == (Event.PITCHFORK, Event.GRAZING)]
+    others = [one.inputs for one in symmetric().meetings if one is not point]
+    assert np.abs(np.array(others) - point.inputs).max(axis=1).min() > 0.01
+    grazing = [one for one in symmetric().loci if one.event is Event.GRAZING]
+    assert sorted(len(one.path.condition.rests) for one in grazing) == [1, 2]
+    ends = [one.inputs[[0, -1]] - point.inputs for one in grazing]
+    assert sorted(int((np.abs(end).max(axis=1) < 1e-8).sum()) for end in ends) == [0, 1]
+    assert min(abs(x[-1] - point.inputs[1]) for one in grazing for x in crossings(one, 0, point.inputs[0])) < 1e-8
+
+
+@pytest.mark.slow
+def test_a_touch_counts_once_where_its_impacts_come_at_one_time():
+    found = horizontal("restitution=0.03..0.06,length_m=0.8..0.83", Limits(4, 3))
+    for point in found.meetings:
+        assert np.isfinite(point.error_bound).all()
+        wait = np.diff(point.motion.time, append=point.motion.time[0] + 2 * point.motion.sequence.periods)
+        assert wait.min() > BESIDE, point.motion
+    assert len({one.inputs for one in found.meetings}) == len(found.meetings) > 5
 
 
 @pytest.mark.slow
@@ -216,7 +269,7 @@ def test_two_curves_of_folds_end_together_in_a_cusp():
     folds = [one for one in all_words().loci if one.word == cusp.word and one.event is Event.FOLD]
 
     def beside(off: float) -> list[float]:
-        return sorted(float(x[-1]) for fold in folds for x in fold.at(0, r + off) if abs(x[-1] - length) < 0.02)
+        return sorted(float(x[-1]) for fold in folds for x in crossings(fold, 0, r + off) if abs(x[-1] - length) < 0.02)
 
     assert beside(-1e-4) == []
     widths = [np.ptp(beside(off)) for off in (1e-4, 4e-4)]
@@ -234,7 +287,7 @@ def known_regions(found: Chart, count: int) -> tuple[NDArray[Any], NDArray[Any],
     for cut in found.cuts:
         for low, high, stable in cut.stable:
             for value in np.linspace(low, high, 50)[1:-1]:
-                at = raster(plane, np.insert([cut.other], cut.varied, value), count)
+                at = raster(plane, np.insert([cut.line.other], cut.line.varied, value), count)
                 if room[at] > 2:
                     words.setdefault(regions[at], set()).add(stable)
     return regions, room, words
@@ -272,6 +325,8 @@ def test_regions_are_labelled_by_what_is_stable_there():
     found, checked = all_words(), 0
     drawn = picture(found, caption_of(found))
     assert sentences(drawn.caption) <= 2
+    places = [text.get_position() for text in drawn.figure.axes[0].texts]
+    assert len(set(places)) == len(places)
     for text in drawn.figure.axes[0].texts:
         if text.get_color() != "#0072B2":
             continue

@@ -147,6 +147,9 @@ _PAGE = f"""
 """.encode()
 """A page of Typst that a figure fills."""
 
+WHOLE_ROWS = 1e-3
+"""What a drawing is lower by than its rows of pixels [pt]: of a higher one Typst leaves out a row in the middle."""
+
 _PNG_HEAD = 33
 """Bytes of a PNG file's signature and header."""
 
@@ -211,7 +214,8 @@ class Picture:
     @cached_property
     def png(self) -> bytes:
         """The figure as a PNG file, made of the SVG file: Matplotlib draws each figure only once."""
-        inputs = {"svg": self.svg.decode(), "width": f"{self.width}", "height": f"{self.height}"}
+        svg = self._drawn(self.height * 72 / DPI - WHOLE_ROWS)
+        inputs = {"svg": svg, "width": f"{self.width}", "height": f"{self.height}"}
         png = cast(bytes, _typst().compile(_PAGE, format="png", ppi=DPI, sys_inputs=inputs))
         return png[:_PNG_HEAD] + _PNG_DENSITY + png[_PNG_HEAD:]
 
@@ -223,10 +227,14 @@ class Picture:
     @property
     def svg(self) -> bytes:
         """The figure as an SVG file with texts as texts; the same figure gives the same bytes in every run."""
+        return self._drawn(float(self._elements[0].split()[3])).encode()
+
+    def _drawn(self, height: float) -> str:
+        """The drawing down to a height [pt]."""
         box, drawing = self._elements
-        width, height = box.split()[2:]
+        width = box.split()[2]
         head = f'width="{width}pt" height="{height}pt" font-family="{SVG_FONTS}" role="img"'
-        return f"{_opened(head, box, self.alt)}{_LINK.sub('', drawing)}</svg>\n".encode()
+        return f"{_opened(head, f'0 0 {width} {height}', self.alt)}{_LINK.sub('', drawing)}</svg>\n"
 
     @property
     def inline(self) -> str:

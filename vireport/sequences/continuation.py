@@ -69,9 +69,8 @@ class Event(StrEnum):
     """What happens at a point of a family.
 
     From grazing on these end it; a period doubling or a pitchfork does where the family turns back as its own image.
-    The last five are points of loci: where the ball touches without acceleration, and would stay on the membrane; where
-    folds and period doublings of the motion with the impact begin at a grazing point; where loci of folds have a cusp,
-    or meet that of the period doubling or pitchfork at which their motions begin.
+    The last three are points of loci: where folds and period doublings of the motion with the impact begin at a grazing
+    point; where loci of folds have a cusp, or meet that of the period doubling at which their motions begin.
     """
 
     PERIOD_DOUBLING = "period_doubling"
@@ -83,11 +82,9 @@ class Event(StrEnum):
     SWEEP_END = "sweep_end"
     CLOSED = "closed_curve"
     LOST = "not_followed"
-    RELEASE = "zero_acceleration"
     DEGENERATE_GRAZING = "degenerate_grazing"
     CUSP = "cusp"
     DEGENERATE_DOUBLING = "degenerate_period_doubling"
-    DEGENERATE_PITCHFORK = "degenerate_pitchfork"
 
 
 class Point(NamedTuple):

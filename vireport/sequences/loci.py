@@ -7,18 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from collections.abc import Sequence as Row
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import atan, nan, prod
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import ARRAYS, Device
-from vireport.scenario import DesignInput, Parameter
+from vireport.physics import ARRAYS
 from vireport.sequences.continuation import AT_ZERO, RANK, STEEPEST, Event, Path, Point
 from vireport.sequences.equations import linearised, residuals, weighted_trace
 from vireport.sequences.motions import BESIDE, Motion, Sequence, Turn, turns
+from vireport.sequences.plane import Here, Plane
 
 Floats = NDArray[np.float64]
 
@@ -40,81 +40,6 @@ FIRST_STEP, LONGEST_STEP, STRAIGHTEST = 3e-3, 0.06, 0.97
 """As of families, but longer: along most loci the trace is given, and its poles need no short steps."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Here:
-    """The groups d and gbar, and r, at a point of a plane, with their derivatives by the inputs, (3, 2)."""
-
-    groups: tuple[Any, Any, Any]
-    gradients: Floats
-
-    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
-        """The groups."""
-        return self.groups
-
-    def slopes(self, varied: Row[Any]) -> Floats:
-        """The derivatives."""
-        return self.gradients
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Plane:
-    """Two inputs of a device and their ranges; all else is held.
-
-    Attributes
-    ----------
-    device : Device
-        With any value of the two inputs.
-    inputs : tuple of DesignInput
-    low, high : ndarray (2,)
-    ops
-        Functions of the kind of number that groups are computed in.
-    """
-
-    device: Device
-    inputs: tuple[DesignInput, DesignInput]
-    low: Floats
-    high: Floats
-    ops: Any = ARRAYS
-
-    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
-        """The groups d and gbar, and r, at values of the inputs; a capsule tilted the other way has negative gbar."""
-        device = self.device_at([abs(value) for value in varied])
-        d, gbar = device.groups(Parameter.LENGTH, device.length_m, self.ops)
-        if self.ops is ARRAYS:  # as Python's numbers, with which arithmetic is several times as fast as with NumPy's
-            d, gbar = float(d), float(gbar)
-        return d, self._side(varied) * gbar, self.ops.exact(device.restitution)
-
-    def here(self, varied: Row[float]) -> Here:
-        """The same with their derivatives by the inputs."""
-        d, gbar, r = self.at(varied)
-        device = self.device_at(varied)
-        return Here((d, gbar, r), np.array([device.slopes(one, d, gbar) for one in self.inputs]).T)
-
-    def _side(self, varied: Row[Any]) -> int:
-        """-1 beyond the horizontal."""
-        tilted = zip(self.inputs, varied, strict=True)
-        return -1 if any(one is DesignInput.INCLINATION and value < 0 for one, value in tilted) else 1
-
-    def device_at(self, varied: Row[Any]) -> Device:
-        """The device with these values of the inputs."""
-        changed: dict[str, Any] = dict(zip(self.inputs, varied, strict=True))
-        return replace(self.device, **changed)
-
-    @property
-    def widths(self) -> Floats:
-        """Of the ranges."""
-        return self.high - self.low
-
-    def room(self, varied: Floats) -> float:
-        """How far values are from the edges, as a share of the ranges."""
-        return float((np.minimum(varied - self.low, self.high - varied) / self.widths).min())
-
-    @property
-    def horizontal(self) -> bool:
-        """Whether gravity has no part along the capsule, in all of the plane."""
-        return DesignInput.INCLINATION not in self.inputs and bool(self.device.inclination_deg == 0)
-
-
 @dataclass(frozen=True, slots=True)
 class Condition:
     """What holds on a locus.
@@ -134,11 +59,9 @@ class Condition:
 
     def value(self, sequence: Sequence, x: Row[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
         """Zero where it holds; of the velocities and times in `x`, at d, gbar and r."""
-        count, (_, gbar, r) = len(sequence), groups
+        count, r = len(sequence), groups[2]
         if self.event is Event.GRAZING:
             return x[self.rests[0]]
-        if self.event is Event.RELEASE:
-            return gbar + ops.cos(ops.pi * x[count + self.rests[0]])
         if self.event is Event.DEGENERATE_GRAZING:
             return weighted_trace(sequence, x, groups, ops)
         kept = [i for i in range(count) if i not in self.rests]
@@ -234,13 +157,9 @@ class Locus(Path):
 
     def turns(self, x: Floats) -> list[Turn]:
         """The turning points of a motion, without touches that are impacts."""
-        return self._turns(x, self.plane.at(x[2 * len(self.sequence) :].tolist()))
-
-    def _turns(self, x: Floats, groups: tuple[Any, Any, Any]) -> list[Turn]:
         count, period = len(self.sequence), 2 * self.sequence.periods
-        motion = Motion(self.sequence, x[:count], x[count : 2 * count], groups[0])
         rests = x[[count + i for i in self.condition.rests]]
-        found = turns(motion, *groups)
+        found = turns(self.motion(x), *self.plane.at(x[2 * count :].tolist()))
         return [turn for turn in found if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
 
     def margins(self, x: Floats) -> Floats:
@@ -250,12 +169,12 @@ class Locus(Path):
         its membrane.
         """
         count, p = len(self.sequence), x[2 * len(self.sequence) :]
-        groups = self.plane.at(p.tolist())
         edges = np.concatenate([p - self.plane.low, self.plane.high - p]) / np.tile(self.plane.widths, 2)
         speed = x[:count] * self.sequence.walls
         for i in self.condition.rests:
-            speed[i] = -self.sequence.walls[i] * (groups[1] + np.cos(np.pi * x[count + i]))
-        return np.concatenate([edges, speed, [turn.gap for turn in self._turns(x, groups)]])
+            gbar = self.plane.at(p.tolist())[1]
+            speed[i] = -self.sequence.walls[i] * (gbar + np.cos(np.pi * x[count + i]))
+        return np.concatenate([edges, speed, [turn.gap for turn in self.turns(x)]])
 
     def gentle(self, point: Point, new: Point, step: float) -> bool:
         """Whether a step was short enough for no event to be missed in it."""
@@ -271,14 +190,12 @@ class Locus(Path):
             x = last.x.copy()
             x[2 * count + edge % 2] = (self.plane.low, self.plane.high)[edge // 2][edge % 2]
             return Event.SWEEP_END, last._replace(x=x)
-        which = np.flatnonzero(np.abs(margins[4 : 4 + count]) < AT_ZERO)
-        if which.size:  # beside which rounding may leave a turning point
-            return (Event.RELEASE if which[0] in self.condition.rests else Event.ZERO_VELOCITY), last
-        return Event.GRAZING, last
+        stopped = (np.abs(margins[4 : 4 + count]) < AT_ZERO).any()  # beside which rounding may leave a turning point
+        return (Event.ZERO_VELOCITY if stopped else Event.GRAZING), last
 
     def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the locus. Raises as `located`."""
-        if self.condition.event in (Event.FOLD, Event.PITCHFORK):
+        if self.condition.event is Event.FOLD:
             return self._standstill(point, new, size)
         if self.condition.event is not Event.GRAZING:
             return [], False
@@ -300,13 +217,13 @@ class Locus(Path):
         return value
 
     def criticality(self, point: Point) -> float:
-        """On which side of a locus of period doublings or pitchforks the motions are that begin there, and how far.
+        """On which side of a locus of period doublings the doubled motions are, and how far.
 
         Across the locus, in shares of the ranges, over the square of their distance from the motion of the point, to
         leading order. Zero where it changes from soft to hard: the normal form's cubic coefficient is. Nan where an
         impact is so slow that it would be lost at the amplitude of the differences.
         """
-        motion, widths = self._whole(point.x), self.plane.widths
+        motion, widths = self.motion(point.x).times(2), self.plane.widths
         if np.abs(motion.velocity).min() < 10 * AMPLITUDE:
             return nan
         x, own, p = np.concatenate([motion.velocity, motion.time]), 2 * len(motion.sequence), point.x[-2:]
@@ -331,28 +248,20 @@ class Locus(Path):
         crossing = float(against @ change(aside, across))
         return -third / crossing if crossing else nan
 
-    def folds(self, x: Floats) -> tuple[Locus, Floats, Floats]:
-        """The locus of folds that begins where these change from soft to hard: its start, and direction."""
-        motion = self._whole(x)
-        y = np.concatenate([motion.velocity, motion.time, x[-2:]])
-        folds = Locus(motion.sequence, self.plane, Condition(Event.FOLD))
+    def doubled(self, x: Floats) -> tuple[Locus, Floats, Floats]:
+        """The locus of folds that begins where period doublings change from soft to hard: its start, and direction."""
+        twice = self.motion(x).times(2)
+        y = np.concatenate([twice.velocity, twice.time, x[-2:]])
+        folds = Locus(twice.sequence, self.plane, Condition(Event.FOLD))
         away = np.linalg.svd(folds.linearised(y)[1][:-1, :-2])[2][-1]
         return folds, y, np.append(away, (0.0, 0.0))
 
-    def origin(self, x: Floats, doubled: bool) -> tuple[Locus, Floats]:
-        """Of folds the locus of period doublings or pitchforks at which their motions begin, and a guess next to it."""
+    def halved(self, x: Floats) -> tuple[Locus, Floats]:
+        """Of folds, the locus of period doublings at which their motions begin, and a guess next to it."""
         size = len(self.sequence)
-        count = size // 2 if doubled else size
-        sequence = Sequence(self.sequence.walls[:count], self.sequence.periods * count // size)
-        event = Event.PERIOD_DOUBLING if doubled else Event.PITCHFORK
-        return Locus(sequence, self.plane, Condition(event)), np.concatenate(
-            [x[:count], x[size : size + count], x[-2:]]
-        )
-
-    def _whole(self, x: Floats) -> Motion:
-        """A motion, where its period doubles as two periods of it."""
-        motion = self.motion(x)
-        return motion.times(2) if self.condition.event is Event.PERIOD_DOUBLING else motion
+        sequence = Sequence(self.sequence.walls[: size // 2], self.sequence.periods // 2)
+        guess = np.concatenate([x[: size // 2], x[size : size + size // 2], x[-2:]])
+        return Locus(sequence, self.plane, Condition(Event.PERIOD_DOUBLING)), guess
 
     def _standstill(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
         """A cusp, where a locus of folds turns round in the plane; or where it goes back as its own image."""
@@ -366,6 +275,4 @@ class Locus(Path):
         half, odd = divmod(len(motion.sequence), 2)
         if not odd and motion.apart(motion.rotated(half)) < TURNED_BACK:
             return [(at, Event.DEGENERATE_DOUBLING)], True
-        if self.plane.horizontal and motion.distance(motion.mirrored()) < TURNED_BACK:
-            return [(at, Event.DEGENERATE_PITCHFORK)], self.condition.event is Event.FOLD
         return [(at, Event.CUSP)], False

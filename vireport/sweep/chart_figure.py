@@ -21,8 +21,9 @@ HEIGHT, ACROSS = 5.4, 5.75
 PIXELS = 240
 """Of the raster, along either axis, on which regions are told apart."""
 
-ROOM = 7.0
-"""Distance [pixels] to the nearest curve that a region's label needs."""
+ROOM, LETTERS, APART = 7.0, 5, 2.0
+"""Distance [pixels] to the nearest curve that a region's label of so many letters needs; and the one that a place needs
+to be within its region for certain, as pixels do not part curves that are next to each other."""
 
 BETWEEN: Look = {"linewidth": 0.5, "alpha": 0.6}
 """Of curves where no stable motion ends."""
@@ -55,8 +56,7 @@ def picture(chart: Chart, caption: str) -> Picture:
 
 def _draw(axes: Axes, locus: FollowedLocus) -> None:
     """A locus, strong where stable motion ends on it."""
-    p = locus.drawn()
-    strong = np.repeat(locus.bounds_stability, (len(p) - 1) // (len(locus.x) - 1))
+    p, strong = _pieces(locus)
     look = LOCI[locus.event][1]
     breaks = [0, *(np.flatnonzero(np.diff(strong)) + 1).tolist(), len(strong)]
     for first, last in pairwise(breaks):
@@ -83,23 +83,28 @@ def _regions(chart: Chart) -> Iterator[tuple[float, float, str]]:
 
     free = np.ones((PIXELS, PIXELS), dtype=bool)
     for locus in chart.loci:
-        share = (locus.inputs - chart.plane.low) / chart.plane.widths
-        for first, last in zip(share[:-1][locus.bounds_stability], share[1:][locus.bounds_stability], strict=True):
-            steps = int(2 * PIXELS * np.abs(last - first).max()) + 2
-            i, j = _pixels(np.linspace(first, last, steps)).T
+        p, strong = _pieces(locus)
+        share = (p - chart.plane.low) / chart.plane.widths
+        for first, last in zip(share[:-1][strong], share[1:][strong], strict=True):
+            i, j = _pixels(np.linspace(first, last, int(2 * PIXELS * np.abs(last - first).max()) + 2)).T
             free[i, j] = False
     regions, _ = label(free)
     room = distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
     labelled = set()
-    for cut in chart.cuts:
-        for low, high, words in cut.stable:
-            at = np.array([(low + high) / 2, cut.other] if cut.varied == 0 else [cut.other, (low + high) / 2])
-            region = regions[tuple(_pixels((at - chart.plane.low) / chart.plane.widths))]
-            own = np.where(regions == region, room, 0.0)
-            if region and (region, words) not in labelled and own.max() > ROOM:
-                labelled.add((region, words))
-                place = (np.array(np.unravel_index(own.argmax(), own.shape)) + 0.5) / PIXELS
-                yield *(chart.plane.low + place * chart.plane.widths), ", ".join(words) or "–"
+    for line, low, high, words in ((cut.line, *part) for cut in chart.cuts for part in cut.stable):
+        share = (np.insert([line.other], line.varied, (low + high) / 2) - chart.plane.low) / chart.plane.widths
+        at, text = tuple(_pixels(share)), ", ".join(words) or "–"
+        own = np.where(regions == regions[at], room, 0.0)
+        if room[at] > APART and regions[at] not in labelled and own.max() > ROOM * max(1, len(text) / LETTERS):
+            labelled.add(regions[at])
+            place = (np.array(np.unravel_index(own.argmax(), own.shape)) + 0.5) / PIXELS
+            yield *(chart.plane.low + place * chart.plane.widths), text
+
+
+def _pieces(locus: FollowedLocus) -> tuple[Floats, NDArray[np.bool_]]:
+    """A locus as drawn, and whether stable motion ends on each of its pieces."""
+    p = locus.drawn()
+    return p, np.repeat(locus.bounds_stability, (len(p) - 1) // (len(locus.x) - 1))
 
 
 def _pixels(share: Floats) -> NDArray[np.intp]:

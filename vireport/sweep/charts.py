@@ -19,18 +19,16 @@ EVENTS = {
     Event.PITCHFORK: "pitchfork",
     Event.NODE_FOCUS: "node to focus",
     Event.GRAZING: "grazing",
-    Event.RELEASE: "touch without acceleration",
     Event.DEGENERATE_GRAZING: "degenerate grazing",
     Event.CUSP: "cusp",
     Event.DEGENERATE_DOUBLING: "degenerate period doubling",
-    Event.DEGENERATE_PITCHFORK: "degenerate pitchfork",
 }
 """Names of events for the reader."""
 
 NOTE = (
     "Two grazings: two touches in one motion. Degenerate grazing: period doublings and folds of the motion with the "
-    "further impact begin. Cusp: two curves of folds end together. Degenerate period doubling or pitchfork: it changes "
-    "from soft to hard, and a curve of folds begins."
+    "further impact begin. Cusp: two curves of folds end together. Degenerate period doubling: it changes from soft "
+    "to hard, and a curve of folds begins."
 )
 
 
@@ -88,7 +86,7 @@ def name_of(point: Meeting) -> str:
         return EVENTS[other]
     if own is Event.GRAZING:
         return "two grazings"
-    return EVENTS[own] if own in (Event.DEGENERATE_GRAZING, Event.RELEASE) else f"{EVENTS[own]} with grazing"
+    return EVENTS[own] if own is Event.DEGENERATE_GRAZING else f"{EVENTS[own]} with grazing"
 
 
 def _row(point: Meeting) -> tuple[str, ...]:
@@ -111,8 +109,8 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
             "points": [_point(point) for point in chart.meetings],
             "sweeps": [
                 {
-                    "along": plane.inputs[cut.varied].value,
-                    "at": cut.other,
+                    "along": plane.inputs[cut.line.varied].value,
+                    "at": cut.line.other,
                     "stable": [{"from": low, "to": high, "words": list(words)} for low, high, words in cut.stable],
                 }
                 for cut in chart.cuts
