@@ -1,8 +1,8 @@
 """Where among all flight times the motions of a sweep can be: proved by leaving out all other flight times.
 
-The flight times of a motion with three impacts are a point of a triangle, which is divided into cells; that of one with
-two on the same membrane is a point of a line. A cell is left out when affine arithmetic shows that none of the
-solutions above it is a motion of the sweep; what is left is halved.
+The flight times of a motion with three impacts are a point of a triangle, which is divided into cells; those of one
+with two on the same membrane a point of a line, with four a point of a tetrahedron. A cell is left out when affine
+arithmetic shows that none of the solutions above it is a motion of the sweep; what is left is halved.
 """
 
 from __future__ import annotations
@@ -33,9 +33,12 @@ from vireport.sequences.turns import turning_points
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-COARSEST, FINE, FINEST = 1 / 8, 1 / 512, 1 / 2048
-"""Sides of the first cells [t_c], larger than which are hardly ever left out, of those that are looked for motions, and
-of the last ones in a plane, to which only those are halved that are not near to motions known."""
+COARSEST, FINE = (1 / 512, 1 / 8, 1 / 6), (1 / 512, 1 / 512, 1 / 96)
+"""Sides [t_c] of the first cells of a line, a plane and a space, larger than which are hardly ever left out, and of
+those that are looked for motions."""
+
+FINEST = 1 / 2048
+"""Side of the last cells in a plane, to which only those are halved that are not near to motions known."""
 
 FEW = 60
 """Cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
@@ -55,7 +58,7 @@ BLOCK = 4096
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """Squares of pairs of flight times, or intervals of one, that may hold motions of a sweep.
+    """Squares of pairs of flight times, intervals of one or cubes of three, that may hold motions of a sweep.
 
     Attributes
     ----------
@@ -84,8 +87,11 @@ class Cells:
         return self.corner + self.side / 2
 
     def no_larger_than(self, side: float) -> bool:
-        """Whether they are squares of at most this side, or intervals, a larger share of a line, of a quarter of it."""
-        return self.side <= (side if len(self.corner) > 1 else side / 4)
+        """Whether they are squares of at most this side, intervals of a quarter of it, or cubes of four times as much.
+
+        An interval is a larger share of a line, and a cube a smaller one of space.
+        """
+        return self.side <= side * 4.0 ** (len(self.corner) - 2)
 
     def divided(self) -> Cells:
         """Their parts, each divided along each side."""
@@ -112,7 +118,7 @@ class Exclusion:
         Range of the coordinate.
     sequences : tuple of Sequence
         Of one word and different numbers of periods, which are evaluated together: three impacts, not all on the top,
-        or two on the bottom.
+        or two or four on the bottom.
     """
 
     model: Model
@@ -133,14 +139,14 @@ class Exclusion:
     def cells(self) -> list[Cells]:
         """The cells that are left of all flight times, those of each sequence apart."""
         sides, found = len(self.sequences[0]) - 1, []
-        side = COARSEST if sides > 1 else FINE
+        side, fine = COARSEST[sides - 1], FINE[sides - 1]
         counts = [round(2 * sequence.periods / side) for sequence in self.sequences]
         grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
         parts = [Cells(*both, side) for both in zip(self.sequences, grids, strict=True)]
         while parts:
             parts = self.left(parts)
-            found += [part for part in parts if part.side <= FINE or len(part) > MOST_CELLS]
-            parts = [part.divided() for part in parts if part.side > FINE and len(part) <= MOST_CELLS]
+            found += [part for part in parts if part.side <= fine or len(part) > MOST_CELLS]
+            parts = [part.divided() for part in parts if part.side > fine and len(part) <= MOST_CELLS]
         return found
 
     def left(self, cells: list[Cells]) -> list[Cells]:
@@ -175,32 +181,44 @@ class Exclusion:
         longest = (*(corner + cells.side), period - corner.sum(axis=0))
         least = [shortest if wall != other else 0 for wall, other in ends]
         possible = [time > limit for time, limit in zip(longest, least, strict=True)]
-        possible += [longest[i] >= corner[0] for i in sequence.symmetries]  # counted from before the shortest
+        if sequence.one_sided:  # whose motions are counted so that the second flight is the longest
+            possible += [longest[1] >= time for time in (*corner, longest[-1] - len(corner) * cells.side)]
         return cells[np.all(possible, axis=0)]
 
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
         """Which cells may hold motions of the sweep."""
-        x = solution(self.sequences[0], _boxes(corner, side), self.model.r, AffineOps, period)
-        possible = self._solved(x)
-        rows = np.flatnonzero(possible & (side <= WALLS))
-        if rows.size:
-            possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side[rows], x.at(rows))
+        sequence, rows = self.sequences[0], np.arange(len(period))
+        for first in (1, 0, 2)[: len(corner)] if sequence.one_sided else (1,):
+            x = solution(sequence, _boxes(corner[:, rows], side[rows]), self.model.r, AffineOps, period[rows], first=first)
+            solved = self._solved(x)
+            rows = rows[solved]
+            x = x.at(solved)
+        small = np.flatnonzero(side[rows] <= WALLS)
+        possible = np.zeros(len(period), dtype=bool)
+        possible[rows] = True
+        if small.size:
+            rows = rows[small]
+            possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side[rows], x.at(small))
         return possible
 
-    def _solved(self, x: Solution) -> Mask:
+    def _solved(self, x: Solution) -> NDArray[np.intp]:
         """Which may be solutions of the sweep with velocities of the right signs."""
-        possible = np.all([(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)], axis=0)
+        possible = np.ones(len(x.gbar.centre), dtype=bool)
+        for y in sweep_conditions(x, self.model):
+            possible &= (y.lower <= 0) & (y.upper >= 0)
+        rows = np.flatnonzero(possible)
+        x = x.at(rows)
         scale = x.sine * x.sine + x.cosine * x.cosine
         coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
         square = coordinate * coordinate
-        possible &= (square - scale * (max(self.low, 0.0) ** 2)).upper >= 0
+        possible = (square - scale * (max(self.low, 0.0) ** 2)).upper >= 0
         possible &= (square - scale * (self.high * self.high)).lower <= 0
         # The sign of the factor makes d positive, and with it gbar and the velocities towards the walls.
         positive = [x.positive, *(v * float(wall) for v, wall in zip(x.velocity, self.sequences[0].walls, strict=True))]
         if not self.model.level.horizontal:
             positive.append(x.gbar)
         above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
-        return np.asarray(possible & ~(np.any(above, axis=0) & np.any(below, axis=0)))
+        return rows[possible & ~(np.any(above, axis=0) & np.any(below, axis=0))]
 
     def _d(self, x: Solution) -> Any:
         """The d of solutions with their factor; where one membrane is struck and d is held, not less than it."""

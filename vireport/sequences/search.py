@@ -135,7 +135,7 @@ def _starts(
     else:
         norm = np.hypot(x.sine.take(index), x.cosine.take(index))
         off = (d if level.held is Held.D else sign * x.gbar.take(index)) - np.float32(level.value) * norm
-    (a, b), (f, g) = _fitted(np.stack([off, x.excess.take(index)]))
+    (a, b), (f, g) = _fitted(np.stack([off, x.excess[0].take(index)]))
     with np.errstate(all="ignore"):
         along = _cross(a, b)
         size = (along * along).sum(axis=0)
