@@ -19,7 +19,7 @@ from vireport.analysis import BifurcationDiagram, CriticalKind, Sweep, solve
 from vireport.progress import Progress
 from vireport.sequences.continuation import Curve, Event, Strand, completed, follow
 from vireport.sequences.equations import Model
-from vireport.sequences.exclusion import FINE, FINEST, MOST_CELLS, Cells, Exclusion
+from vireport.sequences.exclusion import FINE, FINE_CUBE, FINEST, MOST_CELLS, Cells, Exclusion
 from vireport.sequences.families import Atlas, Claim, Completeness, Family, Mark, Vertex
 from vireport.sequences.motions import SAME, Motion, Sequence
 from vireport.sequences.one_impact import one_impact
@@ -57,7 +57,7 @@ def atlas(
     progress : callable, optional
         Called with what is followed next.
     finest : float
-        Side of the cells of pairs of flight times that are looked through last [t_c].
+        Side of the cells of flight times that are looked through last [t_c], from `FINE` down.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
     model = Model(sweep.level, float(sweep.device.restitution))
@@ -283,8 +283,8 @@ class _Search:
         yield from (Completeness(word, Claim.COMPLETE) for word in closed)
         for sequence in self.excluded(self.limits.periods):
             cells = [cells for cells in self.undecided if cells.sequence.word == sequence.word]
-            sides = FINE[len(sequence) - 2], *(part.side for part in cells)
-            resolution = NEAR + max(sides) / 4  # periods, of which sides are halves
+            fine = FINE_CUBE if len(sequence) == 4 else FINE
+            resolution = NEAR + max(fine, *(part.side for part in cells)) / 4  # periods, of which sides are halves
             yield Completeness(sequence.word, Claim.COMPLETE, resolution, max(part.share for part in cells))
         for sequence in self.sequences(4, self.limits.periods):
             yield Completeness(sequence.word, Claim.SEARCHED, side_of(sequence) / 2)

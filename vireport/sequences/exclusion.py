@@ -33,12 +33,12 @@ from vireport.sequences.turns import turning_points
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-COARSEST, FINE = (1 / 512, 1 / 8, 1 / 6), (1 / 512, 1 / 512, 1 / 96)
-"""Sides [t_c] of the first cells of a line, a plane and a space, larger than which are hardly ever left out, and of
-those that are looked for motions."""
+COARSEST, FINE, FINEST = 1 / 8, 1 / 512, 1 / 2048
+"""Sides of the first cells [t_c], larger than which are hardly ever left out, of those that are looked for motions, and
+of the last ones in a plane, to which only those are halved that are not near to motions known."""
 
-FINEST = 1 / 2048
-"""Side of the last cells in a plane, to which only those are halved that are not near to motions known."""
+COARSEST_CUBE, FINE_CUBE = 1 / 6, 1 / 96
+"""The first two of cells in space."""
 
 FEW = 60
 """Cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
@@ -139,7 +139,7 @@ class Exclusion:
     def cells(self) -> list[Cells]:
         """The cells that are left of all flight times, those of each sequence apart."""
         sides, found = len(self.sequences[0]) - 1, []
-        side, fine = COARSEST[sides - 1], FINE[sides - 1]
+        side, fine = (COARSEST_CUBE, FINE_CUBE) if sides == 3 else (COARSEST if sides == 2 else FINE, FINE)
         counts = [round(2 * sequence.periods / side) for sequence in self.sequences]
         grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
         parts = [Cells(*both, side) for both in zip(self.sequences, grids, strict=True)]
@@ -188,13 +188,13 @@ class Exclusion:
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
         """Which cells may hold motions of the sweep."""
         sequence, rows = self.sequences[0], np.arange(len(period))
-        for first in (1, 0, 2)[: len(corner)] if sequence.one_sided else (1,):
-            x = solution(sequence, _boxes(corner[:, rows], side[rows]), self.model.r, AffineOps, period[rows], first=first)
+        # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
+        for first in range(min(len(corner), 2) if sequence.one_sided else 1):
+            boxes = _boxes(corner[:, rows], side[rows])
+            x = solution(sequence, boxes, self.model.r, AffineOps, period[rows], first=first)
             solved = self._solved(x)
-            rows = rows[solved]
-            x = x.at(solved)
-        small = np.flatnonzero(side[rows] <= WALLS)
-        possible = np.zeros(len(period), dtype=bool)
+            rows, x = rows[solved], x.at(solved)
+        possible, small = np.zeros(len(period), dtype=bool), np.flatnonzero(side[rows] <= WALLS)
         possible[rows] = True
         if small.size:
             rows = rows[small]
@@ -203,10 +203,8 @@ class Exclusion:
 
     def _solved(self, x: Solution) -> NDArray[np.intp]:
         """Which may be solutions of the sweep with velocities of the right signs."""
-        possible = np.ones(len(x.gbar.centre), dtype=bool)
-        for y in sweep_conditions(x, self.model):
-            possible &= (y.lower <= 0) & (y.upper >= 0)
-        rows = np.flatnonzero(possible)
+        zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
+        rows = np.flatnonzero(np.logical_and.reduce(zeros)) if zeros else np.arange(len(x.gbar.centre))
         x = x.at(rows)
         scale = x.sine * x.sine + x.cosine * x.cosine
         coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
@@ -218,7 +216,7 @@ class Exclusion:
         if not self.model.level.horizontal:
             positive.append(x.gbar)
         above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
-        return rows[possible & ~(np.any(above, axis=0) & np.any(below, axis=0))]
+        return np.asarray(rows[possible & ~(np.any(above, axis=0) & np.any(below, axis=0))])
 
     def _d(self, x: Solution) -> Any:
         """The d of solutions with their factor; where one membrane is struck and d is held, not less than it."""

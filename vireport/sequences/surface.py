@@ -123,7 +123,7 @@ def solution(
     # The first flight across is towards the top when the word begins at the bottom, and covers -d.
     towards = -next(wall for i, wall in enumerate(walls) if wall != walls[(i + 1) % count])
     d, excess = _product(across[0], kernel) * float(towards), [_product(row, kernel) for row in rows[2:]]
-    return Solution(velocities, time, *kernel, d, excess)
+    return Solution(velocities, time, kernel[0], kernel[1], kernel[2], d, excess)
 
 
 def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: int) -> Solution:
@@ -140,7 +140,8 @@ def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: 
     time = [-flights[0], flights[0] * 0.0, *accumulate(flights[1:])]
     waves = [(ops.sin(t * np.pi), ops.cos(t * np.pi)) for t in time]
     waves[1] = 0.0, 1.0
-    vectors, rows = [], []
+    vectors: list[Any] = []
+    rows: list[Any] = []
     for i, (sine, cosine) in enumerate(waves):
         before = lead[i - 1], lift[i - 1], halves[i - 1]
         balance = -lead[i] - before[0] * r, lift[i] - before[1] * r, halves[i] - before[2] * r
@@ -148,7 +149,7 @@ def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: 
             found.append([s * cosine - c * sine, s * sine + c * cosine, gbar])
     kernel = _cross(rows[first], rows[(first + 1) % len(rows)])
     excess = [_product(rows[(first + i) % len(rows)], kernel) for i in range(2, len(rows))]
-    return Solution(vectors, time, *kernel, None, excess)
+    return Solution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess)
 
 
 def sweep_conditions(x: Solution, model: Model) -> list[Any]:
