@@ -43,7 +43,7 @@ COARSEST_CUBE, FINE_CUBE = 1 / 6, 1 / 96
 FEW = 60
 """Cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
 
-WALLS = 1 / 32
+WALLS = 1 / 20
 """Side from which down it is tested whether the ball passes through a membrane: larger cells hardly ever show it."""
 
 MOST_CELLS = 20_000
@@ -179,11 +179,25 @@ class Exclusion:
         period, walls = 2.0 * sequence.periods, sequence.walls
         shortest, ends = self.shortest(period), zip(walls, (*walls[1:], walls[0]), strict=True)
         longest = (*(corner + cells.side), period - corner.sum(axis=0))
-        least = [shortest if wall != other else 0 for wall, other in ends]
-        possible = [time > limit for time, limit in zip(longest, least, strict=True)]
+        least = (*corner, longest[-1] - len(corner) * cells.side)
+        possible = []
+        for (wall, other), low, high in zip(ends, least, longest, strict=True):
+            possible.append(high > (shortest if wall != other else 0))
+            if wall == other == 1:
+                possible.append(~self._beyond_top(low, high))
         if sequence.one_sided:  # whose motions are counted so that the second flight is the longest
-            possible += [longest[1] >= time for time in (*corner, longest[-1] - len(corner) * cells.side)]
+            possible += [longest[1] >= time for time in least]
         return cells[np.all(possible, axis=0)]
+
+    def _beyond_top(self, least: Floats, longest: Floats) -> Mask:
+        """Whether every flight from the bottom back to it, between two times, would pass through the top.
+
+        After half of its time t the ball is at least gbar t^2/8 - [1 - cos(pi t/2)]/pi^2 above the bottom, by (2.12).
+        """
+        forced = np.minimum(1 - np.cos(np.pi * least / 2) + np.pi / 2 * (longest - least), 2) / np.pi**2
+        ends = (self.model.groups(end) for end in (max(self.low, 0.0), self.high))
+        beyond = [gbar * np.maximum(least, 0) ** 2 / 8 - d > forced for d, gbar in ends]
+        return np.asarray(np.all(beyond, axis=0))
 
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
         """Which cells may hold motions of the sweep."""
