@@ -3,7 +3,8 @@
 At given flight times the conditions are linear and homogeneous in the velocities, the sine and cosine of the phase,
 gbar and d. With three impacts they leave one solution above each pair of flight times, without iteration; with four,
 one above each triple and one condition on these. Motions that strike the bottom only do not depend on d, which is one
-unknown less: with two impacts there is one solution above each flight time, with three one condition on both.
+unknown less: with two impacts there is one solution above each flight time, with three one condition on both, with four
+two on the three.
 """
 
 from __future__ import annotations
@@ -33,9 +34,9 @@ enough to follow a family from: the steps square it."""
 class Solution(NamedTuple):
     """What the conditions leave above flight times, up to a common factor.
 
-    Times of the impacts, the first at time zero, or the second where only one membrane is struck; sine
-    and cosine of the phase there; the groups, d being None where only one membrane is struck. What is in `excess` is
-    zero above those flight times that there is a motion for.
+    Times of the impacts, the first at time zero, or the second where only one membrane is struck; sine and cosine of
+    the phase there; the groups, d being None where only one membrane is struck. What is in `excess` is zero above those
+    flight times that there is a motion for.
     """
 
     vectors: list[Any]
@@ -129,9 +130,10 @@ def solution(
 def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: int) -> Solution:
     """Solve the conditions where all impacts are on the bottom.
 
-    A flight comes back to it after the time t: with s and c for the sine and the cosine of the phase at its start, it
-    begins by (2.12) with gbar t/2 - p(t) s + q(t) c, where p = (1 - sinc t)/pi and q = sinc(t/2) sin(pi t/2)/pi; with
-    those at its end, by (2.11) it ends with gbar t/2 + p(t) s + q(t) c. At each impact one is r times the other.
+    A flight that comes back to it after a time t begins, by (2.12), with the velocity gbar t/2 - p s + q c upwards, with
+    p = (1 - sinc t)/pi, q = sinc(t/2) sin(pi t/2)/pi, and s and c for the sine and the cosine of the phase at its start;
+    with those at its end it ends, by (2.11), with the velocity gbar t/2 + p s + q c downwards. At each impact the first
+    is r times the second.
     """
     durations = [*flights, period - sum(flights[1:], flights[0])]
     halves = [t * 0.5 for t in durations]
@@ -140,16 +142,21 @@ def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: 
     time = [-flights[0], flights[0] * 0.0, *accumulate(flights[1:])]
     waves = [(ops.sin(t * np.pi), ops.cos(t * np.pi)) for t in time]
     waves[1] = 0.0, 1.0
-    vectors: list[Any] = []
-    rows: list[Any] = []
+    vectors, rows = [], []
     for i, (sine, cosine) in enumerate(waves):
         before = lead[i - 1], lift[i - 1], halves[i - 1]
         balance = -lead[i] - before[0] * r, lift[i] - before[1] * r, halves[i] - before[2] * r
-        for (s, c, gbar), found in ((before, vectors), (balance, rows)):
-            found.append([s * cosine - c * sine, s * sine + c * cosine, gbar])
+        vectors.append(_turned(before, sine, cosine))
+        rows.append(_turned(balance, sine, cosine))
     kernel = _cross(rows[first], rows[(first + 1) % len(rows)])
     excess = [_product(rows[(first + i) % len(rows)], kernel) for i in range(2, len(rows))]
     return Solution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess)
+
+
+def _turned(vector: Row[Any], sine: Any, cosine: Any) -> list[Any]:
+    """What multiplies sine, cosine and gbar, for the phase at time zero instead of that at a time with this one."""
+    s, c, gbar = vector
+    return [s * cosine - c * sine, s * sine + c * cosine, gbar]
 
 
 def sweep_conditions(x: Solution, model: Model) -> list[Any]:
@@ -255,7 +262,7 @@ def motions_above(sequence: Sequence, flights: Floats, r: float, period: Floats 
     Parameters
     ----------
     sequence : Sequence
-        Or with one impact less, on one membrane only.
+        Or with two to four, on the bottom only.
     flights : ndarray (N - 1, n)
         All flight times but the last [t_c].
     r : float
