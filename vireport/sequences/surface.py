@@ -130,8 +130,8 @@ def solution(
 def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: int) -> Solution:
     """Solve the conditions where all impacts are on the bottom.
 
-    A flight that comes back to it after a time t begins, by (2.12), with the velocity gbar t/2 - p s + q c upwards, with
-    p = (1 - sinc t)/pi, q = sinc(t/2) sin(pi t/2)/pi, and s and c for the sine and the cosine of the phase at its start;
+    A flight that comes back to it after a time t begins, by (2.12), with the velocity gbar t/2 - p s + q c upwards,
+    where p = (1 - sinc t)/pi, q = sinc(t/2) sin(pi t/2)/pi, and s and c are sine and cosine of the phase at its start;
     with those at its end it ends, by (2.11), with the velocity gbar t/2 + p s + q c downwards. At each impact the first
     is r times the second.
     """
