@@ -19,7 +19,7 @@ from vireport.analysis import BifurcationDiagram, CriticalKind, Sweep, solve
 from vireport.progress import Progress
 from vireport.sequences.continuation import Curve, Event, Strand, completed, follow
 from vireport.sequences.equations import Model
-from vireport.sequences.exclusion import FINE, FINEST, MOST_CELLS, Cells, Exclusion
+from vireport.sequences.exclusion import FINE, FINE_CUBE, FINEST, MOST_CELLS, Cells, Exclusion
 from vireport.sequences.families import Atlas, Claim, Completeness, Family, Mark, Vertex
 from vireport.sequences.motions import SAME, Motion, Sequence
 from vireport.sequences.one_impact import one_impact
@@ -135,12 +135,12 @@ class _Search:
         return sorted(found, key=lambda sequence: sequence.word)
 
     def on_bottom(self, periods: int) -> list[Sequence]:
-        """Those with two or three impacts on one membrane.
+        """Those with two to four impacts on one membrane.
 
         Over a period gravity adds 2 k gbar to the velocity, of which impacts take (1 + r) times their sum. There are no
         motions with impacts on the top only, nor in a horizontal capsule on either membrane only.
         """
-        counts = () if self.model.level.horizontal else (2, 3)
+        counts = () if self.model.level.horizontal else (2, 3, 4)
         return [Sequence(count * (1,), periods) for count in counts if count <= self.limits.impacts]
 
     def representative(self, sequence: Sequence) -> Sequence:
@@ -283,7 +283,8 @@ class _Search:
         yield from (Completeness(word, Claim.COMPLETE) for word in closed)
         for sequence in self.excluded(self.limits.periods):
             cells = [cells for cells in self.undecided if cells.sequence.word == sequence.word]
-            resolution = NEAR + max(FINE, *(part.side for part in cells)) / 4  # periods, of which sides are halves
+            fine = FINE_CUBE if len(sequence) == 4 else FINE
+            resolution = NEAR + max(fine, *(part.side for part in cells)) / 4  # periods, of which sides are halves
             yield Completeness(sequence.word, Claim.COMPLETE, resolution, max(part.share for part in cells))
         for sequence in self.sequences(4, self.limits.periods):
             yield Completeness(sequence.word, Claim.SEARCHED, side_of(sequence) / 2)

@@ -1,8 +1,8 @@
 """Where among all flight times the motions of a sweep can be: proved by leaving out all other flight times.
 
-The flight times of a motion with three impacts are a point of a triangle, which is divided into cells; that of one with
-two on the same membrane is a point of a line. A cell is left out when affine arithmetic shows that none of the
-solutions above it is a motion of the sweep; what is left is halved.
+The flight times of a motion with three impacts are a point of a triangle, which is divided into cells; those of one
+with two on the same membrane a point of a line, with four a point of a tetrahedron. A cell is left out when affine
+arithmetic shows that none of the solutions above it is a motion of the sweep; what is left is halved.
 """
 
 from __future__ import annotations
@@ -37,10 +37,13 @@ COARSEST, FINE, FINEST = 1 / 8, 1 / 512, 1 / 2048
 """Sides of the first cells [t_c], larger than which are hardly ever left out, of those that are looked for motions, and
 of the last ones in a plane, to which only those are halved that are not near to motions known."""
 
+COARSEST_CUBE, FINE_CUBE = 1 / 6, 1 / 96
+"""The first two of cells in space."""
+
 FEW = 60
 """Cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
 
-WALLS = 1 / 32
+WALLS = 1 / 20
 """Side from which down it is tested whether the ball passes through a membrane: larger cells hardly ever show it."""
 
 MOST_CELLS = 20_000
@@ -55,7 +58,7 @@ BLOCK = 4096
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """Squares of pairs of flight times, or intervals of one, that may hold motions of a sweep.
+    """Squares of pairs of flight times, intervals of one or cubes of three, that may hold motions of a sweep.
 
     Attributes
     ----------
@@ -84,8 +87,11 @@ class Cells:
         return self.corner + self.side / 2
 
     def no_larger_than(self, side: float) -> bool:
-        """Whether they are squares of at most this side, or intervals, a larger share of a line, of a quarter of it."""
-        return self.side <= (side if len(self.corner) > 1 else side / 4)
+        """Whether they are squares of at most this side, intervals of a quarter of it, or cubes of four times as much.
+
+        An interval is a larger share of a line, and a cube a smaller one of space.
+        """
+        return self.side <= side * 4.0 ** (len(self.corner) - 2)
 
     def divided(self) -> Cells:
         """Their parts, each divided along each side."""
@@ -112,7 +118,7 @@ class Exclusion:
         Range of the coordinate.
     sequences : tuple of Sequence
         Of one word and different numbers of periods, which are evaluated together: three impacts, not all on the top,
-        or two on the bottom.
+        or two or four on the bottom.
     """
 
     model: Model
@@ -133,14 +139,14 @@ class Exclusion:
     def cells(self) -> list[Cells]:
         """The cells that are left of all flight times, those of each sequence apart."""
         sides, found = len(self.sequences[0]) - 1, []
-        side = COARSEST if sides > 1 else FINE
+        side, fine = (COARSEST_CUBE, FINE_CUBE) if sides == 3 else (COARSEST if sides == 2 else FINE, FINE)
         counts = [round(2 * sequence.periods / side) for sequence in self.sequences]
         grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
         parts = [Cells(*both, side) for both in zip(self.sequences, grids, strict=True)]
         while parts:
             parts = self.left(parts)
-            found += [part for part in parts if part.side <= FINE or len(part) > MOST_CELLS]
-            parts = [part.divided() for part in parts if part.side > FINE and len(part) <= MOST_CELLS]
+            found += [part for part in parts if part.side <= fine or len(part) > MOST_CELLS]
+            parts = [part.divided() for part in parts if part.side > fine and len(part) <= MOST_CELLS]
         return found
 
     def left(self, cells: list[Cells]) -> list[Cells]:
@@ -173,34 +179,58 @@ class Exclusion:
         period, walls = 2.0 * sequence.periods, sequence.walls
         shortest, ends = self.shortest(period), zip(walls, (*walls[1:], walls[0]), strict=True)
         longest = (*(corner + cells.side), period - corner.sum(axis=0))
-        least = [shortest if wall != other else 0 for wall, other in ends]
-        possible = [time > limit for time, limit in zip(longest, least, strict=True)]
-        possible += [longest[i] >= corner[0] for i in sequence.symmetries]  # counted from before the shortest
+        least = (*corner, longest[-1] - len(corner) * cells.side)
+        possible = []
+        for (wall, other), low, high in zip(ends, least, longest, strict=True):
+            possible.append(high > (shortest if wall != other else 0))
+            if wall == other == 1:
+                possible.append(~self._beyond_top(low, high))
+        if sequence.one_sided:  # whose motions are counted so that the second flight is the longest
+            possible += [longest[1] >= time for time in least]
         return cells[np.all(possible, axis=0)]
+
+    def _beyond_top(self, least: Floats, longest: Floats) -> Mask:
+        """Whether every flight from the bottom back to it, between two times, would pass through the top.
+
+        After half of its time t the ball is at least gbar t^2/8 - [1 - cos(pi t/2)]/pi^2 above the bottom, by (2.12).
+        """
+        forced = np.minimum(1 - np.cos(np.pi * least / 2) + np.pi / 2 * (longest - least), 2) / np.pi**2
+        ends = (self.model.groups(end) for end in (max(self.low, 0.0), self.high))
+        beyond = [gbar * np.maximum(least, 0) ** 2 / 8 - d > forced for d, gbar in ends]
+        return np.asarray(np.all(beyond, axis=0))
 
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
         """Which cells may hold motions of the sweep."""
-        x = solution(self.sequences[0], _boxes(corner, side), self.model.r, AffineOps, period)
-        possible = self._solved(x)
-        rows = np.flatnonzero(possible & (side <= WALLS))
-        if rows.size:
-            possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side[rows], x.at(rows))
+        sequence, rows = self.sequences[0], np.arange(len(period))
+        # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
+        for first in range(min(len(corner), 2) if sequence.one_sided else 1):
+            boxes = _boxes(corner[:, rows], side[rows])
+            x = solution(sequence, boxes, self.model.r, AffineOps, period[rows], first=first)
+            solved = self._solved(x)
+            rows, x = rows[solved], x.at(solved)
+        possible, small = np.zeros(len(period), dtype=bool), np.flatnonzero(side[rows] <= WALLS)
+        possible[rows] = True
+        if small.size:
+            rows = rows[small]
+            possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side[rows], x.at(small))
         return possible
 
-    def _solved(self, x: Solution) -> Mask:
+    def _solved(self, x: Solution) -> NDArray[np.intp]:
         """Which may be solutions of the sweep with velocities of the right signs."""
-        possible = np.all([(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)], axis=0)
+        zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
+        rows = np.flatnonzero(np.logical_and.reduce(zeros)) if zeros else np.arange(len(x.gbar.centre))
+        x = x.at(rows)
         scale = x.sine * x.sine + x.cosine * x.cosine
         coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
         square = coordinate * coordinate
-        possible &= (square - scale * (max(self.low, 0.0) ** 2)).upper >= 0
+        possible = (square - scale * (max(self.low, 0.0) ** 2)).upper >= 0
         possible &= (square - scale * (self.high * self.high)).lower <= 0
         # The sign of the factor makes d positive, and with it gbar and the velocities towards the walls.
         positive = [x.positive, *(v * float(wall) for v, wall in zip(x.velocity, self.sequences[0].walls, strict=True))]
         if not self.model.level.horizontal:
             positive.append(x.gbar)
         above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
-        return np.asarray(possible & ~(np.any(above, axis=0) & np.any(below, axis=0)))
+        return np.asarray(rows[possible & ~(np.any(above, axis=0) & np.any(below, axis=0))])
 
     def _d(self, x: Solution) -> Any:
         """The d of solutions with their factor; where one membrane is struck and d is held, not less than it."""

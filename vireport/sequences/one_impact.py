@@ -42,7 +42,8 @@ def one_impact(model: Model, low: float, high: float, periods: int) -> Motions:
     def above(phase: Floats) -> Motions:
         gbar = np.sin(phase) / a
         velocity, d = 2 * periods * gbar / (1 + model.r), room(level, high, gbar) + 0 * gbar
-        return Motions(Sequence((1,), periods), velocity[None], phase[None] / pi, gbar, d, None, model.r)
+        sequence, excess = Sequence((1,), periods), np.empty((0, len(d)))
+        return Motions(sequence, velocity[None], phase[None] / pi, gbar, d, excess, model.r)
 
     if level.held is Held.GBAR:
         sine = a * level.value

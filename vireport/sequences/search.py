@@ -65,14 +65,14 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     images = [(image, i) for image in (own, own.mirrored()) for i in range(4) if image.rotated(i) == sequence]
     if model.level.horizontal or own.rotated(2) == own:
         del images[1:]  # whose motions are the same
-    for i, x in _layers(own, model.r):
+    for i, x, velocity in _layers(own, model.r):
         for image, first in images:
             # Half a period later and in the mirror, all unknowns have the other sign but d.
             seen = x if image == own else x._replace(d=-x.d)
             crossed = np.logical_and.reduce([_crossed(condition) for condition in sweep_conditions(seen, model)])
             layer, row, column = cells = np.stack(np.nonzero(crossed))
             cells = cells[:, (row <= layer + i) & (column >= layer)]  # in which the impacts can be in order
-            layer, row, column = _starts(seen, cells, image, model, (low, high))
+            layer, row, column = _starts(seen, velocity, cells, image, model, (low, high))
             time = side * np.stack([row, layer + i, column + i])
             flights = np.diff(time, axis=0, prepend=0.0, append=2.0 * sequence.periods)
             starts.append(np.roll(flights, -first, axis=0)[:-1])
@@ -83,10 +83,10 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
 
 
 @lru_cache(maxsize=8)
-def _layers(sequence: Sequence, r: float) -> list[tuple[int, Solution]]:
+def _layers(sequence: Sequence, r: float) -> list[tuple[int, Solution, list[Any]]]:
     """The solutions above the corners of the cells, which are those of every sweep with this restitution coefficient.
 
-    In layers, each with the number of its first one; few digits are enough.
+    In layers, each with the number of its first one and its velocities; few digits are enough.
     """
     side = side_of(sequence)
     count, layers = round(2 * sequence.periods / side), []
@@ -97,7 +97,8 @@ def _layers(sequence: Sequence, r: float) -> list[tuple[int, Solution]]:
         j = min(i + LAYERS, count)
         second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]
         time = [0 * first, first, second, third]
-        layers.append((i, solution(sequence, [after - before for before, after in pairwise(time)], r, time=time)))
+        x = solution(sequence, [after - before for before, after in pairwise(time)], r, time=time)
+        layers.append((i, x._replace(vectors=[]), x.velocity))
     return layers
 
 
@@ -117,7 +118,12 @@ def _within_slack(least: NDArray[Any], largest: NDArray[Any]) -> NDArray[np.bool
 
 
 def _starts(
-    x: Solution, cells: NDArray[np.intp], sequence: Sequence, model: Model, limits: tuple[float, float]
+    x: Solution,
+    velocity: list[Any],
+    cells: NDArray[np.intp],
+    sequence: Sequence,
+    model: Model,
+    limits: tuple[float, float],
 ) -> Floats:
     """Where motions of a sweep may be next to the cells of a grid of solutions, in sides of a cell, (3, n).
 
@@ -135,7 +141,7 @@ def _starts(
     else:
         norm = np.hypot(x.sine.take(index), x.cosine.take(index))
         off = (d if level.held is Held.D else sign * x.gbar.take(index)) - np.float32(level.value) * norm
-    (a, b), (f, g) = _fitted(np.stack([off, x.excess.take(index)]))
+    (a, b), (f, g) = _fitted(np.stack([off, x.excess[0].take(index)]))
     with np.errstate(all="ignore"):
         along = _cross(a, b)
         size = (along * along).sum(axis=0)
@@ -145,7 +151,7 @@ def _starts(
     rows, index, sign, step, along = rows[near], index[:, near], sign[near], step[:, near], along[:, near]
     d, norm = d[:, near], np.hypot(x.sine.take(index), x.cosine.take(index))
     coordinate = sign * x.gbar.take(index) if level.held is Held.D else d
-    outward = [sign * wall * v.take(index) for v, wall in zip(x.velocity, sequence.walls, strict=True)]
+    outward = [sign * wall * v.take(index) for v, wall in zip(velocity, sequence.walls, strict=True)]
     slopes, mean = _fitted(np.stack([coordinate - limits[0] * norm, limits[1] * norm - coordinate, d, *outward]))
     nearest, change = ((slopes * way).sum(axis=1) for way in (step, along))
     largest = mean + nearest + np.abs(change) + SLACK * np.abs(slopes).sum(axis=1)

@@ -3,7 +3,8 @@
 At given flight times the conditions are linear and homogeneous in the velocities, the sine and cosine of the phase,
 gbar and d. With three impacts they leave one solution above each pair of flight times, without iteration; with four,
 one above each triple and one condition on these. Motions that strike the bottom only do not depend on d, which is one
-unknown less: with two impacts there is one solution above each flight time, with three one condition on both.
+unknown less: with two impacts there is one solution above each flight time, with three one condition on both, with four
+two on the three.
 """
 
 from __future__ import annotations
@@ -33,18 +34,23 @@ enough to follow a family from: the steps square it."""
 class Solution(NamedTuple):
     """What the conditions leave above flight times, up to a common factor.
 
-    Velocities and times of the impacts, the first at time zero; sine and cosine of the phase there; the groups, d being
-    None where only one membrane is struck. `excess` is zero above those flight times that there is a motion for; None
-    where there is one for all.
+    Times of the impacts, the first at time zero, or the second where only one membrane is struck; sine and cosine of
+    the phase there; the groups, d being None where only one membrane is struck. What is in `excess` is zero above those
+    flight times that there is a motion for.
     """
 
-    velocity: list[Any]
+    vectors: list[Any]
     time: list[Any]
     sine: Any
     cosine: Any
     gbar: Any
     d: Any
-    excess: Any
+    excess: list[Any]
+
+    @property
+    def velocity(self) -> list[Any]:
+        """Of each impact; its vector holds what multiplies the sine, the cosine and gbar."""
+        return [_product(vector, (self.sine, self.cosine, self.gbar)) for vector in self.vectors]
 
     @property
     def positive(self) -> Any:
@@ -53,9 +59,9 @@ class Solution(NamedTuple):
 
     def at(self, index: Any) -> Solution:
         """Some of them, but for the excess."""
-        velocity, time = ([y[index] for y in numbers] for numbers in (self.velocity, self.time))
+        vectors, time = [[y[index] for y in vector] for vector in self.vectors], [t[index] for t in self.time]
         d = None if self.d is None else self.d[index]
-        return Solution(velocity, time, self.sine[index], self.cosine[index], self.gbar[index], d, None)
+        return Solution(vectors, time, self.sine[index], self.cosine[index], self.gbar[index], d, [])
 
 
 def solution(
@@ -65,8 +71,9 @@ def solution(
     ops: Any = ARRAYS,
     period: Any = None,
     time: list[Any] | None = None,
+    first: int = 1,
 ) -> Solution:
-    """Solve the linear conditions of a motion with three or four impacts, or two or three on one membrane only.
+    """Solve the linear conditions of a motion with three or four impacts, or two to four on one membrane only.
 
     Parameters
     ----------
@@ -81,11 +88,16 @@ def solution(
         Of each motion [t_c], where it is not that of the sequence.
     time : list, optional
         Of all impacts [t_c], where they are arrays of fewer numbers than the sums of flight times.
+    first : int
+        Of the two neighbouring impacts whose conditions are solved, where only one membrane is struck; those of the
+        others are what is in excess.
 
     Source: Eqs. (2.11)-(2.13). Velocities are eliminated by (2.11); flights from a membrane to the same one do not
     depend on d, nor do two flights there and back together, which leaves two conditions, or three, on three unknowns.
     """
     count, walls = len(sequence), sequence.walls
+    if sequence.one_sided:
+        return _on_one_membrane(flights, 2.0 * sequence.periods if period is None else period, r, ops, first)
     if time is None:
         time = list(accumulate(flights, initial=flights[0] * 0.0))
     durations = [*flights, (2.0 * sequence.periods if period is None else period) - time[-1]]
@@ -108,29 +120,61 @@ def solution(
             sine, cosine = (gains[i][part] * (1 / np.pi) for part in (1, 0))
             across.append([drift[0] * t + sine, drift[1] * t - cosine, drift[2] * t])
     rows += [[x + y for x, y in zip(*both, strict=True)] for both in pairwise(across)]
-    a, b = rows[:2]
-    kernel = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    sine, cosine, gbar = kernel
-    d, excess = None, _product(rows[2], kernel) if len(rows) > 2 else None
-    if across:
-        # The first flight across is towards the top when the word begins at the bottom, and covers -d.
-        towards = -next(wall for i, wall in enumerate(walls) if wall != walls[(i + 1) % count])
-        d = _product(across[0], kernel) * float(towards)
-    return Solution([_product(v, kernel) for v in velocities], time, sine, cosine, gbar, d, excess)
+    kernel = _cross(*rows[:2])
+    # The first flight across is towards the top when the word begins at the bottom, and covers -d.
+    towards = -next(wall for i, wall in enumerate(walls) if wall != walls[(i + 1) % count])
+    d, excess = _product(across[0], kernel) * float(towards), [_product(row, kernel) for row in rows[2:]]
+    return Solution(velocities, time, kernel[0], kernel[1], kernel[2], d, excess)
+
+
+def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: int) -> Solution:
+    """Solve the conditions where all impacts are on the bottom.
+
+    A flight that comes back to it after a time t begins, by (2.12), with the velocity gbar t/2 - p s + q c upwards,
+    where p = (1 - sinc t)/pi, q = sinc(t/2) sin(pi t/2)/pi, and s and c are sine and cosine of the phase at its start;
+    with those at its end it ends, by (2.11), with the velocity gbar t/2 + p s + q c downwards. At each impact the first
+    is r times the second.
+    """
+    durations = [*flights, period - sum(flights[1:], flights[0])]
+    halves = [t * 0.5 for t in durations]
+    lead = [(1.0 - ops.sinc(t)) * (1 / np.pi) for t in durations]
+    lift = [ops.sinc(half) * ops.sin(half * np.pi) * (1 / np.pi) for half in halves]
+    time = [-flights[0], flights[0] * 0.0, *accumulate(flights[1:])]
+    waves = [(ops.sin(t * np.pi), ops.cos(t * np.pi)) for t in time]
+    waves[1] = 0.0, 1.0
+    vectors, rows = [], []
+    for i, (sine, cosine) in enumerate(waves):
+        before = lead[i - 1], lift[i - 1], halves[i - 1]
+        balance = -lead[i] - before[0] * r, lift[i] - before[1] * r, halves[i] - before[2] * r
+        vectors.append(_turned(before, sine, cosine))
+        rows.append(_turned(balance, sine, cosine))
+    kernel = _cross(rows[first], rows[(first + 1) % len(rows)])
+    excess = [_product(rows[(first + i) % len(rows)], kernel) for i in range(2, len(rows))]
+    return Solution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess)
+
+
+def _turned(vector: Row[Any], sine: Any, cosine: Any) -> list[Any]:
+    """What multiplies sine, cosine and gbar, for the phase at time zero instead of that at a time with this one."""
+    s, c, gbar = vector
+    return [s * cosine - c * sine, s * sine + c * cosine, gbar]
 
 
 def sweep_conditions(x: Solution, model: Model) -> list[Any]:
-    """What is zero of the solutions of a sweep: up to two numbers, of any kind."""
-    value, rest = float(model.level.value), [] if x.excess is None else [x.excess]
+    """What is zero of the solutions of a sweep: up to three numbers, of any kind."""
+    value = float(model.level.value)
     if x.d is None and model.level.held is not Held.GBAR:
-        return rest
+        return x.excess
     if model.level.held is Held.RATIO:
         off = x.d - x.gbar * value
     else:
         held = x.d if model.level.held is Held.D else x.gbar
         # The common factor is the root of the sum of the squares.
         off = held * held - (x.sine * x.sine + x.cosine * x.cosine) * (value * value) if value else held
-    return [off, *rest]
+    return [off, *x.excess]
+
+
+def _cross(a: Row[Any], b: Row[Any]) -> list[Any]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def _product(a: Row[Any], b: Row[Any]) -> Any:
@@ -148,7 +192,7 @@ class Motions:
         Of each impact [y_c], [t_c].
     gbar, d : ndarray (n,)
         The groups at which the motion occurs; d is nan where only one membrane is struck, until one is chosen.
-    excess : ndarray (n,) or None
+    excess : ndarray (m, n)
         See `Solution`.
     r : float
         Restitution coefficient.
@@ -159,13 +203,12 @@ class Motions:
     time: Floats
     gbar: Floats
     d: Floats
-    excess: Floats | None
+    excess: Floats
     r: float
 
     def __getitem__(self, index: Any) -> Motions:
         """Some of them."""
-        excess = None if self.excess is None else self.excess[index]
-        parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], excess)
+        parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], self.excess[:, index])
         return Motions(self.sequence, *parts, self.r)
 
     def coordinate(self, level: Level) -> Floats:
@@ -219,7 +262,7 @@ def motions_above(sequence: Sequence, flights: Floats, r: float, period: Floats 
     Parameters
     ----------
     sequence : Sequence
-        Or with one impact less, on one membrane only.
+        Or with two to four, on the bottom only.
     flights : ndarray (N - 1, n)
         All flight times but the last [t_c].
     r : float
@@ -236,12 +279,9 @@ def motions_above(sequence: Sequence, flights: Floats, r: float, period: Floats 
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive)
         start = np.arctan2(scale * x.sine, scale * x.cosine) / np.pi % 2
-        groups = (
-            scale * x.gbar,
-            scale * (np.nan if x.d is None else x.d),
-            None if x.excess is None else scale * x.excess,
-        )
-        return Motions(sequence, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, r)
+        groups = scale * x.gbar, scale * (np.nan if x.d is None else x.d)
+        excess = scale * np.reshape(x.excess, (len(x.excess), len(scale)))
+        return Motions(sequence, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, excess, r)
 
 
 def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
@@ -303,5 +343,5 @@ def _conditions(motions: Motions, level: Level) -> Floats:
     """What is zero for motions of a sweep (n, conditions)."""
     with np.errstate(invalid="ignore"):
         values = [] if motions.sequence.one_sided and level.held is not Held.GBAR else [motions.off(level)]
-        values += [] if motions.excess is None else [motions.excess]
+        values += [*motions.excess]
     return np.reshape(values, (len(values), len(motions.d))).T
