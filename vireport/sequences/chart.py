@@ -432,9 +432,9 @@ def _degenerate(path: Locus, points: list[Point]) -> Iterator[Point]:
         step, back = (float(one.tangent @ ((new.x - point.x) / path.scale)) for one in (point, new))
         # From the start of a locus tangents point both ways, and the criticality is of the side to the left of them.
         if ends[0] * ends[1] * step * back < 0:
-            there = new if step * back > 0 else new._replace(tangent=-new.tangent)
+            there = new if step * back > 0 else replace(new, tangent=-new.tangent)
             with suppress(NumericalError):
-                _, at = path.located(point, there, step, path.criticality)
+                _, at = path.located(point, there, path.criticality)
                 if abs(path.criticality(at)) < min(map(abs, ends)):  # and no pole
                     yield at
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from collections.abc import Sequence as Row
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import atan, nan, prod
 from typing import Any
 
@@ -36,7 +37,7 @@ STANDSTILL = 1e-5
 """Part of a locus' direction within the plane up to which it stands still there, as at a cusp."""
 
 
-FIRST_STEP, LONGEST_STEP, STRAIGHTEST = 3e-3, 0.06, 0.97
+FIRST_STEP, LONGEST_STEP, SHARPEST = 3e-3, 0.06, 0.25
 """As of families, but longer: along most loci the trace is given, and its poles need no short steps."""
 
 
@@ -166,7 +167,7 @@ class Condition:
         return float(np.real(values[0])) / length, gradient / length
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Locus(Path):
     """The motions of one sequence at which a condition holds, as a curve over a plane.
 
@@ -177,9 +178,9 @@ class Locus(Path):
     sequence: Sequence
     plane: Plane
     condition: Condition
-    first, longest, straightest = FIRST_STEP, LONGEST_STEP, STRAIGHTEST
+    first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
 
-    @property
+    @cached_property
     def scale(self) -> Floats:
         """The ranges of the inputs, and 1 of velocities and times."""
         return np.append(np.ones(2 * len(self.sequence)), self.plane.widths)
@@ -257,11 +258,11 @@ class Locus(Path):
             speed[i] = -self.sequence.walls[i] * (groups[1] + np.cos(np.pi * x[count + i]))
         return np.concatenate([edges, speed, [turn.gap for turn in self._turns(x, groups)]])
 
-    def gentle(self, point: Point, new: Point, step: float) -> bool:
-        """Whether a step was short enough for no event to be missed in it."""
+    def steepness(self, point: Point, new: Point, step: float) -> float:
+        """At grazing points, how much the trace changes within a step, as a share of the most it may."""
         if self.condition.event is not Event.GRAZING or new.margin <= 0:
-            return True
-        return abs(atan(new.trace) - atan(point.trace)) < STEEPEST
+            return 0.0
+        return abs(atan(new.trace) - atan(point.trace)) / STEEPEST
 
     def ended(self, last: Point) -> tuple[Event, Point]:
         """Which of the margins it is that has become zero."""
@@ -270,23 +271,23 @@ class Locus(Path):
         if abs(margins[edge]) < AT_ZERO:
             x = last.x.copy()
             x[2 * count + edge % 2] = (self.plane.low, self.plane.high)[edge // 2][edge % 2]
-            return Event.SWEEP_END, last._replace(x=x)
+            return Event.SWEEP_END, replace(last, x=x)
         which = np.flatnonzero(np.abs(margins[4 : 4 + count]) < AT_ZERO)
         if which.size:  # beside which rounding may leave a turning point
             return (Event.RELEASE if which[0] in self.condition.rests else Event.ZERO_VELOCITY), last
         return Event.GRAZING, last
 
-    def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def happenings(self, point: Point, new: Point) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the locus. Raises as `located`."""
         if self.condition.event in (Event.FOLD, Event.PITCHFORK):
-            return self._standstill(point, new, size)
+            return self._standstill(point, new)
         if self.condition.event is not Event.GRAZING:
             return [], False
         found: list[tuple[float, Point, Event | None]] = []
         for event in (Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING):
             value = self.coincidence(event)
             if value(point) * value(new) < 0:
-                found.append((*self.located(point, new, size, value), event))
+                found.append((*self.located(point, new, value), event))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], False
 
     def coincidence(self, event: Event) -> Callable[[Point], float]:
@@ -354,12 +355,12 @@ class Locus(Path):
         motion = self.motion(x)
         return motion.times(2) if self.condition.event is Event.PERIOD_DOUBLING else motion
 
-    def _standstill(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def _standstill(self, point: Point, new: Point) -> tuple[list[tuple[Point, Event | None]], bool]:
         """A cusp, where a locus of folds turns round in the plane; or where it goes back as its own image."""
         way, after = point.tangent[-2:], new.tangent[-2:]
         if float(way @ after) > 0:
             return [], False
-        _, at = self.located(point, new, size, lambda p: float(p.tangent[-2:] @ (way - after)))
+        _, at = self.located(point, new, lambda p: float(p.tangent[-2:] @ (way - after)))
         if not float(np.linalg.norm(at.tangent[-2:])) < STANDSTILL:
             return [], False
         motion = self.motion(at.x)
