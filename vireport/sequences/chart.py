@@ -23,7 +23,7 @@ from vireport.errors import NumericalError
 from vireport.physics import ARRAYS, DIGITS, FLOATS, DecimalOps, Device
 from vireport.scenario import DesignInput, Parameter
 from vireport.sequences.atlas import atlas
-from vireport.sequences.continuation import Event, Point, completed, follow
+from vireport.sequences.continuation import Arc, Event, Point, completed, follow
 from vireport.sequences.equations import linearised, residuals, weighted_trace
 from vireport.sequences.exclusion import FINE
 from vireport.sequences.families import Atlas
@@ -434,7 +434,7 @@ def _degenerate(path: Locus, points: list[Point]) -> Iterator[Point]:
         if ends[0] * ends[1] * step * back < 0:
             there = new if step * back > 0 else replace(new, tangent=-new.tangent)
             with suppress(NumericalError):
-                _, at = path.located(point, there, path.criticality)
+                _, at = path.located(Arc(point, there), path.criticality)
                 if abs(path.criticality(at)) < min(map(abs, ends)):  # and no pole
                     yield at
 

@@ -105,14 +105,11 @@ class Point:
         Velocities, times and what varies.
     tangent : ndarray
         Direction of the path, by unknowns over their scale.
-    other : Point, optional
-        The point next to it, from which the bend of the path is known.
     """
 
     path: Path
     x: Floats
     tangent: Floats
-    other: Point | None = None
 
     @cached_property
     def trace(self) -> float:
@@ -124,26 +121,44 @@ class Point:
         """The least of `Path.margins`."""
         return float(min(self.path.margins(self.x)))
 
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A step of a path, as the cubic that goes through the motions at both ends in the direction of the path."""
+
+    start: Point
+    end: Point
+
     @cached_property
-    def _cubic(self) -> tuple[float, Any, Any]:
-        """Arclength to the other point, and coefficients of its square and cube between both, in Hermite's form."""
-        if self.other is None:
-            return 0.0, 0.0, 0.0
-        way, turned = (self.other.x - self.x) / self.path.scale, self.other.tangent - self.tangent
-        length = copysign(sqrt(way @ way) * (1 + turned @ turned / 24), way @ self.tangent)  # of an arc
-        cube = (length * (self.tangent + self.other.tangent) - 2 * way) / length**3
-        return length, turned / (2 * length) - 1.5 * length * cube, cube
+    def length(self) -> float:
+        """Arclength, negative if the end is behind the start; to the fourth order."""
+        way, turned = self._way, self.end.tangent - self.start.tangent
+        return copysign(sqrt(way @ way) * (1 + turned @ turned / 24), way @ self.start.tangent)
 
     @property
-    def length(self) -> float:
-        """Arclength to the other point, negative if it is behind."""
-        return self._cubic[0]
+    def _way(self) -> Floats:
+        return (self.end.x - self.start.x) / self.start.path.scale
 
-    def beyond(self, length: float) -> Point:
-        """The guess at an arclength from here, its direction not normalised."""
-        _, square, cube = self._cubic
-        way = length * (self.tangent + length * (square + length * cube))
-        return Point(self.path, self.x + self.path.scale * way, self.tangent + length * (2 * square + 3 * length * cube))
+    @cached_property
+    def _bend(self) -> tuple[Any, Any]:
+        """Coefficients of the square and the cube of the arclength."""
+        if not self.length:
+            return 0.0, 0.0
+        both, turned = self.start.tangent + self.end.tangent, self.end.tangent - self.start.tangent
+        cube = (self.length * both - 2 * self._way) / self.length**3
+        return turned / (2 * self.length) - 1.5 * self.length * cube, cube
+
+    def at(self, size: float) -> Point:
+        """The cubic at an arclength from the start, its direction not normalised."""
+        path, tangent, (square, cube) = self.start.path, self.start.tangent, self._bend
+        x = self.start.x + path.scale * (size * (tangent + size * (square + size * cube)))
+        return Point(path, x, tangent + size * (2 * square + 3 * size * cube))
+
+    def crossing(self, value: Callable[[Point], float]) -> tuple[float, float]:
+        """Arclength at which a function is zero whose signs differ at the ends, and its slope there."""
+        first, last = value(self.start), value(self.end)
+        slope = (last - first) / self.length
+        return _zero(lambda size: value(self.at(size)), self.length, last > 0, -first / slope, slope, ON_CUBIC)
 
 
 class Path(ABC):
@@ -178,27 +193,27 @@ class Path(ABC):
         """What is positive of a motion that is admissible, and within the range."""
 
     @abstractmethod
-    def steepness(self, point: Point, new: Point, step: float) -> float:
+    def steepness(self, arc: Arc) -> float:
         """How much what must change little within a step does, as a share of the most for no event to be missed."""
 
     @abstractmethod
-    def ended(self, last: Point) -> tuple[Event, Point]:
-        """Which of the margins it is that has become zero, and the motion with what it is known to be there."""
+    def ended(self, arc: Arc) -> tuple[Event, Point]:
+        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
 
     @abstractmethod
-    def happenings(self, point: Point, new: Point) -> tuple[list[tuple[Point, Event | None]], bool]:
-        """What happens between two points, in order, and whether the last of it ends the path. Raises as `located`."""
+    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """What happens within a step, in order, and whether the last of it ends the path. Raises as `located`."""
 
-    def strain(self, point: Point, new: Point, step: float) -> float:
-        """How long a step was as against the longest in which nothing can be missed.
+    def strain(self, arc: Arc) -> float:
+        """How long a step is as against the longest in which nothing can be missed.
 
         To go to zero and come back, a velocity or gap needs a rate that changes; rates change with the direction of
         the curve and along it, at most by about eight times as much, and what is missed is an eighth of the step times
         that.
         """
-        way = new.tangent - point.tangent
-        turned = sqrt(way @ way)
-        steepest = max(turned / self.sharpest, self.steepness(point, new, step))
+        point, new, step = arc.start, arc.end, abs(arc.length)
+        turned = sqrt(2 * max(1 - float(new.tangent @ point.tangent), 0.0))
+        steepest = max(turned / self.sharpest, self.steepness(arc))
         if steepest > 1 or step <= CLOSE or new.margin <= 0:
             return steepest
         return max(steepest, step * (turned + step) / min(point.margin, new.margin))
@@ -244,44 +259,55 @@ class Path(ABC):
         """A motion with the direction of the path there, on the side of another direction."""
         return self._point(x, _within_rank(np.concatenate([self.linearised(x)[1], along[None]]), np.eye(len(x))[-1]))
 
-    def _point(self, x: Floats, along: Floats, other: Point | None = None) -> Point:
-        return Point(self, x, along / sqrt(along @ along), other)
+    def _point(self, x: Floats, along: Floats) -> Point:
+        return Point(self, x, along / sqrt(along @ along))
 
     def tangent(self, x: Floats) -> Floats:
         """The direction of the path, of either sign."""
         return np.asarray(np.linalg.svd(self.linearised(x)[1])[2][-1])
 
-    def ahead(self, point: Point, step: float) -> Point:
-        """The motion a step further along the path.
+    def beside(self, arc: Arc, size: float) -> Point:
+        """The motion next to a point of an arc, or beyond its end.
 
         Raises
         ------
         NumericalError
             If none is found.
         """
-        guess = point.beyond(step).x
-        found = self._newton(guess, point.tangent, False)
+        guess = arc.at(size).x
+        found = self._newton(guess, arc.end.tangent, False)
         if found is None or not found[1] @ found[1] < MOST_ASIDE**2:
-            found = self._newton(guess, point.tangent, True)
+            found = self._newton(guess, arc.end.tangent, True)
         if found is None:
             raise NumericalError(f"a family of {self.sequence.word} was lost")
-        return self._point(*found, point)
+        return self._point(*found)
 
-    def located(self, point: Point, new: Point, value: Callable[[Point], float]) -> tuple[float, Point]:
-        """Where, from a point on, a function is zero whose signs differ there and at a new one. Raises as `ahead`.
-
-        It is sought on the cubic between them first, next to which it is on the path.
-        """
-        ends, known, point = (value(point), value(new)), {}, replace(point, other=new)
+    def located(self, arc: Arc, value: Callable[[Point], float]) -> tuple[float, Point]:
+        """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
+        known, (guess, slope) = {}, arc.crossing(value)
 
         def on_path(size: float) -> float:
-            known[size] = self.ahead(point, size)
+            known[size] = self.beside(arc, size)
             return value(known[size])
 
-        length, rises, slope = point.length, ends[1] > 0, (ends[1] - ends[0]) / point.length
-        guess, slope = _zero(lambda size: value(point.beyond(size)), length, rises, -ends[0] / slope, slope, ON_CUBIC)
-        size, _ = _zero(on_path, length, rises, guess, slope, LOCATED)
+        size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, LOCATED)
         return abs(size), known[size]
+
+    def reached(self, arc: Arc, which: int, value: float) -> tuple[float, Point]:
+        """Where, along an arc, one of the unknowns of the path has a value that lies between those at its ends.
+
+        Raises
+        ------
+        NumericalError
+            If no motion is found.
+        """
+        size, slope = arc.crossing(lambda point: float(point.x[which]) - value)
+        guess, normal = arc.at(size).x, np.zeros(len(self.scale))
+        guess[which], normal[which] = value, copysign(1, slope)
+        found = self._newton(guess, normal, False)
+        if found is None:
+            raise NumericalError(f"a family of {self.sequence.word} was lost")
+        return abs(size), self._point(*found)
 
     def admits(self, x: Floats) -> bool:
         """Whether a solution is a motion within the range."""
@@ -331,15 +357,16 @@ class Strand:
 
 def follow(path: Path, start: Point) -> Strand:
     """Follow a path from a motion, in the direction of its tangent, until something ends it."""
-    strand, step = Strand([start], []), path.first
+    strand, arc, step = Strand([start], []), Arc(start, start), path.first
     while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
-        point = strand.points[-1]
-        step = min(step, path.reach(point))
+        step = min(step, path.reach(arc.end))
         try:
-            new = path.ahead(point, step)
-            strain = path.strain(point, new, step)
-            if strain <= 1 and _advance(path, strand, new):
-                return strand
+            new = Arc(arc.end, path.beside(arc, arc.length + step))
+            strain = path.strain(new)
+            if strain <= 1:
+                if _advance(path, strand, new):
+                    return strand
+                arc = new
         except NumericalError:
             strain = inf
         step *= AIM / min(max(strain, LEAST), MOST)
@@ -357,7 +384,7 @@ def completed(path: Path, start: Point, forward: Strand) -> Strand:
     return Strand([*back.points, *forward.points[1:]], events)
 
 
-def _advance(path: Path, strand: Strand, new: Point) -> bool:
+def _advance(path: Path, strand: Strand, arc: Arc) -> bool:
     """Add the points of one step to a strand, and return whether it ends there.
 
     Raises
@@ -365,10 +392,12 @@ def _advance(path: Path, strand: Strand, new: Point) -> bool:
     NumericalError
         If what happens on the way is not found.
     """
-    point, end = strand.points[-1], None
-    if new.margin <= 0:
-        end, new = path.ended(path.located(point, new, lambda p: p.margin)[1])
-    happenings, over = path.happenings(point, new)
+    end = None
+    if arc.end.margin <= 0:
+        end, last = path.ended(arc)
+        arc = Arc(arc.start, last)
+    happenings, over = path.happenings(arc)
+    new = arc.end
     if end is None and _closes(strand, new):
         end, new = Event.CLOSED, strand.points[0]
     for motion, event in happenings if over else [*happenings, (new, end)]:
@@ -382,7 +411,7 @@ def _closes(strand: Strand, new: Point) -> bool:
     """Whether a curve has come back to the motion that it began with."""
     last, first = strand.points[-1], strand.points[0]
     way, back = new.x - last.x, first.x - last.x
-    if len(strand.points) < 8 or float(last.tangent @ first.tangent) < 0.995:
+    if len(strand.points) < 8 or float(last.tangent @ first.tangent) < 1 - SHARPEST**2 / 2:
         return False
     along = float(way @ back) / float(way @ way)
     return 0 <= along <= 1 and float(np.abs(back - along * way).max()) < 0.1 * float(np.abs(way).max())
@@ -457,14 +486,15 @@ class Curve(Path):
         """Velocities of impacts, towards their walls."""
         return [v * wall for v, wall in zip(x.tolist(), self.sequence.walls, strict=False)]
 
-    def steepness(self, point: Point, new: Point, step: float) -> float:
+    def steepness(self, arc: Arc) -> float:
         """How much the trace changes within a step, as a share of the most for no event to be missed.
 
         Where a velocity goes through zero the trace has a pole: the step must be near it, or the last step short.
         """
-        if min(self._speeds(new.x)) < AT_ZERO:
-            return 0.0 if step < LAST_STEP or self._near_pole(point) else inf
-        return abs(atan(new.trace / self.borders[0]) - atan(point.trace / self.borders[0])) / STEEPEST
+        if min(self._speeds(arc.end.x)) < AT_ZERO:
+            return 0.0 if arc.length < LAST_STEP or self._near_pole(arc.start) else inf
+        change = atan(arc.end.trace / self.borders[0]) - atan(arc.start.trace / self.borders[0])
+        return abs(change) / STEEPEST
 
     def _near_pole(self, point: Point) -> bool:
         """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
@@ -474,40 +504,42 @@ class Curve(Path):
         """Whether nothing happens between a point from which the curve begins and a motion next to it."""
         return not (x[: len(self.sequence)] == 0).any() or self._near_pole(first)
 
-    def ended(self, last: Point) -> tuple[Event, Point]:
-        """Which of the margins it is that has become zero, and the motion with what it is known to be there."""
-        margins = self.margins(last.x)
-        if any(abs(speed) < AT_ZERO for speed in self._speeds(last.x)):
-            return Event.ZERO_VELOCITY, last
-        which = margins.index(min(margins))
-        if which >= 2:
-            return Event.GRAZING, last
-        x = self.at(last.x, (self.low, self.high)[which])
-        return Event.SWEEP_END, last if x is None else replace(last, x=x)
+    def ended(self, arc: Arc) -> tuple[Event, Point]:
+        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
+        ends = ((-1, self.low, 1), (-1, self.high, -1))
+        bounds = [*ends, *((i, 0.0, wall) for i, wall in enumerate(self.sequence.walls))]
+        x = arc.end.x.tolist()
+        passed = [self.reached(arc, i, value) for i, value, side in bounds if side * (x[i] - value) <= 0]
+        if passed:
+            first = min(passed, key=lambda one: one[0])[1]
+            if first.margin > -AT_ZERO:
+                touches = min(map(abs, self._speeds(first.x))) < AT_ZERO
+                return Event.ZERO_VELOCITY if touches else Event.SWEEP_END, first
+        return Event.GRAZING, self.located(arc, lambda point: point.margin)[1]
 
-    def happenings(self, point: Point, new: Point) -> tuple[list[tuple[Point, Event | None]], bool]:
-        """What happens within a step, in order, and whether the last of it ends the family. Raises as `_located`."""
+    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """What happens within a step, in order, and whether the last of it ends the family. Raises as `located`."""
         border, focus = self.borders
         found: list[tuple[float, Point, Event | None]] = []
 
         def pass_through(value: Callable[[Point], float]) -> bool:
-            return value(point) * value(new) < 0
+            return value(arc.start) * value(arc.end) < 0
 
         for event, level in (
             (Event.PERIOD_DOUBLING, -border), (Event.NODE_FOCUS, focus), (Event.NODE_FOCUS, -focus),
         ):  # fmt: skip
             if pass_through(_above(level)):
-                found.append((*self.located(point, new, _above(level)), event))
+                found.append((*self.located(arc, _above(level)), event))
         over, meets = False, pass_through(_above(border))
         if pass_through(_along):
-            where = self.located(point, new, _along)
+            where = self.located(arc, _along)
             image = None if meets else _turned_back(self, where[1].x)
             over = image is not None
             found = [one for one in found if not over or one[0] < where[0]]
             if meets or over:
                 found.append((*where, image or Event.FOLD))
         elif meets:
-            where = self.located(point, new, _above(border))
+            where = self.located(arc, _above(border))
             if _is_symmetric(self, where[1].x):
                 found.append((*where, Event.PITCHFORK))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vireport.physics import ARRAYS, Device
 from vireport.scenario import DesignInput, Parameter
-from vireport.sequences.continuation import AT_ZERO, RANK, STEEPEST, Event, Path, Point
+from vireport.sequences.continuation import AT_ZERO, RANK, STEEPEST, Arc, Event, Path, Point
 from vireport.sequences.equations import linearised, residuals, weighted_trace
 from vireport.sequences.motions import BESIDE, Motion, Sequence, Turn, turns
 
@@ -258,14 +258,15 @@ class Locus(Path):
             speed[i] = -self.sequence.walls[i] * (groups[1] + np.cos(np.pi * x[count + i]))
         return np.concatenate([edges, speed, [turn.gap for turn in self._turns(x, groups)]])
 
-    def steepness(self, point: Point, new: Point, step: float) -> float:
+    def steepness(self, arc: Arc) -> float:
         """At grazing points, how much the trace changes within a step, as a share of the most it may."""
-        if self.condition.event is not Event.GRAZING or new.margin <= 0:
+        if self.condition.event is not Event.GRAZING or arc.end.margin <= 0:
             return 0.0
-        return abs(atan(new.trace) - atan(point.trace)) / STEEPEST
+        return abs(atan(arc.end.trace) - atan(arc.start.trace)) / STEEPEST
 
-    def ended(self, last: Point) -> tuple[Event, Point]:
-        """Which of the margins it is that has become zero."""
+    def ended(self, arc: Arc) -> tuple[Event, Point]:
+        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
+        _, last = self.located(arc, lambda point: point.margin)
         margins, count = self.margins(last.x), len(self.sequence)
         edge = int(np.argmin(margins[:4]))
         if abs(margins[edge]) < AT_ZERO:
@@ -277,17 +278,17 @@ class Locus(Path):
             return (Event.RELEASE if which[0] in self.condition.rests else Event.ZERO_VELOCITY), last
         return Event.GRAZING, last
 
-    def happenings(self, point: Point, new: Point) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the locus. Raises as `located`."""
         if self.condition.event in (Event.FOLD, Event.PITCHFORK):
-            return self._standstill(point, new)
+            return self._standstill(arc)
         if self.condition.event is not Event.GRAZING:
             return [], False
         found: list[tuple[float, Point, Event | None]] = []
         for event in (Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING):
             value = self.coincidence(event)
-            if value(point) * value(new) < 0:
-                found.append((*self.located(point, new, value), event))
+            if value(arc.start) * value(arc.end) < 0:
+                found.append((*self.located(arc, value), event))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], False
 
     def coincidence(self, event: Event) -> Callable[[Point], float]:
@@ -355,12 +356,12 @@ class Locus(Path):
         motion = self.motion(x)
         return motion.times(2) if self.condition.event is Event.PERIOD_DOUBLING else motion
 
-    def _standstill(self, point: Point, new: Point) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def _standstill(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
         """A cusp, where a locus of folds turns round in the plane; or where it goes back as its own image."""
-        way, after = point.tangent[-2:], new.tangent[-2:]
+        way, after = arc.start.tangent[-2:], arc.end.tangent[-2:]
         if float(way @ after) > 0:
             return [], False
-        _, at = self.located(point, new, lambda p: float(p.tangent[-2:] @ (way - after)))
+        _, at = self.located(arc, lambda p: float(p.tangent[-2:] @ (way - after)))
         if not float(np.linalg.norm(at.tangent[-2:])) < STANDSTILL:
             return [], False
         motion = self.motion(at.x)
