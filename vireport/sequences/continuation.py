@@ -51,8 +51,8 @@ CONVERGED, ROUNDING = 1e-12, 1e-10
 LOCATED, ON_CUBIC = 1e-11, 1e-7
 """Correction, as a share of a step, at which an event is found on the path, and on a cubic next to it."""
 
-MOST_SECANTS = 60
-"""More than bisections alone need in one step of four."""
+MOST_SECANTS, FREE_SECANTS = 60, 7
+"""More than bisections alone need in one step of four; and those that are usual, before every fourth is one."""
 
 SQUARED = 1e-9
 """Newton correction at which a motion is found where the next one would be about its square."""
@@ -319,8 +319,8 @@ def _zero(
 ) -> tuple[float, float]:
     """Where a function is zero between 0 and an end, and its slope there, by secants from a start and a slope.
 
-    The function is positive at the end if it rises; a bisection replaces a secant that would leave the bracket, and
-    every fourth from the eighth on. The tolerance of a correction is a share of the end.
+    The function is positive at the end if it rises. A bisection replaces a secant that would leave the bracket, and
+    some others. The tolerance of a correction is a share of the end.
     """
     low, high, x, before = 0.0, end, start, None
     for count in range(MOST_SECANTS):
@@ -329,7 +329,7 @@ def _zero(
         if before is not None and value != before[1]:
             slope = (value - before[1]) / (x - before[0])
         new, before = x - value / slope, (x, value)
-        if not min(low, high) <= new <= max(low, high) or count % 4 == 3 and count > 4:
+        if not min(low, high) <= new <= max(low, high) or (count % 4 == 3 and count >= FREE_SECANTS):
             new = (low + high) / 2
         if abs(new - x) <= tolerance * abs(end):
             break
@@ -392,12 +392,8 @@ def _advance(path: Path, strand: Strand, arc: Arc) -> bool:
     NumericalError
         If what happens on the way is not found.
     """
-    end = None
-    if arc.end.margin <= 0:
-        end, last = path.ended(arc)
-        arc = Arc(arc.start, last)
-    happenings, over = path.happenings(arc)
-    new = arc.end
+    end, new = path.ended(arc) if arc.end.margin <= 0 else (None, arc.end)
+    happenings, over = path.happenings(Arc(arc.start, new))
     if end is None and _closes(strand, new):
         end, new = Event.CLOSED, strand.points[0]
     for motion, event in happenings if over else [*happenings, (new, end)]:
