@@ -54,7 +54,7 @@ LOCATED, ON_CUBIC = 1e-11, 1e-7
 MOST_SECANTS, FREE_SECANTS = 60, 7
 """More than bisections alone need in one step of four; and those that are usual, before every fourth is one."""
 
-SQUARED = 1e-9
+SQUARED = 1e-11
 """Newton correction at which a motion is found where the next one would be about its square."""
 
 CORRECTIONS = 8
@@ -189,7 +189,7 @@ class Path(ABC):
         """The trace of a motion, or what else may not change much within a step; nan where there is none."""
 
     @abstractmethod
-    def margins(self, x: Floats) -> Floats:
+    def margins(self, x: Floats) -> Floats | list[float]:
         """What is positive of a motion that is admissible, and within the range."""
 
     @abstractmethod
@@ -214,9 +214,9 @@ class Path(ABC):
         point, new, step = arc.start, arc.end, abs(arc.length)
         turned = sqrt(2 * max(1 - float(new.tangent @ point.tangent), 0.0))
         steepest = max(turned / self.sharpest, self.steepness(arc))
-        if steepest > 1 or step <= CLOSE or new.margin <= 0:
+        if steepest > 1 or step <= CLOSE or (least := min(point.margin, new.margin)) <= 0:
             return steepest
-        return max(steepest, step * (turned + step) / min(point.margin, new.margin))
+        return max(steepest, step * (turned + step) / least)
 
     def reach(self, point: Point) -> float:
         """Longest step: as `strain` sees what is hidden, it may go with the root of the least velocity or gap."""
