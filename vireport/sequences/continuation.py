@@ -54,7 +54,7 @@ LOCATED, ON_CUBIC = 1e-11, 1e-7
 MOST_SECANTS, FREE_SECANTS = 60, 7
 """More than bisections alone need in one step of four; and those that are usual, before every fourth is one."""
 
-SQUARED = 1e-11
+SQUARED = 1e-9
 """Newton correction at which a motion is found where the next one would be about its square."""
 
 CORRECTIONS = 8
@@ -528,7 +528,7 @@ class Curve(Path):
                 found.append((*self.located(arc, _above(level)), event))
         over, meets = False, pass_through(_above(border))
         if pass_through(_along):
-            where = self.located(arc, _along)
+            where = self.located(arc, _above(border) if meets else _along)
             image = None if meets else _turned_back(self, where[1].x)
             over = image is not None
             found = [one for one in found if not over or one[0] < where[0]]
