@@ -5,9 +5,10 @@
 The peer of the motions is SciPy's root finder on the conditions, from the neighbouring motion, one at a time. The atlas
 has two. Simulation, at as many values of the sweep as a family has points, from eight starts each, finds the stable
 motions only. Pseudo-arclength continuation with SciPy's root finder on the same conditions is compared with that of the
-atlas, along its families, without the search for them. SciPy's is given where a family begins and the length of each
-step, and evaluates the trace; that of the atlas chooses its steps, and also finds the events and which motions are
-admissible. Times are of the processor, on one core.
+atlas, along its families, without the search for them. Both evaluate the trace, find where it passes a border between
+types of motion, and check each motion's admissibility, by the same function. SciPy's is given where a family begins,
+the length of each step, and so its end; that of the atlas chooses its steps, refuses those that are too long, and finds
+what ends a family. Times are of the processor, on one core.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ from pathlib import Path
 
 import numpy as np
 from record import processor_time, record
-from scipy.optimize import root
+from scipy.optimize import brentq, root
 
 from vireport import load, loads
 from vireport.physics import generated_voltage
-from vireport.sequences import Atlas, Family, Limits, atlas, motions_above, residuals, trace
+from vireport.sequences import Atlas, Curve, Family, Limits, atlas, motions_above, residuals, trace
 from vireport.sequences.continuation import Strand, completed, follow
 from vireport.simulation import attractors, random_starts, start_speed
 from vireport.study import device_of
@@ -35,8 +36,9 @@ COUNT, BLOCK, SEED = 200_000, 4096, 20190301
 STARTS, MOST_PERIODS = 8, 4
 """Starts of the simulation at each value."""
 
-LEAST_STEP, ARRIVED = 1e-9, 0.01
-"""Of the arclength: steps that are taken, and the distance from the end of a family."""
+LEAST_STEP, ARRIVED, LOCATED = 1e-9, 0.01, 1e-11
+"""Of the arclength: steps that are taken, the distance from the end of a family, and the tolerance of an event as a
+share of its step, the same as that of the atlas."""
 
 THREE = """\
 schema_version: 1
@@ -93,18 +95,39 @@ def followed_by_scipy(family: Family) -> bool:
     """Whether pseudo-arclength continuation by SciPy from the first two points of a family arrives at its end."""
     curve, (x, second) = family.curve, family.x[:2]
     ways = np.linalg.norm(np.diff(family.x, axis=0) / curve.scale, axis=1)
-    along = (second - x) / curve.scale / ways[0]
+    along, trace_before = (second - x) / curve.scale / ways[0], family.trace[0]
     for way in ways[ways > LEAST_STEP]:
-        guess = x + way * along * curve.scale
-
-        def conditions(y: np.ndarray, guess: np.ndarray = guess, along: np.ndarray = along) -> list[float]:
-            return [*residuals(curve.sequence, y.tolist(), curve.model), along @ ((y - guess) / curve.scale)]
-
-        new = root(conditions, guess, tol=1e-12).x
+        new = moved(curve, x, along, way)
+        trace_after = curve.trace(new)
+        curve.admits(new)
+        for level in (sign * border for border in curve.borders for sign in (1, -1)):
+            if (trace_before - level) * (trace_after - level) < 0:
+                crossing(curve, x, along, way, level)
         along = (new - x) / curve.scale
-        along, x = along / np.linalg.norm(along), new
-        curve.trace(x)
+        along, x, trace_before = along / np.linalg.norm(along), new, trace_after
     return bool(np.abs((x - family.x[-1]) / curve.scale).max() < ARRIVED)
+
+
+def moved(curve: Curve, x: np.ndarray, along: np.ndarray, way: float) -> np.ndarray:
+    """The motion at an arclength from another one, by SciPy's root finder."""
+    guess = x + way * along * curve.scale
+
+    def conditions(y: np.ndarray) -> list[float]:
+        return [*residuals(curve.sequence, y.tolist(), curve.model), along @ ((y - guess) / curve.scale)]
+
+    return root(conditions, guess, tol=1e-12).x
+
+
+def crossing(curve: Curve, x: np.ndarray, along: np.ndarray, way: float, level: float) -> float:
+    """The arclength at which the trace is at a border between types of motion, by SciPy's root finder in a bracket."""
+
+    def above(size: float) -> float:
+        return curve.trace(moved(curve, x, along, size)) - level
+
+    try:
+        return brentq(above, 0.0, way, xtol=LOCATED * way)
+    except ValueError:  # where the step ends at an impact without velocity, at which there is no trace
+        return way
 
 
 def simulated_words(found: Atlas, count: int) -> set[str]:

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import atan, nan, pi, sqrt
-from typing import Any, NamedTuple
+from functools import cached_property
+from math import atan, copysign, inf, nan, pi, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import STABILITIES, Stability, classify, secant_root
+from vireport.analysis import STABILITIES, Stability, classify
 from vireport.errors import NumericalError
 from vireport.sequences.equations import Model, linearised, trace
 from vireport.sequences.motions import IMAGE, Motion, Sequence
@@ -29,8 +30,8 @@ FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 1e-3, 0.05, 1e-9
 LAST_STEP = 1e-6
 """The same, up to which a velocity may go to zero wherever the trace is."""
 
-GROWTH, BEND = 3.0, 0.8
-"""Of a step from one that succeeded, at most, and the share of the largest angle that the last curvature may give."""
+AIM, LEAST, MOST = 0.8, 0.08, 2.5
+"""Strain that the next step is to have, and the strains beyond which it changes no further: tenfold, or to a third."""
 
 STEEPEST = 0.35
 """Most that a step may change arctan(tr/(1 + det)) [rad]; from one border of stability to the other it is pi/2."""
@@ -38,8 +39,8 @@ STEEPEST = 0.35
 CLOSE = 1e-4
 """Step that need not be shorter because a velocity or gap is small."""
 
-STRAIGHTEST = 0.995
-"""Least cosine of the angle between the directions at both ends of a step."""
+SHARPEST = 0.1
+"""Most that the direction may change within a step [rad]."""
 
 MOST_POINTS = 4000
 """Points of one family in one direction."""
@@ -47,10 +48,13 @@ MOST_POINTS = 4000
 CONVERGED, ROUNDING = 1e-12, 1e-10
 """Newton correction at which a motion is found, and the one up to which rounding may keep it."""
 
-LOCATED = 1e-11
-"""Correction of a step, as a share of it, at which an event is found."""
+LOCATED, ON_CUBIC = 1e-11, 1e-7
+"""Correction, as a share of a step, at which an event is found on the path, and on a cubic next to it."""
 
-SQUARED = 1e-11
+MOST_SECANTS, FREE_SECANTS = 60, 7
+"""More than bisections alone need in one step of four; and those that are usual, before every fourth is one."""
+
+SQUARED = 1e-9
 """Newton correction at which a motion is found where the next one would be about its square."""
 
 CORRECTIONS = 8
@@ -87,17 +91,71 @@ class Event(StrEnum):
     DEGENERATE_DOUBLING = "degenerate_period_doubling"
 
 
-class Point(NamedTuple):
-    """A motion on a curve: velocities, times and coordinate, direction of the curve, trace, and least of `margins`.
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A motion on a path, or a guess at one.
 
-    The curvature is that of the curve up to the motion, as far as it is known.
+    Attributes
+    ----------
+    path : Path
+    x : ndarray
+        Velocities, times and what varies.
+    tangent : ndarray
+        Direction of the path, by unknowns over their scale.
     """
 
+    path: Path
     x: Floats
     tangent: Floats
-    trace: float
-    margin: float
-    curvature: Any = 0.0
+
+    @cached_property
+    def trace(self) -> float:
+        """The trace, see `Path.trace`."""
+        return self.path.trace(self.x)
+
+    @cached_property
+    def margin(self) -> float:
+        """The least of `Path.margins`."""
+        return float(min(self.path.margins(self.x)))
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A step of a path, as the cubic that goes through the motions at both ends in the direction of the path."""
+
+    start: Point
+    end: Point
+
+    @cached_property
+    def length(self) -> float:
+        """Arclength, negative if the end is behind the start; to the fourth order."""
+        way, turned = self._way, self.end.tangent - self.start.tangent
+        return copysign(sqrt(way @ way) * (1 + turned @ turned / 24), way @ self.start.tangent)
+
+    @property
+    def _way(self) -> Floats:
+        return (self.end.x - self.start.x) / self.start.path.scale
+
+    @cached_property
+    def _bend(self) -> tuple[Any, Any]:
+        """Coefficients of the square and the cube of the arclength."""
+        if not self.length:
+            return 0.0, 0.0
+        both, turned = self.start.tangent + self.end.tangent, self.end.tangent - self.start.tangent
+        cube = (self.length * both - 2 * self._way) / self.length**3
+        return turned / (2 * self.length) - 1.5 * self.length * cube, cube
+
+    def at(self, size: float) -> Point:
+        """The cubic at an arclength from the start, its direction not normalised."""
+        path, tangent, (square, cube) = self.start.path, self.start.tangent, self._bend
+        x = self.start.x + path.scale * (size * (tangent + size * (square + size * cube)))
+        return Point(path, x, tangent + size * (2 * square + 3 * size * cube))
+
+    def crossing(self, value: Callable[[Point], float]) -> tuple[float, float]:
+        """Arclength at which a function is zero whose signs differ at the ends, and its slope there."""
+        first, last = value(self.start), value(self.end)
+        slope = (last - first) / self.length
+        return _zero(lambda size: value(self.at(size)), self.length, last > 0, -first / slope, slope, ON_CUBIC)
 
 
 class Path(ABC):
@@ -108,7 +166,7 @@ class Path(ABC):
 
     __slots__ = ()
     sequence: Sequence
-    first, longest, straightest = FIRST_STEP, LONGEST_STEP, STRAIGHTEST
+    first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
 
     @property
     @abstractmethod
@@ -128,37 +186,38 @@ class Path(ABC):
         """The trace of a motion, or what else may not change much within a step; nan where there is none."""
 
     @abstractmethod
-    def margins(self, x: Floats) -> Floats:
+    def margins(self, x: Floats) -> Floats | list[float]:
         """What is positive of a motion that is admissible, and within the range."""
 
     @abstractmethod
-    def gentle(self, point: Point, new: Point, step: float) -> bool:
-        """Whether a step was short enough for no event to be missed in it."""
+    def steepness(self, arc: Arc) -> float:
+        """How much what must change little within a step does, as a share of the most for no event to be missed."""
 
     @abstractmethod
-    def ended(self, last: Point) -> tuple[Event, Point]:
-        """Which of the margins it is that has become zero, and the motion with what it is known to be there."""
+    def ended(self, arc: Arc) -> tuple[Event, Point]:
+        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
 
     @abstractmethod
-    def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the path. Raises as `located`."""
 
-    def short(self, point: Point, new: Point, step: float) -> bool:
-        """Whether a step was short enough for nothing to be missed in it.
+    def strain(self, arc: Arc) -> float:
+        """How long a step is as against the longest in which nothing can be missed.
 
         To go to zero and come back, a velocity or gap needs a rate that changes; rates change with the direction of
         the curve and along it, at most by about eight times as much, and what is missed is an eighth of the step times
         that.
         """
-        hidden = step * (float(np.linalg.norm(new.tangent - point.tangent)) + step)
-        seen = step <= CLOSE or new.margin <= 0 or min(point.margin, new.margin) > hidden
-        return seen and float(new.tangent @ point.tangent) > self.straightest and self.gentle(point, new, step)
+        point, new, step = arc.start, arc.end, abs(arc.length)
+        turned = sqrt(2 * max(1 - float(new.tangent @ point.tangent), 0.0))
+        steepest = max(turned / self.sharpest, self.steepness(arc))
+        if steepest > 1 or step <= CLOSE or (least := min(point.margin, new.margin)) <= 0:
+            return steepest
+        return max(steepest, step * (turned + step) / least)
 
     def reach(self, point: Point) -> float:
-        """Longest step: as `short` sees what is hidden, it may go with the root of the least velocity or gap."""
-        bend = BEND * sqrt(2 * (1 - self.straightest))
-        straight = bend / max(float(np.linalg.norm(point.curvature)), bend)
-        return max(min(sqrt(max(point.margin, 0.0)) / 2, straight), CLOSE)
+        """Longest step: as `strain` sees what is hidden, it may go with the root of the least velocity or gap."""
+        return max(min(sqrt(max(point.margin, 0.0)) / 2, self.longest), CLOSE)
 
     def leaves(self, x: Floats, first: Point) -> bool:
         """Whether nothing happens between a point from which the path begins and a motion next to it."""
@@ -171,22 +230,23 @@ class Path(ABC):
     def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> tuple[Floats, Floats] | None:
         """The motion, and the direction of the path, on the side of the normal, at the last correction."""
         solve: Any = _within_rank if crossing else np.linalg.solve
-        x, scale, right = guess.copy(), self.scale, np.zeros((len(guess), 2))
-        right[-1, 1] = 1.0
+        x, scale, size = guess.copy(), self.scale, len(guess)
+        across, bordered, right, last = normal / scale, np.empty((size, size)), np.zeros((size, 2)), 1.0
+        bordered[-1], right[-1, 1] = normal, 1.0
         for _ in range(CORRECTIONS):
-            right[:-1, 0], matrix = self.linearised(x)
-            right[-1, 0] = normal @ ((x - guess) / scale)
+            right[:-1, 0], bordered[:-1] = self.linearised(x)
+            right[-1, 0] = across @ (x - guess)
             try:
-                step, along = solve(np.concatenate([matrix, normal[None]]), right).T
+                step, along = solve(bordered, right).T
             except np.linalg.LinAlgError:
                 return None
-            size = float(np.abs(step).max())
-            if not size < 1:
-                return None
-            x -= step * scale
-            if size < (CONVERGED if crossing else SQUARED):
+            largest = float(np.abs(step).max())
+            if not largest < last:
+                break
+            x, last = x - step * scale, largest
+            if last < (CONVERGED if crossing else SQUARED):
                 return x, along
-        return (x, along) if size < ROUNDING else None
+        return (x, along) if last < ROUNDING else None
 
     def nearest(self, guess: Floats) -> Floats | None:
         """The motion nearest to a guess."""
@@ -197,54 +257,81 @@ class Path(ABC):
         return self._point(x, _within_rank(np.concatenate([self.linearised(x)[1], along[None]]), np.eye(len(x))[-1]))
 
     def _point(self, x: Floats, along: Floats) -> Point:
-        return Point(x, along / sqrt(along @ along), self.trace(x), float(self.margins(x).min()))
+        return Point(self, x, along / sqrt(along @ along))
 
     def tangent(self, x: Floats) -> Floats:
         """The direction of the path, of either sign."""
         return np.asarray(np.linalg.svd(self.linearised(x)[1])[2][-1])
 
-    def ahead(self, point: Point, step: float) -> Point:
-        """The motion a step further along the path.
+    def beside(self, arc: Arc, size: float) -> Point:
+        """The motion next to a point of an arc, or beyond its end.
 
         Raises
         ------
         NumericalError
             If none is found.
         """
-        guess = point.x + step * self.scale * (point.tangent + step / 2 * point.curvature)
-        found = self._newton(guess, point.tangent, False)
+        guess = arc.at(size).x
+        found = self._newton(guess, arc.end.tangent, False)
         if found is None or not found[1] @ found[1] < MOST_ASIDE**2:
-            found = self._newton(guess, point.tangent, True)
+            found = self._newton(guess, arc.end.tangent, True)
         if found is None:
             raise NumericalError(f"a family of {self.sequence.word} was lost")
-        new = self._point(*found)
-        return new._replace(curvature=_curvature(new, point, step))
+        return self._point(*found)
 
-    def located(self, point: Point, new: Point, step: float, value: Callable[[Point], float]) -> tuple[float, Point]:
-        """Where, within a step to a new point, a function is zero whose signs differ at its ends. Raises as `ahead`."""
-        point, known = point._replace(curvature=_curvature(point, new, -step)), {}
-        first, last = value(point), value(new)
-        slope = (last - first) / step
+    def located(self, arc: Arc, value: Callable[[Point], float]) -> tuple[float, Point]:
+        """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
+        known, (guess, slope) = {}, arc.crossing(value)
 
-        def values(sizes: Floats, _: Any) -> Floats:
-            size = float(sizes[0])
-            known[size] = self.ahead(point, size)
-            return np.array([value(known[size])])
+        def on_path(size: float) -> float:
+            known[size] = self.beside(arc, size)
+            return value(known[size])
 
-        bracket, chord = (np.zeros(1), np.full(1, step)), (np.full(1, slope), np.zeros(1), np.full(1, first))
-        start, rising = np.full(1, -first / slope), np.full(1, last > first)
-        size = float(secant_root(values, bracket, start, rising, chord, LOCATED)[0])
-        return size, known[size]
+        size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, LOCATED)
+        return abs(size), known[size]
+
+    def reached(self, arc: Arc, which: int, value: float) -> tuple[float, Point]:
+        """Where, along an arc, one of the unknowns of the path has a value that lies between those at its ends.
+
+        Raises
+        ------
+        NumericalError
+            If no motion is found.
+        """
+        size, slope = arc.crossing(lambda point: float(point.x[which]) - value)
+        guess, normal = arc.at(size).x, np.zeros(len(self.scale))
+        guess[which], normal[which] = value, copysign(1, slope)
+        found = self._newton(guess, normal, False)
+        if found is None:
+            raise NumericalError(f"a family of {self.sequence.word} was lost")
+        return abs(size), self._point(*found)
 
     def admits(self, x: Floats) -> bool:
         """Whether a solution is a motion within the range."""
-        return bool((self.margins(x) > 0).all())
+        return bool(min(self.margins(x)) > 0)
 
 
-def _curvature(at: Point, other: Point, step: float) -> Floats:
-    """How the direction changes per arclength towards a point a step away, across the curve."""
-    change = (at.tangent - other.tangent) / step
-    return np.asarray(change - (change @ at.tangent) * at.tangent)
+def _zero(
+    function: Callable[[float], float], end: float, rises: bool, start: float, slope: float, tolerance: float
+) -> tuple[float, float]:
+    """Where a function is zero between 0 and an end, and its slope there, by secants from a start and a slope.
+
+    The function is positive at the end if it rises. A bisection replaces a secant that would leave the bracket, and
+    some others. The tolerance of a correction is a share of the end.
+    """
+    low, high, x, before = 0.0, end, start, None
+    for count in range(MOST_SECANTS):
+        value = function(x)
+        low, high = (low, x) if (value > 0) == rises else (x, high)
+        if before is not None and value != before[1]:
+            slope = (value - before[1]) / (x - before[0])
+        new, before = x - value / slope, (x, value)
+        if not min(low, high) <= new <= max(low, high) or (count % 4 == 3 and count >= FREE_SECANTS):
+            new = (low + high) / 2
+        if abs(new - x) <= tolerance * abs(end):
+            break
+        x = new
+    return x, slope
 
 
 def _within_rank(matrix: Floats, right: Floats) -> Floats:
@@ -267,16 +354,19 @@ class Strand:
 
 def follow(path: Path, start: Point) -> Strand:
     """Follow a path from a motion, in the direction of its tangent, until something ends it."""
-    strand, step = Strand([start], []), path.first
+    strand, arc, step = Strand([start], []), Arc(start, start), path.first
     while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
-        step = min(step, path.reach(strand.points[-1]))
+        step = min(step, path.reach(arc.end))
         try:
-            if _advance(path, strand, step):
-                return strand
+            new = Arc(arc.end, path.beside(arc, arc.length + step))
+            strain = path.strain(new)
+            if strain <= 1:
+                if _advance(path, strand, new):
+                    return strand
+                arc = new
         except NumericalError:
-            step /= 2
-        else:
-            step = min(step * GROWTH, path.longest)
+            strain = inf
+        step *= AIM / min(max(strain, LEAST), MOST)
     strand.events.append((len(strand.points) - 1, Event.LOST))
     return strand
 
@@ -285,28 +375,22 @@ def completed(path: Path, start: Point, forward: Strand) -> Strand:
     """A strand with the other way from its start in front of it."""
     if forward.events[-1][1] is Event.CLOSED:
         return forward
-    back = follow(path, start._replace(tangent=-start.tangent)).reversed()
+    back = follow(path, replace(start, tangent=-start.tangent)).reversed()
     shift = len(back.points) - 1
     events = [*back.events, *((i + shift, event) for i, event in forward.events)]
     return Strand([*back.points, *forward.points[1:]], events)
 
 
-def _advance(path: Path, strand: Strand, step: float) -> bool:
+def _advance(path: Path, strand: Strand, arc: Arc) -> bool:
     """Add the points of one step to a strand, and return whether it ends there.
 
     Raises
     ------
     NumericalError
-        If the step was too long.
+        If what happens on the way is not found.
     """
-    point, end = strand.points[-1], None
-    new = path.ahead(point, step)
-    if not path.short(point, new, step):
-        raise NumericalError("the curve bends too much within a step")
-    if new.margin <= 0:
-        step, new = path.located(point, new, step, lambda p: p.margin)
-        end, new = path.ended(new)
-    happenings, over = path.happenings(point, new, step)
+    end, new = path.ended(arc) if arc.end.margin <= 0 else (None, arc.end)
+    happenings, over = path.happenings(Arc(arc.start, new))
     if end is None and _closes(strand, new):
         end, new = Event.CLOSED, strand.points[0]
     for motion, event in happenings if over else [*happenings, (new, end)]:
@@ -320,13 +404,13 @@ def _closes(strand: Strand, new: Point) -> bool:
     """Whether a curve has come back to the motion that it began with."""
     last, first = strand.points[-1], strand.points[0]
     way, back = new.x - last.x, first.x - last.x
-    if len(strand.points) < 8 or float(last.tangent @ first.tangent) < STRAIGHTEST:
+    if len(strand.points) < 8 or float(last.tangent @ first.tangent) < 1 - SHARPEST**2 / 2:
         return False
     along = float(way @ back) / float(way @ way)
     return 0 <= along <= 1 and float(np.abs(back - along * way).max()) < 0.1 * float(np.abs(way).max())
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Curve(Path):
     """The motions of one sequence as a curve, between two values of the coordinate.
 
@@ -343,12 +427,12 @@ class Curve(Path):
     low: float
     high: float
 
-    @property
+    @cached_property
     def scale(self) -> Floats:
         """The sweep's range, and 1 of velocities and times."""
         return np.append(np.ones(2 * len(self.sequence)), self.high - self.low)
 
-    @property
+    @cached_property
     def borders(self) -> tuple[float, float]:
         """|tr| at which a multiplier has modulus 1, 1 + r^(2N), and at which Delta = 0, 2 r^N."""
         decay = self.model.r ** len(self.sequence)
@@ -377,27 +461,33 @@ class Curve(Path):
 
     def trace(self, x: Floats) -> float:
         """The trace of a motion; nan where a velocity is zero."""
-        return float(trace(self.sequence, x.tolist(), self.model)) if np.all(x[: len(self.sequence)] != 0) else nan
+        row = x.tolist()
+        touches = any(abs(velocity) < AT_ZERO for velocity in row[: len(self.sequence)])
+        return nan if touches else float(trace(self.sequence, row, self.model))
 
     def stability(self, trace: float) -> Stability:
         """Type of a motion with this trace."""
         return STABILITIES[int(classify(trace, self.model.r ** (len(self.sequence) / 2)))]
 
-    def margins(self, x: Floats) -> Floats:
+    def margins(self, x: Floats) -> list[float]:
         """What is positive of a motion within the sweep: both distances to its ends, velocities, gaps to the walls."""
-        motion = self.motion(x)
-        ends = np.array([x[-1] - self.low, self.high - x[-1]]) / (self.high - self.low)
-        gaps = [turn.gap for turn in self.model.turns(motion)]
-        return np.concatenate([ends, motion.velocity * motion.sequence.walls, gaps])
+        share = (float(x[-1]) - self.low) / (self.high - self.low)
+        gaps = [turn.gap for turn in self.model.turns(self.motion(x))]
+        return [share, 1 - share, *self._speeds(x), *gaps]
 
-    def gentle(self, point: Point, new: Point, step: float) -> bool:
-        """Whether a step was short enough for no event to be missed in it.
+    def _speeds(self, x: Floats) -> list[float]:
+        """Velocities of impacts, towards their walls."""
+        return [v * wall for v, wall in zip(x.tolist(), self.sequence.walls, strict=False)]
+
+    def steepness(self, arc: Arc) -> float:
+        """How much the trace changes within a step, as a share of the most for no event to be missed.
 
         Where a velocity goes through zero the trace has a pole: the step must be near it, or the last step short.
         """
-        if (self.motion(new.x).velocity * self.sequence.walls <= 0).any():
-            return step < LAST_STEP or self._near_pole(point)
-        return abs(atan(new.trace / self.borders[0]) - atan(point.trace / self.borders[0])) < STEEPEST
+        if min(self._speeds(arc.end.x)) < AT_ZERO:
+            return 0.0 if arc.length < LAST_STEP or self._near_pole(arc.start) else inf
+        change = atan(arc.end.trace / self.borders[0]) - atan(arc.start.trace / self.borders[0])
+        return abs(change) / STEEPEST
 
     def _near_pole(self, point: Point) -> bool:
         """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
@@ -407,40 +497,42 @@ class Curve(Path):
         """Whether nothing happens between a point from which the curve begins and a motion next to it."""
         return not (x[: len(self.sequence)] == 0).any() or self._near_pole(first)
 
-    def ended(self, last: Point) -> tuple[Event, Point]:
-        """Which of the margins it is that has become zero, and the motion with what it is known to be there."""
-        margins = self.margins(last.x)
-        if (np.abs(margins[2 : 2 + len(self.sequence)]) < AT_ZERO).any():
-            return Event.ZERO_VELOCITY, last._replace(trace=nan)
-        which = int(np.argmin(margins))
-        if which >= 2:
-            return Event.GRAZING, last
-        x = self.at(last.x, (self.low, self.high)[which])
-        return Event.SWEEP_END, last if x is None else last._replace(x=x)
+    def ended(self, arc: Arc) -> tuple[Event, Point]:
+        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
+        ends = ((-1, self.low, 1), (-1, self.high, -1))
+        bounds = [*ends, *((i, 0.0, wall) for i, wall in enumerate(self.sequence.walls))]
+        x = arc.end.x.tolist()
+        passed = [self.reached(arc, i, value) for i, value, side in bounds if side * (x[i] - value) <= 0]
+        if passed:
+            first = min(passed, key=lambda one: one[0])[1]
+            if first.margin > -AT_ZERO:
+                touches = min(map(abs, self._speeds(first.x))) < AT_ZERO
+                return Event.ZERO_VELOCITY if touches else Event.SWEEP_END, first
+        return Event.GRAZING, self.located(arc, lambda point: point.margin)[1]
 
-    def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
-        """What happens within a step, in order, and whether the last of it ends the family. Raises as `_located`."""
+    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """What happens within a step, in order, and whether the last of it ends the family. Raises as `located`."""
         border, focus = self.borders
         found: list[tuple[float, Point, Event | None]] = []
 
         def pass_through(value: Callable[[Point], float]) -> bool:
-            return value(point) * value(new) < 0
+            return value(arc.start) * value(arc.end) < 0
 
         for event, level in (
             (Event.PERIOD_DOUBLING, -border), (Event.NODE_FOCUS, focus), (Event.NODE_FOCUS, -focus),
         ):  # fmt: skip
             if pass_through(_above(level)):
-                found.append((*self.located(point, new, size, _above(level)), event))
+                found.append((*self.located(arc, _above(level)), event))
         over, meets = False, pass_through(_above(border))
         if pass_through(_along):
-            where = self.located(point, new, size, _along)
+            where = self.located(arc, _above(border) if meets else _along)
             image = None if meets else _turned_back(self, where[1].x)
             over = image is not None
             found = [one for one in found if not over or one[0] < where[0]]
             if meets or over:
                 found.append((*where, image or Event.FOLD))
         elif meets:
-            where = self.located(point, new, size, _above(border))
+            where = self.located(arc, _above(border))
             if _is_symmetric(self, where[1].x):
                 found.append((*where, Event.PITCHFORK))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over

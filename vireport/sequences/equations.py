@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from collections.abc import Sequence as Row
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -20,6 +21,7 @@ from vireport.physics import FLOATS, flight
 from vireport.sequences.motions import Motion, Sequence, Turn, turns
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
 
 
 class Grouped(Protocol):
@@ -92,9 +94,10 @@ class Leg(NamedTuple):
 
 def legs(sequence: Sequence, time: Row[Any], ops: Any = FLOATS) -> Iterator[Leg]:
     """The flights of a motion, by the times of its impacts."""
-    sines, cosines = [ops.sin(ops.pi * t) for t in time], [ops.cos(ops.pi * t) for t in time]
-    for i in range(len(sequence)):
-        j = (i + 1) % len(sequence)
+    count, phases = len(sequence), [ops.pi * t for t in time]
+    sines, cosines = [ops.sin(phase) for phase in phases], [ops.cos(phase) for phase in phases]
+    for i in range(count):
+        j = (i + 1) % count
         duration = time[j] - time[i] + (0 if j > i else 2 * sequence.periods)
         yield Leg(i, j, duration, sines[i], cosines[i], sines[j], cosines[j])
 
@@ -125,7 +128,7 @@ def linearised(sequence: Sequence, x: Floats, model: Varied) -> tuple[Floats, Fl
     """The residuals and their derivatives, arrays (2N,) and (2N, len(x))."""
     count, row = len(sequence), x.tolist()
     d, gbar, r = model.at(row[2 * count :])
-    values, matrix = [], []  # lists, whose entries are written ten times as fast
+    values, by_start, by_end, by_groups = [], [], [], []  # lists, whose entries are written ten times as fast
     for leg in legs(sequence, row[count : 2 * count]):
         i, j, t = leg.start, leg.end, leg.duration
         after, pull_start, pull_end = flight.reflect(row[i], r), gbar + leg.cosine_start, gbar + leg.cosine_end
@@ -133,19 +136,27 @@ def linearised(sequence: Sequence, x: Floats, model: Varied) -> tuple[Floats, Fl
         speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar)
         covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar)
         values += [speed - row[j], covered - way * d]
-        # Added up, because with one impact both ends of the flight are the same. The last three are by d, gbar and r.
-        velocity, position = [0.0] * (2 * count), [0.0] * (2 * count)
-        velocity[i] -= r
-        velocity[j] -= 1
-        velocity[count + i] -= pull_start
-        velocity[count + j] += pull_end
-        position[i] -= r * t
-        position[count + i] -= after + pull_start * t
-        position[count + j] += speed
-        matrix += [[*velocity, 0, t, -row[i]], [*position, -way, t * t / 2, -row[i] * t]]
-    derivatives = np.array(matrix)
-    by_varied = derivatives[:, -3:] @ model.slopes(row[2 * count :])
-    return np.array(values), np.concatenate([derivatives[:, :-3], by_varied], axis=1)
+        by_start += [-r, -pull_start, -r * t, -after - pull_start * t]
+        by_end += [-1.0, pull_end, speed]
+        by_groups += [[0.0, t, -row[i]], [-way, t * t / 2, -row[i] * t]]
+    matrix = np.zeros((2 * count, len(row)))
+    at_start, at_end = _places(count, len(row))
+    entries = matrix.ravel()
+    entries[at_start] = by_start
+    entries[at_end] += by_end  # with one impact both ends of the flight are the same
+    matrix[:, 2 * count :] = np.array(by_groups) @ model.slopes(row[2 * count :])
+    return np.array(values), matrix
+
+
+@lru_cache
+def _places(count: int, width: int) -> tuple[Ints, Ints]:
+    """Entries of the derivatives of flights by velocity and time of the impacts that begin and that end them."""
+    start = np.arange(count)
+    end, velocity = np.roll(start, -1), 2 * start * width
+    position = velocity + width
+    by_start = velocity + start, velocity + count + start, position + start, position + count + start
+    by_end = velocity + end, velocity + count + end, position + count + end
+    return np.stack(by_start, axis=1).ravel(), np.stack(by_end, axis=1).ravel()
 
 
 def trace(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS) -> Any:

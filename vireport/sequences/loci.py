@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from collections.abc import Sequence as Row
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import atan, nan, prod
 from typing import Any
 
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.physics import ARRAYS
-from vireport.sequences.continuation import AT_ZERO, RANK, STEEPEST, Event, Path, Point
+from vireport.sequences.continuation import AT_ZERO, RANK, STEEPEST, Arc, Event, Path, Point
 from vireport.sequences.equations import linearised, residuals, weighted_trace
 from vireport.sequences.motions import BESIDE, Motion, Sequence, Turn, turns
 from vireport.sequences.plane import Here, Plane
@@ -36,7 +37,7 @@ STANDSTILL = 1e-5
 """Part of a locus' direction within the plane up to which it stands still there, as at a cusp."""
 
 
-FIRST_STEP, LONGEST_STEP, STRAIGHTEST = 3e-3, 0.06, 0.97
+FIRST_STEP, LONGEST_STEP, SHARPEST = 3e-3, 0.06, 0.25
 """As of families, but longer: along most loci the trace is given, and its poles need no short steps."""
 
 
@@ -89,7 +90,7 @@ class Condition:
         return float(np.real(values[0])) / length, gradient / length
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Locus(Path):
     """The motions of one sequence at which a condition holds, as a curve over a plane.
 
@@ -100,9 +101,9 @@ class Locus(Path):
     sequence: Sequence
     plane: Plane
     condition: Condition
-    first, longest, straightest = FIRST_STEP, LONGEST_STEP, STRAIGHTEST
+    first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
 
-    @property
+    @cached_property
     def scale(self) -> Floats:
         """The ranges of the inputs, and 1 of velocities and times."""
         return np.append(np.ones(2 * len(self.sequence)), self.plane.widths)
@@ -176,34 +177,35 @@ class Locus(Path):
             speed[i] = -self.sequence.walls[i] * (gbar + np.cos(np.pi * x[count + i]))
         return np.concatenate([edges, speed, [turn.gap for turn in self.turns(x)]])
 
-    def gentle(self, point: Point, new: Point, step: float) -> bool:
-        """Whether a step was short enough for no event to be missed in it."""
-        if self.condition.event is not Event.GRAZING or new.margin <= 0:
-            return True
-        return abs(atan(new.trace) - atan(point.trace)) < STEEPEST
+    def steepness(self, arc: Arc) -> float:
+        """At grazing points, how much the trace changes within a step, as a share of the most it may."""
+        if self.condition.event is not Event.GRAZING or arc.end.margin <= 0:
+            return 0.0
+        return abs(atan(arc.end.trace) - atan(arc.start.trace)) / STEEPEST
 
-    def ended(self, last: Point) -> tuple[Event, Point]:
-        """Which of the margins it is that has become zero."""
+    def ended(self, arc: Arc) -> tuple[Event, Point]:
+        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
+        _, last = self.located(arc, lambda point: point.margin)
         margins, count = self.margins(last.x), len(self.sequence)
         edge = int(np.argmin(margins[:4]))
         if abs(margins[edge]) < AT_ZERO:
             x = last.x.copy()
             x[2 * count + edge % 2] = (self.plane.low, self.plane.high)[edge // 2][edge % 2]
-            return Event.SWEEP_END, last._replace(x=x)
+            return Event.SWEEP_END, replace(last, x=x)
         stopped = (np.abs(margins[4 : 4 + count]) < AT_ZERO).any()  # beside which rounding may leave a turning point
         return (Event.ZERO_VELOCITY if stopped else Event.GRAZING), last
 
-    def happenings(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the locus. Raises as `located`."""
         if self.condition.event is Event.FOLD:
-            return self._standstill(point, new, size)
+            return self._standstill(arc)
         if self.condition.event is not Event.GRAZING:
             return [], False
         found: list[tuple[float, Point, Event | None]] = []
         for event in (Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING):
             value = self.coincidence(event)
-            if value(point) * value(new) < 0:
-                found.append((*self.located(point, new, size, value), event))
+            if value(arc.start) * value(arc.end) < 0:
+                found.append((*self.located(arc, value), event))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], False
 
     def coincidence(self, event: Event) -> Callable[[Point], float]:
@@ -263,12 +265,12 @@ class Locus(Path):
         guess = np.concatenate([x[: size // 2], x[size : size + size // 2], x[-2:]])
         return Locus(sequence, self.plane, Condition(Event.PERIOD_DOUBLING)), guess
 
-    def _standstill(self, point: Point, new: Point, size: float) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def _standstill(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
         """A cusp, where a locus of folds turns round in the plane; or where it goes back as its own image."""
-        way, after = point.tangent[-2:], new.tangent[-2:]
+        way, after = arc.start.tangent[-2:], arc.end.tangent[-2:]
         if float(way @ after) > 0:
             return [], False
-        _, at = self.located(point, new, size, lambda p: float(p.tangent[-2:] @ (way - after)))
+        _, at = self.located(arc, lambda p: float(p.tangent[-2:] @ (way - after)))
         if not float(np.linalg.norm(at.tangent[-2:])) < STANDSTILL:
             return [], False
         motion = self.motion(at.x)

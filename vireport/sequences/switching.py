@@ -131,7 +131,7 @@ def off(path: Path, x: Floats, direction: Floats) -> Iterator[tuple[Point, Point
         if y is not None and path.admits(y):
             first = path.point(y, direction)
             if path.leaves(x, first) or step == STEPS_OFF[-1]:
-                yield Point(x, direction, path.trace(x), 0.0), first
+                yield Point(path, x, direction), first
                 return
 
 
