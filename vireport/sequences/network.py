@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain, combinations, pairwise
 from math import prod
 from typing import NamedTuple
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from vireport.errors import NumericalError
 from vireport.physics import ARRAYS
-from vireport.sequences.continuation import Event, Point, completed, follow
+from vireport.sequences.continuation import Arc, Event, Point, completed, follow
 from vireport.sequences.equations import weighted_trace
 from vireport.sequences.loci import Condition, Locus
 from vireport.sequences.meetings import Meeting, meeting
@@ -301,8 +301,8 @@ def _degenerate(path: Locus, points: list[Point]) -> Iterator[Point]:
         step, back = (float(one.tangent @ ((new.x - point.x) / path.scale)) for one in (point, new))
         # From the start of a locus tangents point both ways, and the criticality is of the side to the left of them.
         if ends[0] * ends[1] * step * back < 0:
-            there = new if step * back > 0 else new._replace(tangent=-new.tangent)
+            there = new if step * back > 0 else replace(new, tangent=-new.tangent)
             with suppress(NumericalError):
-                _, at = path.located(point, there, step, path.criticality)
+                _, at = path.located(Arc(point, there), path.criticality)
                 if abs(path.criticality(at)) < min(map(abs, ends)):  # and no pole
                     yield at
