@@ -31,10 +31,10 @@ PREFIXES = {-9: "n", -6: "\u00b5", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 NO_BREAK = "\u00a0"
 _TIED = re.compile(
-    r" (?=[=<>≤≥±] )|(?<=[=<>≤≥±]) |(?<=×) (?=10)"
+    r" (?=[=<>≤≥±] )|(?<=[=±]) |(?<=×) (?=10)"
     r"|(?<=[\d⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|W|J|rad)(?!\w))"
 )
-"""Spaces of quantities: around relations, and between numbers and units."""
+"""Spaces of quantities: before relations, after those that equate, and between numbers and units."""
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 
