@@ -165,7 +165,7 @@ def _seen(axis: SweepAxis, family: Family) -> list[tuple[int, int]]:
 
 
 def _vertices(axes: Axes, axis: SweepAxis, atlas: Atlas) -> list[Label]:
-    """Mark the vertices, and return the labels of those on stable motions that are seen, at the fastest impact first."""
+    """Mark the vertices, and return the labels of those on stable motions that are seen."""
     marked = ((mark, run) for family in atlas.families for run in _seen(axis, family) for mark in family.marks)
     lettered = {mark.vertex.label for mark, (first, last) in marked if mark.vertex and first <= mark.row <= last}
     labels = []

@@ -34,7 +34,19 @@ from jinja2.bccache import Bucket
 from vireport.errors import UsageError, VireportError
 from vireport.gate import range_text
 from vireport.report.certificates import plus_minus
-from vireport.text import bounded, capital, error_bound, exact, percent, quantity, scaled, significant, span, tied, words
+from vireport.text import (
+    bounded,
+    capital,
+    error_bound,
+    exact,
+    percent,
+    quantity,
+    scaled,
+    significant,
+    span,
+    tied,
+    words,
+)
 from vireport.trust import factor_text
 
 if TYPE_CHECKING:

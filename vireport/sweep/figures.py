@@ -248,7 +248,8 @@ def _with_loci(
     axes.set(xlim=limits[0], ylim=limits[1])
     drawn = {locus.event for locus in loci}
     curves: list[Entry] = [(name, {"linewidth": LINE} | look) for kind, (name, look) in LOCI.items() if kind in drawn]
-    lines = [(", ".join(held_by(plan.device, plan.names)), Color.BLACK), (f"{title}; hatched: {NO_MOTION}", Color.BLACK)]
+    head = ", ".join(held_by(plan.device, plan.names)), f"{title}; hatched: {NO_MOTION}"
+    lines = [(text, Color.BLACK) for text in head]
     lines += [(note, Color.WARNING)] if note else []
     if loci:
         lines.append((OF_ALL, Color.BLACK))

@@ -202,12 +202,12 @@ def words(text: str) -> str:
 
 
 def tied(text: str) -> str:
-    """Put no-break spaces into quantities, so that no line ends within one.
+    r"""Put no-break spaces into quantities, so that no line ends within one.
 
     Examples
     --------
     >>> tied("at f = 2 Hz, off by 3 × 10⁻¹³ rad").split(" ")
-    ['at', 'f\\xa0=\\xa02\\xa0Hz,', 'off', 'by', '3\\xa0×\\xa010⁻¹³\\xa0rad']
+    ['at', 'f\xa0=\xa02\xa0Hz,', 'off', 'by', '3\xa0×\xa010⁻¹³\xa0rad']
     """
     return _TIED.sub(NO_BREAK, text)
 
