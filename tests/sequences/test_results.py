@@ -241,9 +241,8 @@ def test_figure_and_section_name_the_words(study):
         if mark.vertex is not None and first <= mark.row <= last
     ]
     vertices = {vertex.label for vertex in study.atlas.vertices}
-    assert (
-        vertices & labels == {label for label, width in on_stable if width > 0.002} < {label for label, _ in on_stable}
-    )
+    seen = {label for label, width in on_stable if width > 0.002}
+    assert vertices & labels == seen < {label for label, _ in on_stable}
     assert "BBT" in picture.alt
     table = families_table(study, study.atlas)
     assert [row[0] for row in table.rows].count("BBT") == sum(

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     from vireport.figures import Picture
 
+ROUNDED_UP = 1 + 5e-6
+"""A positive bound times this, rounded to six digits, still is one."""
+
 PAGES = Task.HTML, Task.PDF
 """Reports on the best design."""
 
@@ -174,7 +177,7 @@ def _evidence_text(result: Result) -> str:
         above = percent(max(evidence.bound / result.best.value - 1, 0.0))
         said += (
             f" No design in the ranges that meets the requirements, on the grid or between, has more than "
-            f"{_in_unit(result, evidence.bound, 6)}, {above} above the best: proved in affine arithmetic."
+            f"{_in_unit(result, ROUNDED_UP * evidence.bound, 6)}, {above} above the best: proved in affine arithmetic."
         )
     kept = "meets all requirements" if evidence.yielding is None else "keeps that and meets the other requirements"
     others = "No other part" if not evidence.elsewhere else f"{evidence.elsewhere} other parts"
