@@ -103,6 +103,13 @@ def test_every_row_of_a_table_is_whole(name: str, page) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_no_line_can_end_within_a_quantity(name: str, page) -> None:
+    prose = "".join(part for part in page(name).parts if "#" not in part and "{" not in part)  # no code, no data
+    assert re.search(r"\d\u00a0Hz", prose)
+    assert not re.findall(r".{20}(?:= [\d−]|\d (?:%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|W|J|rad)\b)).{9}", prose)
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_the_first_page_has_the_answer_and_no_voltage_that_cannot_be(name: str, page, study_of, reader) -> None:
     verdict = study_of(name).verdict
     text = page(name).text

@@ -254,5 +254,14 @@ def test_figure_and_section_name_the_words(study):
     solid = [line for line in axes.lines if line.get_linewidth() == 1.8 and len(line.get_xdata())]
     assert solid
     labels = {label for text in axes.texts for label in text.get_text().split(", ")}
-    assert {vertex.label for vertex in study.atlas.vertices} <= labels
+    on_stable = [
+        (mark.vertex.label, np.ptp(family.d[first : last + 1]) / abs(np.diff(study.atlas.sweep.coordinate_range)[0]))
+        for family in study.atlas.families
+        for first, last in family.stable_runs
+        for mark in family.marks
+        if mark.vertex is not None and first <= mark.row <= last
+    ]
+    vertices = {vertex.label for vertex in study.atlas.vertices}
+    seen = {label for label, width in on_stable if width > 0.002}
+    assert vertices & labels == seen < {label for label, _ in on_stable}
     assert "BBT" in picture.alt

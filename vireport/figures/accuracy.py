@@ -26,6 +26,7 @@ from vireport.trust import (
     WHOLE,
     MethodRun,
     WorkPrecision,
+    factor_text,
     power,
     seconds,
     task_name,
@@ -55,8 +56,8 @@ SMALLEST = 1e-17
 FAILED_AT = 2.5
 """Error at which runs that failed are drawn."""
 
-LIMITS = 1.5e-18, 10.0
-"""Of the axis of errors."""
+LIMITS, ERRORS = (1.5e-18, 10.0), (1e-16, 1e-12, 1e-8, 1e-4, 1.0)
+"""Of the axis of errors, and its ticks."""
 
 SPREAD = 1.1
 """Ratio of the quartiles of the time from which they are drawn."""
@@ -141,7 +142,7 @@ def _draw(axes: Axes, runs: list[MethodRun], key: str) -> None:
         axes.axhline(accuracy, **GUIDE)
     for name in reversed(NAMES):
         _method(axes, [run for run in runs if run.method == name], key, LOOKS[name])
-    axes.set_yticks([1e-16, 1e-12, 1e-8, 1e-4, 1.0])
+    axes.set_yticks(ERRORS, [factor_text(error) for error in ERRORS])
     axes.xaxis.set_major_formatter(EngFormatter("s"))
     axes.minorticks_off()
 

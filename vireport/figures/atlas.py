@@ -38,23 +38,27 @@ COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
     *(Color.ORANGE, Color.SKY, Color.BLACK),
 )
-"""Of the words with stable motions, the shortest first, then again; all others are grey and have only a marker."""
+"""Of the words whose stable motions are seen, the shortest first, then again; others are grey and have a marker."""
 
 SHAPES = ("s", "^", "D", "v", "P", "X", "<", ">")
 """Markers on the curves of the words; their number differs from that of the colours, so that pairs differ longer."""
 
 MOST_LOOKS = 14
-"""Words that have a colour and a marker of their own; others are grey."""
+"""Words that have a colour and a marker of their own, if their stable motions are seen."""
 
 OTHER = "other words"
 APART = 0.22
 """Share of the axis from one marker of a curve to the next."""
+
+VISIBLE = 0.002
+"""Share of the axis from which stable motions are seen: half the width of their curve."""
 
 STABLE: Look = {"linewidth": 1.8, "zorder": 2.6}
 UNSTABLE: Look = {"linewidth": 0.7, "linestyle": DASHED, "zorder": 2.4}
 ON_STABLE: Look = {"linestyle": "none", "markersize": 5.0, "markeredgecolor": "white", "markeredgewidth": 0.5}
 ON_UNSTABLE: Look = {"linestyle": "none", "markersize": 3.0, "markerfacecolor": "white", "markeredgewidth": 0.6}
 VERTEX: Look = {"linestyle": "none", "marker": "o", "markersize": 2.6, "color": Color.BLACK, "zorder": 3.0}
+MINOR: Look = {"markersize": 1.6, "zorder": 2.5}
 SIMULATED: Look = {"linestyle": "none", "marker": "o", "markersize": 5.0, "color": Color.LIGHT, "zorder": 2.0}
 
 
@@ -116,10 +120,12 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane) -> Picture:
 
 
 def _looks(atlas: Atlas) -> dict[str, Look]:
-    """Colour and marker of the words, those with stable motions first, then the shortest."""
-    stable = {family.sequence.word for family in atlas.families if family.stable_runs}
+    """Colour and marker of the words, those whose stable motions are seen first, then the shortest."""
+    axis = sweep_axis(atlas.sweep)
+    stable = {family.sequence.word for family in atlas.families if _seen(axis, family)}
     words = {family.sequence.word for family in atlas.families}
-    ordered = sorted(words, key=lambda word: (word not in stable, len(word), word))[:MOST_LOOKS]
+    most = max(min(len(stable), MOST_LOOKS), len(SHAPES))  # so that no two grey ones have the same marker
+    ordered = sorted(words, key=lambda word: (word not in stable, len(word), word))[:most]
     return {
         word: {"color": COLORS[k % len(COLORS)] if word in stable else Color.GREY, "marker": SHAPES[k % len(SHAPES)]}
         for k, word in enumerate(ordered)
@@ -151,14 +157,25 @@ def _spaced(curve: Curve, count: int) -> Curve:
     return at, np.interp(at, x, y)
 
 
+def _seen(axis: SweepAxis, family: Family) -> list[tuple[int, int]]:
+    """The stable runs of a family that are wide enough to be seen."""
+    x = axis.of(family)
+    least = VISIBLE * (axis.high - axis.low)
+    return [run for run in family.stable_runs if np.ptp(x[run[0] : run[1] + 1]) >= least]
+
+
 def _vertices(axes: Axes, axis: SweepAxis, atlas: Atlas) -> list[Label]:
-    """Mark the vertices, and return their labels, at the fastest impact if there is room."""
+    """Mark the vertices, and return the labels of those on stable motions that are seen."""
+    marked = ((mark, run) for family in atlas.families for run in _seen(axis, family) for mark in family.marks)
+    lettered = {mark.vertex.label for mark, (first, last) in marked if mark.vertex and first <= mark.row <= last}
     labels = []
     for vertex in atlas.vertices:
         speed = np.sort(np.abs(vertex.point.motion.velocity))[::-1]
         at = np.full(len(speed), float(axis.of(vertex.point)))
-        axes.add_artist(Line2D(at, speed, **VERTEX))
-        labels.append(Label(vertex.label, at, speed, TEXT - 2))
+        on_stable = vertex.label in lettered
+        axes.add_artist(Line2D(at, speed, **VERTEX | ({} if on_stable else MINOR)))
+        if on_stable:
+            labels.append(Label(vertex.label, at, speed, TEXT - 1))
     return labels
 
 
@@ -175,7 +192,7 @@ def _legends(looks: dict[str, Look], atlas: Atlas, notes: list[Entry]) -> list[l
         (word, ON_STABLE | look | {"linestyle": "-", "linewidth": 1.8}) for word, look in looks.items()
     ]
     if len({family.sequence.word for family in atlas.families}) > len(looks):
-        words.append((OTHER, {"color": Color.GREY, "linewidth": 1.8}))
+        words.append((OTHER, UNSTABLE | {"color": Color.GREY, "linestyle": "-"}))
     grey = {"color": Color.GREY}
     return [words, [("stable", STABLE | grey), ("unstable", UNSTABLE | grey), *notes]]
 
@@ -184,8 +201,8 @@ def _caption(study: Study) -> str:
     simulated = "; light discs: periodic motions that the simulation found" if study.crosscheck is not None else ""
     return (
         "Velocity |Ż| of every impact of the admissible motions, by the word of their impacts on the bottom (B) and on "
-        "the top (T). Letters: B, period doubling; C, fold or pitchfork; G, grazing, where an impact without velocity "
-        f"comes or goes{simulated}; {conditions(study)}."
+        "the top (T). Letters, where stable motion begins, ends or changes: B, period doubling; C, fold or pitchfork; "
+        f"G, grazing, where an impact without velocity comes or goes{simulated}; {conditions(study)}."
     )
 
 

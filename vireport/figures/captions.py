@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
@@ -56,17 +56,19 @@ def conditions(study: Study, varied: Parameter | None = None) -> str:
 def held(study: Study, varied: Parameter | None = None) -> list[str]:
     """The parameters that are held along the sweep, each with its value and unit."""
     solution = study.solution
-    return held_by(solution.device, varied or (solution.parameter if solution.sweep else None))
+    swept = varied or (solution.parameter if solution.sweep else None)
+    return held_by(solution.device, (swept,) if swept else ())
 
 
-def held_by(device: Device, swept: Parameter | None) -> list[str]:
-    """The parameters of a device but the one that is swept."""
+def held_by(device: Device, varied: Collection[str]) -> list[str]:
+    """The parameters of a device but those that vary, by their keys."""
     parameters = [
         f"{name.symbol} = {name.show(value, DIGITS)}"
         for name in Parameter
-        if name != swept and (value := getattr(device, name)) is not None
+        if name not in varied and (value := getattr(device, name)) is not None
     ]
-    parameters += [f"M = {exact(device.capsule_mass_kg)} kg", f"r = {exact(device.restitution)}"]
+    parameters.append(f"M = {exact(device.capsule_mass_kg)} kg")
+    parameters += [f"r = {exact(device.restitution)}"] if "restitution" not in varied else []
     return parameters + ([f"n = {device.period_ratio}"] if device.period_ratio != 1 else [])
 
 

@@ -162,11 +162,12 @@ def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None
     order = np.repeat(np.arange(len(anchors)), len(offsets))
     far = np.tile(np.repeat(REACH, len(DIRECTIONS)), len(anchors))
     own = np.hypot(*(centres - anchors[order]).T)
+    to_own = np.hypot(*(centres.T[:, :, None] - anchors.T[:, None])).min(axis=1)
     to_others = np.hypot(*(centres.T[:, :, None] - others.T[:, None])).min(axis=1, initial=np.inf)
     cost = panel.covered(centres - half, centres + half) + FAR * far + LATER * order
-    cost += NEARER_TO_OTHER * (to_others < own + CLEARANCE) + panel.crossed(anchors[order], centres) * (
-        far >= LEADER_FROM
-    )
+    cost += NEARER_TO_OTHER * (to_others < own + CLEARANCE)
+    led_astray = ON_LABEL * (own > to_own + CLEARANCE)  # past another of its points
+    cost += (far >= LEADER_FROM) * (panel.crossed(anchors[order], centres) + led_astray)
     best = int(np.argmin(cost))
     anchor, centre = anchors[order[best]], centres[best]
     panel.take(centre - half, centre + half)

@@ -53,6 +53,8 @@ def figure_stiffness(study: Compliance) -> Figure:
             axes.set_title(f"({letter})", loc="left")
             axes.set_xscale("log")
             axes.set_yscale("log")
+            for along in (axes.xaxis, axes.yaxis):
+                along.set_major_formatter(lambda value, _: factor_text(value))
         _errors(errors, study, shown)
         names = _rates(rates, study)
         figure.align_ylabels([errors, rates])

@@ -315,7 +315,8 @@ def unmet(criteria: Sequence[Criterion]) -> str:
     if not failed:
         return ""
     names = "; ".join(f"{criterion.title} ({criterion.limit.text})" for criterion in failed)
-    return f"{len(failed)} of {len(criteria)} requirements {'is' if len(failed) == 1 else 'are'} not met: {names}"
+    count = f"{len(failed)} of {len(criteria)} requirement{'s' if len(criteria) != 1 else ''}"
+    return f"{count} {'is' if len(failed) == 1 else 'are'} not met: {names}"
 
 
 def held(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) -> Outcome:

@@ -92,7 +92,7 @@ def verdict_of(
     stable = motion.status is Status.GOOD
     design = solution.design if stable else None
     around = _around(design) if design is not None else None
-    where = _where(solution, solution.sweep) if solution.sweep is not None else around
+    where = _where(solution, solution.sweep, motion.status) if solution.sweep is not None else around
     margin = _margin(solution, design) if design is not None else None
     tolerated = _tolerated(tolerances) if tolerances is not None else None
     reached = _reached(crosscheck) if stable else None
@@ -199,7 +199,8 @@ def _simulated(check: CrossCheck) -> Fact:
         ends = f"simulated starts{where} end in motions other than 1:1: {_shares(check.motions)}"
         detail = f"There is no stable 1:1 motion at the values simulated; {ends}"
         return Fact(Question.SIMULATED, "Nothing to compare", detail, Status.NEUTRAL, ends)
-    detail = f"It ends on all {orbits} stable orbits tried; largest difference {largest}"
+    tried = f"all {orbits} stable orbits" if orbits != 1 else "the one stable orbit"
+    detail = f"It ends on {tried} tried; largest difference {largest}"
     return Fact(Question.SIMULATED, "Yes", detail, Status.GOOD)
 
 
@@ -315,7 +316,7 @@ def _around(design: DesignPoint) -> Fact:
     return Fact(Question.WHERE, parts[0], detail, Status.GOOD)
 
 
-def _where(solution: Solution, sweep: Sweep) -> Fact:
+def _where(solution: Solution, sweep: Sweep, of_motion: Status) -> Fact:
     parts, swept = solution.stable_ranges, sweep.parameter
     ends = f"{swept.show(sweep.start)} to {swept.show(sweep.end)}"
     if not parts:
@@ -327,9 +328,9 @@ def _where(solution: Solution, sweep: Sweep) -> Fact:
         if point is not None
     ]
     ended = f"Ends at {'; '.join(reasons)}" if reasons else "Throughout the sweep"
-    return Fact(
-        Question.WHERE, "; ".join(map(range_text, parts)), f"{ended}. Sweep of {swept.quantity}: {ends}", Status.GOOD
-    )
+    detail = f"{ended}. Sweep of {swept.quantity}: {ends}"
+    status = Status.GOOD if of_motion is Status.GOOD else Status.CAUTION  # the design point is in none of them
+    return Fact(Question.WHERE, "; ".join(map(range_text, parts)), detail, status)
 
 
 def _margin(solution: Solution, design: DesignPoint) -> Fact:

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     from vireport.figures import Picture
 
+ROUNDED_UP = 1 + 5e-6
+"""A positive bound times this, rounded to six digits, still is one."""
+
 PAGES = Task.HTML, Task.PDF
 """Reports on the best design."""
 
@@ -121,7 +124,7 @@ def _parts(result: Result) -> Iterator[str | Table]:
         yield f"{capital(shortcoming(result))}."
     else:
         margin = f"; smallest margin {significant(100 * best.margin, 4)} %" if isfinite(best.margin) else ""
-        found = f"{problem.objective.words} {_in_unit(result, best.value, 8)}"
+        found = f"{problem.objective.words} {_in_unit(result, best.value, 6)}"
         yield f"Best design: {found}{'' if problem.objective is Objective.MARGIN else margin}."
     if point is not None:
         rows = tuple(
@@ -151,7 +154,7 @@ def _evidence_text(result: Result) -> str:
     """What was evaluated, what follows from it, and what does not."""
     evidence = result.evidence
     said = (
-        f"Evaluated: {' x '.join(map(str, evidence.counts))} designs on a grid, by the closed form; {evidence.stable} "
+        f"Evaluated: {' × '.join(map(str, evidence.counts))} designs on a grid, by the closed form; {evidence.stable} "
         f"have a stable motion, {evidence.within} of them meet the limits on voltage, energy and shaker."
     )
     if evidence.yielding is not None:
@@ -174,12 +177,12 @@ def _evidence_text(result: Result) -> str:
         above = percent(max(evidence.bound / result.best.value - 1, 0.0))
         said += (
             f" No design in the ranges that meets the requirements, on the grid or between, has more than "
-            f"{_in_unit(result, evidence.bound, 8)}, {above} above the best: proved in affine arithmetic."
+            f"{_in_unit(result, ROUNDED_UP * evidence.bound, 6)}, {above} above the best: proved in affine arithmetic."
         )
     kept = "meets all requirements" if evidence.yielding is None else "keeps that and meets the other requirements"
     others = "No other part" if not evidence.elsewhere else f"{evidence.elsewhere} other parts"
     return (
-        f"{said} No cell that {kept} has more than {_in_unit(result, evidence.best_cell, 8)}; around the best design "
+        f"{said} No cell that {kept} has more than {_in_unit(result, evidence.best_cell, 6)}; around the best design "
         f"neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} of the grid may hold a "
         "better design, by the differences between neighbouring cells, to first order; what is narrower than a cell "
         "may be missed."
@@ -189,11 +192,16 @@ def _evidence_text(result: Result) -> str:
 def _front_table(result: Result) -> Table:
     """The best designs for rising margins, and what each per cent of margin costs."""
     objective = result.problem.objective
+    costs = ("", *(significant(cost, 3) for cost in _costs(result)))
     rows = [
-        tuple(significant(value, 7) for value in (100 * point.margin, point.value, *result.problem.values(point.t)))
-        for point in result.front
+        (
+            significant(100 * point.margin, 4),
+            significant(point.value),
+            cost,
+            *map(significant, result.problem.values(point.t)),
+        )
+        for point, cost in zip(result.front, costs, strict=True)
     ]
-    rows = [(*row[:2], cost, *row[2:]) for row, cost in zip(rows, ("", *map(significant, _costs(result))), strict=True)]
     unit = f" [{objective.unit}]" if objective.unit else ""
     head = ("margin [%]", f"{objective.words}{unit}", f"cost of 1 %{unit}")
     caption = f"What margin costs: the largest {objective.words} for each smallest margin"
@@ -225,7 +233,7 @@ def picture_front(result: Result) -> Picture:
 
 def figure_front(result: Result) -> Figure:
     """The largest objective against the smallest margin in any input, with the margin that is required."""
-    from vireport.figures import Color, blank, finished, style
+    from vireport.figures import Color, blank, finished, round_ticks, style
 
     objective, share = result.problem.objective, result.problem.share
     with style():
@@ -233,8 +241,9 @@ def figure_front(result: Result) -> Figure:
         axes = panels[0, 0]
         margins, values = zip(*((100 * point.margin, point.value) for point in result.front), strict=True)
         axes.plot(margins, values, color=Color.BLUE, marker="o")
+        axes.set_xticks(*round_ticks(0.0, margins[-1], WIDTH))
         if share:
-            axes.axvline(100 * share, color=Color.VERMILION, linestyle="--")
+            axes.axvline(100 * share, color=Color.VERMILION, linestyle="--", zorder=1.5)
         axes.set_xlabel("smallest margin to the end of stable motion, in any input [%]")
         axes.set_ylabel(f"{objective.words} [{objective.unit}]")
         low, high = (significant(cost(_costs(result)), 3) for cost in (min, max))
@@ -243,5 +252,5 @@ def figure_front(result: Result) -> Figure:
         return finished(figure, HEIGHT, lines, [])
 
 
-HEIGHT = 3.0
-"""Of the figure under its heading [in]."""
+HEIGHT, WIDTH = 3.0, 5.5
+"""Of the figure under its heading, and of its horizontal axis for the choice of ticks [in]."""

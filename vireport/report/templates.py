@@ -31,7 +31,19 @@ from jinja2.bccache import Bucket
 from vireport.errors import RenderError, UsageError
 from vireport.gate import range_text
 from vireport.report.certificates import plus_minus
-from vireport.text import bounded, capital, error_bound, exact, percent, quantity, scaled, significant, span, words
+from vireport.text import (
+    bounded,
+    capital,
+    error_bound,
+    exact,
+    percent,
+    quantity,
+    scaled,
+    significant,
+    span,
+    tied,
+    words,
+)
 from vireport.trust import factor_text
 
 if TYPE_CHECKING:
@@ -50,9 +62,6 @@ _RICH = re.compile(
     r"|(?<!\w)(?P<base>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})\b"
     r"|(?<=\*)_(?P<suffix>[A-Za-z0-9]{1,5})\b"
 )
-NO_BREAK = "\u00a0"
-_TIED = re.compile(r"(?<=\d) (?=(?:%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|m/s)(?!\w)))|(?<=×) (?=10)")
-"""Spaces at which no line may end."""
 _BAR = re.compile(r"\|(?=\w)")
 JOINED_BAR = "|\u2060"
 """The bar before an absolute value, after which no line may end."""
@@ -110,7 +119,7 @@ def rich(text: str) -> Source:
     #"at ";#emph("d");#" > ";#emph("x");#sub("c");
     """
     parts, end = [], 0
-    text = tied(text)
+    text = _BAR.sub(JOINED_BAR, tied(text))
     for match in _RICH.finditer(text):
         if match.start() > end:
             parts.append(_literal(text[end : match.start()]))
@@ -122,16 +131,11 @@ def rich(text: str) -> Source:
     return Source("".join([*parts, _literal(text[end:])] if end < len(text) else parts))
 
 
-def tied(text: str) -> str:
-    """A text whose lines end neither within a quantity with its unit nor within an absolute value."""
-    return _BAR.sub(JOINED_BAR, _TIED.sub(NO_BREAK, text))
-
-
 def _literal(value: Any) -> str:
     """What an expression in a template becomes: a string that is text, unless it is source."""
     if isinstance(value, Source):
         return value
-    text = tied(str(value))
+    text = _BAR.sub(JOINED_BAR, tied(str(value)))
     return f"#{string(text)};" if text else ""
 
 

@@ -15,12 +15,25 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vireport.analysis import STABILITIES, Stability
-from vireport.figures import HALO, LOCI, OUTSIDE, Color, Entry, Look, blank, finished, prefix, round_ticks, style
+from vireport.figures import (
+    HALO,
+    LOCI,
+    OUTSIDE,
+    Color,
+    Entry,
+    Look,
+    blank,
+    finished,
+    held_by,
+    prefix,
+    round_ticks,
+    style,
+)
 from vireport.scenario import Parameter, Sampling
 from vireport.sequences import Event
 from vireport.sweep.cells import MapPlan, axis_values
 from vireport.sweep.loci import Locus, loci_of
-from vireport.text import PREFIXES, capital
+from vireport.text import PREFIXES, capital, percent
 
 Floats = NDArray[np.float64]
 
@@ -41,7 +54,7 @@ TYPES = {
 """Name and colour of each type, from dark to light so that they are apart in grey as well."""
 
 NO_MOTION = "no 1:1 motion"
-OF_ALL = "curves: where any of the 1:1 motions changes or ends, also an unstable one beside a stable one"
+OF_ALL = "Curves: where any of the 1:1 motions changes or ends, also an unstable one beside a stable one"
 
 LINE = 1.4
 """Width of a curve [pt]."""
@@ -123,7 +136,7 @@ def _stability(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
     colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
     figure, axes = _blank(plan, raster)
     _fill(axes, raster, raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
-    return _with_loci(figure, axes, "stability of the 1:1 motion", loci, _types(*STABILITIES))
+    return _with_loci(figure, axes, plan, "Stability of the 1:1 motion", loci, _types(*STABILITIES))
 
 
 def _types(*kinds: Stability) -> list[Entry]:
@@ -152,8 +165,8 @@ def _margin(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
     percent = 100 * raster.columns["multiplier_margin"] / (1 + _restitutions(plan, raster) ** 4)
     figure, axes = _of_stable(plan, raster, percent, "viridis", (0.0, 100.0))
     figure.colorbar(axes.images[-1], ax=axes, label="1 − |tr|/(1 + r⁴) [%]")
-    title = "stability margin: 0 % where a multiplier reaches 1 or −1"
-    return _with_loci(figure, axes, title, loci, _types(Stability.UNSTABLE_NODE))
+    title = "Stability margin: 0 % where a multiplier reaches 1 or −1"
+    return _with_loci(figure, axes, plan, title, loci, _types(Stability.UNSTABLE_NODE))
 
 
 def _voltage(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
@@ -161,8 +174,8 @@ def _voltage(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
     power = prefix([volts])
     figure, axes = _of_stable(plan, raster, volts / 10.0**power, "cividis")
     figure.colorbar(axes.images[-1], ax=axes, label=f"Uₐᵥₑ [{PREFIXES[power]}V]")
-    title, types = "average voltage generated at an impact", _types(Stability.UNSTABLE_NODE)
-    return _with_loci(figure, axes, title, loci, types, _outside(plan, raster))
+    title, types = "Average voltage generated at an impact", _types(Stability.UNSTABLE_NODE)
+    return _with_loci(figure, axes, plan, title, loci, types, _outside(plan, raster))
 
 
 def _outside(plan: MapPlan, raster: Raster) -> str:
@@ -171,8 +184,8 @@ def _outside(plan: MapPlan, raster: Raster) -> str:
     known = deflection[np.isfinite(deflection)]
     if plan.membrane is None or not (known > plan.membrane.active_radius_m).any():
         return ""
-    share = 100 * float(np.mean(known > plan.membrane.active_radius_m))
-    return f"{capital(OUTSIDE)}, at {share:.3g} % of the cells with a motion"
+    share = percent(float(np.mean(known > plan.membrane.active_radius_m)), 3)
+    return f"{capital(OUTSIDE)}, at {share} of the cells with a motion"
 
 
 def _restitutions(plan: MapPlan, raster: Raster) -> Any:
@@ -217,7 +230,13 @@ def _label(name: str) -> str:
 
 
 def _with_loci(
-    figure: Figure, axes: Axes, title: str, loci: Sequence[Locus], types: Sequence[Entry] = (), note: str = ""
+    figure: Figure,
+    axes: Axes,
+    plan: MapPlan,
+    title: str,
+    loci: Sequence[Locus],
+    types: Sequence[Entry],
+    note: str = "",
 ) -> Figure:
     """Draw the curves, white under each so that it shows on any colour, and write the heading."""
     limits = axes.get_xlim(), axes.get_ylim()
@@ -229,7 +248,9 @@ def _with_loci(
     axes.set(xlim=limits[0], ylim=limits[1])
     drawn = {locus.event for locus in loci}
     curves: list[Entry] = [(name, {"linewidth": LINE} | look) for kind, (name, look) in LOCI.items() if kind in drawn]
-    lines = [(f"{title}; hatched: {NO_MOTION}", Color.BLACK)] + ([(note, Color.WARNING)] if note else [])
+    head = ", ".join(held_by(plan.device, plan.names)), f"{title}; hatched: {NO_MOTION}"
+    lines = [(text, Color.BLACK) for text in head]
+    lines += [(note, Color.WARNING)] if note else []
     if loci:
         lines.append((OF_ALL, Color.BLACK))
     return finished(figure, HEIGHT, lines, [types, curves])

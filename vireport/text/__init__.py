@@ -16,6 +16,7 @@ from vireport.text.formatting import (
     scaled,
     significant,
     span,
+    tied,
     words,
     written,
 )
@@ -56,6 +57,7 @@ __all__ = [
     "significant",
     "span",
     "texts",
+    "tied",
     "visible",
     "words",
     "written",

@@ -29,6 +29,13 @@ SMALLEST_PLAIN, LARGEST_PLAIN = -5, 6
 PREFIXES = {-9: "n", -6: "\u00b5", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 """Of the units that take one, by powers of ten."""
 
+NO_BREAK = "\u00a0"
+_TIED = re.compile(
+    r" (?=[=<>≤≥±] )|(?<=[=±]) |(?<=×) (?=10)"
+    r"|(?<=[\d⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|W|J|rad)(?!\w))"
+)
+"""Spaces of quantities: before relations, after those that equate, and between numbers and units."""
+
 _SUPERSCRIPT = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 
 
@@ -192,6 +199,17 @@ def words(text: str) -> str:
     text = text.replace("<=", "\u2264").replace(">=", "\u2265").replace("N/m^h", "N/m\u02b0")
     text = re.sub(r"(\d)e([+-]\d+)\b", lambda match: f"{match[1]} {_power(int(match[2]))}", text)
     return re.sub(r"(?<![\w.)])-(?=\d)", MINUS, text)
+
+
+def tied(text: str) -> str:
+    r"""Put no-break spaces into quantities, so that no line ends within one.
+
+    Examples
+    --------
+    >>> tied("at f = 2 Hz, off by 3 × 10⁻¹³ rad").split(" ")
+    ['at', 'f\xa0=\xa02\xa0Hz,', 'off', 'by', '3\xa0×\xa010⁻¹³\xa0rad']
+    """
+    return _TIED.sub(NO_BREAK, text)
 
 
 _GREEK = {

@@ -12,6 +12,7 @@ from textwrap import fill
 from typing import ClassVar, Literal
 
 from vireport.text.foreign import visible
+from vireport.text.formatting import NO_BREAK, tied
 
 LINE = 110
 """Characters after which a paragraph is broken on a terminal."""
@@ -20,7 +21,6 @@ LINE = 110
 _MARKS = re.compile(r"([\\`*_\[\]|~$])")
 _LINKS = re.compile(r"@(?=\w)|#(?=\d)|:(?=//)|\bwww(?=\.)|\bmailto(?=:)", re.IGNORECASE)
 """What sites like GitHub make a link of, or a message to somebody."""
-_UNITS = re.compile(r"(?<=\d) (?=%|[kMm]?V\b)")
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 
 
@@ -80,8 +80,7 @@ def plain_text(parts: Iterable[str | Table]) -> str:
 
 def broken(text: str) -> str:
     """A paragraph in lines for a terminal, none of which begins with a unit."""
-    tied = _UNITS.sub("\u00a0", text)
-    return fill(tied, LINE, break_long_words=False, break_on_hyphens=False).replace("\u00a0", " ")
+    return fill(tied(text), LINE, break_long_words=False, break_on_hyphens=False).replace(NO_BREAK, " ")
 
 
 def _captioned(table: Table) -> str:
