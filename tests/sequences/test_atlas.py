@@ -91,6 +91,14 @@ def test_2_1_motion_ends_in_a_grazing_at_small_inclination_and_doubles_at_a_larg
     begins = [m.vertex for m in family.marks if m.event is Event.ZERO_VELOCITY]
     words = {found.families[number - 1].sequence.word for vertex in begins for number in vertex.families}
     assert {"BT", "BBT"} <= words
+    energies = [
+        max(float(np.mean(f.velocity[list(run)] ** 2)) for run in f.stable_runs)
+        for word in ("BT", "BBT", "BBBT", "BBBBT")
+        for f in found.families
+        if f.sequence == Sequence.of(word, 1) and f.stable_runs and np.ptp(f.stable_ranges) > 0.01
+    ]
+    assert len(energies) == 4
+    assert energies == sorted(energies, reverse=True)
 
 
 def test_families_join_at_grazing_points_where_an_impact_has_no_velocity(example):
