@@ -168,11 +168,13 @@ class _Track:
             return False
         away = wanderer.value + AWAY * np.copysign(self.resolution, wanderer.value - periodic.value)
         d, gbar, _ = self.at(float(np.clip(away, *self.ends)))
-        rows, _ = follow_one(check_model(d, gbar, self.r)[0], check_start(wanderer.last, d), BUDGET, BUDGET)
-        return any(
-            _aside(part[:, [WALL, PHASE, VELOCITY]], periodic.impacts) > CLOSE
-            for part in np.array_split(rows, BUDGET // KEPT)
-        )
+        model, start = check_model(d, gbar, self.r)[0], check_start(wanderer.last, d)
+        for _ in range(BUDGET // KEPT):
+            rows, _ = follow_one(model, start, KEPT, KEPT)
+            if _aside(rows[:, [WALL, PHASE, VELOCITY]], periodic.impacts) > CLOSE:
+                return True
+            start = as_start(rows[-1])
+        return False
 
     def followed(self, stage: Stage, target: float) -> tuple[Stage, list[Jump]]:
         """The motion at another value, and the jumps on the way there.
