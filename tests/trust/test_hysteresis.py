@@ -99,6 +99,21 @@ def test_a_ball_at_rest_stays_until_the_forcing_lifts_it():
 
 
 @pytest.mark.slow
+def test_chaos_beyond_a_fold_is_a_jump_both_ways(example):
+    # Next to the fold a chaotic motion stays beside the former cycle for tens of thousands of impacts.
+    swept = sweep_of(load(example("inclined")).scenario)
+    slowly = follow_sweep(swept, [0.59, 0.598, 0.75], Simulation(follow="both"))
+    for one in slowly.courses.values():
+        assert [stage.attractor.word for stage in sorted(one.stages, key=lambda stage: stage.value)] == [
+            "",
+            "BTBT",
+            "BT",
+        ]
+        (jump,) = one.jumps
+        assert jump.value == pytest.approx(0.5969964175550663, abs=2e-6)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["30", "60", "inclined", "horizontal"])
 def test_stable_motions_are_left_where_their_family_ends(name: str, example):
     text = LITERATURE.format(inclination=name, start=0.16, end=0.6)

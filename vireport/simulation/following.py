@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from vireport.simulation.attractors import BLOCK, BUDGET, KEPT, Attractor, Outcome, search
 from vireport.simulation.cycles import separation
 from vireport.simulation.events import BOTTOM, Impact, as_start, check_model, check_start, follow_one
+from vireport.simulation.kernel import PHASE, VELOCITY, WALL
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,10 @@ RESOLUTION = 1e-6
 
 PATIENCE = 20
 """Times the impacts asked for, until a motion counts as not periodic: next to a fold it lingers where it was."""
+
+AWAY = 100
+"""Times the resolution: how far from a periodic motion one that is not periodic is looked at. The nearer the fold where
+the cycle ends, the longer it stays beside it."""
 
 MOST_STEPS = 400
 """Steps between two values, some 60 to a jump; one that is found later has the interval that is left."""
@@ -119,12 +124,12 @@ def course(
     impacts : int
         `PATIENCE` times as many without a period in sight make a motion one that is not periodic.
     """
-    track = _Track(at, r, PATIENCE * impacts)
     resolution = max(RESOLUTION * abs(values[-1] - values[0]), 8 * float(np.spacing(np.abs(values).max())))
+    track = _Track(at, r, PATIENCE * impacts, resolution, (min(values), max(values)))
     stage = track.reached(start, values[0])
     stages, jumps = [stage], []
     for value in values[1:]:
-        stage, found = track.followed(stage, value, resolution)
+        stage, found = track.followed(stage, value)
         stages.append(stage)
         jumps += found
     return Course(tuple(stages), tuple(jumps))
@@ -135,6 +140,8 @@ class _Track:
     at: Callable[[float], Conditions]
     r: float
     patience: int
+    resolution: float
+    ends: tuple[float, float]
 
     def reached(self, before: Stage | None, value: float, patience: int | None = None) -> Stage:
         """What the motion of a stage becomes at another value, or the ball that lay on the bottom membrane."""
@@ -152,7 +159,24 @@ class _Track:
         wall, _, velocity, phase = as_start(rows[-1])
         return Stage(value, attractor, impacts, Impact(int(wall), velocity, phase))
 
-    def followed(self, stage: Stage, target: float, resolution: float) -> tuple[Stage, list[Jump]]:
+    def apart(self, one: Stage, other: Stage) -> bool:
+        """Whether motions are not the same; one that is not periodic may stay beside the other for long, and leave."""
+        if one.distance(other) > CLOSE:
+            return True
+        periodic, wanderer = sorted((one, other), key=lambda stage: stage.attractor.outcome is Outcome.APERIODIC)
+        if periodic.attractor.cycle is None or wanderer.attractor.outcome is not Outcome.APERIODIC:
+            return False
+        away = wanderer.value + AWAY * np.copysign(self.resolution, wanderer.value - periodic.value)
+        d, gbar, _ = self.at(float(np.clip(away, *self.ends)))
+        model, start = check_model(d, gbar, self.r)[0], check_start(wanderer.last, d)
+        for _ in range(BUDGET // KEPT):
+            rows, _ = follow_one(model, start, KEPT, KEPT)
+            if _aside(rows[:, [WALL, PHASE, VELOCITY]], periodic.impacts) > CLOSE:
+                return True
+            start = as_start(rows[-1])
+        return False
+
+    def followed(self, stage: Stage, target: float) -> tuple[Stage, list[Jump]]:
         """The motion at another value, and the jumps on the way there.
 
         Steps are halved where the motion becomes another one: one that is too long may end beyond the starts that
@@ -164,13 +188,15 @@ class _Track:
             last = abs(step) >= abs(target - stage.value)
             value = target if last else stage.value + step
             ahead = self.reached(stage, value)
-            apart = stage.distance(ahead) > CLOSE
-            if apart and abs(step) > resolution and attempt < MOST_STEPS:
+            if stage.attractor.cycle is not None and ahead.attractor.cycle is None and stage.distance(ahead) <= CLOSE:
+                ahead = self.reached(stage, value, BUDGET)  # still on its way, as far as one can see
+            apart = self.apart(stage, ahead)
+            if apart and abs(step) > self.resolution and attempt < MOST_STEPS:
                 step /= 2
                 continue
             if apart:
                 ahead = self.reached(stage, value, BUDGET)
-                jumps += [Jump(stage, ahead)] if stage.distance(ahead) > CLOSE else []
+                jumps += [Jump(stage, ahead)] if self.apart(stage, ahead) else []
             stage, step = ahead, 2 * step
             if last:
                 break
