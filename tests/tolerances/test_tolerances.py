@@ -18,7 +18,7 @@ from vireport import analyse, load, loads, recheck
 from vireport.analysis import design_point
 from vireport.cli.app import main
 from vireport.errors import UsageError
-from vireport.physics import Affine, AffineOps, Device
+from vireport.physics import AFFINE, Affine, Device
 from vireport.scenario import DesignInput, Parameter
 from vireport.simulation import BOTTOM, PHASE, VELOCITY, check_model, follow
 from vireport.study import device_of
@@ -45,7 +45,7 @@ def at(x: Affine, symbols: np.ndarray) -> list[mpf]:
 
 def escapes(seed: int, count: int = 20) -> int:
     """How many results of random operations are not where affine arithmetic has them, by 40-digit arithmetic."""
-    rng, ops, found = np.random.default_rng(seed), AffineOps(), 0
+    rng, ops, found = np.random.default_rng(seed), AFFINE, 0
     a, b = random_numbers(rng, count), random_numbers(rng, count)
     symbols = rng.choice([-1.0, 1.0, 0.3, -0.7], (SYMBOLS, count))
     with mp.workdps(40), np.errstate(all="ignore"):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import Held
-from vireport.physics import Affine, AffineOps, between, flight
+from vireport.physics import AFFINE, Affine, between, flight
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import Sequence
 from vireport.sequences.surface import (
@@ -180,7 +180,7 @@ class Exclusion:
 
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
         """Which cells may hold motions of the sweep."""
-        x = solution(self.sequences[0], _boxes(corner, side), self.model.r, AffineOps, period)
+        x = solution(self.sequences[0], _boxes(corner, side), self.model.r, AFFINE, period)
         possible = self._solved(x)
         rows = np.flatnonzero(possible & (side <= WALLS))
         if rows.size:
@@ -244,7 +244,7 @@ def _boxes(corner: Floats, side: Floats) -> list[Affine]:
 
 def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:
     """Sine and cosine of the forcing phase at a time, with the solution's factor, by those at time zero."""
-    s, c = AffineOps.sin(t * np.pi), AffineOps.cos(t * np.pi)
+    s, c = AFFINE.sin(t * np.pi), AFFINE.cos(t * np.pi)
     return sine * c + cosine * s, cosine * c - sine * s
 
 
