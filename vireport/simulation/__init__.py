@@ -17,7 +17,7 @@ from vireport.simulation.events import (
 from vireport.simulation.following import CLOSE, RESOLUTION, Conditions, Course, Jump, Stage, course
 from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
 from vireport.simulation.starts import random_starts, start_speed, wilson
-from vireport.simulation.trajectories import Portrait, Trajectory, path, portrait, simulate
+from vireport.simulation.trajectories import Portrait, path, portrait
 
 __all__ = [
     "BOTTOM",
@@ -46,7 +46,6 @@ __all__ = [
     "Portrait",
     "Stage",
     "Start",
-    "Trajectory",
     "attractors",
     "check_model",
     "check_start",
@@ -60,7 +59,6 @@ __all__ = [
     "path",
     "portrait",
     "random_starts",
-    "simulate",
     "start_of",
     "start_speed",
     "wilson",
