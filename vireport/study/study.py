@@ -81,16 +81,21 @@ class Study:
         """The scenario as understood."""
         return self.loaded.scenario
 
+    @property
+    def evidence(self) -> Evidence:
+        """What the scenario is judged by."""
+        found = self.crosscheck, self.compliance, self.tolerances, self.atlas
+        return Evidence(self.solution, *found, self.criteria)
+
     @cached_property
     def alerts(self) -> tuple[Alert, ...]:
         """What a reader must know before acting on the numbers."""
-        return alerts(Evidence(self.solution, self.crosscheck, self.compliance, self.atlas, self.criteria))
+        return alerts(self.evidence)
 
     @cached_property
     def verdict(self) -> Verdict:
         """What the study comes to."""
-        evidence = self.crosscheck, self.compliance, self.tolerances, self.atlas
-        return verdict_of(self.solution, *evidence, self.criteria)
+        return verdict_of(self.evidence)
 
     @cached_property
     def coexisting(self) -> tuple[Coexisting, ...]:
@@ -268,7 +273,7 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
         study = _with_tolerances(study, scenario.tolerances, progress)
     if scenario.requirements is not None:
-        study = replace(study, criteria=assess(loaded, solution, study.crosscheck, study.tolerances, study.atlas))
+        study = replace(study, criteria=assess(loaded, study.evidence))
     return study
 
 
