@@ -22,8 +22,9 @@ from vireport.physics import AFFINE, Affine, Device
 from vireport.scenario import DesignInput, Parameter
 from vireport.simulation import BOTTOM, PHASE, VELOCITY, check_model, follow
 from vireport.study import device_of
-from vireport.tolerances import Leaf, Region, prove_again, prove_region, region_of, stable_motions
-from vireport.tolerances.devices import SYMBOLS, devices_off
+from vireport.tolerances import devices_off, prove_again, region_of
+from vireport.tolerances.devices import SYMBOLS, Region, stable_motions
+from vireport.tolerances.proof import Leaf, prove_region
 
 PAPER = ("horizontal", "inclined", "inclined-forcing", "design-point")
 BINARY = (operator.add, operator.sub, operator.mul, operator.truediv)

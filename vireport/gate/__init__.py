@@ -1,8 +1,8 @@
 """What a study comes to: requirements, alerts and the verdict."""
 
 from vireport.gate.alerts import Alert, alerts, longest_contact
-from vireport.gate.requirements import MARGINS, Criterion, Evidence, Question, Remark, assess, unmet
-from vireport.gate.verdict import SWEEP_END, Fact, Status, Verdict, mirror_images, range_text, verdict_of
+from vireport.gate.requirements import MARGINS, Criterion, Evidence, Question, assess, unmet
+from vireport.gate.verdict import SWEEP_END, Fact, Verdict, mirror_images, range_text, verdict_of
 
 __all__ = [
     "MARGINS",
@@ -12,8 +12,6 @@ __all__ = [
     "Evidence",
     "Fact",
     "Question",
-    "Remark",
-    "Status",
     "Verdict",
     "alerts",
     "assess",
