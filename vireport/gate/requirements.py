@@ -29,7 +29,7 @@ from vireport.analysis import (
     stable_ranges,
 )
 from vireport.errors import NumericalError
-from vireport.physics import UNIT, Conversion, Dielectric, Membrane, Voltages, deflection, generated_voltage, voltages
+from vireport.physics import UNIT, Dielectric, Membrane, Voltages, deflection, generated_voltage, voltages
 from vireport.scenario import Loaded, Parameter, Requirements
 
 if TYPE_CHECKING:
@@ -422,22 +422,18 @@ def _margin(results: Evidence, limit: Limit, kinds: tuple[CriticalKind, ...]) ->
     return held(100 * relative, limit, remark, 100 * bound)
 
 
-def _at_design(
-    results: Evidence,
-    limit: Limit,
-    of: Callable[[DesignPoint], Floats],
-    bounded_by: tuple[str, ...],
-    scale: float = 1.0,
-) -> Outcome:
+def _at_design(results: Evidence, limit: Limit, columns: tuple[str, ...], scale: float = 1.0) -> Outcome:
     """Hold the worst of the stable motions at the design point against a limit.
 
-    `bounded_by` are the columns whose error bounds add up to that of the number, `scale` what both are multiplied by.
+    What is held is a column of `Voltages` or `Conversion` times `scale`, or the distance of two, whose errors add up.
     """
-    stable, bounds = results.design.motions.stable, cast(dict[str, Floats], results.solution.bounds.design)
-    values = scale * of(results.design)[stable]
+    design, bounds = results.design, cast(dict[str, Floats], results.solution.bounds.design)
+    holder = design.conversion if hasattr(design.conversion, columns[0]) else design.voltages
+    stable, (first, *second) = design.motions.stable, (getattr(holder, name) for name in columns)
+    values = scale * (np.abs(first - second[0]) if second else first)[stable]
     least = limit.kind is LimitKind.AT_LEAST
     which = (f"the {'least' if least else 'largest'} of {len(values)} stable motions",) if len(values) > 1 else ()
-    bound = scale * sum(float(bounds[name][stable].max()) for name in bounded_by)
+    bound = scale * sum(float(bounds[name][stable].max()) for name in columns)
     return held(float(values.min() if least else values.max()), limit, which, bound)
 
 
@@ -460,13 +456,13 @@ def _words(results: Evidence, limit: Limit) -> Outcome:
 def _by_impacts(
     results: Evidence,
     limit: Limit,
-    one_to_one: Callable[[Evidence, Limit], Outcome],
+    columns: tuple[str, ...],
     of: Callable[[Floats, Membrane], Floats],
     over: Callable[[Floats], float],
 ) -> Outcome:
-    """As for the 1:1 motion; where other motions are allowed, the worst of those that are stable, by their impacts."""
+    """As for the 1:1 motion; where others are allowed, the worst of those that are stable, by their impacts."""
     if results.only_one_to_one:
-        return one_to_one(results, limit)
+        return _at_design(results, limit, columns)
     solution, design = results.solution, cast(DesignPoint, results.solution.design)
     unit = float(solution.device.velocity_unit(design.parameter, design.value))
     each = [of(unit * motion.velocity, cast(Membrane, solution.membrane)) for _, motion in results.stable]
@@ -476,19 +472,11 @@ def _by_impacts(
     return held(value, limit, remark, FOLLOWED_ERROR * max(float(own.max()) for own in each))
 
 
-def _volts(design: DesignPoint) -> Voltages:
-    return cast(Voltages, design.voltages)
-
-
-def _converted(design: DesignPoint) -> Conversion:
-    return cast(Conversion, design.conversion)
-
-
 def _field(results: Evidence, limit: Limit) -> Outcome:
     """Judged over the breakdown field."""
     dielectric = cast(Dielectric, cast(Membrane, results.solution.membrane).dielectric)
     percent = 100 / dielectric.breakdown_field_v_m
-    return _at_design(results, limit, lambda x: _converted(x).field_v_m, ("field_v_m",), percent)
+    return _at_design(results, limit, ("field_v_m",), percent)
 
 
 def _shaker(results: Evidence, limit: Limit, name: str, error: float = SHAKER_ERROR) -> Outcome:
@@ -584,27 +572,10 @@ MARGINS = {
 AT_LEAST, AT_MOST, RANGE, AGREEMENT, WORDS = LimitKind
 _, MOTION, WHERE, MARGIN, TOLERANCES, _, VOLTAGE, SHAKER, _, SIMULATED = Question
 
-U_AVE = partial(
-    _by_impacts,
-    one_to_one=partial(_at_design, of=lambda x: _volts(x).average_v, bounded_by=("average_v",)),
-    of=generated_voltage,
-    over=np.mean,
-)
-END_DIFFERENCE = partial(
-    _by_impacts,
-    one_to_one=partial(
-        _at_design, of=lambda x: np.abs(_volts(x).bottom_v - _volts(x).top_v), bounded_by=("bottom_v", "top_v")
-    ),
-    of=generated_voltage,
-    over=np.ptp,
-)
-DEFLECTION = partial(
-    _by_impacts,
-    one_to_one=partial(_at_design, of=lambda x: _volts(x).deflection_m, bounded_by=("deflection_m",)),
-    of=deflection,
-    over=np.max,
-)
-POWER = partial(_at_design, of=lambda x: _converted(x).power_mw, bounded_by=("power_mw",))
+U_AVE = partial(_by_impacts, columns=("average_v",), of=generated_voltage, over=np.mean)
+END_DIFFERENCE = partial(_by_impacts, columns=("bottom_v", "top_v"), of=generated_voltage, over=np.ptp)
+DEFLECTION = partial(_by_impacts, columns=("deflection_m",), of=deflection, over=np.max)
+POWER = partial(_at_design, columns=("power_mw",))
 ACCELERATION, STROKE = (partial(_shaker, name=name) for name in ("acceleration_g", "stroke_m"))
 FORCE = partial(_shaker, name="force_n", error=0.0)  # as it is given
 

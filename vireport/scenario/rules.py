@@ -36,7 +36,7 @@ MOST_CELLS = 10**11
 
 MEMBRANE = "device.membrane."
 
-Path = TypeVar("Path", AxisPath, DesignPath)
+InputPath = TypeVar("InputPath", AxisPath, DesignPath)
 
 LARGER = {DesignPath.BALL_MASS: DesignPath.CAPSULE_MASS, DesignPath.BALL_RADIUS: DesignPath.ACTIVE_RADIUS}
 """What an input must be below."""
@@ -144,7 +144,7 @@ AXES, VARIED = ("map", "axes"), ("design", "vary")
 """Where such rows are."""
 
 
-def path_of(row: object, paths: type[Path]) -> Path | None:
+def path_of(row: object, paths: type[InputPath]) -> InputPath | None:
     """What an axis of a map, or an input of a design, varies; None where that cannot be known."""
     named = row.get("path") if isinstance(row, dict) else None
     return next((path for path in paths if path == named), None)
