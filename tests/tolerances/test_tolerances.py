@@ -73,7 +73,7 @@ def test_affine_arithmetic_encloses_random_operations(seed: int) -> None:
     assert escapes(seed) == 0
 
 
-@pytest.mark.parametrize("name", ["sine", "inverse", "__mul__"])
+@pytest.mark.parametrize("name", ["sin", "inverse", "__mul__"])
 def test_a_wrong_sign_in_a_derivative_escapes(name: str, monkeypatch) -> None:
     right = getattr(Affine, name)
 
