@@ -14,3 +14,28 @@ from vireport.study.study import (
     sweep_of,
     with_certificates,
 )
+
+__all__ = [
+    "ALL_FORMATS",
+    "FIGURES",
+    "FORMATS",
+    "SCHEMA_VERSION",
+    "Provenance",
+    "Study",
+    "Task",
+    "analyse",
+    "branches_csv",
+    "csv_bytes",
+    "device_of",
+    "json_bytes",
+    "membrane_of",
+    "plan",
+    "provenance_of",
+    "recheck",
+    "results",
+    "results_json",
+    "sweep_of",
+    "with_certificates",
+    "with_pages",
+    "worst_scenario",
+]
