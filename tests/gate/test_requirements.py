@@ -19,7 +19,17 @@ from pages import Page
 from vireport import analyse, load, loads
 from vireport.alerts import AlertCode
 from vireport.cli.app import main
-from vireport.gate.requirements import REQUIREMENTS, Criterion, Limit, LimitKind, assess, held, unmet, with_peaks
+from vireport.gate.requirements import (
+    REQUIREMENTS,
+    Criterion,
+    Evidence,
+    Limit,
+    LimitKind,
+    assess,
+    held,
+    unmet,
+    with_peaks,
+)
 from vireport.gate.verdict import Question, Status
 from vireport.physics import generated_voltage
 from vireport.report import Report, github, junit, render_html, render_markdown
@@ -215,7 +225,7 @@ def test_a_yield_is_all_only_where_that_is_proved() -> None:
     loaded = load(ROOT / "examples/inclined.yaml", over)
     sampled = SimpleNamespace(stable=64, samples=64, low=0.94)
     for proved in (True, False):
-        (one,) = assess(loaded, None, None, SimpleNamespace(proved=proved, sampled=sampled))
+        (one,) = assess(loaded, Evidence(None, tolerances=SimpleNamespace(proved=proved, sampled=sampled)))
         assert (one.outcome.value, one.passed) == (100, proved)
 
 
@@ -425,16 +435,16 @@ def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
     loaded = load(ROOT / "examples/inclined.yaml", over)
     plain = replace(loaded, scenario=loaded.scenario.model_copy(update={"simulation": None}))
     study = analyse(plain)
-    volt, check = assess(study.loaded, study.solution, crosscheck())
+    volt, check = assess(study.loaded, Evidence(study.solution, crosscheck()))
     assert volt.passed
     assert check.passed
     assert check.outcome.margin == 1e-9 - 2e-14
-    volt, check = assess(study.loaded, study.solution, crosscheck(passed=False, misses=(1,)))
+    volt, check = assess(study.loaded, Evidence(study.solution, crosscheck(passed=False, misses=(1,))))
     assert not volt.passed
     assert volt.outcome.why == "the simulation does not agree with the solution"
     assert not check.passed
     assert check.outcome.why == "8 of 9 stable orbits found again"
-    volt, check = assess(study.loaded, study.solution, crosscheck(orbits=0))
+    volt, check = assess(study.loaded, Evidence(study.solution, crosscheck(orbits=0)))
     assert volt.passed
     assert not check.passed
     assert "no stable orbit" in check.outcome.why

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from vireport import analyse, load
-from vireport.gate.alerts import CAUSES, Evidence
+from vireport.gate.alerts import CAUSES
+from vireport.gate.requirements import Evidence
 from vireport.gate.verdict import Question, Verdict, verdict_of
 from vireport.physics import contacts
 from vireport.trust import Grade
@@ -28,8 +29,7 @@ def solved(name: str, **over: object):
 
 def said(solution, **found: object) -> Verdict:
     """The verdict on a solution with nothing else known, or with something found."""
-    nothing = dict.fromkeys(("crosscheck", "compliance", "tolerances", "atlas"))
-    return verdict_of(solution, **nothing | {"criteria": ()} | found)
+    return verdict_of(Evidence(solution, **found))
 
 
 def fact(verdict: Verdict, question: Question):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from vireport.analysis import Orbits, coefficients, orbits, return_trace
-from vireport.physics import ARRAYS, DIGITS, DecimalOps, Rounded, RoundedOps
+from vireport.physics import ARRAYS, DIGITS, ROUNDED, DecimalOps, Rounded
 
 
 @given(st.floats(-40, 40))
@@ -53,7 +53,7 @@ def test_the_arithmetic_bounds_its_own_rounding() -> None:
         for _ in range(200):
             u, phi, r = float(rng.uniform(-0.49, 0.49)), float(rng.uniform(0, 6.28)), float(rng.uniform(0, 0.99))
             n = int(rng.integers(1, 4))
-            carried = orbits(Rounded(u), Rounded(phi), Rounded(r), n, RoundedOps())
+            carried = orbits(Rounded(u), Rounded(phi), Rounded(r), n, ROUNDED)
             exact = orbits(mpf(u), mpf(phi), mpf(r), n, mp)
             for name in Orbits.__slots__:
                 x, y = getattr(carried, name), getattr(exact, name)
@@ -64,5 +64,5 @@ def test_the_arithmetic_bounds_its_own_rounding() -> None:
 
 def test_a_division_by_what_may_be_zero_has_no_bound() -> None:
     assert (Rounded(1.0) / Rounded(1e-20, 1e-18)).error == np.inf
-    k = coefficients(Rounded(0.1, 0.5), Rounded(0.5), 1, RoundedOps())
+    k = coefficients(Rounded(0.1, 0.5), Rounded(0.5), 1, ROUNDED)
     assert k.gbar_sine.error > 1

@@ -26,7 +26,7 @@ from vireport.sequences import (
     trace,
     turns,
 )
-from vireport.simulation import Impact, find_attractor, simulate
+from vireport.simulation import PHASE, VELOCITY, Impact, check_model, check_start, find_attractor, follow_one
 from vireport.study.study import sweep_of
 
 WORDS = "B", "BT", "BBT", "BTT", "BBTT", "BBTBT"
@@ -90,8 +90,8 @@ def test_multipliers_are_those_of_the_simulated_return_map(word: str):
         ends = []
         for way in (1, -1):
             velocity, phase = float(motion.velocity[0] + way * unit[0]), float(motion.phase[0] + way * unit[1])
-            path = simulate(d, gbar, r, Impact(wall, velocity, phase), count)
-            ends.append(np.array([path.velocity[-1], path.phase[-1]]))
+            rows, _ = follow_one(check_model(d, gbar, r)[0], check_start(Impact(wall, velocity, phase), d), count)
+            ends.append(rows[-1, [VELOCITY, PHASE]])
         columns.append((ends[0] - ends[1]) / (2 * step))
     matrix, x = np.stack(columns, axis=1), [*motion.velocity, *motion.time, d]
     found = trace(motion.sequence, x, Model(Level(Held.GBAR, gbar), r))

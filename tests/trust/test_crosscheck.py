@@ -13,8 +13,7 @@ import pytest
 from vireport import analyse, load, loads
 from vireport.analysis.design import design_point
 from vireport.figures import simulated_points
-from vireport.gate import Status
-from vireport.gate.verdict import Question
+from vireport.gate.verdict import Question, Status
 from vireport.simulation import BOTTOM, Impact, Outcome, attractors, find_attractor, random_starts
 from vireport.trust import is_one_to_one
 from vireport.trust.crosscheck import crosscheck, difference, orbits_at

@@ -12,7 +12,7 @@ from vireport.analysis.kinds import BranchEnd, CriticalKind, Family
 from vireport.analysis.level_curve import Curve, curve_of, sample
 from vireport.analysis.stability import Stability
 from vireport.analysis.sweep import Held, Sweep
-from vireport.analysis.tracing import Draft, Event, drafts
+from vireport.analysis.tracing import branches_of
 
 Floats = NDArray[np.float64]
 
@@ -58,36 +58,36 @@ def solve(sweep: Sweep) -> BifurcationDiagram:
         With a restitution below 1.
     """
     curve = curve_of(sweep)
-    branches, critical_points = _numbered(curve, drafts(curve, sample(curve)))
+    branches, critical_points = _numbered(curve, branches_of(curve, sample(curve)))
     return BifurcationDiagram(curve, branches, critical_points)
 
 
-def _numbered(curve: Curve, unordered: list[Draft]) -> tuple[tuple[Branch, ...], tuple[CriticalPoint, ...]]:
+def _numbered(curve: Curve, unordered: list[Branch]) -> tuple[tuple[Branch, ...], tuple[CriticalPoint, ...]]:
     """Number branches and critical points, and join mirror images."""
     ordered = sorted(unordered, key=_order)
     mirrored = _mirrors(curve, ordered)
     critical: list[CriticalPoint] = []
     owner: dict[tuple[int, int], int] = {}
-    for i, draft in enumerate(ordered):
-        for event in draft.events:
-            if not _near_admissible(draft.branch, event.row):
+    for i, branch in enumerate(ordered):
+        for row in range(len(branch.motions)):
+            found = branch.critical_point(row)
+            if found is None or not _near_admissible(branch, row):
                 continue
-            twin = next((k for k, other in enumerate(critical) if _is_twin(other, event, mirrored[i])), None)
+            twin = next((k for k, other in enumerate(critical) if _is_twin(other, found, mirrored[i])), None)
             if twin is None:
-                owner[i, event.row] = len(critical)
-                family = draft.branch.family
-                critical.append(CriticalPoint("", event.kind, family, event.point, None, i + 1, event.change))
+                owner[i, row] = len(critical)
+                critical.append(replace(found, branch=i + 1))
             else:
-                owner[i, event.row] = twin
-                critical[twin] = replace(critical[twin], mirror=event.point)
+                owner[i, row] = twin
+                critical[twin] = replace(critical[twin], mirror=found.point)
     labels, order = _labels(curve, critical)
     points = {k: replace(critical[k], label=labels[k]) for k in order}
     branches = []
-    for i, (draft, mirror) in enumerate(zip(ordered, mirrored, strict=True)):
-        branch = draft.branch
-        marks: list[Mark] = [None] * len(branch.motions)
-        for event in draft.events:
-            marks[event.row] = points[owner[i, event.row]] if (i, event.row) in owner else event.kind
+    for i, (branch, mirror) in enumerate(zip(ordered, mirrored, strict=True)):
+        marks: list[Mark] = [
+            points[owner[i, row]] if (i, row) in owner else mark.kind if isinstance(mark, CriticalPoint) else None
+            for row, mark in enumerate(branch.marks)
+        ]
         for row in (0, -1):
             if branch.ends[row] is BranchEnd.PITCHFORK:
                 marks[row] = next((point for point in points.values() if _meets(point, branch, row)), None)
@@ -96,9 +96,8 @@ def _numbered(curve: Curve, unordered: list[Draft]) -> tuple[tuple[Branch, ...],
     return tuple(branches), tuple(points.values())
 
 
-def _order(draft: Draft) -> tuple[bool, bool]:
+def _order(branch: Branch) -> tuple[bool, bool]:
     """Symmetric branches first, and of two mirror images the one with the larger q."""
-    branch = draft.branch
     return branch.family is Family.ASYMMETRIC, float(branch.motions.q.min()) < 0.5 - SAME_SHARE
 
 
@@ -117,11 +116,11 @@ def _labels(curve: Curve, critical: list[CriticalPoint]) -> tuple[dict[int, str]
     return labels, order
 
 
-def _is_twin(other: CriticalPoint, event: Event, mirrored: int | None) -> bool:
-    """Whether an event is the mirror image of a critical point that was found on the branch `mirrored`."""
-    if mirrored is None or other.branch != mirrored + 1 or other.kind != event.kind or other.mirror is not None:
+def _is_twin(other: CriticalPoint, found: CriticalPoint, mirrored: int | None) -> bool:
+    """Whether a critical point is the mirror image of another that was found on the branch `mirrored`."""
+    if mirrored is None or other.branch != mirrored + 1 or other.kind != found.kind or other.mirror is not None:
         return False
-    value = event.point.sweep_value
+    value = found.point.sweep_value
     return abs(other.point.sweep_value - value) <= SAME_POINT * abs(value)
 
 
@@ -131,12 +130,12 @@ def _meets(point: CriticalPoint, branch: Branch, row: int) -> bool:
     return point.kind is CriticalKind.PITCHFORK and apart <= SAME_POINT * point.point.d
 
 
-def _mirrors(curve: Curve, ordered: list[Draft]) -> list[int | None]:
+def _mirrors(curve: Curve, ordered: list[Branch]) -> list[int | None]:
     """For each branch of a horizontal capsule, the earlier one whose mirror image it is."""
     mirrors: list[int | None] = [None] * len(ordered)
-    for i, draft in enumerate(ordered):
-        if curve.horizontal and draft.branch.family is Family.ASYMMETRIC:
-            earlier = (k for k in range(i) if mirrors[k] is None and _reflected(draft.branch, ordered[k].branch))
+    for i, branch in enumerate(ordered):
+        if curve.horizontal and branch.family is Family.ASYMMETRIC:
+            earlier = (k for k in range(i) if mirrors[k] is None and _reflected(branch, ordered[k]))
             mirrors[i] = next(earlier, None)
     return mirrors
 

@@ -27,12 +27,12 @@ from vireport.analysis.sweep import Held, Level, Sweep, level_terms
 from vireport.physics import (
     FUNCTION,
     GROUP_ERROR,
+    ROUNDED,
     UNIT,
     Device,
     Dielectric,
     Membrane,
     Rounded,
-    RoundedOps,
     Voltages,
     contact_cosine,
     conversion,
@@ -133,7 +133,7 @@ def _conversion_bounds(
     gains = Rounded(volts.bottom_v, bounds["bottom_v"]), Rounded(volts.top_v, bounds["top_v"])
     speeds = _speeds(around_length(device), design.motions, bounds)
     with np.errstate(all="ignore"):
-        exact = conversion(gains, speeds, membrane, dielectric, device.restitution, device.period_s, RoundedOps())
+        exact = conversion(gains, speeds, membrane, dielectric, device.restitution, device.period_s, ROUNDED)
         numbers = {field.name: getattr(exact, field.name) for field in fields(exact)}
         return _finite({name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()})
 
@@ -174,7 +174,7 @@ def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None
     delta_u, delta_phi = _distance(sweep.level, m, n) if given is None else given
     # Half a spacing is the rounding of a motion that was solved for beyond doubles, as at the ends of a sweep.
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
-    u, ops = Rounded(m.u, delta_u), RoundedOps()
+    u, ops = Rounded(m.u, delta_u), ROUNDED
     orbit = orbits_above(coefficients(u, r, n, ops), u, Rounded(m.phi_bottom, delta_phi), r, n, ops)
     trace = return_trace(orbit, r)
     top = wrapped(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top)
@@ -222,7 +222,7 @@ def _unless_lost(bound: Floats, stored: Floats) -> Floats:
 
 def _distance(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
     """How far, in q and in phase, the exact motion is from each row."""
-    ops, r, u = RoundedOps(), Rounded(m.restitution), Rounded(m.u)
+    ops, r, u = ROUNDED, Rounded(m.restitution), Rounded(m.u)
     known = level if level.horizontal else Level(level.held, Rounded(level.value, 2 * GROUP_ERROR * abs(level.value)))
     sine, cosine = ops.sin(Rounded(m.phi_bottom)), ops.cos(Rounded(m.phi_bottom))
     a, b, c = level_terms(known, coefficients(u, r, n, ops), u, r, n, ops)

@@ -17,7 +17,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.branches import Branch
+from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.critical import (
     CONDITIONS,
     POLISHED_NUMBERS,
@@ -240,49 +240,34 @@ def _with_inner_events(curve: Curve, pieces: list[Piece]) -> list[Piece]:
     return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Event:
-    """A critical point on a branch before it has a name: at which row, of what kind, and the polished motion."""
-
-    row: int
-    kind: CriticalKind
-    point: PolishedMotion
-    change: Change
+def branches_of(curve: Curve, samples: Samples) -> list[Branch]:
+    """The branches of a curve with the critical points on them, neither of them numbered yet."""
+    return [_branch(curve, piece) for piece in _pieces(curve, samples)]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Draft:
-    """A branch before it and its critical points are numbered."""
-
-    branch: Branch
-    events: tuple[Event, ...]
-
-
-def drafts(curve: Curve, samples: Samples) -> list[Draft]:
-    """The branches of a curve, with their events polished."""
-    return [_draft(curve, piece) for piece in _pieces(curve, samples)]
-
-
-def _draft(curve: Curve, piece: Piece) -> Draft:
+def _branch(curve: Curve, piece: Piece) -> Branch:
     found = {int(row): StrandEvent(piece.event[row]) for row in np.nonzero(piece.event >= 0)[0]}
     orbit = curve.on(piece.strand, piece.w)
-    events = [_event(curve, piece, row, event, orbit) for row, event in found.items() if not event.ends_sweep]
+    points = {row: _point(curve, piece, row, event, orbit) for row, event in found.items() if not event.ends_sweep}
     if at_rest := [row for row, event in found.items() if event.at_rest]:
         w, inner = piece.w.copy(), [1 if row == 0 else row - 1 for row in at_rest]
         w[at_rest] += INSET * (piece.w[inner] - piece.w[at_rest])
         orbit = curve.on(piece.strand, w)
     u, phi = np.array(orbit.u), np.array(orbit.phi)
     _polish_ends(curve, piece, u, phi)
-    for event in events:
-        if not event.change.at_rest:
-            u[event.row], phi[event.row] = event.point.u, event.point.phi
+    for row, critical in points.items():
+        if not critical.change.at_rest:
+            u[row], phi[row] = critical.point.u, critical.point.phi
     at_symmetry = _symmetric_ends(curve, piece, orbit)
     u[at_symmetry] = 0.0
     motions = motions_of(curve.sweep, curve.level, orbits(u, phi, curve.r, curve.n))
-    _pin(motions, curve, piece, events, at_symmetry)
-    family = Family.SYMMETRIC if curve.strands[piece.strand].symmetric else Family.ASYMMETRIC
+    _pin(motions, curve, piece, points, at_symmetry)
     ends = _why_ends(piece, 0, at_symmetry), _why_ends(piece, -1, at_symmetry)
-    return Draft(Branch(0, family, None, motions, (), ends), tuple(events))
+    return Branch(0, _family(curve, piece), None, motions, tuple(map(points.get, range(len(motions)))), ends)
+
+
+def _family(curve: Curve, piece: Piece) -> Family:
+    return Family.SYMMETRIC if curve.strands[piece.strand].symmetric else Family.ASYMMETRIC
 
 
 def _end_value(curve: Curve, event: StrandEvent | None) -> float | None:
@@ -309,21 +294,22 @@ def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
             u[row], phi[row] = place_at(curve.sweep, value, float(u[row]), float(phi[row]), symmetric, reach)
 
 
-def _event(curve: Curve, piece: Piece, row: int, event: StrandEvent, orbit: Orbits) -> Event:
-    """What happens at a row of a piece, whose motions are `orbit`."""
+def _point(curve: Curve, piece: Piece, row: int, event: StrandEvent, orbit: Orbits) -> CriticalPoint:
+    """The critical point at a row of a piece, whose motions are `orbit`."""
     try:
         point = _polished(curve, piece, event, orbit.select([row]))
     except (NumericalError, ArithmeticError):
         point = _bracketed(curve, piece, row)
-    symmetric = curve.strands[piece.strand].symmetric
+    family, kind, change = _family(curve, piece), event.kind, event.change
+    symmetric = family is Family.SYMMETRIC
     if event.at_rest:
         # Zero by the condition, not what the polish or the bracket leaves of it.
         own = "velocity_bottom" if event is StrandEvent.BOTTOM_REST else "velocity_top"
         still = dict.fromkeys(("velocity_bottom", "velocity_top") if symmetric else (own,), 0.0)
         point = replace(point, **still, bounds={**point.bounds, **still})
     elif event is StrandEvent.MEETING and symmetric and not _turns(curve, piece, row):
-        return Event(row, CriticalKind.PITCHFORK, point, Change.HANDOVER)
-    return Event(row, event.kind, point, event.change)
+        kind, change = CriticalKind.PITCHFORK, Change.HANDOVER
+    return CriticalPoint("", kind, family, point, None, 0, change)
 
 
 def _polished(curve: Curve, piece: Piece, event: StrandEvent, orbit: Orbits) -> PolishedMotion:
@@ -360,7 +346,9 @@ def _symmetric_ends(curve: Curve, piece: Piece, orbit: Orbits) -> list[int]:
     return [row for row in (0, -1) if abs(orbit.u[row]) < BEGINS_AT_SYMMETRY]
 
 
-def _pin(motions: Motions, curve: Curve, piece: Piece, events: list[Event], at_symmetry: list[int]) -> None:
+def _pin(
+    motions: Motions, curve: Curve, piece: Piece, points: dict[int, CriticalPoint], at_symmetry: list[int]
+) -> None:
     """Put into the rows of a branch what is known exactly there.
 
     Where an impact has no velocity, the trace stays that of `INSET` before it.
@@ -371,15 +359,15 @@ def _pin(motions: Motions, curve: Curve, piece: Piece, events: list[Event], at_s
         if end is not None:
             motions.sweep_value[row] = end
             motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
-    for event in events:
-        point, row = event.point, event.row
+    for row, critical in points.items():
+        point = critical.point
         motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
         motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + point.u, point.u, point.phi
         motions.velocity_bottom[row], motions.velocity_top[row] = point.velocity_bottom, point.velocity_top
         motions.phi_top[row] = point.phi_top
-        if event.kind is not CriticalKind.GRAZING:
-            motions.stability[row] = NODE if event.kind is CriticalKind.NODE_FOCUS else UNSTABLE
-        elif not event.change.at_rest:
+        if critical.kind is not CriticalKind.GRAZING:
+            motions.stability[row] = NODE if critical.kind is CriticalKind.NODE_FOCUS else UNSTABLE
+        elif not critical.change.at_rest:
             motions.wall_gap[row], motions.admissible[row] = 0.0, False
     motions.stability[at_symmetry] = UNSTABLE
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)

@@ -1,7 +1,7 @@
 """What a study comes to: requirements, alerts and the verdict."""
 
-from vireport.gate.alerts import Alert, Evidence, alerts, longest_contact
-from vireport.gate.requirements import MARGINS, Criterion, Question, assess, unmet
+from vireport.gate.alerts import Alert, alerts, longest_contact
+from vireport.gate.requirements import MARGINS, Criterion, Evidence, Question, assess, unmet
 from vireport.gate.verdict import SWEEP_END, Fact, Status, Verdict, mirror_images, range_text, verdict_of
 
 __all__ = [

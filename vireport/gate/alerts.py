@@ -7,32 +7,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vireport.alerts import CATALOGUE, AlertCode, Severity
 from vireport.analysis import (
     Family,
     Solution,
     contact_share,
-    impact_velocities,
     input_error,
     mass_elasticity,
     restitution_effect,
     undecided,
 )
-from vireport.gate.requirements import Criterion, Question
+from vireport.gate.requirements import Evidence, Question
 from vireport.physics import Fitting
 from vireport.scenario import DesignInput, Parameter
-
-if TYPE_CHECKING:
-    from vireport.sequences import Atlas
-    from vireport.trust import Compliance, CrossCheck
-
-Floats = NDArray[np.float64]
 
 NEAR_CRITICAL = 0.02
 """Share of the design value within which a critical point is near: what masses and lengths are commonly made to. The
@@ -94,34 +85,6 @@ class Alert:
     def to_dict(self) -> dict[str, str]:
         """The alert as results.json has it."""
         return asdict(self)
-
-
-@dataclass(frozen=True, eq=False)
-class Evidence:
-    """The results that alerts are found in."""
-
-    solution: Solution
-    crosscheck: CrossCheck | None = None
-    compliance: Compliance | None = None
-    atlas: Atlas | None = None
-    criteria: tuple[Criterion, ...] = ()
-
-    @cached_property
-    def impacts(self) -> tuple[Floats, Floats, Floats]:
-        """Velocities at the bottom and at the top [m/s] and frequencies [Hz] of the stable motions.
-
-        At the design point where there is one, else along the sweep; empty where no motion is stable.
-        """
-        solution = self.solution
-        groups = [branch.motions for branch in solution.branches]
-        columns = [(np.empty(0),) * 3]
-        for motions in groups if solution.design is None else [solution.design.motions]:
-            stable = motions.stable
-            bottom, top = impact_velocities(solution.device, solution.parameter, motions)
-            frequency = solution.device.at(solution.parameter, motions.sweep_value)[Parameter.FREQUENCY]
-            columns.append((bottom[stable], top[stable], np.broadcast_to(frequency, len(stable))[stable]))
-        bottom, top, frequency = (np.concatenate(column) for column in zip(*columns, strict=True))
-        return bottom, top, frequency
 
 
 Cause = Callable[[Evidence], str | None]

@@ -8,7 +8,7 @@ doubt and what cannot be evaluated is not met, and says why.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum, StrEnum
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, cast
@@ -29,13 +29,13 @@ from vireport.analysis import (
     stable_ranges,
 )
 from vireport.errors import NumericalError
-from vireport.physics import UNIT, Conversion, Dielectric, Membrane, Voltages, deflection, generated_voltage, voltages
+from vireport.physics import UNIT, Dielectric, Membrane, Voltages, deflection, generated_voltage, voltages
 from vireport.scenario import Loaded, Parameter, Requirements
 
 if TYPE_CHECKING:
     from vireport.sequences import Atlas, Family, Motion
     from vireport.tolerances import Tolerances
-    from vireport.trust import CrossCheck
+    from vireport.trust import Compliance, CrossCheck
 
 Floats = NDArray[np.float64]
 
@@ -186,14 +186,19 @@ class Criterion:
 
 
 @dataclass(frozen=True, eq=False)
-class Results:
-    """What requirements are judged by."""
+class Evidence:
+    """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
+
+    `criteria` are the requirements that were judged already, `required` those that are being judged.
+    """
 
     solution: Solution
-    required: Requirements
-    crosscheck: CrossCheck | None
-    tolerances: Tolerances | None
-    atlas: Atlas | None
+    crosscheck: CrossCheck | None = None
+    compliance: Compliance | None = None
+    tolerances: Tolerances | None = None
+    atlas: Atlas | None = None
+    criteria: tuple[Criterion, ...] = ()
+    required: Requirements = field(default_factory=Requirements)
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:
@@ -233,6 +238,23 @@ class Results:
             raise NumericalError("there is no stable 1:1 motion at the design point")
         return design
 
+    @cached_property
+    def impacts(self) -> tuple[Floats, Floats, Floats]:
+        """Velocities at the bottom and at the top [m/s] and frequencies [Hz] of the stable motions.
+
+        At the design point where there is one, else along the sweep; empty where no motion is stable.
+        """
+        solution = self.solution
+        groups = [branch.motions for branch in solution.branches]
+        columns = [(np.empty(0),) * 3]
+        for motions in groups if solution.design is None else [solution.design.motions]:
+            stable = motions.stable
+            bottom, top = impact_velocities(solution.device, solution.parameter, motions)
+            frequency = solution.device.at(solution.parameter, motions.sweep_value)[Parameter.FREQUENCY]
+            columns.append((bottom[stable], top[stable], np.broadcast_to(frequency, len(stable))[stable]))
+        bottom, top, frequency = (np.concatenate(column) for column in zip(*columns, strict=True))
+        return bottom, top, frequency
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Requirement:
@@ -257,9 +279,9 @@ class Requirement:
     question: Question
     kind: LimitKind
     unit: str | None
-    judge: Callable[[Results, Limit], Outcome]
+    judge: Callable[[Evidence, Limit], Outcome]
 
-    def limit(self, results: Results) -> Limit | None:
+    def limit(self, results: Evidence) -> Limit | None:
         """What the scenario requires; None where it does not."""
         if self.kind is LimitKind.WORDS:
             allowed = results.required.allowed
@@ -274,18 +296,12 @@ class Requirement:
         )
 
 
-def assess(
-    loaded: Loaded,
-    solution: Solution,
-    crosscheck: CrossCheck | None,
-    tolerances: Tolerances | None = None,
-    atlas: Atlas | None = None,
-) -> tuple[Criterion, ...]:
+def assess(loaded: Loaded, evidence: Evidence) -> tuple[Criterion, ...]:
     """Hold results against what their scenario requires; () where that is nothing."""
     required = loaded.scenario.requirements
     if required is None:
         return ()
-    results = Results(solution, required, crosscheck, tolerances, atlas)
+    results = replace(evidence, required=required)
     criteria = []
     for requirement in REQUIREMENTS:
         limit = requirement.limit(results)
@@ -298,7 +314,7 @@ def assess(
     return tuple(criteria)
 
 
-def _outcome(results: Results, requirement: Requirement, limit: Limit) -> Outcome:
+def _outcome(results: Evidence, requirement: Requirement, limit: Limit) -> Outcome:
     """Judge a requirement; one that cannot be judged, or rests on a solution in doubt, is not met."""
     try:
         outcome = requirement.judge(results, limit)
@@ -341,13 +357,13 @@ def _unit(parameter: Parameter) -> str:
     return "deg" if parameter is Parameter.INCLINATION else parameter.unit
 
 
-def _swept(results: Results) -> BifurcationDiagram:
+def _swept(results: Evidence) -> BifurcationDiagram:
     if results.solution.diagram is None:
         raise NumericalError("there is no sweep")
     return results.solution.diagram
 
 
-def _stable_over_inclinations(results: Results, limit: Limit) -> Outcome:
+def _stable_over_inclinations(results: Evidence, limit: Limit) -> Outcome:
     """Judged by the scenario's own sweep where that is of the inclination and goes as far, else by another."""
     diagram, (low, high) = results.solution.diagram, limit.numbers
     if diagram is not None and diagram.sweep.parameter is Parameter.INCLINATION:
@@ -392,7 +408,7 @@ def _beyond(
             yield beyond, value, "" if beyond > ROUNDING * abs(value) else "end of what is known"
 
 
-def _margin(results: Results, limit: Limit, kinds: tuple[CriticalKind, ...]) -> Outcome:
+def _margin(results: Evidence, limit: Limit, kinds: tuple[CriticalKind, ...]) -> Outcome:
     """Distance of the nearest end of stable motion, of some kinds, in whichever input; without one it is met."""
     design, device = results.design, results.solution.device
     if design.unresolved:
@@ -407,22 +423,22 @@ def _margin(results: Results, limit: Limit, kinds: tuple[CriticalKind, ...]) -> 
     return held(100 * relative, limit, remark, 100 * bound)
 
 
-def _at_design(
-    results: Results, limit: Limit, of: Callable[[DesignPoint], Floats], bounded_by: tuple[str, ...], scale: float = 1.0
-) -> Outcome:
+def _at_design(results: Evidence, limit: Limit, columns: tuple[str, ...], scale: float = 1.0) -> Outcome:
     """Hold the worst of the stable motions at the design point against a limit.
 
-    `bounded_by` are the columns whose error bounds add up to that of the number, `scale` what both are multiplied by.
+    What is held is a column of `Voltages` or `Conversion` times `scale`, or the distance of two, whose errors add up.
     """
-    stable, bounds = results.design.motions.stable, cast(dict[str, Floats], results.solution.bounds.design)
-    values = scale * of(results.design)[stable]
+    design, bounds = results.design, cast(dict[str, Floats], results.solution.bounds.design)
+    holder = design.conversion if hasattr(design.conversion, columns[0]) else design.voltages
+    stable, (first, *second) = design.motions.stable, (getattr(holder, name) for name in columns)
+    values = scale * (np.abs(first - second[0]) if second else first)[stable]
     least = limit.kind is LimitKind.AT_LEAST
     which = (f"the {'least' if least else 'largest'} of {len(values)} stable motions",) if len(values) > 1 else ()
-    bound = scale * sum(float(bounds[name][stable].max()) for name in bounded_by)
+    bound = scale * sum(float(bounds[name][stable].max()) for name in columns)
     return held(float(values.min() if least else values.max()), limit, which, bound)
 
 
-def _words(results: Results, limit: Limit) -> Outcome:
+def _words(results: Evidence, limit: Limit) -> Outcome:
     """Every stable motion that is known at the design point is an allowed one, in whatever number of periods."""
     from vireport.sequences import Sequence as Impacts
 
@@ -439,15 +455,15 @@ def _words(results: Results, limit: Limit) -> Outcome:
 
 
 def _by_impacts(
-    results: Results,
+    results: Evidence,
     limit: Limit,
-    one_to_one: Callable[[Results, Limit], Outcome],
+    columns: tuple[str, ...],
     of: Callable[[Floats, Membrane], Floats],
     over: Callable[[Floats], float],
 ) -> Outcome:
-    """As for the 1:1 motion; where other motions are allowed, the worst of those that are stable, by their impacts."""
+    """As for the 1:1 motion; where others are allowed, the worst of those that are stable, by their impacts."""
     if results.only_one_to_one:
-        return one_to_one(results, limit)
+        return _at_design(results, limit, columns)
     solution, design = results.solution, cast(DesignPoint, results.solution.design)
     unit = float(solution.device.velocity_unit(design.parameter, design.value))
     each = [of(unit * motion.velocity, cast(Membrane, solution.membrane)) for _, motion in results.stable]
@@ -457,28 +473,20 @@ def _by_impacts(
     return held(value, limit, remark, FOLLOWED_ERROR * max(float(own.max()) for own in each))
 
 
-def _volts(design: DesignPoint) -> Voltages:
-    return cast(Voltages, design.voltages)
-
-
-def _converted(design: DesignPoint) -> Conversion:
-    return cast(Conversion, design.conversion)
-
-
-def _field(results: Results, limit: Limit) -> Outcome:
+def _field(results: Evidence, limit: Limit) -> Outcome:
     """Judged over the breakdown field."""
     dielectric = cast(Dielectric, cast(Membrane, results.solution.membrane).dielectric)
     percent = 100 / dielectric.breakdown_field_v_m
-    return _at_design(results, limit, lambda x: _converted(x).field_v_m, ("field_v_m",), percent)
+    return _at_design(results, limit, ("field_v_m",), percent)
 
 
-def _shaker(results: Results, limit: Limit, name: str, error: float = SHAKER_ERROR) -> Outcome:
+def _shaker(results: Evidence, limit: Limit, name: str, error: float = SHAKER_ERROR) -> Outcome:
     """What the shaker must do, by its name in `physics.Shaker`, and the relative error of that."""
     value = getattr(results.solution.shaker, name)
     return held(value, limit, bound=error * value)
 
 
-def _u_ave_difference(results: Results, limit: Limit) -> Outcome:
+def _u_ave_difference(results: Evidence, limit: Limit) -> Outcome:
     """Largest less least U_ave of the stable motions over the range that is required, or over all stable ranges."""
     solution, required, diagram = results.solution, results.required, _swept(results)
     low, high, samples = -np.inf, np.inf, [np.empty(0)]
@@ -531,7 +539,7 @@ def with_peaks(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     )
 
 
-def _yield(results: Results, limit: Limit) -> Outcome:
+def _yield(results: Evidence, limit: Limit) -> Outcome:
     """The share of the devices within the tolerances that work; known exactly only where it is proved to be all."""
     found = results.tolerances
     if found is None:
@@ -544,7 +552,7 @@ def _yield(results: Results, limit: Limit) -> Outcome:
     return held(share, limit, counted, share - 100 * sampled.low)
 
 
-def _agreement(results: Results, limit: Limit) -> Outcome:
+def _agreement(results: Evidence, limit: Limit) -> Outcome:
     check = results.crosscheck
     if check is None:
         raise NumericalError("there is no simulation")
@@ -565,27 +573,10 @@ MARGINS = {
 AT_LEAST, AT_MOST, RANGE, AGREEMENT, WORDS = LimitKind
 _, MOTION, WHERE, MARGIN, TOLERANCES, _, VOLTAGE, SHAKER, _, SIMULATED = Question
 
-U_AVE = partial(
-    _by_impacts,
-    one_to_one=partial(_at_design, of=lambda x: _volts(x).average_v, bounded_by=("average_v",)),
-    of=generated_voltage,
-    over=np.mean,
-)
-END_DIFFERENCE = partial(
-    _by_impacts,
-    one_to_one=partial(
-        _at_design, of=lambda x: np.abs(_volts(x).bottom_v - _volts(x).top_v), bounded_by=("bottom_v", "top_v")
-    ),
-    of=generated_voltage,
-    over=np.ptp,
-)
-DEFLECTION = partial(
-    _by_impacts,
-    one_to_one=partial(_at_design, of=lambda x: _volts(x).deflection_m, bounded_by=("deflection_m",)),
-    of=deflection,
-    over=np.max,
-)
-POWER = partial(_at_design, of=lambda x: _converted(x).power_mw, bounded_by=("power_mw",))
+U_AVE = partial(_by_impacts, columns=("average_v",), of=generated_voltage, over=np.mean)
+END_DIFFERENCE = partial(_by_impacts, columns=("bottom_v", "top_v"), of=generated_voltage, over=np.ptp)
+DEFLECTION = partial(_by_impacts, columns=("deflection_m",), of=deflection, over=np.max)
+POWER = partial(_at_design, columns=("power_mw",))
 ACCELERATION, STROKE = (partial(_shaker, name=name) for name in ("acceleration_g", "stroke_m"))
 FORCE = partial(_shaker, name="force_n", error=0.0)  # as it is given
 

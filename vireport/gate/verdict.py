@@ -13,14 +13,14 @@ import numpy as np
 
 from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval, Sweep
 from vireport.gate.alerts import MOST_MOTIONS, NEAR_CRITICAL
-from vireport.gate.requirements import Criterion, Question, unmet
+from vireport.gate.requirements import Criterion, Evidence, Question, unmet
 from vireport.scenario import DesignInput, Parameter
 from vireport.text import capital, percent, quantity, significant
 
 if TYPE_CHECKING:
     from vireport.sequences import Atlas, Sequence
     from vireport.tolerances import Tolerances
-    from vireport.trust import Compliance, CrossCheck, Grade, MotionCount
+    from vireport.trust import CrossCheck, Grade, MotionCount
 
 OUTSIDE = "outside the membrane model"
 
@@ -78,16 +78,11 @@ def range_text(part: StableInterval) -> str:
     return f"{parameter.show(part.start)} {low} {parameter.symbol} {high} {parameter.show(part.end)}"
 
 
-def verdict_of(
-    solution: Solution,
-    crosscheck: CrossCheck | None,
-    compliance: Compliance | None,
-    tolerances: Tolerances | None,
-    atlas: Atlas | None,
-    criteria: tuple[Criterion, ...],
-) -> Verdict:
+def verdict_of(evidence: Evidence) -> Verdict:
     """Judge what was found out about a scenario; without criteria nothing is required."""
-    instead = _instead(solution, atlas)
+    solution, crosscheck, tolerances = evidence.solution, evidence.crosscheck, evidence.tolerances
+    compliance, criteria = evidence.compliance, evidence.criteria
+    instead = _instead(solution, evidence.atlas)
     motion = _motion(solution, instead)
     stable = motion.status is Status.GOOD
     design = solution.design if stable else None

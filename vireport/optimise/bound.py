@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from vireport.analysis import Orbits, orbits, return_trace
 from vireport.optimise.cells import DISPLACED, RINGS
 from vireport.optimise.problem import DEFLECTION, FIELD, SHAKER, Problem, of_impacts
-from vireport.physics import Affine, AffineOps, between
+from vireport.physics import AFFINE, Affine, between
 from vireport.scenario import DesignInput, DesignPath, Objective, Parameter
 
 Floats = NDArray[np.float64]
@@ -132,7 +132,7 @@ def _drawn(picture: Picture, start: Floats, end: Floats, r: float, n: int, last:
     restitution = between(np.full(size, r), np.full(size, r), 0, SYMBOLS)
     times, phases = (between(start[i], end[i], i, SYMBOLS) for i in (0, 1))
     with np.errstate(all="ignore"):  # what is not finite leaves out nothing
-        orbit = orbits(times, phases, restitution, n, AffineOps())
+        orbit = orbits(times, phases, restitution, n, AFFINE)
         lower, upper = (
             np.stack([np.log(np.maximum(d, 0)), gbar])
             for d, gbar in ((orbit.d.lower, orbit.gbar.lower), (orbit.d.upper, orbit.gbar.upper))
@@ -173,7 +173,7 @@ def _may_be_stable(orbit: Orbits, r: Affine) -> Mask:
 
 def _may_stay_between(orbit: Orbits, r: Affine, n: int) -> Mask:
     """Whether the ball may be between the membranes at some times of its flights."""
-    ops, inside = AffineOps(), np.ones(len(orbit.d.centre), dtype=bool)
+    ops, inside = AFFINE, np.ones(len(orbit.d.centre), dtype=bool)
     for way in orbit.flights(r):
         for k in range(SAMPLES * n):
             time = way.duration * ((k + 0.5) / (SAMPLES * n))

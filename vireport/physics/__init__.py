@@ -1,7 +1,7 @@
 """What analysis and simulation share: the device and its units, flight and impact law, membranes, kinds of numbers."""
 
 from vireport.physics import flight
-from vireport.physics.affine import AFFINE_ROUNDING, Affine, AffineOps, between
+from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine, between
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
 from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device, Shaker
 from vireport.physics.energy import (
@@ -23,15 +23,16 @@ from vireport.physics.numbers import (
     DIGITS,
     FLOATS,
     FUNCTION,
+    ROUNDED,
     UNIT,
     DecimalOps,
     Rounded,
-    RoundedOps,
     magnitude,
     wrapped,
 )
 
 __all__ = [
+    "AFFINE",
     "AFFINE_ROUNDING",
     "ARRAYS",
     "COMPLEX",
@@ -42,10 +43,10 @@ __all__ = [
     "FUNCTION",
     "GROUP_ERROR",
     "NO_GRAVITY",
+    "ROUNDED",
     "SMALLEST_RESTITUTION",
     "UNIT",
     "Affine",
-    "AffineOps",
     "Conversion",
     "DecimalOps",
     "Device",
@@ -53,7 +54,6 @@ __all__ = [
     "Fitting",
     "Membrane",
     "Rounded",
-    "RoundedOps",
     "Shaker",
     "Voltages",
     "between",

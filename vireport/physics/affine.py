@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.physics.numbers import MethodOps
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
@@ -122,11 +124,11 @@ class Affine:
             1 / size,
         )
 
-    def sine(self) -> Affine:
+    def sin(self) -> Affine:
         """Sine."""
         return self._wave(np.sin(self.centre), np.cos(self.centre))
 
-    def cosine(self) -> Affine:
+    def cos(self) -> Affine:
         """Cosine."""
         return self._wave(np.cos(self.centre), -np.sin(self.centre))
 
@@ -166,22 +168,5 @@ def between(low: Floats, high: Floats, symbol: int, symbols: int) -> Affine:
     return _rounded((low + high) / 2, linear, np.zeros(len(low)), np.abs(low) + np.abs(high))
 
 
-class AffineOps:
-    """Functions of affine numbers, see `vireport.physics.numbers`."""
-
-    pi = Affine(np.full(1, np.pi), np.zeros((1, 1)), np.full(1, 1.3e-16))
-
-    @staticmethod
-    def sin(x: Affine) -> Affine:
-        """Sine."""
-        return x.sine()
-
-    @staticmethod
-    def cos(x: Affine) -> Affine:
-        """Cosine."""
-        return x.cosine()
-
-    @staticmethod
-    def sinc(x: Affine) -> Affine:
-        """sin(pi x)/(pi x)."""
-        return x.sinc()
+AFFINE = MethodOps(Affine(np.full(1, np.pi), np.zeros((1, 1)), np.full(1, 1.3e-16)))
+"""Functions of affine numbers, see `vireport.physics.numbers`."""

@@ -3,7 +3,7 @@
 A formula takes its numbers and, as `ops`, what provides `pi`, `sin` and `cos` for their kind; the crossing from and to
 SI units in `device` also takes `exact` (a double as such a number), `sqrt`, `sin_degrees` and `arcsin_degrees` from it.
 Three kinds are here: doubles, decimals as long as a critical point needs them, and doubles that carry a bound of their
-rounding error. A fourth, balls, is in `vireport.proofs`, because it needs a package.
+rounding error. Affine numbers are in `affine`; balls are in `vireport.proofs`, because they need a package.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import cmath
 import math
 from decimal import Decimal, getcontext
 from functools import lru_cache
+from operator import methodcaller
 from types import ModuleType
 from typing import Any
 
@@ -231,40 +232,53 @@ class Rounded:
     __radd__ = __add__
     __rmul__ = __mul__
 
+    def sin(self) -> Rounded:
+        """Sine."""
+        value = np.sin(self.value)
+        return Rounded(value, _moved(np.cos(self.value), self.error) + FUNCTION * np.abs(value))
+
+    def cos(self) -> Rounded:
+        """Cosine."""
+        value = np.cos(self.value)
+        return Rounded(value, _moved(np.sin(self.value), self.error) + FUNCTION * np.abs(value))
+
+    def sinc(self) -> Rounded:
+        """sin(pi x)/(pi x), the slope of which is below 1.4."""
+        return Rounded(np.sinc(self.value), 1.4 * self.error + 2 * FUNCTION * (1 + np.abs(self.value)))
+
+    def maximum(self, other: Rounded) -> Rounded:
+        """The larger of two, which no error moves by more than the larger error."""
+        return Rounded(np.maximum(self.value, other.value), np.maximum(self.error, other.error))
+
 
 def _rounded(x: Any) -> Rounded:
     return x if isinstance(x, Rounded) else Rounded(x)
 
 
-class RoundedOps:
-    """Functions of doubles that carry their error."""
-
-    pi = Rounded(np.pi, 1.3e-16)
-
-    @staticmethod
-    def sin(x: Rounded) -> Rounded:
-        """Sine."""
-        value = np.sin(x.value)
-        return Rounded(value, _moved(np.cos(x.value), x.error) + FUNCTION * np.abs(value))
-
-    @staticmethod
-    def cos(x: Rounded) -> Rounded:
-        """Cosine."""
-        value = np.cos(x.value)
-        return Rounded(value, _moved(np.sin(x.value), x.error) + FUNCTION * np.abs(value))
-
-    @staticmethod
-    def sinc(x: Rounded) -> Rounded:
-        """sin(pi x)/(pi x), the slope of which is below 1.4."""
-        value = np.sinc(x.value)
-        return Rounded(value, 1.4 * x.error + 2 * FUNCTION * (1 + np.abs(x.value)))
-
-    @staticmethod
-    def maximum(x: Rounded, y: Rounded) -> Rounded:
-        """The larger of two, which no error moves by more than the larger error."""
-        return Rounded(np.maximum(x.value, y.value), np.maximum(x.error, y.error))
-
-
 def _moved(slope: Any, error: Any) -> Any:
     """How far a sine or cosine moves with its argument."""
     return np.minimum(np.abs(slope) * error + error * error / 2, 2.0)
+
+
+class MethodOps:
+    """Functions of a kind of number that has them as its own methods, such as `Rounded`.
+
+    Parameters
+    ----------
+    pi : object
+        As such a number.
+    """
+
+    sin, cos, sinc = methodcaller("sin"), methodcaller("cos"), methodcaller("sinc")
+
+    def __init__(self, pi: Any) -> None:
+        self.pi = pi
+
+    @staticmethod
+    def maximum(x: Any, y: Any) -> Any:
+        """The larger of two."""
+        return x.maximum(y)
+
+
+ROUNDED = MethodOps(Rounded(np.pi, 1.3e-16))
+"""Functions of doubles that carry their error."""

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
+from operator import methodcaller
 from typing import Any
 
 from vireport.errors import NumericalError, installing
@@ -52,7 +53,12 @@ class UnprovedError(Exception):
 
 
 class BallOps:
-    """Functions of balls and, `sin` and `cos`, of their power series; see `vireport.physics.numbers`."""
+    """Functions of balls and, `sin` and `cos`, of their power series; see `vireport.physics.numbers`.
+
+    A square root is not finite where a number in the ball has none.
+    """
+
+    sin, cos, sqrt = methodcaller("sin"), methodcaller("cos"), methodcaller("sqrt")
 
     @property
     def pi(self) -> Ball:
@@ -63,21 +69,6 @@ class BallOps:
     def exact(x: Any) -> Ball:
         """A double as the ball of radius 0, or a ball as it is."""
         return arb(x)
-
-    @staticmethod
-    def sin(x: Any) -> Any:
-        """Sine."""
-        return x.sin()
-
-    @staticmethod
-    def cos(x: Any) -> Any:
-        """Cosine."""
-        return x.cos()
-
-    @staticmethod
-    def sqrt(x: Ball) -> Ball:
-        """Square root; not finite where a number in the ball has none."""
-        return x.sqrt()
 
     @staticmethod
     def sin_degrees(angle: Ball) -> Ball:

@@ -22,7 +22,7 @@ from vireport.errors import Mistake, ScenarioError, UsageError
 from vireport.scenario.blocks import AxisPath, Map, MapFile, Scenario
 from vireport.scenario.document import LARGEST_FILE, Document, is_within, join, read
 from vireport.scenario.overrides import apply, as_texts
-from vireport.scenario.rules import Finding, Kind, axes_of, axis_path, check, is_number
+from vireport.scenario.rules import AXES, Finding, Kind, check, is_number, path_of, rows_of
 from vireport.text import visible
 
 MOST_NAMES = 1_000  # files of a folder that are compared with the name of a missing one
@@ -215,8 +215,8 @@ def _validated(document: Document, model: type[Model], stands_for: Mapping[str, 
 def _with_a_value_of_each_axis(data: Any) -> tuple[dict[str, Any], dict[str, str]]:
     """The tree of a map file with a value of every parameter that varies, and the axis that each is taken from."""
     filled, stands_for = deepcopy(data), {}
-    for k, axis in enumerate(axes_of(data)):
-        path = axis_path(axis)
+    for k, axis in enumerate(rows_of(data, *AXES)):
+        path = path_of(axis, AxisPath)
         if path is None:
             continue
         parent, _, key = path.rpartition(".")

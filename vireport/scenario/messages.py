@@ -11,10 +11,10 @@ from typing import Any
 
 from vireport.errors import Mistake
 from vireport.scenario import hints
-from vireport.scenario.blocks import UNIT_OF_SWEPT, Scenario
+from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario
 from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import Parameter
-from vireport.scenario.rules import Finding, Kind, axes_of, design_path, swept, varied_of
+from vireport.scenario.rules import AXES, VARIED, Finding, Kind, path_of, rows_of, swept
 from vireport.scenario.schema import keys
 from vireport.text import visible
 
@@ -81,9 +81,9 @@ class _Wording:
             parameter = swept(self.document)
             return key if parameter is None else self.keys[parameter.path]
         steps = path.split(".")
-        rows = {"map.axes": axes_of, "design.vary": varied_of}.get(".".join(steps[:2]))
-        if rows is not None and steps[3:4] in (["from"], ["to"], ["values"]) and "array" not in _kinds(key):
-            varied = design_path(rows(self.document.data)[int(steps[2])])
+        place = tuple(steps[:2])
+        if place in (AXES, VARIED) and steps[3:4] in (["from"], ["to"], ["values"]) and "array" not in _kinds(key):
+            varied = path_of(rows_of(self.document.data, steps[0], steps[1])[int(steps[2])], DesignPath)
             return key if varied is None else self.keys[varied.value]
         return key
 

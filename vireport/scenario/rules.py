@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Iterator
 from collections.abc import Set as AbstractSet
 from enum import Enum, auto
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from vireport.scenario.blocks import (
     AxisPath,
@@ -35,6 +35,8 @@ STIFFEST = 1e12
 MOST_CELLS = 10**11
 
 MEMBRANE = "device.membrane."
+
+InputPath = TypeVar("InputPath", AxisPath, DesignPath)
 
 LARGER = {DesignPath.BALL_MASS: DesignPath.CAPSULE_MASS, DesignPath.BALL_RADIUS: DesignPath.ACTIVE_RADIUS}
 """What an input must be below."""
@@ -132,25 +134,20 @@ def swept(document: Document) -> Parameter | None:
     return next((parameter for parameter in Parameter if parameter == named), None)
 
 
-def axes_of(data: Any) -> list[Any]:
-    """The axes of a map file, as they were read."""
-    block = data.get("map")
-    axes = block.get("axes") if isinstance(block, dict) else None
-    return axes if isinstance(axes, list) else []
+def rows_of(data: Any, block: str, key: str) -> list[Any]:
+    """The axes of a map file, or what may vary in a design, as they were read."""
+    rows = data[block].get(key) if isinstance(data.get(block), dict) else None
+    return rows if isinstance(rows, list) else []
 
 
-def axis_path(axis: object) -> AxisPath | None:
-    """What an axis of a map varies; None where that cannot be known."""
-    return next((path for path in AxisPath if path == _named(axis)), None)
+AXES, VARIED = ("map", "axes"), ("design", "vary")
+"""Where such rows are."""
 
 
-def design_path(varied: object) -> DesignPath | None:
-    """Which input of a design varies; None where that cannot be known."""
-    return next((path for path in DesignPath if path == _named(varied)), None)
-
-
-def _named(row: object) -> Any:
-    return row.get("path") if isinstance(row, dict) else None
+def path_of(row: object, paths: type[InputPath]) -> InputPath | None:
+    """What an axis of a map, or an input of a design, varies; None where that cannot be known."""
+    named = row.get("path") if isinstance(row, dict) else None
+    return next((path for path in paths if path == named), None)
 
 
 def is_number(value: Any) -> bool:
@@ -192,7 +189,7 @@ def _required(tree: _Tree) -> Iterator[Finding]:
 
 
 def _required_in_map(tree: _Tree) -> Iterator[Finding]:
-    varied = [axis_path(axis) for axis in axes_of(tree.data)]
+    varied = [path_of(axis, AxisPath) for axis in rows_of(tree.data, *AXES)]
     slips = None in varied or len(set(varied)) < len(varied) or not tree.wrong.isdisjoint(("map", "map.axes"))
     if varied and not slips:  # else it is not known what varies, so neither is what is required
         yield from _not_given(tree, set(varied))
@@ -327,8 +324,8 @@ def _at_design(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
 
 def _design(tree: _Tree) -> Iterator[Finding]:
     """The best design is looked for among values that each input can have, by what the scenario evaluates."""
-    rows = varied_of(tree.data)
-    paths = [design_path(row) for row in rows]
+    rows = rows_of(tree.data, *VARIED)
+    paths = [path_of(row, DesignPath) for row in rows]
     for k, (row, path) in enumerate(zip(rows, paths, strict=True)):
         here = f"design.vary.{k}"
         if path is None or not isinstance(row, dict):
@@ -380,13 +377,6 @@ def default_of(path: str) -> float | None:
     return getattr(Membrane(), path.removeprefix(MEMBRANE)) if path.startswith(MEMBRANE) else None
 
 
-def varied_of(data: Any) -> list[Any]:
-    """What may vary in a design, as it was read."""
-    block = data.get("design")
-    rows = block.get("vary") if isinstance(block, dict) else None
-    return rows if isinstance(rows, list) else []
-
-
 def _ranges(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
     """Ranges that are required have two ends, and lie within the sweep."""
     for first, last in RANGES:
@@ -428,8 +418,8 @@ def _axes(tree: _Tree) -> Iterator[Finding]:
     """The axes of a map: what each needs, and that no two vary the same parameter."""
     sampling = _sampling(tree)
     first_axis: dict[AxisPath, int] = {}
-    for k, axis in enumerate(axes_of(tree.data)):
-        here, path = f"map.axes.{k}", axis_path(axis)
+    for k, axis in enumerate(rows_of(tree.data, *AXES)):
+        here, path = f"map.axes.{k}", path_of(axis, AxisPath)
         if not isinstance(axis, dict):
             continue
         if path is not None and first_axis.setdefault(path, k) != k:
@@ -483,7 +473,7 @@ def _sampling(tree: _Tree) -> object:
 def _cells(tree: _Tree) -> Iterator[Finding]:
     """The number of cells: it follows from the axes, or it must be given."""
     sampling, samples = _sampling(tree), tree.at("map.samples")
-    axes = [axis for axis in axes_of(tree.data) if isinstance(axis, dict)]
+    axes = [axis for axis in rows_of(tree.data, *AXES) if isinstance(axis, dict)]
     lengths = [len(axis["values"]) if isinstance(axis.get("values"), list) else axis.get("count") for axis in axes]
     if sampling in (Sampling.GRID, Sampling.LIST):
         if samples is not None:

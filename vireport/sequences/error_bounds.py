@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import Level
-from vireport.physics import GROUP_ERROR, Rounded, RoundedOps
+from vireport.physics import GROUP_ERROR, ROUNDED, Rounded
 from vireport.sequences.continuation import Curve
 from vireport.sequences.equations import Model, residuals
 
@@ -37,7 +37,7 @@ def error_bounds(curve: Curve, x: Floats) -> Floats:
     if not level.horizontal:
         level = Level(level.held, Rounded(level.value, 2 * GROUP_ERROR * abs(level.value)))
     known = Model(level, Rounded(curve.model.r))
-    left = residuals(sequence, [Rounded(column) for column in x.T], known, RoundedOps())
+    left = residuals(sequence, [Rounded(column) for column in x.T], known, ROUNDED)
     most = np.stack([np.abs(value.value) + value.error for value in left], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         u, sizes, v = np.linalg.svd(np.stack([curve.linearised(row)[1] for row in x]), full_matrices=False)

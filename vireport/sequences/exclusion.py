@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import Held
-from vireport.physics import Affine, AffineOps, between, flight
+from vireport.physics import AFFINE, Affine, between, flight
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import Sequence
 from vireport.sequences.surface import (
@@ -205,7 +205,7 @@ class Exclusion:
         # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
         for first in range(min(len(corner), 2) if sequence.one_sided else 1):
             boxes = _boxes(corner[:, rows], side[rows])
-            x = solution(sequence, boxes, self.model.r, AffineOps, period[rows], first=first)
+            x = solution(sequence, boxes, self.model.r, AFFINE, period[rows], first=first)
             solved = self._solved(x)
             rows, x = rows[solved], x.at(solved)
         possible, small = np.zeros(len(period), dtype=bool), np.flatnonzero(side[rows] <= WALLS)
@@ -274,7 +274,7 @@ def _boxes(corner: Floats, side: Floats) -> list[Affine]:
 
 def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:
     """Sine and cosine of the forcing phase at a time, with the solution's factor, by those at time zero."""
-    s, c = AffineOps.sin(t * np.pi), AffineOps.cos(t * np.pi)
+    s, c = AFFINE.sin(t * np.pi), AFFINE.cos(t * np.pi)
     return sine * c + cosine * s, cosine * c - sine * s
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from vireport.sequences.equations import Model, residuals, trace
 from vireport.sequences.families import multipliers
 from vireport.sequences.motions import Motion
-from vireport.simulation import Attractor, Cycle, Impact, Outcome, Portrait, Trajectory, path
+from vireport.simulation import FLIGHT, PHASE, RIDING, VELOCITY, WALL, Attractor, Cycle, Outcome, Portrait, path
 
 
 def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
@@ -38,10 +38,11 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
         residual=max(map(abs, residuals(sequence, x, model))),
         multipliers=(complex(pair[0]), complex(pair[1])),
     )
-    start = Impact(sequence.walls[0], float(motion.velocity[0]), float(motion.phase[0]))
-    phase, duration, velocity = (np.roll(column, -1) for column in (motion.phase, flight, motion.velocity))
     d, gbar = (float(group) for group in model.groups(motion.coordinate))
-    impacts = np.roll(wall, -1), phase, duration, velocity
-    whole = Trajectory(d, gbar, model.r, start, *impacts, ())
+    rows = np.zeros((count + 1, RIDING + 1))
+    for column, values in ((WALL, wall), (PHASE, motion.phase), (FLIGHT, flight), (VELOCITY, motion.velocity)):
+        rows[:, column] = np.append(values, values[0])
     attractor = Attractor(Outcome.PERIODIC, cycle, nan if at_rest else cycle.lyapunov, 0.0, count)
-    return Portrait(label, d, gbar, model.r, attractor, start.phase, *path(whole))
+    return Portrait(
+        label, d, gbar, model.r, attractor, float(motion.phase[0]), *path(np.array([d, gbar, model.r]), rows)
+    )

@@ -7,7 +7,6 @@ from vireport.simulation.events import (
     TOP,
     Impact,
     InFlight,
-    Start,
     check_model,
     check_start,
     follow,
@@ -17,7 +16,7 @@ from vireport.simulation.events import (
 from vireport.simulation.following import CLOSE, RESOLUTION, Conditions, Course, Jump, Stage, course
 from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
 from vireport.simulation.starts import random_starts, start_speed, wilson
-from vireport.simulation.trajectories import Portrait, Trajectory, path, portrait, simulate
+from vireport.simulation.trajectories import Portrait, path, portrait
 
 __all__ = [
     "BOTTOM",
@@ -45,8 +44,6 @@ __all__ = [
     "Outcome",
     "Portrait",
     "Stage",
-    "Start",
-    "Trajectory",
     "attractors",
     "check_model",
     "check_start",
@@ -60,7 +57,6 @@ __all__ = [
     "path",
     "portrait",
     "random_starts",
-    "simulate",
     "start_of",
     "start_speed",
     "wilson",

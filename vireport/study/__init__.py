@@ -2,13 +2,7 @@
 
 from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan
 from vireport.study.provenance import Provenance, provenance_of, with_pages
-from vireport.study.results import (
-    SCHEMA_VERSION,
-    branches_csv,
-    csv_bytes,
-    json_bytes,
-    worst_scenario,
-)
+from vireport.study.results import SCHEMA_VERSION, branches_csv, csv_bytes, json_bytes, worst_scenario
 from vireport.study.study import (
     Study,
     analyse,

@@ -10,7 +10,7 @@ import csv
 import io
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
@@ -125,23 +125,31 @@ def _cell(value: Any) -> Any:
     return inert_cell(value) if isinstance(value, str) else repr(value) if isinstance(value, float) else value
 
 
+COLUMNS = {
+    "phi_bottom": "phi_bottom_rad",
+    "phi_top": "phi_top_rad",
+    "bottom_v": "u_bottom_v",
+    "top_v": "u_top_v",
+    "average_v": "u_ave_v",
+}
+"""Names in results.json of what is called otherwise in Python."""
+
+
+DIMENSIONLESS = (
+    *("sweep_value", "d", "gbar", "q", "phi_bottom", "phi_top", "velocity_bottom", "velocity_top"),
+    *("trace", "determinant", "discriminant"),
+)
+"""The numbers of motions, by their names in `Motions`."""
+
+
+def _columns(record: Any, names: Iterable[str]) -> dict[str, list[Any]]:
+    """Arrays of a record, by their names in results.json."""
+    return {COLUMNS.get(name, name): getattr(record, name).tolist() for name in names}
+
+
 def _motions(motions: Motions) -> dict[str, list[Any]]:
-    return {
-        "sweep_value": motions.sweep_value.tolist(),
-        "d": motions.d.tolist(),
-        "gbar": motions.gbar.tolist(),
-        "q": motions.q.tolist(),
-        "phi_bottom_rad": motions.phi_bottom.tolist(),
-        "phi_top_rad": motions.phi_top.tolist(),
-        "velocity_bottom": motions.velocity_bottom.tolist(),
-        "velocity_top": motions.velocity_top.tolist(),
-        "trace": motions.trace.tolist(),
-        "determinant": motions.determinant.tolist(),
-        "discriminant": motions.discriminant.tolist(),
-        "stability": motions.words,
-        "admissible": motions.admissible.tolist(),
-        "wall_gap": motions.wall_gap.tolist(),
-    }
+    numbers, types = _columns(motions, DIMENSIONLESS), {"stability": motions.words}
+    return {**numbers, **types, **_columns(motions, ("admissible", "wall_gap"))}
 
 
 def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, list[bool]]:
@@ -149,15 +157,8 @@ def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, list[bool]
     return {"admissible_undecided": undecided(motions, bounds).tolist()}
 
 
-def _voltages(voltages: Voltages | None) -> dict[str, list[float]]:
-    if voltages is None:
-        return {}
-    return {
-        "u_bottom_v": voltages.bottom_v.tolist(),
-        "u_top_v": voltages.top_v.tolist(),
-        "u_ave_v": voltages.average_v.tolist(),
-        "deflection_m": voltages.deflection_m.tolist(),
-    }
+def _voltages(voltages: Voltages | None) -> dict[str, list[Any]]:
+    return {} if voltages is None else _columns(voltages, [field.name for field in fields(voltages)])
 
 
 def _conversion(conversion: Conversion | None) -> dict[str, list[float | None]]:
@@ -174,16 +175,6 @@ def _fitting(fitting: Fitting | None) -> dict[str, float | None] | None:
         "stiffness_at_least": fitting.stiffness,
         "active_radius_at_least_m": fitting.active_radius_m,
     }
-
-
-COLUMNS = {
-    "phi_bottom": "phi_bottom_rad",
-    "phi_top": "phi_top_rad",
-    "bottom_v": "u_bottom_v",
-    "top_v": "u_top_v",
-    "average_v": "u_ave_v",
-}
-"""Names in results.json of what is called otherwise in Python."""
 
 
 def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:

@@ -81,16 +81,21 @@ class Study:
         """The scenario as understood."""
         return self.loaded.scenario
 
+    @property
+    def evidence(self) -> Evidence:
+        """What the scenario is judged by."""
+        found = self.crosscheck, self.compliance, self.tolerances, self.atlas
+        return Evidence(self.solution, *found, self.criteria)
+
     @cached_property
     def alerts(self) -> tuple[Alert, ...]:
         """What a reader must know before acting on the numbers."""
-        return alerts(Evidence(self.solution, self.crosscheck, self.compliance, self.atlas, self.criteria))
+        return alerts(self.evidence)
 
     @cached_property
     def verdict(self) -> Verdict:
         """What the study comes to."""
-        evidence = self.crosscheck, self.compliance, self.tolerances, self.atlas
-        return verdict_of(self.solution, *evidence, self.criteria)
+        return verdict_of(self.evidence)
 
     @cached_property
     def coexisting(self) -> tuple[Coexisting, ...]:
@@ -260,7 +265,9 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     solution = solution_of(device_of(scenario), membrane_of(scenario), sweep_of(scenario), steps.runs(Task.DESIGN))
     study = Study(loaded, steps, solution)
     if scenario.simulation is not None:
-        study = _with_simulation(study, scenario.simulation, progress)
+        from vireport.trust import crosscheck
+
+        study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, progress))
     if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
         study = _with_motions(study, scenario.motion_limits, progress)
     if scenario.accuracy is not None:
@@ -268,14 +275,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
         study = _with_tolerances(study, scenario.tolerances, progress)
     if scenario.requirements is not None:
-        study = replace(study, criteria=assess(loaded, solution, study.crosscheck, study.tolerances, study.atlas))
+        study = replace(study, criteria=assess(loaded, study.evidence))
     return study
-
-
-def _with_simulation(study: Study, asked: blocks.Simulation, progress: Progress | None) -> Study:
-    from vireport.trust import crosscheck
-
-    return replace(study, crosscheck=crosscheck(study.solution, asked, progress))
 
 
 def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None) -> Study:
@@ -294,13 +295,11 @@ def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None
 
 
 def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | None) -> Study:
-    from vireport.trust import measure
+    from vireport.trust import compliance, measure
 
     study = replace(study, work=measure(study.solution, asked.repeats, progress))
     if not study.plan.runs(Task.COMPLIANT):
         return study
-    from vireport.trust import compliance
-
     return replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, progress))
 
 

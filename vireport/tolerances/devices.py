@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import Orbits, find_motions
-from vireport.physics import ARRAYS, Affine, AffineOps, Device, between, magnitude
+from vireport.physics import AFFINE, ARRAYS, Affine, Device, between, magnitude
 from vireport.scenario import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -80,7 +80,7 @@ class Region:
         for varied, factor in FACTOR_OF.items():
             first, width = self.start[varied], self.end[varied] - self.start[varied]
             x[varied] = between(first + low[factor] * width, first + high[factor] * width, factor, SYMBOLS)
-        frequency, sine = x[DesignInput.FREQUENCY], AffineOps.sin(AffineOps.pi * x[DesignInput.INCLINATION] / 180)
+        frequency, sine = x[DesignInput.FREQUENCY], AFFINE.sin(AFFINE.pi * x[DesignInput.INCLINATION] / 180)
         mass_over_force = x[DesignInput.CAPSULE_MASS] / x[DesignInput.AMPLITUDE]
         d = 4 * mass_over_force * (x[DesignInput.LENGTH] * frequency * frequency)
         return d, self.design.gravity_m_s2 * mass_over_force * sine, x[DesignInput.RESTITUTION]

@@ -21,7 +21,7 @@ from enum import IntEnum
 import numpy as np
 
 from vireport.analysis import Flight, Orbits, return_trace
-from vireport.physics import AFFINE_ROUNDING, Affine, AffineOps, between
+from vireport.physics import AFFINE, AFFINE_ROUNDING, Affine, between
 from vireport.tolerances.devices import FACTORS, SYMBOLS, Floats, Ints, Mask, Region, stable_motions
 
 TIME = SYMBOLS - 1
@@ -129,7 +129,7 @@ def _residual(
     symbols[:, :FACTORS] = along
     symbols[range(3), range(FACTORS, TIME)] = width
     u, phi, velocity = (Affine(*parts, np.zeros_like(parts[0])) for parts in zip(guess, symbols, strict=True))
-    ops, period = AffineOps(), 2 * n
+    ops, period = AFFINE, 2 * n
     top = phi + ops.pi * period * u  # less n half turns, which are a sign
     sin_phi, cos_phi, sin_top, cos_top = ops.sin(phi), ops.cos(phi), (-1) ** n * ops.sin(top), (-1) ** n * ops.cos(top)
     up, down = n + period * u, n - period * u
@@ -155,7 +155,7 @@ def _stays_between(way: Flight, n: int, count: int) -> Mask:
     wall is zero, the sign of the velocity or of the acceleration settles it: the counterpart in affine arithmetic of
     `vireport.proofs.confinement`.
     """
-    ops, parts = AffineOps(), TIME_PARTS * n
+    ops, parts = AFFINE, TIME_PARTS * n
     inside = np.ones(count, dtype=bool)
     row, place = np.repeat(np.arange(count), parts), np.tile(np.arange(parts), count)
     for _ in range(HALVINGS):

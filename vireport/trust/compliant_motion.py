@@ -5,25 +5,25 @@ delta = Z - d/2 > 0, and the mirror image of the last term at the top one. The m
 does not feel the ball; k = K x_c^h M/(m F). For each contact lambda is set from its impact velocity so that the contact
 alone would have the restitution coefficient r (`physics.contact`).
 
-Flights are in closed form. Contacts are integrated in units of their own duration and depth, in which they look the
-same however stiff the membrane is. What solvers make of the equation as it stands is in `stiff_solvers`.
+Flights are those of the simulation, in closed form. Contacts are integrated in units of their own duration and depth,
+in which they look the same however stiff the membrane is. What solvers make of the equation as it stands is in
+`stiff_solvers`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
-from math import acos, cos, inf, pi, sin
+from math import cos, inf, pi
 from typing import Any
 
 import numpy as np
 
 from vireport.errors import NumericalError
 from vireport.physics import Device, Membrane, contacts
-from vireport.physics import flight as rigid_flight
 from vireport.scenario import Parameter
+from vireport.simulation import BOTTOM, FLIGHT, TOP, VELOCITY, WALL, follow_one
 from vireport.trust.rootfinding import Floats, solve
 
 TOLERANCE = 1e-12
@@ -34,9 +34,6 @@ LONGEST_STEP = 0.05
 
 LONGEST_CONTACT = 20.0
 """In durations of the contact without external force: a ball that stays longer is pressed on, and does not bounce."""
-
-BRACKETED = 1e-15
-"""Absolute and relative length of the bracket at which a time of flight is found [t_c]."""
 
 NEARBY = 0.5
 """Relative change of an unknown beyond which another motion was found than the one asked for."""
@@ -53,8 +50,6 @@ FORWARD = 1e-5
 DIFFERENCE = 2e-3
 """Step of fourth-order differences of the return map, in its scaled unknowns: truncation and rounding are both near
 1e-10 there."""
-
-BOTTOM, TOP = 1, -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,7 +245,7 @@ def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> 
 def flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tuple[float, int, float]:
     """Fly from a membrane to the first touch of either one: time of flight [t_c], wall, and Z' there.
 
-    It is found for certain: Z is monotone between the zeros of Z', and Z' between those of Z'', which are known.
+    By the event search of the simulation, which misses none: the ball leaves as from an impact without loss.
 
     Parameters
     ----------
@@ -267,42 +262,11 @@ def flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tu
     NumericalError
         If no membrane is touched within two periods of the motion.
     """
-    start, sine, cosine, gbar = wall * model.d / 2, sin(phase), cos(phase), model.gbar
-
-    def speed(t: float) -> float:
-        return float(rigid_flight.velocity(t, leaving, sine, sin(pi * t + phase), gbar))
-
-    def beyond(t: float, side: int) -> float:
-        z = start + float(rigid_flight.displacement(t, leaving, sine, cosine, cos(pi * t + phase), gbar))
-        return side * z - model.d / 2
-
-    for a, b in pairwise(_monotone(speed, phase, gbar, 2 * model.period)):
-        side = BOTTOM if speed((a + b) / 2) > 0 else TOP
-        if beyond(b, side) > 0:
-            # Already beyond at a: it left so slowly that it is pressed back at once.
-            t = a if beyond(a, side) >= 0 else _zero(partial(beyond, side=side), a, b)
-            return t, side, speed(t)
-    raise NumericalError("no membrane is touched within two periods")
-
-
-def _monotone(speed: Callable[[float], float], phase: float, gbar: float, end: float) -> Iterator[float]:
-    """Ascending times from 0 between which the displacement is monotone."""
-    bends = [0.0, end]
-    if gbar < 1:
-        angle = acos(-gbar)
-        times = [((side * angle - phase) / pi) % 2 + 2 * k for side in (1, -1) for k in range(int(end / 2) + 3)]
-        bends = sorted({0.0, end, *(t for t in times if 0 < t < end)})
-    yield 0.0
-    for a, b in pairwise(bends):
-        if speed(a) * speed(b) < 0:
-            yield _zero(speed, a, b)
-        yield b
-
-
-def _zero(function: Callable[[float], float], a: float, b: float) -> float:
-    from scipy.optimize import brentq  # type: ignore[import-untyped]
-
-    return float(brentq(function, a, b, xtol=BRACKETED, rtol=BRACKETED, maxiter=200))
+    start = float(wall), 0.0, -leaving, phase % (2 * pi)
+    rows, _ = follow_one(np.array([model.d, model.gbar, 1.0]), start, 1, compiled=False)
+    if len(rows) < 2 or rows[1, FLIGHT] > 2 * model.period:
+        raise NumericalError("no membrane is touched within two periods")
+    return float(rows[1, FLIGHT]), int(rows[1, WALL]), float(rows[1, VELOCITY])
 
 
 def lap(model: CompliantModel, velocity: float, phase: float) -> Lap:
