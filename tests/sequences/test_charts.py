@@ -258,7 +258,7 @@ def test_no_curve_is_there_twice():
         middle = locus.x[len(locus.x) // 2]
         for other in loci:
             if other is not locus and (other.word, other.event) == (locus.word, locus.event):
-                assert not any(np.abs(x - middle).max() < 1e-9 for x in other.at(0, middle[-2]))
+                assert not any(np.abs(x - middle).max() < 1e-9 for x in crossings(other, 0, middle[-2]))
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 from vireport.gate.alerts import Alert, alerts, longest_contact
 from vireport.gate.requirements import MARGINS, Criterion, Evidence, Question, assess, unmet
-from vireport.gate.verdict import SWEEP_END, Fact, Status, Verdict, mirror_images, range_text, verdict_of
+from vireport.gate.verdict import SWEEP_END, Fact, Verdict, mirror_images, range_text, verdict_of
 
 __all__ = [
     "MARGINS",
@@ -12,7 +12,6 @@ __all__ = [
     "Evidence",
     "Fact",
     "Question",
-    "Status",
     "Verdict",
     "alerts",
     "assess",

@@ -115,8 +115,8 @@ def rich(text: str) -> Source:
 
     Examples
     --------
-    >>> print(rich("at *d* > x_c"))
-    #"at ";#emph("d");#" > ";#emph("x");#sub("c");
+    >>> print(rich("if *d* or x_c"))
+    #"if ";#emph("d");#" or ";#emph("x");#sub("c");
     """
     parts, end = [], 0
     text = _BAR.sub(JOINED_BAR, tied(text))
