@@ -6,11 +6,14 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from browser import Browser
 from hypothesis import settings
+
+if TYPE_CHECKING:
+    from vireport.study import Study
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 NAMES = ("horizontal", "inclined", "inclined-forcing", "design-point")
@@ -25,6 +28,15 @@ def first(count: int, cases: Iterable[Any]) -> list[Any]:
 def sentences(text: str) -> int:
     """How many sentences a caption has."""
     return len(re.findall(r"\.(?= |$)", text))
+
+
+def markdown(study: Study, command: str) -> str:
+    """The summary of a study as Markdown."""
+    from vireport.report import Report, render_markdown
+    from vireport.study.provenance import provenance_of
+
+    report = Report(study, {}, provenance_of(study.loaded, command), template="summary.typ.j2")
+    return render_markdown(report).decode()
 
 
 settings.register_profile("default", derandomize=True, deadline=None)

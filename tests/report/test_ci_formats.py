@@ -1,0 +1,179 @@
+"""JUnit, Markdown and annotations say what the requirements say, to the programs that read them."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from conftest import EXAMPLES, markdown
+from junitparser import Failure, JUnitXml
+from pages import Page
+
+from vireport import analyse, load, loads
+from vireport.cli import main
+from vireport.report import Report, github, junit, render_html
+from vireport.scenario.document import read
+from vireport.study.plan import ALL_FORMATS, FORMATS
+from vireport.study.provenance import provenance_of
+
+ROOT = EXAMPLES.parent
+CI = EXAMPLES / "ci"
+
+
+def test_formats_for_jobs_are_written_only_when_asked_for(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert FORMATS == ("html", "pdf", "png", "json", "csv")
+    assert set(ALL_FORMATS) - set(FORMATS) == {"svg", "junit", "markdown", "github"}
+    folder = tmp_path / "out"
+    assert main([str(CI / "failing.yaml"), "-o", str(folder), "--format", "github"]) == 1
+    out, err = capfd.readouterr()
+    assert not folder.exists()
+    assert out.count("::error ") == 4
+    assert "::" not in err
+    assert main(["plan", str(CI / "failing.yaml"), "--format", "junit"]) == 0
+    out = capfd.readouterr().out
+    assert re.search(r"run +junit", out)
+    assert not re.search(r"(markdown|github)", out)
+
+
+def test_junit_is_read_by_a_parser() -> None:
+    study = analyse(load(CI / "failing.yaml"))
+    assert junit(study) == junit(study)
+    parsed = JUnitXml.fromstring(junit(study))
+    (suite,) = parsed
+    cases = list(suite)
+    assert (parsed.tests, parsed.failures, parsed.errors) == (suite.tests, suite.failures, suite.errors) == (9, 4, 0)
+    assert (len(cases), sum(not case.is_passed for case in cases)) == (9, 4)
+    for case, one in zip(cases, study.criteria, strict=True):
+        assert case.name == f"{one.title}: {one.limit.text}"
+        assert case.is_passed is one.passed
+        if not one.passed:
+            (failure,) = case.result
+            assert isinstance(failure, Failure)
+            assert one.outcome.text in failure.message
+            assert failure.type == one.key
+
+
+def test_junit_without_requirements_is_one_case(study_of) -> None:
+    (suite,) = JUnitXml.fromstring(junit(study_of("inclined")))
+    (case,) = suite
+    assert (case.name, case.is_passed, suite.tests, suite.failures) == ("solved", True, 1, 0)
+
+
+TITLE = "<script>|%0A`x` *y* _z_ [l](u) & ~s~ $m$: {{ 1 }} #panic() \u05d0\u05d1 ]]> \\|"
+
+
+@pytest.fixture(scope="module")
+def odd():
+    text = (CI / "failing.yaml").read_text()
+    title = "title: Capsule at 45 degrees, refused"
+    assert title in text
+    return analyse(loads(text.replace(title, f"title: '{TITLE}'"), "odd,na:me%.yaml"))
+
+
+def test_a_title_is_text_in_every_format(odd) -> None:
+    (suite,) = JUnitXml.fromstring(junit(odd))
+    assert suite.name == TITLE
+    text = markdown(odd, "vireport run `a`|<b>.yaml")
+    head = "## Requirements not met: &lt;script&gt;\\|%0A\\`x\\` \\*y\\* \\_z\\_ \\[l\\](u) &amp; \\~s\\~ \\$m\\$: "
+    assert text.splitlines()[0] == f"{head}{{{{ 1 }}}} #panic() \u05d0\u05d1 \\]\\]&gt; \\\\\\|"
+    assert set(re.findall(r"<[^>]*>", text)) == {"<sub>", "</sub>", "<b>"}
+    assert "`` vireport run `a`|<b>.yaml ``" in text
+    rows = re.search(r"(?:^\|.*\n)+", text, re.MULTILINE)[0].splitlines()
+    assert len(rows) == 2 + 9
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {7}
+    assert sum("NOT MET" in row for row in rows) == 4
+
+
+def test_markdown_leads_to_the_line_and_says_how_to_run_it_again(odd, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = markdown(odd, "vireport run x_y.yaml")
+    assert "Again, with the exit code: `vireport run x_y.yaml`" in text
+    assert "| odd,na:me%.yaml:28 |" in text
+    for name, value in (("SERVER_URL", "https://github.com"), ("REPOSITORY", "a/b"), ("SHA", "0123")):
+        monkeypatch.setenv(f"GITHUB_{name}", value)
+    text = markdown(odd, "test")
+    assert "[odd,na:me%.yaml:28](https://github.com/a/b/blob/0123/odd%2Cna%3Ame%25.yaml#L28)" in text
+
+
+def test_characters_that_xml_cannot_hold(odd) -> None:
+    loaded = replace(odd.loaded, document=replace(odd.loaded.document, name="a\x1b\udcff.yaml"))
+    study = replace(odd, loaded=loaded)
+    (suite,) = JUnitXml.fromstring(junit(study))
+    assert len(list(suite)) == 9
+    github(study).encode()
+
+
+def test_annotations_point_to_the_lines(odd) -> None:
+    lines = github(odd).splitlines()
+    failed = [one for one in odd.criteria if not one.passed]
+    errors = [line for line in lines if line.startswith("::error ")]
+    rows = odd.loaded.document.text.splitlines()
+    assert len(errors) == len(failed) == 4
+    for line, one in zip(errors, failed, strict=True):
+        found = re.fullmatch(r"::error file=odd%2Cna%3Ame%25\.yaml,line=(\d+),title=([^:,]*)::(.*)", line)
+        assert found
+        assert rows[int(found[1]) - 1].split(":")[0].strip() == one.key
+        assert not re.search(r"%(?!25|0A|0D|3A|2C)", found[2] + found[3])
+    warnings = [line for line in lines if line.startswith("::warning ")]
+    assert len(warnings) == sum(alert.severity == "warning" for alert in odd.alerts) > 0
+    assert len(lines) == len(errors) + len(warnings)
+
+
+def test_annotations_are_seen_from_the_root_of_the_repository(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GITHUB_WORKSPACE", str(ROOT))
+    monkeypatch.chdir(CI)
+    assert "::error file=examples/ci/failing.yaml,line=28," in github(analyse(load("failing.yaml")))
+    standard_input = analyse(loads((CI / "failing.yaml").read_text(), "<stdin>"))
+    assert github(standard_input).startswith("::error title=")
+
+
+def test_what_is_set_over_the_file_has_no_line() -> None:
+    study = analyse(load(CI / "passing.yaml", {"requirements.u_ave_at_least_v": 1e6}))
+    (one,) = (one for one in study.criteria if not one.passed)
+    assert (one.key, one.line) == ("u_ave_at_least_v", None)
+    assert "::error file=" in github(study)
+    assert "line=" not in github(study).split("::")[1]
+    assert sum(one.line is None for one in study.criteria) == 1
+    whole = analyse(load(CI / "passing.yaml", {"requirements": {"u_ave_at_least_v": 1}}))
+    assert [one.line for one in whole.criteria] == [None]
+
+
+@pytest.mark.slow
+def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
+    assert main([str(CI / "failing.yaml"), "-o", str(tmp_path), "--format", "html", "-q"]) == 1
+    page = Page((tmp_path / "report.html").read_bytes())
+    assert page.headings[:3] == ["Verdict", "Acceptance", "Key numbers"]
+    outcomes = [outcome for (outcome,) in page.tables["Requirements"].columns("Outcome")]
+    assert (outcomes.count("✗ NOT MET"), outcomes.count("✓ met")) == (4, 5)
+    lines = page.tables["Requirements"].columns("In the scenario")
+    rows = (CI / "failing.yaml").read_text().splitlines()
+    for (line,), one in zip(lines, analyse(load(CI / "failing.yaml")).criteria, strict=True):
+        name, _, number = line.partition(":")
+        assert (name, rows[int(number) - 1].split(":")[0].strip()) == ("failing.yaml", one.key)
+        assert f"#line-{number}" in page.attributes("href")
+    assert "vireport" in page.text[page.text.index("Again, with the exit code") :][:80]
+    plain = Report(study_of("inclined"), {}, provenance_of(study_of("inclined").loaded, "test"))
+    assert "Acceptance" not in Page(render_html(plain)).headings
+
+
+@pytest.mark.slow
+def test_the_workflow_runs_what_exists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    workflow = read((CI / "vireport.yml").read_text(), "vireport.yml")
+    assert not workflow.mistakes
+    job = workflow.data["jobs"]["acceptance"]
+    assert (ROOT / job["env"]["SCENARIO"]).is_file()
+    commands = [shlex.split(step["run"]) for step in job["steps"] if step.get("run", "").startswith("vireport ")]
+    assert len(commands) == 1
+    summary = tmp_path / "summary"
+    monkeypatch.chdir(tmp_path)
+    arguments = [str(ROOT / job["env"]["SCENARIO"]) if word == "$SCENARIO" else word for word in commands[0][1:]]
+    assert main(arguments) == 0
+    (step,) = (step for step in job["steps"] if "GITHUB_STEP_SUMMARY" in step.get("run", ""))
+    environment = {"GITHUB_STEP_SUMMARY": str(summary), "PATH": "/usr/bin:/bin"}
+    subprocess.run(["bash", "-e", "-c", step["run"]], env=environment, check=True)
+    assert summary.read_text().startswith("## Stable: Capsule at 45 degrees, accepted\n")
+    (upload,) = (step for step in job["steps"] if "upload-artifact" in step.get("uses", ""))
+    assert Path(upload["with"]["path"]).is_dir()
