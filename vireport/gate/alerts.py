@@ -125,7 +125,7 @@ def _design_not_stable(results: Evidence) -> str | None:
         dict.fromkeys(f.name for f, _ in results.atlas.stable_at(design.value)) if results.atlas is not None else ()
     )
     instead = f" Stable there: {', '.join(others)}." if others else ""
-    return f"At {design.parameter} = {design.value:.6g}, {which.get(count, none)}.{instead}"
+    return f"At {design.parameter.symbol} = {design.parameter.show(design.value)}, {which.get(count, none)}.{instead}"
 
 
 def _several_stable(results: Evidence) -> str | None:

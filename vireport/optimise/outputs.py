@@ -180,10 +180,10 @@ def _evidence_text(result: Result) -> str:
             f"{_in_unit(result, ROUNDED_UP * evidence.bound, 6)}, {above} above the best: proved in affine arithmetic."
         )
     kept = "meets all requirements" if evidence.yielding is None else "keeps that and meets the other requirements"
-    others = "No other part" if not evidence.elsewhere else f"{evidence.elsewhere} other parts"
+    others = "No other part of the grid can" if not evidence.elsewhere else f"{evidence.elsewhere} other parts of the grid may"
     return (
         f"{said} No cell that {kept} has more than {_in_unit(result, evidence.best_cell, 6)}; around the best design "
-        f"neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} of the grid may hold a "
+        f"neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} hold a "
         "better design, by the differences between neighbouring cells, to first order; what is narrower than a cell "
         "may be missed."
     )
