@@ -63,7 +63,7 @@ def picture(study: Study, slowly: Hysteresis) -> Picture:
     counts = _counts(study, slowly)
     caption = (
         "Velocity |Ż| of every impact where each value starts from the state that the last one ended in; dashed: jumps "
-        f"to another motion; light bands: the motion depends on the direction; {conditions(study)}. {counts}"
+        f"to another motion; light bands: hysteresis; {conditions(study)}. {counts}"
     )
     alt = f"Scatter chart of impact velocities over the {study.solution.parameter.quantity}. {counts}"
     return Picture(Task.FIGURE_HYSTERESIS, TITLE, caption, alt, drawn)
