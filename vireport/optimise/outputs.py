@@ -180,7 +180,8 @@ def _evidence_text(result: Result) -> str:
             f"{_in_unit(result, ROUNDED_UP * evidence.bound, 6)}, {above} above the best: proved in affine arithmetic."
         )
     kept = "meets all requirements" if evidence.yielding is None else "keeps that and meets the other requirements"
-    others = "No other part of the grid can" if not evidence.elsewhere else f"{evidence.elsewhere} other parts of the grid may"
+    count = evidence.elsewhere
+    others = f"{count} other parts of the grid may" if count else "No other part of the grid can"
     return (
         f"{said} No cell that {kept} has more than {_in_unit(result, evidence.best_cell, 6)}; around the best design "
         f"neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} hold a "

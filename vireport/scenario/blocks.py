@@ -586,7 +586,10 @@ class Scenario(Block):
         None, "Sweep", "", "The parameter that is varied. Left out, the design point alone is evaluated."
     )
     simulation: Simulation | None = _key(
-        None, "Simulation", "", "The simulation beside the solution. Left out, only the motion of the report is simulated."
+        None,
+        "Simulation",
+        "",
+        "The simulation beside the solution. Left out, only the report's own motion is simulated.",
     )
     motions: Motions | None = _key(
         None, "Motions", "", "Motions with other sequences of impacts along the sweep. Left out, none is followed."
