@@ -228,7 +228,7 @@ def test_alerts_that_are_named_exist() -> None:
 
 def test_the_layers_are_those_of_the_import_contract() -> None:
     contract, _ = tomllib.loads(text_of(ROOT / "pyproject.toml"))["tool"]["importlinter"]["contracts"]
-    layers = "".join(rf"\| {layer.replace(' |', ',')} \| .*\n" for layer in contract["layers"])
+    layers = "".join(rf"\| `{layer.replace(' | ', '`, `')}` \| .*\n" for layer in contract["layers"])
     assert re.search(layers, text_of(ROOT / "CONTRIBUTING.md"))
 
 
