@@ -162,9 +162,8 @@ class Exclusion:
 
     def motions(self, cells: Cells) -> tuple[Motions, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
-        level = self.model.level
-        above = motions_above(cells.sequence, cells.centre, self.model.r)
-        found, flights = onto_sweep(self._placed(above), cells.centre, level, REACH * cells.side)
+        level, r = self.model.level, self.model.r
+        found, flights = onto_sweep(cells.sequence, cells.centre, r, level, REACH * cells.side)
         found, rows = within(self._placed(found), level, self.low, self.high)
         return found, flights[:, rows]
 

@@ -26,7 +26,7 @@ from vireport.sequences.turns import Turns, turning_points
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-NEWTON_STEPS, STEP, SETTLED = 5, 1e-7, 1e-8
+NEWTON_STEPS, STEP, SETTLED = 6, 1e-7, 1e-8
 """Newton steps, the difference of flight times that derivatives are taken over [t_c], and the residual that is small
 enough to follow a family from: the steps square it."""
 
@@ -304,44 +304,50 @@ def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Mot
     return motions[rows], rows
 
 
-def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float) -> tuple[Motions, Floats]:
-    """The motions of a sweep next to solutions above flight times, by Newton's method, where it settles.
+def onto_sweep(sequence: Sequence, flights: Floats, r: float, level: Level, farthest: float) -> tuple[Motions, Floats]:
+    """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
 
     Parameters
     ----------
-    motions : Motions
+    sequence : Sequence
     flights : ndarray (N - 1, n)
-        What they are above [t_c].
+        All flight times but the last, from which it starts [t_c].
+    r : float
+        Restitution coefficient.
     level : Level
         What the sweep holds.
     farthest : float
         Most that a flight time may change [t_c].
     """
-    start, sequence, r = flights, motions.sequence, motions.r
-    steps = STEP * np.eye(len(flights))[:, :, None]
+    start, flights, settled = flights, flights.copy(), np.zeros(flights.shape[1], dtype=bool)
+    steps, rows = STEP * np.eye(len(flights), len(flights) + 1, 1)[:, :, None], np.arange(flights.shape[1])
     for _ in range(NEWTON_STEPS):
-        value = _conditions(motions, level)
         with np.errstate(all="ignore"):
-            ahead = [_conditions(motions_above(sequence, flights + step, r), level) for step in steps]
-            slope = (np.stack(ahead, axis=-1) - value[:, :, None]) / STEP
-            square = slope @ slope.transpose(0, 2, 1)
+            values = _conditions(sequence, flights[:, None, rows] + steps, r, level)
+            value, slope = values[:, 0, :, None], (values[:, 1:] - values[:, :1]) / STEP
+            square = slope.transpose(0, 2, 1) @ slope
             size = np.linalg.det(square)
         regular = np.isfinite(size) & (size > np.finfo(float).tiny)
-        value, slope, square, start, flights = (
-            value[regular], slope[regular], square[regular], start[:, regular], flights[:, regular],
-        )  # fmt: skip
-        flights = flights - np.einsum("nji,nj->in", slope, np.linalg.solve(square, value[:, :, None])[:, :, 0])
-        near = (np.abs(flights - start).max(axis=0) < farthest) & (flights > 0).all(axis=0)
-        near &= flights.sum(axis=0) < 2 * sequence.periods
-        start, flights = start[:, near], flights[:, near]
-        motions = motions_above(sequence, flights, r)
-    settled = np.abs(_conditions(motions, level)).max(axis=1, initial=0.0) < SETTLED
-    return motions[settled], flights[:, settled]
+        rows, value, slope, square = rows[regular], value[regular], slope[regular], square[regular]
+        moved = flights[:, rows] - (slope @ np.linalg.solve(square, value))[:, :, 0].T
+        near = (np.abs(moved - start[:, rows]).max(axis=0) < farthest) & (moved > 0).all(axis=0)
+        near &= moved.sum(axis=0) < 2 * sequence.periods
+        flights[:, rows] = moved
+        ends = np.abs(value).max(axis=(1, 2), initial=0.0) < SETTLED
+        settled[rows[near & ends]] = True
+        rows = rows[near & ~ends]
+    flights = flights[:, settled]
+    return motions_above(sequence, flights, r), flights
 
 
-def _conditions(motions: Motions, level: Level) -> Floats:
-    """What is zero for motions of a sweep (n, conditions)."""
-    with np.errstate(invalid="ignore"):
-        values = [] if motions.sequence.one_sided and level.held is not Held.GBAR else [motions.off(level)]
-        values += [*motions.excess]
-    return np.reshape(values, (len(values), len(motions.d))).T
+def _conditions(sequence: Sequence, flights: Floats, r: float, level: Level) -> Floats:
+    """What is zero for motions of a sweep, of flight times (N - 1, m, n): (n, m, conditions)."""
+    x = solution(sequence, list(flights), r)
+    scale, values = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive), x.excess
+    if level.held is Held.GBAR or not sequence.one_sided:
+        if level.held is Held.RATIO:
+            off = x.d / level.value - x.gbar
+        else:
+            off = (x.d if level.held is Held.D else x.gbar) - level.value / scale
+        values = [off, *values]
+    return np.reshape([scale * value for value in values], (len(values), *scale.shape)).T
