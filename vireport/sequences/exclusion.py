@@ -201,11 +201,11 @@ class Exclusion:
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
         """Which cells may hold motions of the sweep."""
         sequence, rows = self.sequences[0], np.arange(len(period))
-        # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
-        for first in range(min(len(corner), 2) if sequence.one_sided else 1):
-            boxes = _boxes(corner[:, rows], side[rows])
-            x = solution(sequence, boxes, self.model.r, AFFINE, period[rows], first=first)
-            solved = self._solved(x)
+        x = solution(sequence, _boxes(corner, side), self.model.r, AFFINE, period)
+        rows, x = self._solved(rows, x)
+        if sequence.one_sided and len(corner) > 1:
+            # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
+            solved, _ = self._solved(np.arange(len(rows)), x.by_others())
             rows, x = rows[solved], x.at(solved)
         possible, small = np.zeros(len(period), dtype=bool), np.flatnonzero(side[rows] <= WALLS)
         possible[rows] = True
@@ -214,11 +214,12 @@ class Exclusion:
             possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side[rows], x.at(small))
         return possible
 
-    def _solved(self, x: Solution) -> NDArray[np.intp]:
-        """Which may be solutions of the sweep with velocities of the right signs."""
+    def _solved(self, rows: NDArray[np.intp], x: Solution) -> tuple[NDArray[np.intp], Solution]:
+        """Which may be solutions of the sweep with velocities of the right signs, of numbered ones."""
         zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
-        rows = np.flatnonzero(np.logical_and.reduce(zeros)) if zeros else np.arange(len(x.gbar.centre))
-        x = x.at(rows)
+        if zeros:
+            zero = np.flatnonzero(np.logical_and.reduce(zeros))
+            rows, x = rows[zero], x.at(zero)
         scale = x.sine * x.sine + x.cosine * x.cosine
         coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
         square = coordinate * coordinate
@@ -229,7 +230,8 @@ class Exclusion:
         if not self.model.level.horizontal:
             positive.append(x.gbar)
         above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
-        return np.asarray(rows[possible & ~(np.any(above, axis=0) & np.any(below, axis=0))])
+        possible &= ~(np.any(above, axis=0) & np.any(below, axis=0))
+        return rows[possible], x.at(possible)
 
     def _d(self, x: Solution) -> Any:
         """The d of solutions with their factor; where one membrane is struck and d is held, not less than it."""

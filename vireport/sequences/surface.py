@@ -36,7 +36,8 @@ class Solution(NamedTuple):
 
     Times of the impacts, the first at time zero, or the second where only one membrane is struck; sine and cosine of
     the phase there; the groups, d being None where only one membrane is struck. What is in `excess` is zero above those
-    flight times that there is a motion for.
+    flight times that there is a motion for. Where only one membrane is struck, `rows` are the conditions, the first two
+    of which were solved, and `waves` sine and cosine of pi times the time of each impact.
     """
 
     vectors: list[Any]
@@ -46,11 +47,14 @@ class Solution(NamedTuple):
     gbar: Any
     d: Any
     excess: list[Any]
+    rows: list[Any] = []  # noqa: RUF012
+    waves: list[Any] = []  # noqa: RUF012
 
     @property
     def velocity(self) -> list[Any]:
-        """Of each impact; its vector holds what multiplies the sine, the cosine and gbar."""
-        return [_product(vector, (self.sine, self.cosine, self.gbar)) for vector in self.vectors]
+        """Of each impact; its vector holds what multiplies sine and cosine, of its own phase with waves, and gbar."""
+        turned = [_turned(*pair) for pair in zip(self.vectors, self.waves, strict=True)] if self.waves else self.vectors
+        return [_product(vector, (self.sine, self.cosine, self.gbar)) for vector in turned]
 
     @property
     def positive(self) -> Any:
@@ -59,9 +63,20 @@ class Solution(NamedTuple):
 
     def at(self, index: Any) -> Solution:
         """Some of them, but for the excess."""
-        vectors, time = [[y[index] for y in vector] for vector in self.vectors], [t[index] for t in self.time]
+        vectors, rows, waves = (
+            [[y if isinstance(y, float) else y[index] for y in row] for row in part]
+            for part in (self.vectors, self.rows, self.waves)
+        )
         d = None if self.d is None else self.d[index]
-        return Solution(vectors, time, self.sine[index], self.cosine[index], self.gbar[index], d, [])
+        groups = self.sine[index], self.cosine[index], self.gbar[index], d
+        return Solution(vectors, [t[index] for t in self.time], *groups, [], rows, waves)
+
+    def by_others(self) -> Solution:
+        """The same by the last condition and the first, where only one membrane is struck."""
+        rows = [self.rows[-1], *self.rows[:-1]]
+        sine, cosine, gbar = kernel = _cross(*rows[:2])
+        excess = [_product(row, kernel) for row in rows[2:]]
+        return self._replace(sine=sine, cosine=cosine, gbar=gbar, excess=excess, rows=rows)
 
 
 def solution(
@@ -71,7 +86,6 @@ def solution(
     ops: Any = ARRAYS,
     period: Any = None,
     time: list[Any] | None = None,
-    first: int = 1,
 ) -> Solution:
     """Solve the linear conditions of a motion with three or four impacts, or two to four on one membrane only.
 
@@ -88,16 +102,13 @@ def solution(
         Of each motion [t_c], where it is not that of the sequence.
     time : list, optional
         Of all impacts [t_c], where they are arrays of fewer numbers than the sums of flight times.
-    first : int
-        Of the two neighbouring impacts whose conditions are solved, where only one membrane is struck; those of the
-        others are what is in excess.
 
     Source: Eqs. (2.11)-(2.13). Velocities are eliminated by (2.11); flights from a membrane to the same one do not
     depend on d, nor do two flights there and back together, which leaves two conditions, or three, on three unknowns.
     """
     count, walls = len(sequence), sequence.walls
     if sequence.one_sided:
-        return _on_one_membrane(flights, 2.0 * sequence.periods if period is None else period, r, ops, first)
+        return _on_one_membrane(flights, 2.0 * sequence.periods if period is None else period, r, ops)
     if time is None:
         time = list(accumulate(flights, initial=flights[0] * 0.0))
     durations = [*flights, (2.0 * sequence.periods if period is None else period) - time[-1]]
@@ -127,7 +138,7 @@ def solution(
     return Solution(velocities, time, kernel[0], kernel[1], kernel[2], d, excess)
 
 
-def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: int) -> Solution:
+def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any) -> Solution:
     """Solve the conditions where all impacts are on the bottom.
 
     A flight that comes back to it after a time t begins, by (2.12), with the velocity gbar t/2 - p s + q c upwards,
@@ -140,22 +151,22 @@ def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: 
     lead = [(1.0 - ops.sinc(t)) * (1 / np.pi) for t in durations]
     lift = [ops.sinc(half) * ops.sin(half * np.pi) * (1 / np.pi) for half in halves]
     time = [-flights[0], flights[0] * 0.0, *accumulate(flights[1:])]
-    waves = [(ops.sin(t * np.pi), ops.cos(t * np.pi)) for t in time]
-    waves[1] = 0.0, 1.0
-    vectors, rows = [], []
-    for i, (sine, cosine) in enumerate(waves):
-        before = lead[i - 1], lift[i - 1], halves[i - 1]
-        balance = -lead[i] - before[0] * r, lift[i] - before[1] * r, halves[i] - before[2] * r
-        vectors.append(_turned(before, sine, cosine))
-        rows.append(_turned(balance, sine, cosine))
-    kernel = _cross(rows[first], rows[(first + 1) % len(rows)])
-    excess = [_product(rows[(first + i) % len(rows)], kernel) for i in range(2, len(rows))]
-    return Solution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess)
+    waves = [(0.0, 1.0) if i == 1 else (ops.sin(t * np.pi), ops.cos(t * np.pi)) for i, t in enumerate(time)]
+    vectors = [(lead[i - 1], lift[i - 1], halves[i - 1]) for i in range(len(time))]
+    rows = []
+    for i, (p, q, half) in enumerate(vectors):
+        balance = -lead[i] - p * r, lift[i] - q * r, halves[i] - half * r
+        rows.append(balance if i == 1 else _turned(balance, waves[i]))
+    rows = [*rows[1:], rows[0]]
+    kernel = _cross(*rows[:2])
+    excess = [_product(row, kernel) for row in rows[2:]]
+    return Solution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess, rows, waves)
 
 
-def _turned(vector: Row[Any], sine: Any, cosine: Any) -> list[Any]:
-    """What multiplies sine, cosine and gbar, for the phase at time zero instead of that at a time with this one."""
+def _turned(vector: Row[Any], wave: tuple[Any, Any]) -> list[Any]:
+    """What multiplies sine, cosine and gbar, for the phase at time zero instead of that at a time with this wave."""
     s, c, gbar = vector
+    sine, cosine = wave
     return [s * cosine - c * sine, s * sine + c * cosine, gbar]
 
 
