@@ -231,7 +231,8 @@ class Exclusion:
             positive.append(x.gbar)
         above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
         possible &= ~(np.any(above, axis=0) & np.any(below, axis=0))
-        return rows[possible], x.at(possible)
+        left = np.flatnonzero(possible)
+        return rows[left], x.at(left)
 
     def _d(self, x: Solution) -> Any:
         """The d of solutions with their factor; where one membrane is struck and d is held, not less than it."""
@@ -281,5 +282,5 @@ def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:
 
 def _chosen(which: NDArray[np.intp], numbers: list[Affine]) -> Affine:
     """Of several numbers one for each box."""
-    parts = zip(*((y.centre, y.linear, y.radius) for y in numbers), strict=True)
+    parts = zip(*((y.centre, y.linear, y.radius, y.spread) for y in numbers), strict=True)
     return Affine(*(np.choose(which, part) for part in parts))
