@@ -88,7 +88,7 @@ class Affine:
     def __mul__(self, other: Affine | float | Floats) -> Affine:
         if not isinstance(other, Affine):
             return _rounded(self.centre * other, self.linear * other, self.radius * np.abs(other))
-        a, b = np.abs(self.centre), np.abs(other.centre)
+        a, b = np.abs(self.centre) + self.spread, np.abs(other.centre) + other.spread
         # s_i^2 is between 0 and 1: half of it counts as known.
         squares = self.linear * other.linear / 2
         return _rounded(
@@ -96,9 +96,9 @@ class Affine:
             self.centre * other.linear + other.centre * self.linear,
             self.spread * other.spread
             - np.abs(squares).sum(axis=0)
-            + (a + self.spread) * other.radius
-            + (b + other.reach) * self.radius,
-            (a + self.spread) * (b + other.spread),
+            + a * other.radius
+            + (b + other.radius) * self.radius,
+            a * b,
         )
 
     __radd__, __rmul__ = __add__, __mul__
