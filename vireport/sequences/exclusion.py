@@ -46,6 +46,9 @@ FEW = 60
 WALLS = 1 / 20
 """Side from which down it is tested whether the ball passes through a membrane: larger cells hardly ever show it."""
 
+NEAR_TURN = 1e-3
+"""Newton step [t_c] at which a turning point is near enough: any point of a flight may prove that it leaves."""
+
 MOST_CELLS = 20_000
 """Cells that are divided once more: where more are left, as above a sweep over decades, they stay as they are."""
 
@@ -251,7 +254,7 @@ class Exclusion:
         """
         r, walls = self.model.r, np.array(self.sequences[0].walls)
         above = self._placed(motions_above(self.sequences[0], corner + side / 2, r, period))
-        turns = turning_points(walls, above.velocity, above.time, period, (above.d, above.gbar), r)
+        turns = turning_points(walls, above.velocity, above.time, period, (above.d, above.gbar), r, NEAR_TURN)
         order = np.argsort(-turns.gap, kind="stable")
         farthest = np.full(len(period), -1)
         farthest[turns.motion[order]] = order  # of the turning points of a motion the last one assigned
