@@ -218,7 +218,7 @@ class Exclusion:
         return possible
 
     def _solved(self, rows: NDArray[np.intp], x: Solution) -> tuple[NDArray[np.intp], Solution]:
-        """Which may be solutions of the sweep with velocities of the right signs, of numbered ones."""
+        """Those, with their numbers, that may be solutions of the sweep with velocities of the right signs."""
         zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
         if zeros:
             zero = np.flatnonzero(np.logical_and.reduce(zeros))

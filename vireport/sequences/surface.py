@@ -47,12 +47,12 @@ class Solution(NamedTuple):
     gbar: Any
     d: Any
     excess: list[Any]
-    rows: list[Any] = []  # noqa: RUF012
-    waves: list[Any] = []  # noqa: RUF012
+    rows: Row[Any] = ()
+    waves: Row[Any] = ()
 
     @property
     def velocity(self) -> list[Any]:
-        """Of each impact; its vector holds what multiplies sine and cosine, of its own phase with waves, and gbar."""
+        """Of each impact; its vector holds what multiplies sine, cosine and gbar, with waves for the impact's phase."""
         turned = [_turned(*pair) for pair in zip(self.vectors, self.waves, strict=True)] if self.waves else self.vectors
         return [_product(vector, (self.sine, self.cosine, self.gbar)) for vector in turned]
 
@@ -225,12 +225,6 @@ class Motions:
     def coordinate(self, level: Level) -> Floats:
         """What orders a sweep."""
         return np.asarray(self.gbar if level.held is Held.D else self.d)
-
-    def off(self, level: Level) -> Floats:
-        """How far they are from what a sweep holds."""
-        if level.held is Held.RATIO:
-            return np.asarray(self.d / level.value - self.gbar)
-        return np.asarray((self.d if level.held is Held.D else self.gbar) - level.value)
 
     def motion(self, i: int, level: Level) -> Motion:
         """One of them."""
