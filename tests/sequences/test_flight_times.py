@@ -139,7 +139,7 @@ sweep: {{parameter: {swept}}}
 @pytest.mark.parametrize("periods", [1, 2, 4])
 def test_motions_with_four_impacts_on_the_bottom_solve_the_conditions(periods: int, r: float):
     sequence, flights = Sequence((1, 1, 1, 1), periods), random_flights(5, periods, 400, 4)
-    found, settled = onto_sweep(motions_above(sequence, flights, r), flights, Level(Held.D, 1.0), 0.2 * periods)
+    found, settled = onto_sweep(sequence, flights, r, Level(Held.D, 1.0), 0.2 * periods)
     assert found.excess.shape == (2, settled.shape[1])
     rows = np.flatnonzero((found.gbar < 2) & (np.diff(found.velocity, axis=0) != 0).any(axis=0))
     assert len(rows) > 10

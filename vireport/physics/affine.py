@@ -8,7 +8,6 @@ Algorithms 37, 2004). Every operation works on thousands of boxes at once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,29 +30,31 @@ UNDERFLOW = 1e-290
 """Added to every radius, for products that underflow."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Affine:
     """One number of each of k boxes.
 
-    Attributes
+    Parameters
     ----------
     centre : ndarray, shape (k,)
     linear : ndarray, shape (symbols, k)
         What a symbol adds at 1.
     radius : ndarray, shape (k,)
         Bound of all the rest, roundings included; infinite or NaN where an operation was not defined.
+    spread : ndarray, shape (k,), optional
+        What all symbols together add at most, where it is known.
     """
 
-    centre: Floats
-    linear: Floats
-    radius: Floats
-
+    __slots__ = ("centre", "linear", "radius", "spread")
     __array_ufunc__ = None  # so that NumPy's numbers leave operations to this class
+
+    def __init__(self, centre: Floats, linear: Floats, radius: Floats, spread: Floats | None = None) -> None:
+        self.centre, self.linear, self.radius = centre, linear, radius
+        self.spread: Floats = np.abs(linear).sum(axis=0) if spread is None else spread
 
     @property
     def reach(self) -> Floats:
         """Largest distance from the centre."""
-        return np.asarray(np.abs(self.linear).sum(axis=0) + self.radius)
+        return np.asarray(self.spread + self.radius)
 
     @property
     def lower(self) -> Floats:
@@ -67,10 +68,11 @@ class Affine:
 
     def __getitem__(self, index: Any) -> Affine:
         """The numbers of some of the boxes."""
-        return Affine(self.centre[index], self.linear[:, index], self.radius[index])
+        rows = np.arange(len(self.centre))[index]
+        return Affine(self.centre[rows], self.linear.take(rows, axis=1), self.radius[rows], self.spread[rows])
 
     def __neg__(self) -> Affine:
-        return Affine(-self.centre, -self.linear, self.radius)
+        return Affine(-self.centre, -self.linear, self.radius, self.spread)
 
     def __add__(self, other: Affine | float | Floats) -> Affine:
         if isinstance(other, Affine):
@@ -86,18 +88,17 @@ class Affine:
     def __mul__(self, other: Affine | float | Floats) -> Affine:
         if not isinstance(other, Affine):
             return _rounded(self.centre * other, self.linear * other, self.radius * np.abs(other))
-        a, b = np.abs(self.centre), np.abs(other.centre)
-        spread, spread_other = np.abs(self.linear).sum(axis=0), np.abs(other.linear).sum(axis=0)
+        a, b = np.abs(self.centre) + self.spread, np.abs(other.centre) + other.spread
         # s_i^2 is between 0 and 1: half of it counts as known.
         squares = self.linear * other.linear / 2
         return _rounded(
             self.centre * other.centre + squares.sum(axis=0),
             self.centre * other.linear + other.centre * self.linear,
-            spread * spread_other
+            self.spread * other.spread
             - np.abs(squares).sum(axis=0)
-            + (a + spread) * other.radius
-            + (b + spread_other + other.radius) * self.radius,
-            (a + spread) * (b + spread_other),
+            + a * other.radius
+            + (b + other.radius) * self.radius,
+            a * b,
         )
 
     __radd__, __rmul__ = __add__, __mul__
@@ -151,8 +152,9 @@ class Affine:
 
 def _rounded(centre: Floats, linear: Floats, radius: Floats, size: Any = 0.0) -> Affine:
     """A number whose radius includes the roundings of terms as large as itself, or as `size`."""
-    terms = np.abs(centre) + np.abs(linear).sum(axis=0) + radius + size
-    return Affine(centre, linear, radius + AFFINE_ROUNDING * terms + UNDERFLOW)
+    spread = np.abs(linear).sum(axis=0)
+    terms = np.abs(centre) + spread + radius + size
+    return Affine(centre, linear, radius + AFFINE_ROUNDING * terms + UNDERFLOW, spread)
 
 
 def _exact(value: float | Floats) -> Affine:

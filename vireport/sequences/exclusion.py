@@ -46,6 +46,9 @@ FEW = 60
 WALLS = 1 / 20
 """Side from which down it is tested whether the ball passes through a membrane: larger cells hardly ever show it."""
 
+NEAR_TURN = 1e-3
+"""Newton step [t_c] at which a turning point is near enough: any point of a flight may prove that it leaves."""
+
 MOST_CELLS = 20_000
 """Cells that are divided once more: where more are left, as above a sweep over decades, they stay as they are."""
 
@@ -162,9 +165,8 @@ class Exclusion:
 
     def motions(self, cells: Cells) -> tuple[Motions, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
-        level = self.model.level
-        above = motions_above(cells.sequence, cells.centre, self.model.r)
-        found, flights = onto_sweep(self._placed(above), cells.centre, level, REACH * cells.side)
+        level, r = self.model.level, self.model.r
+        found, flights = onto_sweep(cells.sequence, cells.centre, r, level, REACH * cells.side)
         found, rows = within(self._placed(found), level, self.low, self.high)
         return found, flights[:, rows]
 
@@ -202,11 +204,11 @@ class Exclusion:
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
         """Which cells may hold motions of the sweep."""
         sequence, rows = self.sequences[0], np.arange(len(period))
-        # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
-        for first in range(min(len(corner), 2) if sequence.one_sided else 1):
-            boxes = _boxes(corner[:, rows], side[rows])
-            x = solution(sequence, boxes, self.model.r, AFFINE, period[rows], first=first)
-            solved = self._solved(x)
+        x = solution(sequence, _boxes(corner, side), self.model.r, AFFINE, period)
+        rows, x = self._solved(rows, x)
+        if sequence.one_sided and len(corner) > 1:
+            # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
+            solved, _ = self._solved(np.arange(len(rows)), x.by_others())
             rows, x = rows[solved], x.at(solved)
         possible, small = np.zeros(len(period), dtype=bool), np.flatnonzero(side[rows] <= WALLS)
         possible[rows] = True
@@ -215,11 +217,12 @@ class Exclusion:
             possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side[rows], x.at(small))
         return possible
 
-    def _solved(self, x: Solution) -> NDArray[np.intp]:
-        """Which may be solutions of the sweep with velocities of the right signs."""
+    def _solved(self, rows: NDArray[np.intp], x: Solution) -> tuple[NDArray[np.intp], Solution]:
+        """Those, with their numbers, that may be solutions of the sweep with velocities of the right signs."""
         zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
-        rows = np.flatnonzero(np.logical_and.reduce(zeros)) if zeros else np.arange(len(x.gbar.centre))
-        x = x.at(rows)
+        if zeros:
+            zero = np.flatnonzero(np.logical_and.reduce(zeros))
+            rows, x = rows[zero], x.at(zero)
         scale = x.sine * x.sine + x.cosine * x.cosine
         coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
         square = coordinate * coordinate
@@ -230,7 +233,9 @@ class Exclusion:
         if not self.model.level.horizontal:
             positive.append(x.gbar)
         above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
-        return np.asarray(rows[possible & ~(np.any(above, axis=0) & np.any(below, axis=0))])
+        possible &= ~(np.any(above, axis=0) & np.any(below, axis=0))
+        left = np.flatnonzero(possible)
+        return rows[left], x.at(left)
 
     def _d(self, x: Solution) -> Any:
         """The d of solutions with their factor; where one membrane is struck and d is held, not less than it."""
@@ -249,7 +254,7 @@ class Exclusion:
         """
         r, walls = self.model.r, np.array(self.sequences[0].walls)
         above = self._placed(motions_above(self.sequences[0], corner + side / 2, r, period))
-        turns = turning_points(walls, above.velocity, above.time, period, (above.d, above.gbar), r)
+        turns = turning_points(walls, above.velocity, above.time, period, (above.d, above.gbar), r, NEAR_TURN)
         order = np.argsort(-turns.gap, kind="stable")
         farthest = np.full(len(period), -1)
         farthest[turns.motion[order]] = order  # of the turning points of a motion the last one assigned
@@ -280,5 +285,5 @@ def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:
 
 def _chosen(which: NDArray[np.intp], numbers: list[Affine]) -> Affine:
     """Of several numbers one for each box."""
-    parts = zip(*((y.centre, y.linear, y.radius) for y in numbers), strict=True)
+    parts = zip(*((y.centre, y.linear, y.radius, y.spread) for y in numbers), strict=True)
     return Affine(*(np.choose(which, part) for part in parts))

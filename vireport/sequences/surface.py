@@ -26,7 +26,7 @@ from vireport.sequences.turns import Turns, turning_points
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-NEWTON_STEPS, STEP, SETTLED = 5, 1e-7, 1e-8
+NEWTON_STEPS, STEP, SETTLED = 6, 1e-7, 1e-8
 """Newton steps, the difference of flight times that derivatives are taken over [t_c], and the residual that is small
 enough to follow a family from: the steps square it."""
 
@@ -36,7 +36,8 @@ class Solution(NamedTuple):
 
     Times of the impacts, the first at time zero, or the second where only one membrane is struck; sine and cosine of
     the phase there; the groups, d being None where only one membrane is struck. What is in `excess` is zero above those
-    flight times that there is a motion for.
+    flight times that there is a motion for. Where only one membrane is struck, `rows` are the conditions, the first two
+    of which were solved, and `waves` sine and cosine of pi times the time of each impact.
     """
 
     vectors: list[Any]
@@ -46,11 +47,14 @@ class Solution(NamedTuple):
     gbar: Any
     d: Any
     excess: list[Any]
+    rows: Row[Any] = ()
+    waves: Row[Any] = ()
 
     @property
     def velocity(self) -> list[Any]:
-        """Of each impact; its vector holds what multiplies the sine, the cosine and gbar."""
-        return [_product(vector, (self.sine, self.cosine, self.gbar)) for vector in self.vectors]
+        """Of each impact; its vector holds what multiplies sine, cosine and gbar, with waves for the impact's phase."""
+        turned = [_turned(*pair) for pair in zip(self.vectors, self.waves, strict=True)] if self.waves else self.vectors
+        return [_product(vector, (self.sine, self.cosine, self.gbar)) for vector in turned]
 
     @property
     def positive(self) -> Any:
@@ -59,9 +63,20 @@ class Solution(NamedTuple):
 
     def at(self, index: Any) -> Solution:
         """Some of them, but for the excess."""
-        vectors, time = [[y[index] for y in vector] for vector in self.vectors], [t[index] for t in self.time]
+        vectors, rows, waves = (
+            [[y if isinstance(y, float) else y[index] for y in row] for row in part]
+            for part in (self.vectors, self.rows, self.waves)
+        )
         d = None if self.d is None else self.d[index]
-        return Solution(vectors, time, self.sine[index], self.cosine[index], self.gbar[index], d, [])
+        groups = self.sine[index], self.cosine[index], self.gbar[index], d
+        return Solution(vectors, [t[index] for t in self.time], *groups, [], rows, waves)
+
+    def by_others(self) -> Solution:
+        """The same by the last condition and the first, where only one membrane is struck."""
+        rows = [self.rows[-1], *self.rows[:-1]]
+        sine, cosine, gbar = kernel = _cross(*rows[:2])
+        excess = [_product(row, kernel) for row in rows[2:]]
+        return self._replace(sine=sine, cosine=cosine, gbar=gbar, excess=excess, rows=rows)
 
 
 def solution(
@@ -71,7 +86,6 @@ def solution(
     ops: Any = ARRAYS,
     period: Any = None,
     time: list[Any] | None = None,
-    first: int = 1,
 ) -> Solution:
     """Solve the linear conditions of a motion with three or four impacts, or two to four on one membrane only.
 
@@ -88,16 +102,13 @@ def solution(
         Of each motion [t_c], where it is not that of the sequence.
     time : list, optional
         Of all impacts [t_c], where they are arrays of fewer numbers than the sums of flight times.
-    first : int
-        Of the two neighbouring impacts whose conditions are solved, where only one membrane is struck; those of the
-        others are what is in excess.
 
     Source: Eqs. (2.11)-(2.13). Velocities are eliminated by (2.11); flights from a membrane to the same one do not
     depend on d, nor do two flights there and back together, which leaves two conditions, or three, on three unknowns.
     """
     count, walls = len(sequence), sequence.walls
     if sequence.one_sided:
-        return _on_one_membrane(flights, 2.0 * sequence.periods if period is None else period, r, ops, first)
+        return _on_one_membrane(flights, 2.0 * sequence.periods if period is None else period, r, ops)
     if time is None:
         time = list(accumulate(flights, initial=flights[0] * 0.0))
     durations = [*flights, (2.0 * sequence.periods if period is None else period) - time[-1]]
@@ -127,7 +138,7 @@ def solution(
     return Solution(velocities, time, kernel[0], kernel[1], kernel[2], d, excess)
 
 
-def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: int) -> Solution:
+def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any) -> Solution:
     """Solve the conditions where all impacts are on the bottom.
 
     A flight that comes back to it after a time t begins, by (2.12), with the velocity gbar t/2 - p s + q c upwards,
@@ -140,22 +151,22 @@ def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any, first: 
     lead = [(1.0 - ops.sinc(t)) * (1 / np.pi) for t in durations]
     lift = [ops.sinc(half) * ops.sin(half * np.pi) * (1 / np.pi) for half in halves]
     time = [-flights[0], flights[0] * 0.0, *accumulate(flights[1:])]
-    waves = [(ops.sin(t * np.pi), ops.cos(t * np.pi)) for t in time]
-    waves[1] = 0.0, 1.0
-    vectors, rows = [], []
-    for i, (sine, cosine) in enumerate(waves):
-        before = lead[i - 1], lift[i - 1], halves[i - 1]
-        balance = -lead[i] - before[0] * r, lift[i] - before[1] * r, halves[i] - before[2] * r
-        vectors.append(_turned(before, sine, cosine))
-        rows.append(_turned(balance, sine, cosine))
-    kernel = _cross(rows[first], rows[(first + 1) % len(rows)])
-    excess = [_product(rows[(first + i) % len(rows)], kernel) for i in range(2, len(rows))]
-    return Solution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess)
+    waves = [(0.0, 1.0) if i == 1 else (ops.sin(t * np.pi), ops.cos(t * np.pi)) for i, t in enumerate(time)]
+    vectors = [(lead[i - 1], lift[i - 1], halves[i - 1]) for i in range(len(time))]
+    rows = []
+    for i, (p, q, half) in enumerate(vectors):
+        balance = -lead[i] - p * r, lift[i] - q * r, halves[i] - half * r
+        rows.append(balance if i == 1 else _turned(balance, waves[i]))
+    rows = [*rows[1:], rows[0]]
+    kernel = _cross(*rows[:2])
+    excess = [_product(row, kernel) for row in rows[2:]]
+    return Solution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess, rows, waves)
 
 
-def _turned(vector: Row[Any], sine: Any, cosine: Any) -> list[Any]:
-    """What multiplies sine, cosine and gbar, for the phase at time zero instead of that at a time with this one."""
+def _turned(vector: Row[Any], wave: tuple[Any, Any]) -> list[Any]:
+    """What multiplies sine, cosine and gbar, for the phase at time zero instead of that at a time with this wave."""
     s, c, gbar = vector
+    sine, cosine = wave
     return [s * cosine - c * sine, s * sine + c * cosine, gbar]
 
 
@@ -214,12 +225,6 @@ class Motions:
     def coordinate(self, level: Level) -> Floats:
         """What orders a sweep."""
         return np.asarray(self.gbar if level.held is Held.D else self.d)
-
-    def off(self, level: Level) -> Floats:
-        """How far they are from what a sweep holds."""
-        if level.held is Held.RATIO:
-            return np.asarray(self.d / level.value - self.gbar)
-        return np.asarray((self.d if level.held is Held.D else self.gbar) - level.value)
 
     def motion(self, i: int, level: Level) -> Motion:
         """One of them."""
@@ -304,44 +309,50 @@ def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Mot
     return motions[rows], rows
 
 
-def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float) -> tuple[Motions, Floats]:
-    """The motions of a sweep next to solutions above flight times, by Newton's method, where it settles.
+def onto_sweep(sequence: Sequence, flights: Floats, r: float, level: Level, farthest: float) -> tuple[Motions, Floats]:
+    """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
 
     Parameters
     ----------
-    motions : Motions
+    sequence : Sequence
     flights : ndarray (N - 1, n)
-        What they are above [t_c].
+        All flight times but the last, from which it starts [t_c].
+    r : float
+        Restitution coefficient.
     level : Level
         What the sweep holds.
     farthest : float
         Most that a flight time may change [t_c].
     """
-    start, sequence, r = flights, motions.sequence, motions.r
-    steps = STEP * np.eye(len(flights))[:, :, None]
+    start, flights, settled = flights, flights.copy(), np.zeros(flights.shape[1], dtype=bool)
+    steps, rows = STEP * np.eye(len(flights), len(flights) + 1, 1)[:, :, None], np.arange(flights.shape[1])
     for _ in range(NEWTON_STEPS):
-        value = _conditions(motions, level)
         with np.errstate(all="ignore"):
-            ahead = [_conditions(motions_above(sequence, flights + step, r), level) for step in steps]
-            slope = (np.stack(ahead, axis=-1) - value[:, :, None]) / STEP
-            square = slope @ slope.transpose(0, 2, 1)
+            values = _conditions(sequence, flights[:, None, rows] + steps, r, level)
+            value, slope = values[:, 0, :, None], (values[:, 1:] - values[:, :1]) / STEP
+            square = slope.transpose(0, 2, 1) @ slope
             size = np.linalg.det(square)
         regular = np.isfinite(size) & (size > np.finfo(float).tiny)
-        value, slope, square, start, flights = (
-            value[regular], slope[regular], square[regular], start[:, regular], flights[:, regular],
-        )  # fmt: skip
-        flights = flights - np.einsum("nji,nj->in", slope, np.linalg.solve(square, value[:, :, None])[:, :, 0])
-        near = (np.abs(flights - start).max(axis=0) < farthest) & (flights > 0).all(axis=0)
-        near &= flights.sum(axis=0) < 2 * sequence.periods
-        start, flights = start[:, near], flights[:, near]
-        motions = motions_above(sequence, flights, r)
-    settled = np.abs(_conditions(motions, level)).max(axis=1, initial=0.0) < SETTLED
-    return motions[settled], flights[:, settled]
+        rows, value, slope, square = rows[regular], value[regular], slope[regular], square[regular]
+        moved = flights[:, rows] - (slope @ np.linalg.solve(square, value))[:, :, 0].T
+        near = (np.abs(moved - start[:, rows]).max(axis=0) < farthest) & (moved > 0).all(axis=0)
+        near &= moved.sum(axis=0) < 2 * sequence.periods
+        flights[:, rows] = moved
+        ends = np.abs(value).max(axis=(1, 2), initial=0.0) < SETTLED
+        settled[rows[near & ends]] = True
+        rows = rows[near & ~ends]
+    flights = flights[:, settled]
+    return motions_above(sequence, flights, r), flights
 
 
-def _conditions(motions: Motions, level: Level) -> Floats:
-    """What is zero for motions of a sweep (n, conditions)."""
-    with np.errstate(invalid="ignore"):
-        values = [] if motions.sequence.one_sided and level.held is not Held.GBAR else [motions.off(level)]
-        values += [*motions.excess]
-    return np.reshape(values, (len(values), len(motions.d))).T
+def _conditions(sequence: Sequence, flights: Floats, r: float, level: Level) -> Floats:
+    """What is zero for motions of a sweep, of flight times (N - 1, m, n): (n, m, conditions)."""
+    x = solution(sequence, list(flights), r)
+    scale, values = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive), x.excess
+    if level.held is Held.GBAR or not sequence.one_sided:
+        if level.held is Held.RATIO:
+            off = x.d / level.value - x.gbar
+        else:
+            off = (x.d if level.held is Held.D else x.gbar) - level.value / scale
+        values = [off, *values]
+    return np.reshape([scale * value for value in values], (len(values), *scale.shape)).T

@@ -33,7 +33,13 @@ class Turns(NamedTuple):
 
 
 def turning_points(
-    walls: Ints, velocity: Floats, time: Floats, period: float | Floats, groups: tuple[Floats, Floats], r: float
+    walls: Ints,
+    velocity: Floats,
+    time: Floats,
+    period: float | Floats,
+    groups: tuple[Floats, Floats],
+    r: float,
+    settled: float = SETTLED,
 ) -> Turns:
     """Find the turning points of motions with one sequence of impacts.
 
@@ -49,6 +55,8 @@ def turning_points(
         Their d and gbar.
     r : float
         Restitution coefficient.
+    settled : float
+        Newton step at which a turning point is found [t_c].
     """
     d, gbar = groups
     ends = np.concatenate([time[1:], time[:1] + period])
@@ -76,7 +84,7 @@ def turning_points(
         value = flight.velocity(t - start[i], v[i], s[i], np.sin(phase), pull[i])
         return value, flight.acceleration(np.cos(phase), pull[i])
 
-    root = newton_root(speed_at, low, high, rising, SETTLED)
+    root = newton_root(speed_at, low, high, rising, settled)
     covered = flight.displacement(root - start, v, s, np.cos(np.pi * start), np.cos(np.pi * root), pull)
     leaves, turned = walls[which], np.where(rising, -1, 1)
     gap = d[motion] / 2 * (1 - turned * leaves) - turned * covered
