@@ -304,7 +304,9 @@ def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Mot
     return motions[rows], rows
 
 
-def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float) -> tuple[Motions, Floats]:
+def onto_sweep(
+    motions: Motions, flights: Floats, level: Level, farthest: float, coordinate: float | None = None
+) -> tuple[Motions, Floats]:
     """The motions of a sweep next to solutions above flight times, by Newton's method, where it settles.
 
     Parameters
@@ -316,13 +318,15 @@ def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float)
         What the sweep holds.
     farthest : float
         Most that a flight time may change [t_c].
+    coordinate : float, optional
+        Only those at this place of the sweep.
     """
     start, sequence, r = flights, motions.sequence, motions.r
     steps = STEP * np.eye(len(flights))[:, :, None]
     for _ in range(NEWTON_STEPS):
-        value = _conditions(motions, level)
+        value = _conditions(motions, level, coordinate)
         with np.errstate(all="ignore"):
-            ahead = [_conditions(motions_above(sequence, flights + step, r), level) for step in steps]
+            ahead = [_conditions(motions_above(sequence, flights + step, r), level, coordinate) for step in steps]
             slope = (np.stack(ahead, axis=-1) - value[:, :, None]) / STEP
             square = slope @ slope.transpose(0, 2, 1)
             size = np.linalg.det(square)
@@ -335,13 +339,14 @@ def onto_sweep(motions: Motions, flights: Floats, level: Level, farthest: float)
         near &= flights.sum(axis=0) < 2 * sequence.periods
         start, flights = start[:, near], flights[:, near]
         motions = motions_above(sequence, flights, r)
-    settled = np.abs(_conditions(motions, level)).max(axis=1, initial=0.0) < SETTLED
+    settled = np.abs(_conditions(motions, level, coordinate)).max(axis=1, initial=0.0) < SETTLED
     return motions[settled], flights[:, settled]
 
 
-def _conditions(motions: Motions, level: Level) -> Floats:
+def _conditions(motions: Motions, level: Level, coordinate: float | None = None) -> Floats:
     """What is zero for motions of a sweep (n, conditions)."""
     with np.errstate(invalid="ignore"):
         values = [] if motions.sequence.one_sided and level.held is not Held.GBAR else [motions.off(level)]
         values += [*motions.excess]
+        values += [] if coordinate is None else [motions.coordinate(level) - coordinate]
     return np.reshape(values, (len(values), len(motions.d))).T
