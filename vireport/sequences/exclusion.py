@@ -21,6 +21,7 @@ from vireport.sequences.motions import Sequence
 from vireport.sequences.surface import (
     Motions,
     Solution,
+    into_range,
     motions_above,
     onto_sweep,
     room,
@@ -165,6 +166,9 @@ class Exclusion:
         level = self.model.level
         above = motions_above(cells.sequence, cells.centre, self.model.r)
         found, flights = onto_sweep(self._placed(above), cells.centre, level, REACH * cells.side)
+        if not cells.sequence.one_sided:
+            flights = into_range(found, flights, level, REACH * cells.side, (self.low, self.high))
+            found = motions_above(cells.sequence, flights, self.model.r)
         found, rows = within(self._placed(found), level, self.low, self.high)
         return found, flights[:, rows]
 

@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 from vireport.analysis import Held
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import Sequence
-from vireport.sequences.surface import Motions, Solution, motions_above, onto_sweep, solution, sweep_conditions, within
+from vireport.sequences.surface import (
+    Motions,
+    Solution,
+    into_range,
+    motions_above,
+    onto_sweep,
+    solution,
+    sweep_conditions,
+    within,
+)
 
 Floats = NDArray[np.float64]
 
@@ -38,9 +47,6 @@ FIT = np.vstack([(CORNERS - 0.5).T / 2, np.full(8, 1 / 8)]).astype(np.float32)
 
 SIGNS = np.array([1, -1], np.float32)
 """Of the factor of a solution."""
-
-INWARD = 1 / 16
-"""Share of the range from its ends at which motions are looked for on families that are found outside."""
 
 SLACK = 0.25
 """Of the range of a function in the corners of a cell: how far beyond it the function may go inside."""
@@ -81,11 +87,7 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
             starts.append(np.roll(flights, -first, axis=0)[:-1])
     flights = np.maximum(np.concatenate(starts, axis=1), side / 4)  # where two times are in one cell
     motions, flights = onto_sweep(motions_above(sequence, flights, model.r), flights, model.level, 2 * side)
-    # A family may be in the range for less than a cell, and its motion nearest to the start outside.
-    value, inward = motions.coordinate(model.level), INWARD * (high - low)
-    ends = (value <= low, low + inward), (value >= high, high - inward)
-    found = [onto_sweep(motions[rows], flights[:, rows], model.level, 2 * side, end)[1] for rows, end in ends]
-    flights = np.concatenate([flights, *found], axis=1)
+    flights = into_range(motions, flights, model.level, 2 * side, (low, high))
     motions, rows = within(motions_above(sequence, flights, model.r), model.level, low, high)
     return motions, flights[:, rows]
 

@@ -30,6 +30,9 @@ NEWTON_STEPS, STEP, SETTLED = 5, 1e-7, 1e-8
 """Newton steps, the difference of flight times that derivatives are taken over [t_c], and the residual that is small
 enough to follow a family from: the steps square it."""
 
+INWARD = 1 / 16
+"""Share of the range from its ends at which motions are looked for on families that are found outside."""
+
 
 class Solution(NamedTuple):
     """What the conditions leave above flight times, up to a common factor.
@@ -341,6 +344,18 @@ def onto_sweep(
         motions = motions_above(sequence, flights, r)
     settled = np.abs(_conditions(motions, level, coordinate)).max(axis=1, initial=0.0) < SETTLED
     return motions[settled], flights[:, settled]
+
+
+def into_range(motions: Motions, flights: Floats, level: Level, farthest: float, limits: tuple[float, float]) -> Floats:
+    """Flight times of motions of a sweep, and next to those beyond its range of others of their families inside.
+
+    A family may be in the range for less than a cell, and its motion nearest to a start outside.
+    """
+    (low, high), value = limits, motions.coordinate(level)
+    inward = INWARD * (high - low)
+    ends = (value <= low, low + inward), (value >= high, high - inward)
+    found = [onto_sweep(motions[rows], flights[:, rows], level, farthest, end)[1] for rows, end in ends]
+    return np.concatenate([flights, *found], axis=1)
 
 
 def _conditions(motions: Motions, level: Level, coordinate: float | None = None) -> Floats:
