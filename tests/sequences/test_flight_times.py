@@ -255,22 +255,29 @@ def test_families_within_few_cells_are_found(name: str, sequence: Sequence, fold
 UPRIGHT = """\
 schema_version: 1
 device: {capsule_mass_kg: 0.125, restitution: 0.565, length_m: 0.02}
-excitation: {amplitude_n: 5.75}
+excitation: {amplitude_n: 5.75, frequency_hz: 8.6}
 inclination_deg: 90
-sweep: {parameter: frequency_hz, from: 7.5, to: 8.9}
 """
 
 
 @pytest.mark.slow
-def test_a_family_is_found_where_the_factor_of_the_solutions_changes_its_sign():
-    """It joins no other, and the simulation ends on it."""
-    sweep = sweep_of(loads(UPRIGHT).scenario)
-    d, gbar = (float(x) for x in sweep.device.groups(sweep.parameter, 8.6))
+@pytest.mark.parametrize(
+    ("swept", "value"),
+    [
+        ("frequency_hz, from: 7.5, to: 8.9", 8.6),
+        ("inclination_deg, from: 75, to: 90", 89.0),
+        ("frequency_hz, from: 8.599, to: 8.601", 8.6),
+    ],
+)
+def test_a_family_is_found_that_joins_no_other(swept: str, value: float):
+    """The simulation ends on it; the factor of the solutions changes its sign beside it, or it is within one cell."""
+    sweep = sweep_of(loads(UPRIGHT + f"sweep: {{parameter: {swept}}}\n").scenario)
+    d, gbar = (float(x) for x in sweep.device.groups(sweep.parameter, value))
     cycle = find_attractor(d, gbar, float(sweep.device.restitution), Impact(1, 0.375, 5.66)).cycle
     assert cycle is not None
     assert cycle.word == "BBBT"
-    motion = motion_of_cycle(cycle, float(sweep.coordinate_of(8.6)))
-    assert min(motion.distance(other) for _, other in atlas(sweep, Limits(4, 1)).stable_at(8.6)) < 1e-9
+    motion = motion_of_cycle(cycle, float(sweep.coordinate_of(value)))
+    assert min(motion.distance(other) for _, other in atlas(sweep, Limits(4, 1)).stable_at(value)) < 1e-9
 
 
 @pytest.mark.slow

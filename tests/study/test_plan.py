@@ -84,5 +84,4 @@ def test_what_only_some_runs_have_is_not_listed_in_the_others():
 
 def test_cost_of_a_simulation_counts_its_impacts():
     (step,) = [step for step in of(EVERYTHING).steps if step.task is Task.SIMULATION]
-    # 4 starts, and some 20 to follow the motion one way.
-    assert "41 x 4 starts x 1000 impacts, then followed from value to value (up), about 0.5 s" in step.what
+    assert "41 x 4 starts x 1000 impacts, about 0.08 s, then followed from value to value (up), about 1 s" in step.what

@@ -21,6 +21,7 @@ from vireport.sequences.motions import Sequence
 from vireport.sequences.surface import (
     Motions,
     Solution,
+    into_range,
     motions_above,
     onto_sweep,
     room,
@@ -165,8 +166,11 @@ class Exclusion:
 
     def motions(self, cells: Cells) -> tuple[Motions, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
-        level, r = self.model.level, self.model.r
-        found, flights = onto_sweep(cells.sequence, cells.centre, r, level, REACH * cells.side)
+        sequence, level, r, farthest = cells.sequence, self.model.level, self.model.r, REACH * cells.side
+        found, flights = onto_sweep(sequence, cells.centre, r, level, farthest)
+        if not sequence.one_sided:
+            flights = into_range(found, flights, level, farthest, (self.low, self.high))
+            found = motions_above(sequence, flights, r)
         found, rows = within(self._placed(found), level, self.low, self.high)
         return found, flights[:, rows]
 

@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 from vireport.analysis import Held
 from vireport.sequences.equations import Model
 from vireport.sequences.motions import Sequence
-from vireport.sequences.surface import Motions, Solution, onto_sweep, solution, sweep_conditions, within
+from vireport.sequences.surface import (
+    Motions,
+    Solution,
+    into_range,
+    motions_above,
+    onto_sweep,
+    solution,
+    sweep_conditions,
+    within,
+)
 
 Floats = NDArray[np.float64]
 
@@ -78,7 +87,8 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
             starts.append(np.roll(flights, -first, axis=0)[:-1])
     flights = np.maximum(np.concatenate(starts, axis=1), side / 4)  # where two times are in one cell
     motions, flights = onto_sweep(sequence, flights, model.r, model.level, 2 * side)
-    motions, rows = within(motions, model.level, low, high)
+    flights = into_range(motions, flights, model.level, 2 * side, (low, high))
+    motions, rows = within(motions_above(sequence, flights, model.r), model.level, low, high)
     return motions, flights[:, rows]
 
 

@@ -30,6 +30,9 @@ NEWTON_STEPS, STEP, SETTLED = 6, 1e-7, 1e-8
 """Newton steps, the difference of flight times that derivatives are taken over [t_c], and the residual that is small
 enough to follow a family from: the steps square it."""
 
+INWARD = 1 / 16
+"""Share of the range from its ends at which motions are looked for on families that are found outside."""
+
 
 class Solution(NamedTuple):
     """What the conditions leave above flight times, up to a common factor.
@@ -309,7 +312,9 @@ def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Mot
     return motions[rows], rows
 
 
-def onto_sweep(sequence: Sequence, flights: Floats, r: float, level: Level, farthest: float) -> tuple[Motions, Floats]:
+def onto_sweep(
+    sequence: Sequence, flights: Floats, r: float, level: Level, farthest: float, coordinate: float | None = None
+) -> tuple[Motions, Floats]:
     """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
 
     Parameters
@@ -323,12 +328,14 @@ def onto_sweep(sequence: Sequence, flights: Floats, r: float, level: Level, fart
         What the sweep holds.
     farthest : float
         Most that a flight time may change [t_c].
+    coordinate : float, optional
+        Only those at this place of the sweep.
     """
     start, flights, settled = flights, flights.copy(), np.zeros(flights.shape[1], dtype=bool)
     steps, rows = STEP * np.eye(len(flights), len(flights) + 1, 1)[:, :, None], np.arange(flights.shape[1])
     for _ in range(NEWTON_STEPS):
         with np.errstate(all="ignore"):
-            values = _conditions(sequence, flights[:, None, rows] + steps, r, level)
+            values = _conditions(sequence, flights[:, None, rows] + steps, r, level, coordinate)
             value, slope = values[:, 0, :, None], (values[:, 1:] - values[:, :1]) / STEP
             square = slope.transpose(0, 2, 1) @ slope
             size = np.linalg.det(square)
@@ -345,7 +352,19 @@ def onto_sweep(sequence: Sequence, flights: Floats, r: float, level: Level, fart
     return motions_above(sequence, flights, r), flights
 
 
-def _conditions(sequence: Sequence, flights: Floats, r: float, level: Level) -> Floats:
+def into_range(motions: Motions, flights: Floats, level: Level, farthest: float, limits: tuple[float, float]) -> Floats:
+    """Flight times of motions of a sweep, and next to those beyond its range of others of their families inside.
+
+    A family may be in the range for less than a cell, and its motion nearest to a start outside.
+    """
+    (low, high), value = limits, motions.coordinate(level)
+    inward = INWARD * (high - low)
+    ends = (value <= low, low + inward), (value >= high, high - inward)
+    found = [onto_sweep(motions.sequence, flights[:, rows], motions.r, level, farthest, end)[1] for rows, end in ends]
+    return np.concatenate([flights, *found], axis=1)
+
+
+def _conditions(sequence: Sequence, flights: Floats, r: float, level: Level, coordinate: float | None) -> Floats:
     """What is zero for motions of a sweep, of flight times (N - 1, m, n): (n, m, conditions)."""
     x = solution(sequence, list(flights), r)
     scale, values = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive), x.excess
@@ -355,4 +374,6 @@ def _conditions(sequence: Sequence, flights: Floats, r: float, level: Level) -> 
         else:
             off = (x.d if level.held is Held.D else x.gbar) - level.value / scale
         values = [off, *values]
+    if coordinate is not None:
+        values = [*values, (x.gbar if level.held is Held.D else x.d) - coordinate / scale]
     return np.reshape([scale * value for value in values], (len(values), *scale.shape)).T

@@ -234,14 +234,16 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
             elif runs and row.task is Task.ACCURACY:
                 what = _methods()
             elif runs and row.task is Task.MOTIONS and (limits := scenario.motion_limits):
-                most = f"at most {limits.impacts} impacts in {limits.periods} forcing periods"
+                periods = "periods" if limits.periods > 1 else "period"
+                most = f"at most {limits.impacts} impacts in {limits.periods} forcing {periods}"
                 what = f"{Task.MOTIONS.what}, {most}: seconds to minutes"
             steps.append(Step(row.task, runs, what, why))
     return Plan(tuple(steps))
 
 
-FOLLOWED = 20
-"""Times the impacts of a start that it takes to follow a motion from one value to the next: an estimate."""
+JUMP = 2000
+"""Times the impacts of a start that it takes to find where a motion that is followed jumps: an estimate, next to which
+what lies between jumps takes little."""
 
 IMPACTS_PER_SECOND = 2e6
 """Of the simulation on one core of a common machine, for what a plan says of its cost."""
@@ -256,15 +258,14 @@ def _cost(scenario: Scenario) -> str:
     if asked is None:
         return Task.SIMULATION.what
     values = asked.samples if scenario.sweep is not None else 1
-    ways = {Direction.NONE: 0, Direction.BOTH: 2}.get(asked.follow, 1)
-    impacts = values * asked.impacts * (asked.starts + FOLLOWED * ways)
-    cost = f"about {impacts / IMPACTS_PER_SECOND:.1g} s and, the first time, a few seconds to compile"
+    rate, remark = IMPACTS_PER_SECOND, "the first time, a few seconds more to compile"
     if find_spec("numba") is None:
-        cost = (
-            f"about {impacts / INTERPRETED_PER_SECOND:.1g} s, interpreted, as numba is missing: {installing('numba')}"
-        )
-    slowly = f", then followed from value to value ({asked.follow})" if ways else ""
-    return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts{slowly}, {cost}"
+        rate, remark = INTERPRETED_PER_SECOND, f"interpreted, as numba is missing: {installing('numba')}"
+    cost = f"about {values * asked.starts * asked.impacts / rate:.1g} s"
+    if asked.follow is not Direction.NONE:
+        jump = f"about {JUMP * asked.impacts / rate:.1g} s for each jump"
+        cost += f", then followed from value to value ({asked.follow}), {jump}"
+    return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, {cost}; {remark}"
 
 
 def _methods() -> str:
