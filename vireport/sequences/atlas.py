@@ -335,8 +335,8 @@ def _images(family: Family, sequence: Sequence, mirror: bool) -> Iterator[Floats
         return
     time = family.x[:, len(own) : -1]
     flights = np.tile(np.diff(time, axis=1, append=time[:, :1] + 2 * own.periods).T, (count, 1))
-    for i in range(len(whole)):
-        if sequence in ((whole.rotated(i), whole.mirrored().rotated(i)) if mirror else (whole.rotated(i),)):
+    for image in (whole, whole.mirrored()) if mirror else (whole,):
+        for i in image.firsts(sequence):
             yield np.roll(flights, -i, axis=0)[:-1]
 
 

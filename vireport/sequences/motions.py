@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import acos, cos, pi, sin
+from math import acos, cos, inf, pi, sin
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -83,15 +83,17 @@ class Sequence:
         """The same impacts, counted from another."""
         return Sequence(self.walls[first:] + self.walls[:first], self.periods)
 
-    @property
-    def symmetries(self) -> list[int]:
-        """The impacts but the first from which the word is the same."""
-        return [i for i in range(1, len(self)) if self.rotated(i) == self]
+    def firsts(self, other: Sequence) -> list[int]:
+        """The impacts from which these are the impacts of another sequence."""
+        count, twice = len(self), self.walls + self.walls
+        same = count == len(other) and self.periods == other.periods
+        return [i for i in range(count) if same and twice[i : i + count] == other.walls]
 
     def canonical(self, mirror: bool = False) -> Sequence:
         """The same impacts, or with `mirror` their mirror image, so that the word is the alphabetically first one."""
-        each = (self, self.mirrored()) if mirror else (self,)
-        return min((one.rotated(i) for one in each for i in range(len(self))), key=lambda sequence: sequence.word)
+        count, each = len(self), (self, self.mirrored()) if mirror else (self,)
+        starts = ((one.walls + one.walls)[i : i + count] for one in each for i in range(count))
+        return Sequence(max(starts), self.periods)  # B, the first letter, is the larger number
 
     def mirrored(self) -> Sequence:
         """Bottom and top exchanged."""
@@ -126,15 +128,12 @@ class Motion:
     def rotated(self, first: int) -> Motion:
         """The same motion, with its impacts counted from another one, which is within the first forcing period."""
         time = np.concatenate([self.time[first:], self.time[:first] + 2 * self.sequence.periods])
-        velocity = np.roll(self.velocity, -first)
-        return replace(
-            self, sequence=self.sequence.rotated(first), velocity=velocity, time=time - 2 * np.floor(time[0] / 2)
-        )
+        velocity = np.concatenate([self.velocity[first:], self.velocity[:first]])
+        return Motion(self.sequence.rotated(first), velocity, time - 2 * np.floor(time[0] / 2), self.coordinate)
 
     def canonical(self) -> Motion:
         """The motion counted from where its word is the alphabetically first one; of several, the fastest impact."""
-        first = self.sequence.canonical()
-        firsts = [i for i in range(len(first)) if self.sequence.rotated(i) == first]
+        firsts = self.sequence.firsts(self.sequence.canonical())
         return self.rotated(max(firsts, key=lambda i: abs(float(self.velocity[i]))))
 
     def mirrored(self) -> Motion:
@@ -151,7 +150,7 @@ class Motion:
     def primitive(self) -> Motion:
         """The motion with the fewest impacts of which this is one period or several."""
         count = len(self.sequence)
-        for i in range(1, count):
+        for i in self.sequence.firsts(self.sequence)[1:]:
             if count % i == 0 and self.apart(self.rotated(i)) < IMAGE:
                 sequence = Sequence(self.sequence.walls[:i], self.sequence.periods * i // count)
                 return Motion(sequence, self.velocity[:i], self.time[:i], self.coordinate)
@@ -176,14 +175,16 @@ class Motion:
     def apart(self, other: Motion) -> float:
         """Largest difference of velocity and time of the impacts, in the order given; inf for other words."""
         if self.sequence != other.sequence:
-            return np.inf
-        late = self.time - other.time
-        return float(max(np.abs(self.velocity - other.velocity).max(), np.abs(late - 2 * np.round(late[0] / 2)).max()))
+            return inf
+        late = (self.time - other.time).tolist()
+        whole = 2 * round(late[0] / 2)
+        return max(*map(abs, (self.velocity - other.velocity).tolist()), *(abs(each - whole) for each in late))
 
     def distance(self, other: Motion, mirror: bool = False) -> float:
         """The same, from whichever impact the other is counted; with `mirror`, its mirror image if that is nearer."""
         others = (other, other.mirrored()) if mirror else (other,)
-        return min(self.apart(x.rotated(i)) for x in others for i in range(len(other.sequence)))
+        images = (x.rotated(i) for x in others for i in x.sequence.firsts(self.sequence))
+        return min(map(self.apart, images), default=inf)
 
 
 def motion_of_cycle(cycle: Cycle, coordinate: float) -> Motion:
