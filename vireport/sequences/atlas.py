@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from itertools import chain, product
 from math import pi
 
@@ -112,7 +113,7 @@ class _Search:
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
     queue: deque[Beginning] = field(default_factory=deque)
     undecided: list[Cells] = field(default_factory=list)
-    squares: dict[Sequence, list[Floats]] = field(default_factory=dict)
+    squares: dict[Sequence, tuple[int, Floats]] = field(default_factory=dict)
 
     @property
     def sweep(self) -> Sweep:
@@ -211,11 +212,12 @@ class _Search:
 
     def _near(self, sequence: Sequence, flights: Floats) -> NDArray[np.bool_]:
         """Which flight times are near to those of motions of a family, or of their images."""
-        squares = self.squares.setdefault(sequence, [np.empty(0)])
-        for family in self.families[len(squares) - 1 :]:
-            images = _images(family, sequence, self.model.level.horizontal)
-            squares.append(np.concatenate([np.empty(0), *map(_squares, images)]))
-        return np.isin(_codes(flights), np.concatenate(squares))
+        count, squares = self.squares.get(sequence, (0, np.array([np.inf])))  # of so many families, ascending
+        images = [_images(family, sequence, self.model.level.horizontal) for family in self.families[count:]]
+        squares = reduce(np.union1d, map(_squares, chain.from_iterable(images)), squares)
+        self.squares[sequence] = len(self.families), squares
+        codes = _codes(flights)
+        return np.asarray(squares.take(np.searchsorted(squares, codes), mode="clip") == codes)
 
     def _same(self, one: Motion, other: Motion) -> bool:
         return one.distance(other, mirror=self.model.level.horizontal) < SAME
@@ -346,7 +348,7 @@ def _squares(flights: Floats) -> Floats:
     fine = np.append(np.arange(0, way[-1], NEAR / 2), way[-1])
     line = np.stack([np.interp(fine, way, flight) for flight in flights])
     steps = np.array(list(product((-NEAR, 0, NEAR), repeat=len(line)))).T
-    return np.unique(_codes(line[:, :, None] + steps[:, None, :]))
+    return _codes(line[:, :, None] + steps[:, None, :])
 
 
 def _codes(flights: Floats) -> Floats:
