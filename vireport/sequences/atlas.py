@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import reduce
 from itertools import chain, product
 from math import pi
 
@@ -213,9 +212,10 @@ class _Search:
     def _near(self, sequence: Sequence, flights: Floats) -> NDArray[np.bool_]:
         """Which flight times are near to those of motions of a family, or of their images."""
         count, squares = self.squares.get(sequence, (0, np.array([np.inf])))  # of so many families, ascending
-        images = [_images(family, sequence, self.model.level.horizontal) for family in self.families[count:]]
-        squares = reduce(np.union1d, map(_squares, chain.from_iterable(images)), squares)
-        self.squares[sequence] = len(self.families), squares
+        if count < len(self.families):
+            images = (_images(family, sequence, self.model.level.horizontal) for family in self.families[count:])
+            squares = np.unique(np.concatenate([squares, *map(_squares, chain.from_iterable(images))]))
+            self.squares[sequence] = len(self.families), squares
         codes = _codes(flights)
         return np.asarray(squares.take(np.searchsorted(squares, codes), mode="clip") == codes)
 
@@ -348,7 +348,7 @@ def _squares(flights: Floats) -> Floats:
     fine = np.append(np.arange(0, way[-1], NEAR / 2), way[-1])
     line = np.stack([np.interp(fine, way, flight) for flight in flights])
     steps = np.array(list(product((-NEAR, 0, NEAR), repeat=len(line)))).T
-    return _codes(line[:, :, None] + steps[:, None, :])
+    return _codes(line[:, :, None] + steps[:, None, :]).ravel()
 
 
 def _codes(flights: Floats) -> Floats:
