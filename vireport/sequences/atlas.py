@@ -112,7 +112,7 @@ class _Search:
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
     queue: deque[Beginning] = field(default_factory=deque)
     undecided: list[Cells] = field(default_factory=list)
-    squares: dict[Sequence, list[Floats]] = field(default_factory=dict)
+    squares: dict[Sequence, tuple[int, Floats]] = field(default_factory=dict)
 
     @property
     def sweep(self) -> Sweep:
@@ -211,11 +211,13 @@ class _Search:
 
     def _near(self, sequence: Sequence, flights: Floats) -> NDArray[np.bool_]:
         """Which flight times are near to those of motions of a family, or of their images."""
-        squares = self.squares.setdefault(sequence, [np.empty(0)])
-        for family in self.families[len(squares) - 1 :]:
-            images = _images(family, sequence, self.model.level.horizontal)
-            squares.append(np.concatenate([np.empty(0), *map(_squares, images)]))
-        return np.isin(_codes(flights), np.concatenate(squares))
+        count, squares = self.squares.get(sequence, (0, np.array([np.inf])))  # of so many families, ascending
+        if count < len(self.families):
+            images = (_images(family, sequence, self.model.level.horizontal) for family in self.families[count:])
+            squares = np.unique(np.concatenate([squares, *map(_squares, chain.from_iterable(images))]))
+            self.squares[sequence] = len(self.families), squares
+        codes = _codes(flights)
+        return np.asarray(squares.take(np.searchsorted(squares, codes), mode="clip") == codes)
 
     def _same(self, one: Motion, other: Motion) -> bool:
         return one.distance(other, mirror=self.model.level.horizontal) < SAME
@@ -335,8 +337,8 @@ def _images(family: Family, sequence: Sequence, mirror: bool) -> Iterator[Floats
         return
     time = family.x[:, len(own) : -1]
     flights = np.tile(np.diff(time, axis=1, append=time[:, :1] + 2 * own.periods).T, (count, 1))
-    for i in range(len(whole)):
-        if sequence in ((whole.rotated(i), whole.mirrored().rotated(i)) if mirror else (whole.rotated(i),)):
+    for image in (whole, whole.mirrored()) if mirror else (whole,):
+        for i in image.firsts(sequence):
             yield np.roll(flights, -i, axis=0)[:-1]
 
 
@@ -346,7 +348,7 @@ def _squares(flights: Floats) -> Floats:
     fine = np.append(np.arange(0, way[-1], NEAR / 2), way[-1])
     line = np.stack([np.interp(fine, way, flight) for flight in flights])
     steps = np.array(list(product((-NEAR, 0, NEAR), repeat=len(line)))).T
-    return np.unique(_codes(line[:, :, None] + steps[:, None, :]))
+    return _codes(line[:, :, None] + steps[:, None, :]).ravel()
 
 
 def _codes(flights: Floats) -> Floats:

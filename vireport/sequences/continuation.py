@@ -132,7 +132,7 @@ class Arc:
         way, turned = self._way, self.end.tangent - self.start.tangent
         return copysign(sqrt(way @ way) * (1 + turned @ turned / 24), way @ self.start.tangent)
 
-    @property
+    @cached_property
     def _way(self) -> Floats:
         return (self.end.x - self.start.x) / self.start.path.scale
 

@@ -128,7 +128,7 @@ def linearised(sequence: Sequence, x: Floats, model: Varied) -> tuple[Floats, Fl
     """The residuals and their derivatives, arrays (2N,) and (2N, len(x))."""
     count, row = len(sequence), x.tolist()
     d, gbar, r = model.at(row[2 * count :])
-    values, by_start, by_end, by_groups = [], [], [], []  # lists, whose entries are written ten times as fast
+    values, by_impacts, by_groups = [], [], []  # lists, whose entries are written ten times as fast
     for leg in legs(sequence, row[count : 2 * count]):
         i, j, t = leg.start, leg.end, leg.duration
         after, pull_start, pull_end = flight.reflect(row[i], r), gbar + leg.cosine_start, gbar + leg.cosine_end
@@ -136,27 +136,24 @@ def linearised(sequence: Sequence, x: Floats, model: Varied) -> tuple[Floats, Fl
         speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar)
         covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar)
         values += [speed - row[j], covered - way * d]
-        by_start += [-r, -pull_start, -r * t, -after - pull_start * t]
-        by_end += [-1.0, pull_end, speed]
-        by_groups += [[0.0, t, -row[i]], [-way, t * t / 2, -row[i] * t]]
-    matrix = np.zeros((2 * count, len(row)))
-    at_start, at_end = _places(count, len(row))
-    entries = matrix.ravel()
-    entries[at_start] = by_start
-    entries[at_end] += by_end  # with one impact both ends of the flight are the same
-    matrix[:, 2 * count :] = np.array(by_groups) @ model.slopes(row[2 * count :])
+        by_impacts += [-r, -pull_start, -r * t, -after - pull_start * t, -1.0, pull_end, speed]
+        by_groups += [0.0, t, -row[i], -way, t * t / 2, -row[i] * t]
+    # with one impact both ends of the flight are the same, and their derivatives are added
+    entries = np.asarray(np.bincount(_places(count, len(row)), by_impacts, 2 * count * len(row)), float)
+    matrix = entries.reshape(2 * count, len(row))
+    matrix[:, 2 * count :] = np.array(by_groups).reshape(-1, 3) @ model.slopes(row[2 * count :])
     return np.array(values), matrix
 
 
 @lru_cache
-def _places(count: int, width: int) -> tuple[Ints, Ints]:
-    """Entries of the derivatives of flights by velocity and time of the impacts that begin and that end them."""
+def _places(count: int, width: int) -> Ints:
+    """Entries of the derivatives of each flight by velocity and time of the impacts that begin and that end it."""
     start = np.arange(count)
     end, velocity = np.roll(start, -1), 2 * start * width
     position = velocity + width
     by_start = velocity + start, velocity + count + start, position + start, position + count + start
     by_end = velocity + end, velocity + count + end, position + count + end
-    return np.stack(by_start, axis=1).ravel(), np.stack(by_end, axis=1).ravel()
+    return np.stack([*by_start, *by_end], axis=1).ravel()
 
 
 def trace(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS) -> Any:

@@ -108,7 +108,7 @@ class Cells:
         """Of all flight times, each motion counted from one impact."""
         sides = len(self.corner)
         part = (self.side / (2 * self.sequence.periods)) ** sides * factorial(sides)
-        return float(len(self) * part * (1 + len(self.sequence.symmetries)))
+        return float(len(self) * part * len(self.sequence.firsts(self.sequence)))
 
 
 @dataclass(frozen=True, slots=True)

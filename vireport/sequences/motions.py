@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import acos, cos, pi, sin
+from math import acos, cos, inf, pi, sin
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 BISECTIONS = 60
 """Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""
 
-SETTLED = 1e-13
+SETTLED = 1e-8
 """Newton step [t_c] at which a turning point is found: Z' being zero there, its square is what moves the position."""
 
 SAME = 1e-7
@@ -83,15 +83,17 @@ class Sequence:
         """The same impacts, counted from another."""
         return Sequence(self.walls[first:] + self.walls[:first], self.periods)
 
-    @property
-    def symmetries(self) -> list[int]:
-        """The impacts but the first from which the word is the same."""
-        return [i for i in range(1, len(self)) if self.rotated(i) == self]
+    def firsts(self, other: Sequence) -> list[int]:
+        """The impacts from which these are the impacts of another sequence."""
+        count, twice = len(self), self.walls + self.walls
+        same = count == len(other) and self.periods == other.periods
+        return [i for i in range(count) if same and twice[i : i + count] == other.walls]
 
     def canonical(self, mirror: bool = False) -> Sequence:
         """The same impacts, or with `mirror` their mirror image, so that the word is the alphabetically first one."""
-        each = (self, self.mirrored()) if mirror else (self,)
-        return min((one.rotated(i) for one in each for i in range(len(self))), key=lambda sequence: sequence.word)
+        count, each = len(self), (self, self.mirrored()) if mirror else (self,)
+        starts = ((one.walls + one.walls)[i : i + count] for one in each for i in range(count))
+        return Sequence(max(starts), self.periods)  # B, the first letter, is the larger number
 
     def mirrored(self) -> Sequence:
         """Bottom and top exchanged."""
@@ -126,15 +128,12 @@ class Motion:
     def rotated(self, first: int) -> Motion:
         """The same motion, with its impacts counted from another one, which is within the first forcing period."""
         time = np.concatenate([self.time[first:], self.time[:first] + 2 * self.sequence.periods])
-        velocity = np.roll(self.velocity, -first)
-        return replace(
-            self, sequence=self.sequence.rotated(first), velocity=velocity, time=time - 2 * np.floor(time[0] / 2)
-        )
+        velocity = np.concatenate([self.velocity[first:], self.velocity[:first]])
+        return Motion(self.sequence.rotated(first), velocity, time - 2 * np.floor(time[0] / 2), self.coordinate)
 
     def canonical(self) -> Motion:
         """The motion counted from where its word is the alphabetically first one; of several, the fastest impact."""
-        first = self.sequence.canonical()
-        firsts = [i for i in range(len(first)) if self.sequence.rotated(i) == first]
+        firsts = self.sequence.firsts(self.sequence.canonical())
         return self.rotated(max(firsts, key=lambda i: abs(float(self.velocity[i]))))
 
     def mirrored(self) -> Motion:
@@ -151,7 +150,7 @@ class Motion:
     def primitive(self) -> Motion:
         """The motion with the fewest impacts of which this is one period or several."""
         count = len(self.sequence)
-        for i in range(1, count):
+        for i in self.sequence.firsts(self.sequence)[1:]:
             if count % i == 0 and self.apart(self.rotated(i)) < IMAGE:
                 sequence = Sequence(self.sequence.walls[:i], self.sequence.periods * i // count)
                 return Motion(sequence, self.velocity[:i], self.time[:i], self.coordinate)
@@ -176,14 +175,17 @@ class Motion:
     def apart(self, other: Motion) -> float:
         """Largest difference of velocity and time of the impacts, in the order given; inf for other words."""
         if self.sequence != other.sequence:
-            return np.inf
-        late = self.time - other.time
-        return float(max(np.abs(self.velocity - other.velocity).max(), np.abs(late - 2 * np.round(late[0] / 2)).max()))
+            return inf
+        late = (self.time - other.time).tolist()
+        whole = 2 * round(late[0] / 2)
+        fast = (self.velocity - other.velocity).tolist()
+        return float(max(*map(abs, fast), *(abs(each - whole) for each in late)))
 
     def distance(self, other: Motion, mirror: bool = False) -> float:
         """The same, from whichever impact the other is counted; with `mirror`, its mirror image if that is nearer."""
         others = (other, other.mirrored()) if mirror else (other,)
-        return min(self.apart(x.rotated(i)) for x in others for i in range(len(other.sequence)))
+        images = (x.rotated(i) for x in others for i in x.sequence.firsts(self.sequence))
+        return min(map(self.apart, images), default=inf)
 
 
 def motion_of_cycle(cycle: Cycle, coordinate: float) -> Motion:
@@ -208,44 +210,41 @@ def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
     The zeros of Z' are bracketed by those of Z'' = gbar + cos(phase), which are known, so that none is missed. The
     distance is negative where the ball would have passed through the membrane.
     """
-    lift = acos(-gbar) / pi if gbar < 1 else None
+    lift = acos(-gbar) / pi if gbar < 1 else 1.0
+    swing = sin(pi * lift)
+    still = ((lift, swing), (2 - lift, -swing)) if gbar < 1 else ()
     walls, times, velocities = motion.sequence.walls, motion.time.tolist(), motion.velocity.tolist()
-    for i, (start, end) in enumerate(pairwise([*times, times[0] + 2 * motion.sequence.periods])):
-        after, phase = flight.reflect(velocities[i], r), pi * start
+    times.append(times[0] + 2 * motion.sequence.periods)
+    velocities.append(velocities[0])
+    for i, wall in enumerate(walls):
+        start, end, after, phase = times[i], times[i + 1], flight.reflect(velocities[i], r), pi * times[i]
         sine, cosine = sin(phase), cos(phase)
-        for time, rising in _rests(start, end, after, sine, gbar, lift):
-            z = walls[i] * d / 2 + flight.displacement(time - start, after, sine, cosine, cos(pi * time), gbar)
-            wall = -1 if rising else 1
-            yield Turn(i, time, wall, float(d / 2 - wall * z))
-
-
-def _rests(
-    start: float, end: float, after: float, sine: float, gbar: float, lift: float | None
-) -> Iterator[tuple[float, bool]]:
-    """Times within a flight at which Z' is zero, and whether it is rising there."""
-
-    def speed(t: float) -> float:
-        return float(flight.velocity(t - start, after, sine, sin(pi * t), gbar))
-
-    ends = [start, end]
-    if lift is not None:
         laps = range(2 * int(start // 2), 2 * int(end // 2) + 1, 2)
-        ends = [start, *(t for x in laps for t in (x + lift, x + 2 - lift) if start < t < end), end]
-    values = [after, *map(speed, ends[1:])]
-    for (low, high), (f_low, f_high) in zip(pairwise(ends), pairwise(values), strict=True):
-        if f_low * f_high < 0:
-            yield _root(speed, gbar, low, high, f_high > 0), f_high > 0
+        inner = [(lap + t, there) for lap in laps for t, there in still if start < lap + t < end]
+        speeds = [(t, flight.velocity(t - start, after, sine, there, gbar)) for t, there in inner]
+        for low, high in pairwise([(start, after), *speeds, (end, velocities[i + 1])]):
+            if low[1] * high[1] < 0:
+                time = _rest(low, high, (start, after, sine), gbar)
+                towards = 1 if low[1] > 0 else -1
+                z = wall * d / 2 + flight.displacement(time - start, after, sine, cosine, cos(pi * time), gbar)
+                yield Turn(i, time, towards, d / 2 - towards * z)
 
 
-def _root(speed: Any, gbar: float, low: float, high: float, rising: bool) -> float:
-    """Zero of a monotone Z' between two times."""
-    t = (low + high) / 2
+def _rest(low: tuple[float, float], high: tuple[float, float], flown: tuple[float, float, float], gbar: float) -> float:
+    """Time at which a monotone Z' is zero, between two at which it is given with them.
+
+    `flown` are the time, Z' and the sine of the phase at the beginning of the flight.
+    """
+    start, after, sine = flown
+    (a, before), (b, behind) = low, high
+    # where it would be if Z' were half a wave, as it is where gbar = 0
+    t = a + (b - a) * acos((before + behind) / (behind - before)) / pi
     for _ in range(BISECTIONS):
-        value = speed(t)
-        low, high = (low, t) if (value > 0) == rising else (t, high)
-        slope = gbar + cos(pi * t)
-        new = t - value / slope if slope else low
+        phase = pi * t
+        value, slope = flight.velocity(t - start, after, sine, sin(phase), gbar), gbar + cos(phase)
+        a, b = (a, t) if (value > 0) == (behind > 0) else (t, b)
+        new = t - value / slope if slope else a
         if abs(new - t) < SETTLED and slope:
-            break
-        t = new if low < new < high else (low + high) / 2
-    return float(t)
+            return new
+        t = new if a < new < b else (a + b) / 2
+    return t

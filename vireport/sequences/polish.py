@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis import Sweep
-from vireport.physics import DIGITS, FLOATS, DecimalOps
+from vireport.physics import COMPLEX, DIGITS, DecimalOps
 from vireport.sequences.continuation import Curve, Event
 from vireport.sequences.equations import Model, linearised, residuals, trace
 from vireport.sequences.motions import Motion
@@ -20,13 +20,13 @@ from vireport.sequences.switching import at_rest
 Floats = NDArray[np.float64]
 
 SETTLED, FARTHEST = 1e-28, 1e-3
-"""Correction up to which a double is certain, and the one at which the point has been left for another."""
+"""Correction still due up to which a double is certain, and the one at which the point has been left for another."""
 
 MOST_STEPS = 12
-"""Corrections, of which three or four are usual."""
+"""Corrections, of which two are usual."""
 
-STEP = 1e-6
-"""Of differences in doubles: about the cube root of their rounding."""
+STEP = 1e-100
+"""Of imaginary steps: derivatives by them are free of differences, and so exact up to rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,27 +85,25 @@ class _Conditions:
             inverse = np.linalg.inv(self._jacobian(np.array(guess)))
         except np.linalg.LinAlgError:
             return None
-        y = [ops.exact(float(value)) for value in guess]
+        y, last = [ops.exact(float(value)) for value in guess], SETTLED
         for _ in range(MOST_STEPS):
             step = inverse @ np.array([float(value) for value in self.residuals(y, model, ops)])
             y = [value - ops.exact(float(off)) for value, off in zip(y, step, strict=True)]
             size = float(np.abs(step).max())
             if not size < FARTHEST:
                 return None
-            if size < SETTLED:
+            if size * min(size / last, 1.0) < SETTLED:  # the next one, as each is about the same share of the last
                 return self.whole(y)
+            last = size
         return None
 
     def _jacobian(self, y: Floats) -> Floats:
-        """Derivatives of the motion's conditions, and of the event's by central differences."""
-        model, units = self.curve.model, np.eye(len(y)) * STEP
+        """Derivatives of the motion's conditions, and of the event's by imaginary steps."""
+        model, steps = self.curve.model, y + 1j * STEP * np.eye(len(y))
         origin = np.array(self.whole(list(0 * y)))
         spread = np.stack([np.array(self.whole(list(unit))) - origin for unit in np.eye(len(y))], axis=1)
         matrix = linearised(self.curve.sequence, np.array(self.whole(y.tolist())), model)[1]
-        ends = [
-            [self._condition(self.whole((y + way * unit).tolist()), model, FLOATS) for way in (1, -1)] for unit in units
-        ]
-        gradient = [(ahead - behind) / (2 * STEP) for ahead, behind in ends]
+        gradient = [self._condition(self.whole(step), model, COMPLEX).imag / STEP for step in steps.tolist()]
         return np.vstack([(matrix @ spread)[: len(y) - 1], gradient])
 
     def reduced(self, x: Any) -> list[Any]:
@@ -134,5 +132,5 @@ class _Conditions:
         decay = model.r ** len(self.curve.sequence)
         value = trace(self.curve.sequence, x, model, ops)
         if self.event is Event.NODE_FOCUS:
-            return value - (2 * decay if value > 0 else -2 * decay)
+            return value - (2 * decay if value.real > 0 else -2 * decay)
         return value + (1 + decay * decay) * (1 if self.event is Event.PERIOD_DOUBLING else -1)
