@@ -313,7 +313,7 @@ def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Mot
 
 
 def onto_sweep(
-    sequence: Sequence, flights: Floats, r: float, level: Level, farthest: float, coordinate: float | None = None
+    sequence: Sequence, flights: Floats, r: float, level: Level, farthest: float, coordinate: Floats | None = None
 ) -> tuple[Motions, Floats]:
     """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
 
@@ -328,14 +328,17 @@ def onto_sweep(
         What the sweep holds.
     farthest : float
         Most that a flight time may change [t_c].
-    coordinate : float, optional
-        Only those at this place of the sweep.
+    coordinate : ndarray (n,), optional
+        Only those at these places of the sweep.
     """
     start, flights, settled = flights, flights.copy(), np.zeros(flights.shape[1], dtype=bool)
     steps, rows = STEP * np.eye(len(flights), len(flights) + 1, 1)[:, :, None], np.arange(flights.shape[1])
     for _ in range(NEWTON_STEPS):
+        if not rows.size:
+            break
+        at = None if coordinate is None else coordinate[rows]
         with np.errstate(all="ignore"):
-            values = _conditions(sequence, flights[:, None, rows] + steps, r, level, coordinate)
+            values = _conditions(sequence, flights[:, None, rows] + steps, r, level, at)
             value, slope = values[:, 0, :, None], (values[:, 1:] - values[:, :1]) / STEP
             square = slope.transpose(0, 2, 1) @ slope
             size = np.linalg.det(square)
@@ -357,14 +360,14 @@ def into_range(motions: Motions, flights: Floats, level: Level, farthest: float,
 
     A family may be in the range for less than a cell, and its motion nearest to a start outside.
     """
-    (low, high), value = limits, motions.coordinate(level)
-    inward = INWARD * (high - low)
-    ends = (value <= low, low + inward), (value >= high, high - inward)
-    found = [onto_sweep(motions.sequence, flights[:, rows], motions.r, level, farthest, end)[1] for rows, end in ends]
-    return np.concatenate([flights, *found], axis=1)
+    value, inward = motions.coordinate(level), INWARD * (limits[1] - limits[0])
+    inside = np.clip(value, limits[0] + inward, limits[1] - inward)
+    rows = np.flatnonzero((value <= limits[0]) | (value >= limits[1]))
+    _, found = onto_sweep(motions.sequence, flights[:, rows], motions.r, level, farthest, inside[rows])
+    return np.concatenate([flights, found], axis=1)
 
 
-def _conditions(sequence: Sequence, flights: Floats, r: float, level: Level, coordinate: float | None) -> Floats:
+def _conditions(sequence: Sequence, flights: Floats, r: float, level: Level, coordinate: Floats | None) -> Floats:
     """What is zero for motions of a sweep, of flight times (N - 1, m, n): (n, m, conditions)."""
     x = solution(sequence, list(flights), r)
     scale, values = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive), x.excess
