@@ -24,6 +24,8 @@ sweep: {parameter: length_m, from: 0.24, to: 0.42}
 motions: {impacts: 3, periods: 1}
 """
 
+ENDS = ("begins_with", 0), ("ends_with", -1)
+
 
 @pytest.fixture(scope="module")
 def followed():
@@ -74,6 +76,17 @@ def test_results_hold_every_family_with_its_ends_and_voltages(study):
     labels = {p["label"]: p["sweep_value"] for f in families.values() for p in f["critical_points"]}
     for point in data["critical_points"]:
         assert point["kind"] == "node_focus" or labels[point["label"]] == point["sweep_value"]
+
+
+def test_a_family_that_is_not_followed_to_its_end_says_so_and_how_far_it_was(monkeypatch):
+    monkeypatch.setattr("vireport.sequences.continuation.MOST_POINTS", 6)
+    study = analyse(loads(TEXT))
+    ends = [(f[end], f["sweep_value"][row]) for f in study.to_dict()["families"] for end, row in ENDS]
+    lost = [(end["sweep_value"], last) for end, last in ends if end["kind"] == "not_followed"]
+    assert lost
+    assert all(told == last for told, last in lost)
+    cells = [cell for row in families_table(study, study.atlas).rows for cell in row]
+    assert sum(cell.startswith("not followed beyond 0.") for cell in cells) == len(lost)
 
 
 def test_the_table_of_motions_ends_with_a_row_for_each_impact_of_the_families(study):
