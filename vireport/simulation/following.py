@@ -163,12 +163,12 @@ class _Track:
         """Whether motions are not the same; one that is not periodic may stay beside the other for long, and leave."""
         if one.distance(other) > CLOSE:
             return True
-        periodic, wanderer = sorted((one, other), key=lambda stage: stage.attractor.outcome is Outcome.APERIODIC)
-        if periodic.attractor.cycle is None or wanderer.attractor.outcome is not Outcome.APERIODIC:
+        periodic, aperiodic = sorted((one, other), key=lambda stage: stage.attractor.outcome is Outcome.APERIODIC)
+        if periodic.attractor.cycle is None or aperiodic.attractor.outcome is not Outcome.APERIODIC:
             return False
-        away = wanderer.value + AWAY * np.copysign(self.resolution, wanderer.value - periodic.value)
+        away = aperiodic.value + AWAY * np.copysign(self.resolution, aperiodic.value - periodic.value)
         d, gbar, _ = self.at(float(np.clip(away, *self.ends)))
-        model, start = check_model(d, gbar, self.r)[0], check_start(wanderer.last, d)
+        model, start = check_model(d, gbar, self.r)[0], check_start(aperiodic.last, d)
         for _ in range(BUDGET // KEPT):
             rows, _ = follow_one(model, start, KEPT, KEPT)
             if _aside(rows[:, [WALL, PHASE, VELOCITY]], periodic.impacts) > CLOSE:
