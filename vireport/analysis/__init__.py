@@ -30,7 +30,7 @@ from vireport.analysis.margins import HIGHEST_RESTITUTION, Margin
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
 from vireport.analysis.orbits import Flight, Orbits, coefficients, orbits
 from vireport.analysis.pointwise import PointwiseMotions, differentiated_motions, find_motions
-from vireport.analysis.roots import newton_root, secant_root
+from vireport.analysis.roots import newton_root
 from vireport.analysis.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 from vireport.analysis.solution import SMALLEST_LOSS, Solution, solution_of
 from vireport.analysis.stability import (
@@ -103,7 +103,6 @@ __all__ = [
     "return_trace",
     "rounded_up",
     "sample",
-    "secant_root",
     "solution_of",
     "solve",
     "stable_ranges",

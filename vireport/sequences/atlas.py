@@ -19,7 +19,7 @@ from vireport.analysis import BifurcationDiagram, CriticalKind, Sweep, solve
 from vireport.progress import Progress
 from vireport.sequences.continuation import Curve, Event, Strand, completed, follow
 from vireport.sequences.equations import Model
-from vireport.sequences.exclusion import FINE, FINE_CUBE, FINEST, MOST_CELLS, Cells, Exclusion
+from vireport.sequences.exclusion import FINEST, MOST_CELLS, Cells, Exclusion, fine_side
 from vireport.sequences.families import Atlas, Claim, Completeness, Family, Mark, Vertex
 from vireport.sequences.motions import SAME, Motion, Sequence
 from vireport.sequences.one_impact import one_impact
@@ -285,8 +285,8 @@ class _Search:
         yield from (Completeness(word, Claim.COMPLETE) for word in closed)
         for sequence in self.excluded(self.limits.periods):
             cells = [cells for cells in self.undecided if cells.sequence.word == sequence.word]
-            fine = FINE_CUBE if len(sequence) == 4 else FINE
-            resolution = NEAR + max(fine, *(part.side for part in cells)) / 4  # periods, of which sides are halves
+            side = max(fine_side(sequence), *(part.side for part in cells))
+            resolution = NEAR + side / 4  # periods, of which sides are halves
             yield Completeness(sequence.word, Claim.COMPLETE, resolution, max(part.share for part in cells))
         for sequence in self.sequences(4, self.limits.periods):
             yield Completeness(sequence.word, Claim.SEARCHED, side_of(sequence) / 2)

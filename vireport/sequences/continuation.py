@@ -319,6 +319,7 @@ def _zero(
     The function is positive at the end if it rises. A bisection replaces a secant that would leave the bracket, and
     some others. The tolerance of a correction is a share of the end.
     """
+    # One bracket in Python's numbers: arrays of one number take thirty times as long, some 300 times in an atlas.
     low, high, x, before = 0.0, end, start, None
     for count in range(MOST_SECANTS):
         value = function(x)

@@ -60,6 +60,11 @@ BLOCK = 4096
 """Cells evaluated at once: their numbers stay in the processor's cache."""
 
 
+def fine_side(sequence: Sequence) -> float:
+    """Side of the cells of flight times that are looked for motions [t_c]."""
+    return FINE_CUBE if len(sequence) == 4 else FINE
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
     """Squares of pairs of flight times, intervals of one or cubes of three, that may hold motions of a sweep.
@@ -143,7 +148,7 @@ class Exclusion:
     def cells(self) -> list[Cells]:
         """The cells that are left of all flight times, those of each sequence apart."""
         sides, found = len(self.sequences[0]) - 1, []
-        side, fine = (COARSEST_CUBE, FINE_CUBE) if sides == 3 else (COARSEST if sides == 2 else FINE, FINE)
+        side, fine = {1: FINE, 2: COARSEST, 3: COARSEST_CUBE}[sides], fine_side(self.sequences[0])
         counts = [round(2 * sequence.periods / side) for sequence in self.sequences]
         grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
         parts = [Cells(*both, side) for both in zip(self.sequences, grids, strict=True)]
