@@ -166,8 +166,8 @@ def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None
     to_others = np.hypot(*(centres.T[:, :, None] - others.T[:, None])).min(axis=1, initial=np.inf)
     cost = panel.covered(centres - half, centres + half) + FAR * far + LATER * order
     cost += NEARER_TO_OTHER * (to_others < own + CLEARANCE)
-    led_astray = ON_LABEL * (own > to_own + CLEARANCE)  # past another of its points
-    cost += (far >= LEADER_FROM) * (panel.crossed(anchors[order], centres) + led_astray)
+    past_own = ON_LABEL * (own > to_own + CLEARANCE)  # a leader that goes past another of its points
+    cost += (far >= LEADER_FROM) * (panel.crossed(anchors[order], centres) + past_own)
     best = int(np.argmin(cost))
     anchor, centre = anchors[order[best]], centres[best]
     panel.take(centre - half, centre + half)
