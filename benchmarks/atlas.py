@@ -56,14 +56,14 @@ def three_impacts() -> dict[str, float]:
     sweep, membrane = sweep_of(scenario), membrane_of(scenario)
     unit = float(device_of(scenario).velocity_unit(sweep.parameter, sweep.start))
     families = atlas(sweep, Limits(3, 1)).families
-    family = max((f for f in families if f.sequence.word == "BBT"), key=lambda f: len(f.x))
-    rows, count = np.linspace(0, len(family.x) - 1, COUNT), len(family.sequence)
+    family = max((f for f in families if f.word.letters == "BBT"), key=lambda f: len(f.x))
+    rows, count = np.linspace(0, len(family.x) - 1, COUNT), len(family.word)
     x = np.stack([np.interp(rows, np.arange(len(family.x)), column) for column in family.x.T])
     flights = np.diff(x[count:-1], axis=0)
 
     def closed_form() -> None:
         for i in range(0, COUNT, BLOCK):
-            motions = motions_above(family.sequence, flights[:, i : i + BLOCK], family.curve.model.r)
+            motions = motions_above(family.word, flights[:, i : i + BLOCK], family.curve.model.r)
             generated_voltage(unit * motions.velocity, membrane), motions.trace, motions.admissible
 
     ours = processor_time(closed_form)[0] / COUNT
@@ -73,13 +73,13 @@ def three_impacts() -> dict[str, float]:
 
 def scipy_time(family: Family, x: np.ndarray) -> float:
     """Seconds a motion by SciPy's root finder at values of the coordinate, from the neighbour, with its trace."""
-    model, sequence, guess = family.curve.model, family.sequence, x[:-1, 0]
+    model, word, guess = family.curve.model, family.word, x[:-1, 0]
 
     def follow() -> None:
         y = guess
         for coordinate in x[-1]:
-            y = root(lambda y, c=coordinate: residuals(sequence, [*y, c], model), y, tol=1e-12).x
-            trace(sequence, [*y.tolist(), coordinate], model)
+            y = root(lambda y, c=coordinate: residuals(word, [*y, c], model), y, tol=1e-12).x
+            trace(word, [*y.tolist(), coordinate], model)
 
     return processor_time(follow)[0] / x.shape[1]
 
@@ -113,7 +113,7 @@ def moved(curve: Curve, x: np.ndarray, along: np.ndarray, way: float) -> np.ndar
     guess = x + way * along * curve.scale
 
     def conditions(y: np.ndarray) -> list[float]:
-        return [*residuals(curve.sequence, y.tolist(), curve.model), along @ ((y - guess) / curve.scale)]
+        return [*residuals(curve.word, y.tolist(), curve.model), along @ ((y - guess) / curve.scale)]
 
     return root(conditions, guess, tol=1e-12).x
 
@@ -154,7 +154,7 @@ def main() -> None:
         peer, words = processor_time(lambda found=found, count=count: simulated_words(found, count), 1)
         following = processor_time(lambda found=found: [followed(family) for family in found.families])[0]
         arclength, ends = processor_time(lambda found=found: [followed_by_scipy(family) for family in found.families])
-        ours = {family.sequence.word for family in found.families}
+        ours = {family.word.letters for family in found.families}
         rows.append(
             {
                 "scenario": name, "seconds": seconds, "families": len(found.families), "points": points,

@@ -49,7 +49,7 @@ def by_root_finder(found: Chart) -> tuple[int, int]:
 def follow_by_root_finder(locus: FollowedLocus) -> int:
     """Points of a locus that are found, each from the one before, with the input held that changes most."""
     path, y, solved = locus.path, locus.x[0], 0
-    own = 2 * len(path.sequence)
+    own = 2 * len(path.word)
     for before, after in zip(locus.x, locus.x[1:], strict=False):
         held = own + int(np.argmax(np.abs((after - before) / path.scale)[own:]))
         free = np.arange(len(y)) != held
@@ -58,7 +58,7 @@ def follow_by_root_finder(locus: FollowedLocus) -> int:
             x = np.empty(len(free))
             x[free], x[held] = part, after[held]
             row = x.tolist()
-            value = path.condition.value(path.sequence, row[:own], path.plane.at(row[own:]), FLOATS)
+            value = path.condition.value(path.word, row[:own], path.plane.at(row[own:]), FLOATS)
             return [*path.residuals(row, path.plane), value]
 
         at = root(conditions, y[free], tol=1e-12)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vireport import reference
-from vireport.analysis import CriticalKind, CriticalPoint, Family, Motions, Orbits, Sweep, orbits, touches
+from vireport.analysis import CriticalKind, CriticalPoint, Symmetry, Motions, Orbits, Sweep, orbits, touches
 from vireport.analysis.stability import flight_jacobians
 from vireport.physics import Membrane
 from vireport.reference import mp, mpf
@@ -158,5 +158,5 @@ def critical_motion(sweep: Sweep, critical: CriticalPoint) -> list[Any]:
     if critical.kind is CriticalKind.GRAZING and not critical.change.at_rest:
         guess.append(near[0].time)
     # A pitchfork is a double point of the curve of motions, and a simple one among the symmetric motions.
-    symmetric = critical.family is Family.SYMMETRIC and critical.kind is CriticalKind.PITCHFORK
+    symmetric = critical.family is Symmetry.SYMMETRIC and critical.kind is CriticalKind.PITCHFORK
     return reference.special_motion(sweep.device, sweep.parameter, condition, guess, symmetric)

@@ -26,7 +26,8 @@ from vireport.analysis import (
     undecided,
 )
 from vireport.analysis.design import around_length
-from vireport.analysis.error_bounds import bounds_of, motion_bounds, voltage_bounds
+from vireport.analysis.error_bounds import motion_bounds, voltage_bounds
+from vireport.analysis.solution_bounds import bounds_of
 from vireport.analysis.kinds import BranchEnd
 from vireport.physics import Conversion, Device, Dielectric, Membrane, Rounded, Voltages, voltages
 from vireport.reference import mp, mpf

@@ -18,7 +18,7 @@ from vireport import analyse, loads, reference
 from vireport.analysis import (
     UNSTABLE,
     CriticalKind,
-    Family,
+    Symmetry,
     Margin,
     Sweep,
     classify,
@@ -140,7 +140,7 @@ def test_where_nothing_ends_stable_motion_goes_on(part: int) -> None:
 def exact_end(device: Device, inputs: dict[str, Any], end: Margin) -> Any:
     """The value of an input at which motion ends, in 40 digits by the printed equations; `inputs` are the others."""
     n, point, r0 = device.period_ratio, end.point.point, float(device.restitution)
-    symmetric = end.point.family is Family.SYMMETRIC
+    symmetric = end.point.family is Symmetry.SYMMETRIC
     r0 = end.sweep_value if end.parameter is DesignInput.RESTITUTION else r0
     near = touches(orbits(np.array([point.u]), np.array([point.phi]), r0, n), r0, n)
     grazing = end.kind is CriticalKind.GRAZING
@@ -184,7 +184,7 @@ def test_ends_and_their_derivatives_in_40_digits(part: int) -> None:
                         horizontal = name == "inclination_deg" and not design.motions.gbar.any()
                         assert horizontal or end.kind is CriticalKind.PITCHFORK
                         continue
-                    if name is DesignInput.INCLINATION and end.point.family is Family.SYMMETRIC:
+                    if name is DesignInput.INCLINATION and end.point.family is Symmetry.SYMMETRIC:
                         assert derivative == 0  # an inclination to either side does the same
                         continue
                     step = mpf(10) ** -12 * (inputs[name.value] or 1)

@@ -10,7 +10,7 @@ from conftest import first
 
 from vireport import load, loads
 from vireport.analysis import Sweep
-from vireport.sequences import Atlas, Event, Family, Limits, Motion, Sequence, atlas, motion_of_cycle
+from vireport.sequences import Atlas, Event, Family, Limits, Motion, Word, atlas, motion_of_cycle
 from vireport.sequences.continuation import follow
 from vireport.sequences.polish import polished
 from vireport.sequences.switching import neighbours
@@ -40,7 +40,7 @@ def marks(family: Family, event: Event) -> list[float]:
 @pytest.mark.parametrize("name", first(1, ["inclined", "inclined-forcing", "horizontal"]))
 def test_families_with_two_impacts_are_the_branches_of_the_1_1_motions(name: str, study_of):
     solution = study_of(name).solution
-    found = [f for f in atlas(solution.sweep, Limits(2, 1)).families if f.sequence.word == "BT"]
+    found = [f for f in atlas(solution.sweep, Limits(2, 1)).families if f.word.letters == "BT"]
     branches = [b for b in solution.branches if b.mirror_of is None and b.motions.admissible.any()]
     for branch in branches:
         motions = branch.motions
@@ -61,7 +61,7 @@ def test_at_a_period_doubling_the_doubled_word_begins(example):
     found = atlas(sweep(example("inclined"), start=0.6), Limits(4, 2))
     (vertex,) = [v for v in found.vertices if v.label == "B1"]
     parent, child = (found.families[number - 1] for number in vertex.families)
-    assert (parent.sequence.word, child.sequence.word, child.sequence.periods) == ("BT", "BTBT", 2)
+    assert (parent.word.letters, child.word.letters, child.word.periods) == ("BT", "BTBT", 2)
     assert child.marks[0].vertex is vertex
     assert child.x[0, :4] == pytest.approx(np.tile(vertex.point.motion.velocity, 2), abs=1e-9)
     # It leaves with the square root of the distance: half as far beside at a quarter of it.
@@ -80,22 +80,22 @@ def test_at_a_period_doubling_the_doubled_word_begins(example):
 @pytest.mark.parametrize(("inclination", "event"), [(30, Event.GRAZING), (60, Event.PERIOD_DOUBLING)])
 def test_2_1_motion_ends_in_a_grazing_at_small_inclination_and_doubles_at_a_large_one(inclination: int, event: Event):
     found = atlas(sweep_of(loads(LITERATURE.format(inclination=inclination)).scenario), Limits(6, 4))
-    (family,) = [f for f in found.families if f.sequence.word == "BBT" and f.sequence.periods == 1 and f.stable_runs]
+    (family,) = [f for f in found.families if f.word.letters == "BBT" and f.word.periods == 1 and f.stable_runs]
     (run,) = family.stable_runs
     last = max(run, key=lambda row: -family.sweep_value[row])
     (mark,) = [mark for mark in family.marks if mark.row == last]
     assert mark.event is event
     grazing = [m.vertex for m in family.marks if m.event is Event.GRAZING]
-    words = {found.families[number - 1].sequence.word for vertex in grazing for number in vertex.families}
+    words = {found.families[number - 1].word.letters for vertex in grazing for number in vertex.families}
     assert {"BBT", "BBBT"} <= words
     begins = [m.vertex for m in family.marks if m.event is Event.ZERO_VELOCITY]
-    words = {found.families[number - 1].sequence.word for vertex in begins for number in vertex.families}
+    words = {found.families[number - 1].word.letters for vertex in begins for number in vertex.families}
     assert {"BT", "BBT"} <= words
     energies = [
         max(float(np.mean(f.velocity[list(run)] ** 2)) for run in f.stable_runs)
         for word in ("BT", "BBT", "BBBT", "BBBBT")
         for f in found.families
-        if f.sequence == Sequence.of(word, 1) and f.stable_runs and np.ptp(f.stable_ranges) > 0.01
+        if f.word == Word.of(word, 1) and f.stable_runs and np.ptp(f.stable_ranges) > 0.01
     ]
     assert len(energies) == 4
     assert energies == sorted(energies, reverse=True)
@@ -104,10 +104,10 @@ def test_2_1_motion_ends_in_a_grazing_at_small_inclination_and_doubles_at_a_larg
 def test_families_join_at_grazing_points_where_an_impact_has_no_velocity(example):
     found = atlas(sweep(example("inclined-forcing"), start=5.0, end=5.4), Limits(3, 2))
     (vertex,) = [v for v in found.vertices if v.event is Event.GRAZING]
-    words = {found.families[number - 1].sequence.word for number in vertex.families}
+    words = {found.families[number - 1].word.letters for number in vertex.families}
     assert words == {"B", "BT", "BBT"}
     motion = vertex.point.motion
-    assert motion.sequence.word == "BT"
+    assert motion.word.letters == "BT"
     assert motion.velocity[1] == 0.0
     for number in vertex.families:
         family = found.families[number - 1]
@@ -141,7 +141,7 @@ def test_every_periodic_attractor_lies_on_a_family(name: str, count: int, apart:
             known = (one for family in found.families for one in family.at(motion.coordinate))
             return min(motion.distance(one, mirror=swept.level.horizontal) for one in known)
 
-        return {motion.sequence.word for motion in simulated if off(motion) > 1e-10}
+        return {motion.word.letters for motion in simulated if off(motion) > 1e-10}
 
     assert missing(atlas(swept, Limits(6, 4))) == apart
     assert missing(atlas(swept, Limits(6, 4), simulated)) == set()
@@ -160,7 +160,7 @@ def test_every_stable_stretch_attracts_from_beside_it(name: str, count: int, exa
                 d, gbar = (float(value) for value in family.curve.model.groups(x[-1]))
                 ends = family.sweep_value[[start_row, last]]
                 aside = min(ASIDE, 0.1 * float(np.ptp(ends) / ends[0]))
-                start = Impact(motion.sequence.walls[0], float(x[0]) * (1 + aside), float(motion.phase[0]))
+                start = Impact(motion.word.walls[0], float(x[0]) * (1 + aside), float(motion.phase[0]))
                 cycle = find_attractor(d, gbar, family.curve.model.r, start).cycle
                 assert cycle is not None
                 assert motion.distance(motion_of_cycle(cycle, motion.coordinate)) < 1e-8
@@ -180,7 +180,7 @@ def test_the_cascade_beyond_b1_doubles_at_feigenbaums_rate(example):
         strand = follow(curve, start)
         (row,) = [row for row, event in strand.events if event is Event.PERIOD_DOUBLING]
         motion = curve.motion(strand.points[row].x)
-    assert motion.sequence == Sequence.of(32 * "BT", 32)
+    assert motion.word == Word.of(32 * "BT", 32)
     doublings.append(polished(swept, curve, motion, Event.PERIOD_DOUBLING).sweep_value)
     gaps = -np.diff(doublings[1:])  # the first doubling is apart from the others by two folds
     assert gaps[:-1] / gaps[1:] == pytest.approx([4.445, 4.650, 4.662], abs=1e-3)

@@ -20,7 +20,7 @@ from vireport.reference import mp, mpf
 from vireport.scenario import DesignInput
 from vireport.sequences import Chart, Condition, Event, FollowedLocus, Limits, Line, Meeting, Plane, atlas, chart
 from vireport.sequences.loci import Locus
-from vireport.sequences.motions import BESIDE, Sequence
+from vireport.sequences.motions import BESIDE, Word
 from vireport.sequences.switching import at_rest
 from vireport.simulation import attractors, random_starts, start_speed
 from vireport.sweep.chart_figure import picture
@@ -107,9 +107,9 @@ def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
         points += [(mark.point, mark.event) for mark in marks if mark.event is Event.NODE_FOCUS]
         for point, event in points:
             motion = point.motion
-            if min(np.diff(motion.time, append=motion.time[0] + 2 * motion.sequence.periods)) < BESIDE:
+            if min(np.diff(motion.time, append=motion.time[0] + 2 * motion.word.periods)) < BESIDE:
                 continue  # two impacts without velocity that are one touch
-            assert nearest(found, event, 1, float(other), point.sweep_value) < 1e-10, (event, motion.sequence.word)
+            assert nearest(found, event, 1, float(other), point.sweep_value) < 1e-10, (event, motion.word.letters)
             checked[event] += 1
     assert checked[Event.NODE_FOCUS] > 10
     assert checked.total() > 40
@@ -118,21 +118,21 @@ def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
 def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
     """The inputs at a point with a touch, in 40 digits by the printed maps, from a start that is off by some 1e-7."""
     motion, rests, event = point.motion, at_rest(point.motion), point.events[0]
-    sequence, count = motion.sequence, len(motion.sequence)
-    without = motion.without_impacts(rests).sequence
+    word, count = motion.word, len(motion.word)
+    without = motion.without_impacts(rests).word
     kept = [i for i in range(count) if i not in rests]
 
     def conditions(x: list[Any], speed: Any) -> list[Any]:
         if event is Event.PITCHFORK:  # the second half of the motion is the image of the first
             v, t = x[: count // 2], x[count // 2 : count]
-            x = [*v, *(-each for each in v), *t, *(each + sequence.periods for each in t), *x[count:]]
+            x = [*v, *(-each for each in v), *t, *(each + word.periods for each in t), *x[count:]]
         device = found.plane.device_at(x[-2:])
         r, (d, gbar) = mpf(device.restitution), reference.groups(device, "length_m", device.length_m)
-        maps = [*printed_maps(sequence, x, d, gbar, r), *(x[rest] - speed for rest in rests)]
+        maps = [*printed_maps(word, x, d, gbar, r), *(x[rest] - speed for rest in rests)]
         if event is Event.GRAZING:
             return maps
         if event is Event.DEGENERATE_GRAZING:
-            return [*maps, speed * printed_trace(sequence, x, d, gbar, r)]
+            return [*maps, speed * printed_trace(word, x, d, gbar, r)]
         border = (1 + r ** (2 * len(without))) * (-1 if event is Event.PERIOD_DOUBLING else 1)
         if event is Event.PITCHFORK:
             maps = [*maps[:count], x[rests[0]]]
@@ -187,7 +187,7 @@ def test_a_touch_counts_once_where_its_impacts_come_at_one_time():
     found = horizontal("restitution=0.03..0.06,length_m=0.8..0.83", Limits(4, 3))
     for point in found.meetings:
         assert np.isfinite(point.error_bound).all()
-        wait = np.diff(point.motion.time, append=point.motion.time[0] + 2 * point.motion.sequence.periods)
+        wait = np.diff(point.motion.time, append=point.motion.time[0] + 2 * point.motion.word.periods)
         assert wait.min() > BESIDE, point.motion
     assert len({one.inputs for one in found.meetings}) == len(found.meetings) > 5
 
@@ -204,7 +204,7 @@ def test_a_cusp_is_where_three_motions_are_one_in_40_digits():
         groups = reference.groups(device, "length_m", device.length_m)
 
         def maps(x: list[Any]) -> list[Any]:
-            return printed_maps(motion.sequence, [speed, *x], *groups, device.restitution)
+            return printed_maps(motion.word, [speed, *x], *groups, device.restitution)
 
         return maps(reference.newton(lambda x: maps(x)[:-1], unknown, [1] * len(unknown)))[-1]
 
@@ -225,7 +225,7 @@ def test_a_degenerate_period_doubling_is_that_of_the_printed_maps_in_40_digits()
     found = chart(plane("restitution=0.84..0.9,length_m=1.15..1.35"), Limits(2, 1), cuts=0)
     (point,) = [one for one in found.meetings if one.events[1] is Event.DEGENERATE_DOUBLING]
     assert max(point.error_bound) < 1e-14
-    sequence, twice, step = point.motion.sequence, point.motion.times(2), mpf(10) ** -12
+    word, twice, step = point.motion.word, point.motion.times(2), mpf(10) ** -12
 
     def solved(equations: Any, guess: list[Any]) -> list[Any]:
         return reference.newton(equations, guess, [1] * len(guess))
@@ -234,12 +234,12 @@ def test_a_degenerate_period_doubling_is_that_of_the_printed_maps_in_40_digits()
         device = found.plane.device_at(inputs)
         groups = (*reference.groups(device, "length_m", device.length_m), device.restitution)
         once = [mpf(float(v)) for v in (*point.motion.velocity, *point.motion.time)]
-        once = solved(lambda x: printed_maps(sequence, x, *groups), once)
+        once = solved(lambda x: printed_maps(word, x, *groups), once)
         unknown = [once[1], *once[:2], *once[2:], *(t + 2 for t in once[2:])]
 
         def rest(speed: Any) -> Any:
-            x = solved(lambda x: printed_maps(twice.sequence, [speed, *x], *groups)[:-1], unknown)
-            return printed_maps(twice.sequence, [speed, *x], *groups)[-1]
+            x = solved(lambda x: printed_maps(twice.word, [speed, *x], *groups)[:-1], unknown)
+            return printed_maps(twice.word, [speed, *x], *groups)[-1]
 
         far_behind, behind, ahead, far_ahead = (rest(once[0] + k * step) for k in (-2, -1, 1, 2))
         first = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
@@ -315,7 +315,7 @@ def test_a_simulation_ends_in_the_words_of_its_region_and_in_no_others():
                 cycles = [end.cycle for end in each if end.cycle is not None and not end.cycle.sticks]
                 short = [one for one in cycles if len(one.wall) <= 4 and one.period <= 2]
                 ((stable,),) = [tuple(words[regions[at]])]
-                assert {Sequence.of(one.word).canonical().word for one in short} == set(stable), (r, length)
+                assert {Word.of(one.word).canonical().word for one in short} == set(stable), (r, length)
                 checked += 1
     assert checked > 50
 
@@ -353,8 +353,8 @@ CONDITIONS = (
 @pytest.mark.parametrize("condition", CONDITIONS)
 @pytest.mark.parametrize("over", [*PLANES, "capsule_mass_kg=0.1..0.2,inclination_deg"])
 def test_derivatives_of_a_locus_are_those_of_its_conditions(over: str, condition: Condition):
-    rng, sequence = np.random.default_rng(3), Sequence((1, 1, -1), 1)
-    path = Locus(sequence, plane(over), condition)
+    rng, word = np.random.default_rng(3), Word((1, 1, -1), 1)
+    path = Locus(word, plane(over), condition)
     p = path.plane.low + path.plane.widths * [0.3, 0.6]
     x = np.concatenate([rng.uniform(0.2, 1, 3), np.sort(rng.uniform(0, 2, 3)), p])
     length = np.linalg.norm(path.linearised(x)[1][-1] / path.scale)
@@ -362,7 +362,7 @@ def test_derivatives_of_a_locus_are_those_of_its_conditions(over: str, condition
 
     def values(x):
         groups = path.plane.at(x[6:].tolist())
-        own = condition.value(sequence, x[:6].tolist(), groups, path.plane.ops)
+        own = condition.value(word, x[:6].tolist(), groups, path.plane.ops)
         return np.append(path.residuals(x.tolist(), path.plane), own)
 
     matrix = path.linearised(x)[1]

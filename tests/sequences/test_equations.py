@@ -18,7 +18,7 @@ from vireport.sequences import (
     Limits,
     Model,
     Motion,
-    Sequence,
+    Word,
     atlas,
     linearised,
     motion_of_cycle,
@@ -45,22 +45,22 @@ def walls(word: str) -> tuple[int, ...]:
 @pytest.mark.parametrize("word", WORDS)
 @pytest.mark.parametrize("level", LEVELS)
 def test_derivatives_are_those_of_the_conditions(word: str, level: Level):
-    rng, sequence = np.random.default_rng(len(word)), Sequence(walls(word), 2)
+    rng, word = np.random.default_rng(len(word)), Word(walls(word), 2)
     count = len(word)
     x = np.concatenate([rng.uniform(0.2, 1, count), np.sort(rng.uniform(0, 4, count)), [0.3]])
     model = Model(level, 0.6)
-    values, matrix = linearised(sequence, x, model)
-    np.testing.assert_allclose(values, residuals(sequence, x.tolist(), model), atol=1e-14)
+    values, matrix = linearised(word, x, model)
+    np.testing.assert_allclose(values, residuals(word, x.tolist(), model), atol=1e-14)
     step = 1e-5
     for i, unit in enumerate(np.eye(len(x)) * step):
-        ahead, behind = (np.array(residuals(sequence, (x + way * unit).tolist(), model)) for way in (1, -1))
+        ahead, behind = (np.array(residuals(word, (x + way * unit).tolist(), model)) for way in (1, -1))
         np.testing.assert_allclose(matrix[:, i], (ahead - behind) / (2 * step), atol=1e-8)
 
 
 def test_a_word_stands_for_its_rotations_and_with_mirror_for_its_image():
-    assert Sequence.of("TBT").canonical().word == "BTT"
-    assert Sequence.of("TBT").canonical(mirror=True).word == "BBT"
-    assert Sequence.of("BBT", 2).canonical(mirror=True) == Sequence((1, 1, -1), 2)
+    assert Word.of("TBT").canonical().letters == "BTT"
+    assert Word.of("TBT").canonical(mirror=True).word == "BBT"
+    assert Word.of("BBT", 2).canonical(mirror=True) == Word((1, 1, -1), 2)
 
 
 @cache
@@ -76,15 +76,15 @@ def simulated(word: str) -> Motion:
 def test_simulated_motions_solve_the_conditions(word: str):
     motion, (d, gbar, r) = simulated(word), SIMULATED[word]
     x = [*motion.velocity, *motion.time, d]
-    assert max(map(abs, residuals(motion.sequence, x, Model(Level(Held.GBAR, gbar), r)))) < 1e-13
-    assert motion.sequence.word == word
+    assert max(map(abs, residuals(motion.word, x, Model(Level(Held.GBAR, gbar), r)))) < 1e-13
+    assert motion.word.letters == word
     assert all(turn.gap > 0 for turn in turns(motion, d, gbar, r))
 
 
 @pytest.mark.parametrize("word", SIMULATED)
 def test_multipliers_are_those_of_the_simulated_return_map(word: str):
     motion, (d, gbar, r) = simulated(word), SIMULATED[word]
-    step, count, wall = 1e-6, len(word), motion.sequence.walls[0]
+    step, count, wall = 1e-6, len(word), motion.word.walls[0]
     columns = []
     for unit in np.eye(2) * step:
         ends = []
@@ -94,7 +94,7 @@ def test_multipliers_are_those_of_the_simulated_return_map(word: str):
             ends.append(rows[-1, [VELOCITY, PHASE]])
         columns.append((ends[0] - ends[1]) / (2 * step))
     matrix, x = np.stack(columns, axis=1), [*motion.velocity, *motion.time, d]
-    found = trace(motion.sequence, x, Model(Level(Held.GBAR, gbar), r))
+    found = trace(motion.word, x, Model(Level(Held.GBAR, gbar), r))
     assert found == pytest.approx(np.trace(matrix), rel=1e-6)
     assert np.linalg.det(matrix) == pytest.approx(r ** (2 * count), rel=1e-4)
 
@@ -107,7 +107,7 @@ def test_turning_points_tell_motions_from_solutions_that_pass_through_a_membrane
         for row in range(1, len(m) - 1, 5):
             time = m.phi_bottom[row] / np.pi + np.array([0, 2 * m.q[row]])
             velocity = np.array([m.velocity_bottom[row], m.velocity_top[row]])
-            motion = Motion(Sequence((1, -1), 1), velocity, time, float(m.d[row]))
+            motion = Motion(Word((1, -1), 1), velocity, time, float(m.d[row]))
             gaps = [turn.gap for turn in turns(motion, float(m.d[row]), gbar, m.restitution)]
             assert all(gap > 0 for gap in gaps) == m.admissible[row]
             decided.append(bool(m.admissible[row]))
@@ -115,9 +115,9 @@ def test_turning_points_tell_motions_from_solutions_that_pass_through_a_membrane
 
 
 def test_a_motion_is_the_same_from_whichever_impact_it_is_counted():
-    sequence = Sequence(walls("BBTBT"), 3)
+    word = Word(walls("BBTBT"), 3)
     rng = np.random.default_rng(1)
-    motion = Motion(sequence, rng.uniform(0.1, 1, 5) * sequence.walls, np.sort(rng.uniform(0, 6, 5)), 0.3)
+    motion = Motion(word, rng.uniform(0.1, 1, 5) * word.walls, np.sort(rng.uniform(0, 6, 5)), 0.3)
     for i in range(5):
         assert motion.distance(motion.rotated(i)) < 1e-14
         assert motion.canonical().apart(motion.rotated(i).canonical()) < 1e-14
@@ -127,23 +127,23 @@ def test_a_motion_is_the_same_from_whichever_impact_it_is_counted():
     assert motion.primitive() is motion
 
 
-def printed_maps(sequence: Sequence, x: list[Any], d: Any, gbar: Any, r: Any) -> list[Any]:
+def printed_maps(word: Word, x: list[Any], d: Any, gbar: Any, r: Any) -> list[Any]:
     """Position and velocity at the end of each flight less those of the next impact, by the printed flight."""
-    values, count = [], len(sequence)
-    for i, wall in enumerate(sequence.walls):
+    values, count = [], len(word)
+    for i, wall in enumerate(word.walls):
         j = (i + 1) % count
-        duration = x[count + j] - x[count + i] + (0 if j else 2 * sequence.periods)
+        duration = x[count + j] - x[count + i] + (0 if j else 2 * word.periods)
         z, speed = reference.flight(duration, wall * d / 2, -r * x[i], mp.pi * x[count + i], gbar)
-        values += [z - sequence.walls[j] * d / 2, speed - x[j]]
+        values += [z - word.walls[j] * d / 2, speed - x[j]]
     return values
 
 
-def printed_trace(sequence: Sequence, x: list[Any], d: Any, gbar: Any, r: Any) -> Any:
+def printed_trace(word: Word, x: list[Any], d: Any, gbar: Any, r: Any) -> Any:
     """Trace of the return map in (velocity, phase), each flight's derivatives by differences of the printed flight."""
-    count, step, product = len(sequence), mpf(10) ** -60, mp.eye(2)
-    for i, wall in enumerate(sequence.walls):
+    count, step, product = len(word), mpf(10) ** -60, mp.eye(2)
+    for i, wall in enumerate(word.walls):
         j = (i + 1) % count
-        duration = x[count + j] - x[count + i] + (0 if j else 2 * sequence.periods)
+        duration = x[count + j] - x[count + i] + (0 if j else 2 * word.periods)
         at = [duration, -r * x[i], mp.pi * x[count + i]]
 
         def fly(t, after, phase, wall=wall):
@@ -172,21 +172,21 @@ def test_points_are_those_of_the_printed_maps_to_the_last_digit(name: str, examp
         motion, event, r = vertex.point.motion, vertex.event, mpf(sweep.device.restitution)
         if event is Event.PITCHFORK:
             continue  # singular without its symmetry; that of the 1:1 motions is compared with theirs
-        sequence, count = motion.sequence, len(motion.sequence)
+        word, count = motion.word, len(motion.word)
         rest = int(np.argmin(np.abs(motion.velocity)))
 
-        def conditions(x, sequence=sequence, event=event, rest=rest, r=r):
+        def conditions(x, word=word, event=event, rest=rest, r=r):
             d, gbar = reference.groups(sweep.device, sweep.parameter, x[-1])
             if event is Event.GRAZING:
-                return [*printed_maps(sequence, x, d, gbar, r), x[rest]]
-            border = (1 + r ** (2 * len(sequence))) * (-1 if event is Event.PERIOD_DOUBLING else 1)
-            return [*printed_maps(sequence, x, d, gbar, r), printed_trace(sequence, x, d, gbar, r) - border]
+                return [*printed_maps(word, x, d, gbar, r), x[rest]]
+            border = (1 + r ** (2 * len(word))) * (-1 if event is Event.PERIOD_DOUBLING else 1)
+            return [*printed_maps(word, x, d, gbar, r), printed_trace(word, x, d, gbar, r) - border]
 
         with reference.precise(), mp.workdps(150):  # differences of differences
             guess = [mpf(float(v)) for v in (*motion.velocity, *motion.time, vertex.point.sweep_value)]
             exact = reference.newton(conditions, guess, [1] * (2 * count + 1))
             assert abs(exact[-1] - guess[-1]) <= vertex.point.error_bound
-            assert max(abs(a - b) for a, b in zip(exact, guess, strict=True)) < 1e-15 * max(1, 2 * sequence.periods)
+            assert max(abs(a - b) for a, b in zip(exact, guess, strict=True)) < 1e-15 * max(1, 2 * word.periods)
         kinds.add(event)
     assert Event.GRAZING in kinds or Event.FOLD in kinds
 
@@ -207,22 +207,22 @@ def test_motions_are_those_of_the_printed_maps_within_their_bounds(name: str, ex
     sweep = sweep_of((loads(UPRIGHT) if name == "upright" else load(example(name))).scenario)
     if sweep.parameter is Parameter.LENGTH:
         sweep = replace(sweep, start=0.7 * sweep.start)
-    families = [family for family in atlas(sweep, Limits(6, 4)).families if len(family.sequence) > 2]
+    families = [family for family in atlas(sweep, Limits(6, 4)).families if len(family.word) > 2]
     rng, r = np.random.default_rng(3), mpf(sweep.device.restitution)
     for _ in range(25):
         family = families[rng.integers(len(families))]
         row = int(rng.integers(1, len(family.x) - 1))
-        sequence, curve, x = family.sequence, family.curve, family.x[row]
+        word, curve, x = family.word, family.curve, family.x[row]
         tangent = curve.tangent(x)
         tangent[-1] /= curve.high - curve.low
 
-        def across(y, sequence=sequence, x=x, tangent=tangent):
+        def across(y, word=word, x=x, tangent=tangent):
             """The conditions, with the coordinate as an unknown beside the swept value, straight across the curve."""
             d, gbar = reference.groups(sweep.device, sweep.parameter, y[-1])
             coordinate = gbar if sweep.parameter is Parameter.INCLINATION else d
             away = [a - mpf(float(b)) for a, b in zip([*y[:-1], coordinate], x, strict=True)]
             along = sum(mpf(float(t)) * a for t, a in zip(tangent, away, strict=True))
-            return [*printed_maps(sequence, y, d, gbar, r), along]
+            return [*printed_maps(word, y, d, gbar, r), along]
 
         with reference.precise():
             given = [mpf(float(value)) for value in (*x[:-1], family.sweep_value[row])]

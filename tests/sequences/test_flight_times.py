@@ -17,7 +17,7 @@ from vireport.sequences import (
     Limits,
     Model,
     Motion,
-    Sequence,
+    Word,
     atlas,
     motion_of_cycle,
     motions_above,
@@ -41,20 +41,20 @@ def random_flights(seed: int, periods: int, count: int, impacts: int = 3) -> np.
 
 @pytest.mark.parametrize(("walls", "periods"), [(BBT, 1), (BTT, 2), (BBT, 3)])
 def test_motions_with_three_impacts_solve_the_conditions(walls: tuple[int, ...], periods: int):
-    sequence, r = Sequence(walls, periods), 0.6
-    found = motions_above(sequence, random_flights(periods, periods, 40), r)
+    word, r = Word(walls, periods), 0.6
+    found = motions_above(word, random_flights(periods, periods, 40), r)
     for i in np.flatnonzero(np.abs(found.gbar) < 1):
         x, d = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]], found.d[i]
-        assert max(map(abs, residuals(sequence, x, Model(Level(Held.D, d), r)))) < 1e-13
-        motion = Motion(sequence, found.velocity[:, i], found.time[:, i], found.gbar[i])
+        assert max(map(abs, residuals(word, x, Model(Level(Held.D, d), r)))) < 1e-13
+        motion = Motion(word, found.velocity[:, i], found.time[:, i], found.gbar[i])
         inside = all(turn.gap > 0 for turn in turns(motion, d, found.gbar[i], r))
         assert found.admissible[i] == (inside and (motion.velocity * walls > 0).all())
     assert 0 < found.admissible.sum() < 20
 
 
 def test_their_multipliers_have_the_product_of_the_restitution_and_the_sum_of_the_trace():
-    sequence, r = Sequence(BBT, 2), 0.7
-    found = motions_above(sequence, random_flights(0, 2, 100), r)
+    word, r = Word(BBT, 2), 0.7
+    found = motions_above(word, random_flights(0, 2, 100), r)
     product, pull = np.eye(2), found.gbar + np.cos(np.pi * found.time)
     ends = [*found.time[1:], found.time[0] + 4]
     for i in range(3):
@@ -69,7 +69,7 @@ def test_their_multipliers_have_the_product_of_the_restitution_and_the_sum_of_th
 @pytest.mark.parametrize("walls", [BBT, BTT, (1, 1, 1, -1), (1, 1, -1, -1)])
 def test_the_mirror_image_is_a_motion_with_gravity_the_other_way(walls: tuple[int, ...]):
     flights = random_flights(1, 2, 50, len(walls))
-    one, other = (motions_above(s, flights, 0.5) for s in (Sequence(walls, 2), Sequence(walls, 2).mirrored()))
+    one, other = (motions_above(s, flights, 0.5) for s in (Word(walls, 2), Word(walls, 2).mirrored()))
     np.testing.assert_allclose(other.velocity, -one.velocity, atol=1e-12)
     np.testing.assert_allclose(other.gbar, -one.gbar, atol=1e-12)
     np.testing.assert_allclose(other.d, one.d, atol=1e-12)
@@ -88,39 +88,39 @@ def test_motions_with_one_impact_solve_the_conditions(level: Level, low: float, 
     assert found.admissible.all()
     for velocity, time, coordinate in zip(*found.velocity, *found.time, found.coordinate(level), strict=True):
         assert low < coordinate < high
-        assert max(map(abs, residuals(found.sequence, [velocity, time, coordinate], model))) < 1e-13
+        assert max(map(abs, residuals(found.word, [velocity, time, coordinate], model))) < 1e-13
 
 
 @pytest.mark.parametrize("periods", [1, 2, 3])
 def test_motions_with_two_impacts_on_the_bottom_solve_the_conditions_at_any_d(periods: int):
-    sequence, r = Sequence((1, 1), periods), 0.6
-    found = motions_above(sequence, random_flights(periods, periods, 20, 2), r)
+    word, r = Word((1, 1), periods), 0.6
+    found = motions_above(word, random_flights(periods, periods, 20, 2), r)
     assert np.isnan(found.d).all()
     assert (found.gbar > 0).all()
     for i in range(20):
         x = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]]
         for d in (0.1, 1.0):
-            assert max(map(abs, residuals(sequence, x, Model(Level(Held.D, d), r)))) < 1e-11 * max(1, found.gbar[i])
+            assert max(map(abs, residuals(word, x, Model(Level(Held.D, d), r)))) < 1e-11 * max(1, found.gbar[i])
 
 
 def test_the_shortest_crossing_is_by_the_fastest_ball_with_the_largest_acceleration():
     gbar, d, r = 0.3, 0.05, 0.8
-    t = Exclusion(Model(Level(Held.GBAR, gbar), r), d, 2 * d, (Sequence((1, 1, -1), 2),)).shortest(4.0)
+    t = Exclusion(Model(Level(Held.GBAR, gbar), r), d, 2 * d, (Word((1, 1, -1), 2),)).shortest(4.0)
     fastest = (4 * gbar + 2 / np.pi) / (1 - r)  # that four units of time with a growth of Z' by (2.11) keep up
     assert r * fastest * t + (1 + gbar) * t**2 / 2 == pytest.approx(d)
 
 
 @pytest.mark.parametrize(("walls", "periods"), [(BBT, 1), (BTT, 1), (BBT, 2)])
 def test_no_cell_with_a_motion_is_left_out(walls: tuple[int, ...], periods: int):
-    sequence, r = Sequence(walls, periods), 0.6
+    word, r = Word(walls, periods), 0.6
     flights = random_flights(periods, periods, 4000)
-    found = motions_above(sequence, flights, r)
+    found = motions_above(word, flights, r)
     rows = np.flatnonzero(found.admissible & (found.gbar > 0.02) & (found.gbar < 1) & (found.d < 2))
     for i in rows[np.argsort(found.gap[rows])[:3]]:  # next to grazing, where other motions of a cell are none
         d, gbar = float(found.d[i]), float(found.gbar[i])
         levels = (Level(Held.GBAR, gbar), d), (Level(Held.RATIO, d / gbar), d), (Level(Held.D, d), gbar)
         for level, coordinate in levels:
-            [cells] = Exclusion(Model(level, r), 0.95 * coordinate, 1.05 * coordinate, (sequence,)).cells()
+            [cells] = Exclusion(Model(level, r), 0.95 * coordinate, 1.05 * coordinate, (word,)).cells()
             own = flights[:, [i]]
             assert ((cells.corner <= own) & (own <= cells.corner + cells.side)).all(axis=0).any()
             assert 0 < cells.share < 0.001
@@ -138,14 +138,14 @@ sweep: {{parameter: {swept}}}
 @pytest.mark.parametrize("r", [0.3, 0.8])
 @pytest.mark.parametrize("periods", [1, 2, 4])
 def test_motions_with_four_impacts_on_the_bottom_solve_the_conditions(periods: int, r: float):
-    sequence, flights = Sequence((1, 1, 1, 1), periods), random_flights(5, periods, 400, 4)
-    found, settled = onto_sweep(sequence, flights, r, Level(Held.D, 1.0), 0.2 * periods)
+    word, flights = Word((1, 1, 1, 1), periods), random_flights(5, periods, 400, 4)
+    found, settled = onto_sweep(word, flights, r, Level(Held.D, 1.0), 0.2 * periods)
     assert found.excess.shape == (2, settled.shape[1])
     rows = np.flatnonzero((found.gbar < 2) & (np.diff(found.velocity, axis=0) != 0).any(axis=0))
     assert len(rows) > 10
     for i in rows:
         x = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]]
-        assert max(map(abs, residuals(sequence, x, Model(Level(Held.D, 1.0), r)))) < 1e-6
+        assert max(map(abs, residuals(word, x, Model(Level(Held.D, 1.0), r)))) < 1e-6
 
 
 @pytest.mark.slow
@@ -164,16 +164,16 @@ def test_newtons_method_finds_no_other_motion_on_one_membrane(swept: str, r: flo
     model, rng, found = Model(sweep.level, r), np.random.default_rng(5), Counter[str]()
     families = atlas(sweep, Limits(4, 3)).families
     for word, periods, _ in product(("B", "BB", "BBB", "BBBB", "T", "TT"), (1, 2, 3), range(80)):
-        curve, count = Curve(Sequence.of(word, periods), model, low, high), len(word)
+        curve, count = Curve(Word.of(word, periods), model, low, high), len(word)
         coordinate = rng.uniform(low, high)
-        largest = 6 * periods * model.groups(coordinate)[1] / (1 + r) / count * curve.sequence.walls[0]
+        largest = 6 * periods * model.groups(coordinate)[1] / (1 + r) / count * curve.word.walls[0]
         time = rng.uniform(0, 2) + np.sort(rng.uniform(0, 2 * periods, count))
         x = curve.nearest(np.array([*largest * rng.random(count), *time, coordinate]))
         motion = None if x is None or not curve.admits(x) else curve.motion(x)
         if motion is None or motion.primitive() is not motion:
             continue
         if (np.diff(motion.time, append=motion.time[0] + 2 * periods) > 0).all():
-            alike = [known for f in families if f.sequence == motion.sequence for known in f.at(motion.coordinate)]
+            alike = [known for f in families if f.word == motion.word for known in f.at(motion.coordinate)]
             assert min(map(motion.distance, alike)) < 1e-8
             found[word] += 1
     assert {"B", "BB", most * "B"} <= set(found) <= {"B", "BB", "BBB", "BBBB"}
@@ -192,7 +192,7 @@ def test_every_attractor_of_an_upright_capsule_lies_on_a_family(low: float, high
         if end.cycle is not None and not end.cycle.sticks and len(end.cycle.wall) <= 4 and end.cycle.period <= 4:
             motion = motion_of_cycle(end.cycle, float(sweep.coordinate_of(value)))
             assert min(motion.distance(known) for f in families for known in f.at(motion.coordinate)) < 1e-10
-            words.add(motion.sequence.word)
+            words.add(motion.word.letters)
     assert {"BB", "BBBB"} <= words
 
 
@@ -203,7 +203,7 @@ def test_every_motion_with_three_impacts_lies_on_a_family(walls: tuple[int, ...]
     """Random ones, most of them unstable and on families that join no other, each with a sweep that passes it."""
     sweep = sweep_of(load(example("inclined")).scenario)
     periods = 1 + seed % 3
-    found = motions_above(Sequence(walls, periods), random_flights(seed, periods, 4000), sweep.device.restitution)
+    found = motions_above(Word(walls, periods), random_flights(seed, periods, 4000), sweep.device.restitution)
     rows = np.flatnonzero(
         found.admissible & (found.gbar > 0.02) & (found.gbar < 0.9 * unit_gbar(sweep)) & (found.d < 2)
     )
@@ -215,7 +215,7 @@ def test_every_motion_with_three_impacts_lies_on_a_family(walls: tuple[int, ...]
     found_atlas = atlas(passing, Limits(3, periods))
     near = [motion.distance(m) for family in found_atlas.families for m in family.at(motion.coordinate)]
     assert min(near) < 1e-8
-    (claim,) = [of for of in found_atlas.completeness if of.word == motion.sequence.canonical().word]
+    (claim,) = [of for of in found_atlas.completeness if of.word == motion.word.canonical().word]
     assert claim.claim is Claim.COMPLETE
     assert claim.undecided is not None
     assert claim.undecided < 1e-4
@@ -232,22 +232,22 @@ def test_the_search_for_four_impacts_finds_a_family_that_joins_no_other(periods:
     sweep = sweep_of(load(example("inclined")).scenario)
     low, high = map(float, sweep.coordinate_range)
     model = Model(sweep.level, float(sweep.device.restitution))
-    found, flights = four_impacts(model, low, high, Sequence((1, 1, 1, -1), periods))
+    found, flights = four_impacts(model, low, high, Word((1, 1, 1, -1), periods))
     assert found.admissible.all()
     for i in range(0, len(found.d), 5):
         x = [*found.velocity[:, i], *found.time[:, i], found.d[i]]
-        assert max(map(abs, residuals(found.sequence, x, model))) < 1e-7
+        assert max(map(abs, residuals(found.word, x, model))) < 1e-7
     assert np.ptp(flights, axis=1).max() > 0.1
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "sequence", "fold"),
-    [("horizontal", Sequence.of("BTBT", 3), 0.708135), ("inclined-forcing", Sequence.of("BBBT", 4), 3.239618)],
+    ("name", "word", "fold"),
+    [("horizontal", Word.of("BTBT", 3), 0.708135), ("inclined-forcing", Word.of("BBBT", 4), 3.239618)],
 )
-def test_families_within_few_cells_are_found(name: str, sequence: Sequence, fold: float, example):
-    found = atlas(sweep_of(load(example(name)).scenario), Limits(4, sequence.periods))
-    families = [family for family in found.families if family.sequence == sequence]
+def test_families_within_few_cells_are_found(name: str, word: Word, fold: float, example):
+    found = atlas(sweep_of(load(example(name)).scenario), Limits(4, word.periods))
+    families = [family for family in found.families if family.word == word]
     ends = [end for family in families for end in (family.sweep_value.min(), family.sweep_value.max())]
     assert min(abs(end - fold) for end in ends) < 1e-6
 

@@ -42,7 +42,7 @@ def study(followed):
 def test_each_family_is_told_as_it_is_followed(followed):
     study, told = followed
     words = {step.rpartition(" ")[2] for step in told}
-    assert {family.sequence.word for family in study.atlas.families} <= words
+    assert {family.word.letters for family in study.atlas.families} <= words
 
 
 def test_results_hold_every_family_with_its_ends_and_voltages(study):
@@ -99,7 +99,7 @@ def test_the_table_of_motions_ends_with_a_row_for_each_impact_of_the_families(st
     assert len({len(row) for row in csv.reader(lines)}) == 1
     rows = list(csv.DictReader(lines))[count:]
     assert len(rows) == sum(family.velocity.size for family in study.atlas.families) == len(study.rows()) - count
-    (family,) = [f for f in study.atlas.families if f.sequence.word == "BBT" and f.stable_runs]
+    (family,) = [f for f in study.atlas.families if f.word.letters == "BBT" and f.stable_runs]
     mine = [row for row in rows if row["family_number"] == str(family.number)]
     assert {row["q"] for row in mine} == {""}
     assert {row["critical_point"] for row in mine} == {""} | {mark.vertex.label for mark in family.marks if mark.vertex}
@@ -114,7 +114,7 @@ def test_the_table_of_motions_ends_with_a_row_for_each_impact_of_the_families(st
 
 def test_families_of_1_1_motions_generate_what_the_branches_do(study):
     branch = max(study.solution.branches, key=lambda branch: branch.motions.sweep_value[branch.motions.stable].max())
-    (family,) = [f for f in study.atlas.families if f.sequence.word == "BT" and f.stable[-1]]
+    (family,) = [f for f in study.atlas.families if f.word.letters == "BT" and f.stable[-1]]
     volts = generation(family, study.solution.membrane).average_v
     order = np.argsort(branch.motions.sweep_value)
     value, average = branch.motions.sweep_value[order], branch.voltages.average_v[order]
@@ -123,7 +123,7 @@ def test_families_of_1_1_motions_generate_what_the_branches_do(study):
 
 def test_the_table_has_every_family_with_its_range(study):
     rows = [(row[0], *map(float, row[3].split(" to "))) for row in families_table(study, study.atlas).rows]
-    families = [(f.sequence.word, f.sweep_value.min(), f.sweep_value.max()) for f in study.atlas.families]
+    families = [(f.word.letters, f.sweep_value.min(), f.sweep_value.max()) for f in study.atlas.families]
     for (word, *ends), (same, *own) in zip(sorted(rows), sorted(families), strict=True):
         assert word == same
         assert ends == pytest.approx(own, rel=1e-5)
@@ -131,11 +131,11 @@ def test_the_table_has_every_family_with_its_range(study):
 
 def test_the_ladder_has_the_best_of_each_word(study):
     membrane = study.solution.membrane
-    rungs = {(rung.sequence.word, rung.sequence.periods): rung for rung in ladder(study.atlas, membrane)}
+    rungs = {(rung.word.letters, rung.word.periods): rung for rung in ladder(study.atlas, membrane)}
     assert {("BT", 1), ("BBT", 1)} <= rungs.keys()
     assert list(rungs.values()) == sorted(rungs.values(), key=lambda rung: -rung.per_second_v)
     for (word, periods), rung in rungs.items():
-        families = [f for f in study.atlas.families if (f.sequence.word, f.sequence.periods) == (word, periods)]
+        families = [f for f in study.atlas.families if (f.word.letters, f.word.periods) == (word, periods)]
         volts = [generation(f, membrane).impacts_v[row] for f in families for row in np.flatnonzero(f.stable)]
         assert rung.average_v == pytest.approx(max(map(np.mean, volts)))
         assert rung.per_second_v == pytest.approx(max(map(np.sum, volts)) * 2.5 / periods)
@@ -167,7 +167,7 @@ def test_rates_are_those_of_each_frequency_and_of_all_periods():
         np.testing.assert_allclose(family["u_impacts_v"], volts)
         np.testing.assert_allclose(family["u_per_second_v"], volts.sum(axis=1) * f / periods)
     for rung in ladder(study.atlas, study.solution.membrane):
-        own = [x for x in data if (x["word"], x["periods"]) == (rung.sequence.word, rung.sequence.periods)]
+        own = [x for x in data if (x["word"], x["periods"]) == (rung.word.letters, rung.word.periods)]
         value, average, rate = (
             np.concatenate([np.array(x[key])[x["stable"]] for x in own])
             for key in ("sweep_value", "u_ave_v", "u_per_second_v")
@@ -177,10 +177,10 @@ def test_rates_are_those_of_each_frequency_and_of_all_periods():
 
 
 def test_motions_at_a_value_are_found_with_their_families(study):
-    words = {family.sequence.word for family, _ in study.atlas.at(0.3)}
+    words = {family.word.letters for family, _ in study.atlas.at(0.3)}
     assert {"BT", "BBT"} <= words
     for family, motion in study.atlas.at(0.3):
-        assert family.sequence == motion.sequence
+        assert family.word == motion.word
         assert study.solution.sweep.value(*family.curve.model.groups(motion.coordinate)) == pytest.approx(0.3)
 
 
@@ -209,8 +209,8 @@ def test_a_name_stands_for_a_vertex_or_the_middle_of_a_words_widest_stable_range
     vertex = study.atlas.vertices[0]
     assert study.atlas.named(vertex.label) == (vertex.point.sweep_value, vertex.point.motion)
     value, motion = study.atlas.named("BBT")
-    widest = max((x for f in study.atlas.families if f.sequence.word == "BBT" for x in f.stable_ranges), key=np.ptp)
-    assert motion.sequence.word == "BBT"
+    widest = max((x for f in study.atlas.families if f.word.letters == "BBT" for x in f.stable_ranges), key=np.ptp)
+    assert motion.word.letters == "BBT"
     assert value == pytest.approx(np.mean(widest), abs=0.1 * np.ptp(widest))
     assert study.atlas.named("TBB")[0] == value
     assert study.atlas.named("BBBB") is None
@@ -221,7 +221,7 @@ def test_the_path_of_a_motion_is_between_the_membranes_and_closes(study, name):
     _, motion = study.atlas.named(name)
     family = study.atlas.families[0]
     shown = portrait_of(family.curve.model, motion, name)
-    assert shown.time[-1] == pytest.approx(2 * motion.sequence.periods)
+    assert shown.time[-1] == pytest.approx(2 * motion.word.periods)
     assert np.abs(shown.position).max() == pytest.approx(shown.d / 2, abs=1e-9)
     assert shown.position[-1] == pytest.approx(shown.position[0])
     assert shown.velocity[0] == pytest.approx(-0.5 * shown.velocity[-1])
@@ -229,7 +229,7 @@ def test_the_path_of_a_motion_is_between_the_membranes_and_closes(study, name):
     t, v = shown.time[:40], shown.velocity[:40]
     middle = (t[1:] + t[:-1]) / 2
     np.testing.assert_allclose(np.diff(v) / np.diff(t), shown.gbar + np.cos(np.pi * middle + shown.phase), atol=1e-3)
-    assert len(shown.attractor.cycle.wall) == len(motion.sequence)
+    assert len(shown.attractor.cycle.wall) == len(motion.word)
 
 
 def test_without_the_block_no_family_is_followed():

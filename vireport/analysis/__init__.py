@@ -24,7 +24,7 @@ from vireport.analysis.design import (
 )
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve
 from vireport.analysis.error_bounds import NO_BOUND, rounded_up, undecided, value_bound
-from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
+from vireport.analysis.kinds import Change, CriticalKind, StrandEvent, Symmetry
 from vireport.analysis.level_curve import sample
 from vireport.analysis.margins import HIGHEST_RESTITUTION, Margin
 from vireport.analysis.motions import Motions, impact_velocities, motions_of
@@ -60,7 +60,6 @@ __all__ = [
     "CriticalKind",
     "CriticalPoint",
     "DesignPoint",
-    "Family",
     "Flight",
     "Held",
     "Jacobian",
@@ -75,6 +74,7 @@ __all__ = [
     "StableInterval",
     "StrandEvent",
     "Sweep",
+    "Symmetry",
     "TableRow",
     "around_length",
     "classify",

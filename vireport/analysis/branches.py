@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from vireport.analysis.critical import PolishedMotion
-from vireport.analysis.kinds import BranchEnd, Change, CriticalKind, Family
+from vireport.analysis.kinds import BranchEnd, Change, CriticalKind, Symmetry
 from vireport.analysis.motions import Motions
 from vireport.analysis.stability import STABILITIES, Stability
 from vireport.physics import Voltages
@@ -21,7 +21,7 @@ class CriticalPoint:
     label : str
         Letter and number, numbered along d (along the sweep where d is constant).
     kind : CriticalKind
-    family : Family
+    family : Symmetry
     point : PolishedMotion
         The motion, with the error bound of its sweep value.
     mirror : PolishedMotion or None
@@ -34,7 +34,7 @@ class CriticalPoint:
 
     label: str
     kind: CriticalKind
-    family: Family
+    family: Symmetry
     point: PolishedMotion
     mirror: PolishedMotion | None
     branch: int
@@ -73,7 +73,7 @@ class Branch:
     ----------
     number : int
         From 1, in the order of the results.
-    family : Family
+    family : Symmetry
     mirror_of : int or None
         Number of the branch whose mirror image this is.
     motions : Motions
@@ -87,7 +87,7 @@ class Branch:
     """
 
     number: int
-    family: Family
+    family: Symmetry
     mirror_of: int | None
     motions: Motions
     marks: tuple[Mark, ...]

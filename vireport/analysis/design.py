@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.critical import polish, value_condition
 from vireport.analysis.diagram import BifurcationDiagram
-from vireport.analysis.kinds import CriticalKind, Family
+from vireport.analysis.kinds import CriticalKind, Symmetry
 from vireport.analysis.margins import SAME_POINT, Line, Margin, margin, margins_of, mirrored, nearest_first, reach
 from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.orbits import orbits
@@ -72,7 +72,7 @@ class DesignPoint:
         Its value at the design point.
     motions : Motions
         Zero or more, stable ones first.
-    families : tuple of Family
+    families : tuple of Symmetry
         Of each motion.
     errors : tuple of ndarray
         Error bounds of q - 1/2 and of the phase of each motion.
@@ -92,7 +92,7 @@ class DesignPoint:
     parameter: Parameter
     value: float
     motions: Motions
-    families: tuple[Family, ...]
+    families: tuple[Symmetry, ...]
     errors: tuple[Floats, Floats]
     margins: tuple[Margin, ...]
     unresolved: tuple[DesignInput, ...]
@@ -179,7 +179,7 @@ def around_length(device: Device) -> Sweep:
     return Sweep(device, Parameter.LENGTH, length / 2, length * 2)
 
 
-def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Family, ...], tuple[Floats, Floats]]:
+def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Symmetry, ...], tuple[Floats, Floats]]:
     """All motions at a design point, their families, and the errors of u and of the phase.
 
     Their `sweep_value` is that of `parameter`.
@@ -206,7 +206,7 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Fam
     motions.d[:] = d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
     order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
-    families = tuple(Family.SYMMETRIC if rows[i][0] else Family.ASYMMETRIC for i in order)
+    families = tuple(Symmetry.SYMMETRIC if rows[i][0] else Symmetry.ASYMMETRIC for i in order)
     return motions.select(order), families, (error_u[order], error_phi[order])
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.analysis.branches import Branch, CriticalPoint, Mark
-from vireport.analysis.kinds import BranchEnd, CriticalKind, Family
+from vireport.analysis.kinds import BranchEnd, CriticalKind, Symmetry
 from vireport.analysis.level_curve import Curve, curve_of, sample
 from vireport.analysis.stability import Stability
 from vireport.analysis.sweep import Held, Sweep
@@ -98,7 +98,7 @@ def _numbered(curve: Curve, unordered: list[Branch]) -> tuple[tuple[Branch, ...]
 
 def _order(branch: Branch) -> tuple[bool, bool]:
     """Symmetric branches first, and of two mirror images the one with the larger q."""
-    return branch.family is Family.ASYMMETRIC, float(branch.motions.q.min()) < 0.5 - SAME_SHARE
+    return branch.family is Symmetry.ASYMMETRIC, float(branch.motions.q.min()) < 0.5 - SAME_SHARE
 
 
 def _labels(curve: Curve, critical: list[CriticalPoint]) -> tuple[dict[int, str], list[int]]:
@@ -134,7 +134,7 @@ def _mirrors(curve: Curve, ordered: list[Branch]) -> list[int | None]:
     """For each branch of a horizontal capsule, the earlier one whose mirror image it is."""
     mirrors: list[int | None] = [None] * len(ordered)
     for i, branch in enumerate(ordered):
-        if curve.horizontal and branch.family is Family.ASYMMETRIC:
+        if curve.horizontal and branch.family is Symmetry.ASYMMETRIC:
             earlier = (k for k in range(i) if mirrors[k] is None and _reflected(branch, ordered[k]))
             mirrors[i] = next(earlier, None)
     return mirrors
@@ -165,7 +165,7 @@ class TableRow:
 
     Attributes
     ----------
-    family : Family
+    family : Symmetry
     branch : int
         Number of the branch; mirror images share the row of the first.
     start_point, end_point : CriticalPoint or None
@@ -179,7 +179,7 @@ class TableRow:
         Rows of the branch at these ends.
     """
 
-    family: Family
+    family: Symmetry
     branch: int
     start_point: CriticalPoint | None
     end_point: CriticalPoint | None

@@ -11,15 +11,11 @@ both groups are given, the exact motion is the one there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis.branches import Branch
-from vireport.analysis.design import DesignPoint, around_length
-from vireport.analysis.diagram import BifurcationDiagram
 from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import coefficients, orbits_above
 from vireport.analysis.stability import discriminant, return_trace
@@ -29,13 +25,9 @@ from vireport.physics import (
     GROUP_ERROR,
     ROUNDED,
     UNIT,
-    Device,
-    Dielectric,
     Membrane,
     Rounded,
-    Voltages,
     contact_cosine,
-    conversion,
     deflection,
     generated_voltage,
     wrapped,
@@ -50,92 +42,12 @@ CURVATURE = 2.0
 STEP = 1e-3
 """Step of the gradient's difference in q, as a share of the scale (1-r)/(1+r) on which the coefficients vary."""
 
-FACTORS = 16
-"""Roundings of the constant factors of an energy, a power or a field, which are computed in doubles, with room."""
-
 GENTLE = 1e-5
 """Relative change of the impact velocity by which a voltage's elasticity is found; beyond it a voltage need not be
 proportional to a power of the velocity any more."""
 
 NO_BOUND = "diverges, or loses all its digits, where an impact has no velocity or two branches meet"
 """Why there is no bound."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Bounds:
-    """Error bounds, by the names of `Motions` and `Voltages`; infinite where there is none.
-
-    Attributes
-    ----------
-    branches : tuple of dict
-        For each branch an array for each of its columns.
-    design : dict or None
-        For the motions at the design point.
-    """
-
-    branches: tuple[dict[str, Floats], ...]
-    design: dict[str, Floats] | None
-
-
-def bounds_of(
-    device: Device, membrane: Membrane | None, diagram: BifurcationDiagram | None, design: DesignPoint | None
-) -> Bounds:
-    """Bound the errors of every motion and voltage along a sweep and at a design point."""
-    sweep, branches = (diagram.sweep, diagram.branches) if diagram is not None else (None, ())
-    along = tuple(_along(membrane, sweep, branch) for branch in branches if sweep is not None)
-    if design is None:
-        return Bounds(along, None)
-    bounds = _of(membrane, around_length(device), design.motions, design.errors)
-    if membrane is not None and design.conversion is not None:
-        bounds |= _conversion_bounds(device, membrane, design, bounds)
-    return Bounds(along, bounds)
-
-
-def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
-    """Bounds of a branch; at its critical points at least those of the points, which may only have been bracketed."""
-    bounds = _of(membrane, sweep, branch.motions, None)
-    for row in range(len(branch.motions)):
-        critical = branch.critical_point(row)
-        if critical is None:
-            continue
-        own = {**critical.point.bounds, "sweep_value": critical.point.error_bound}
-        for name in ("sweep_value", "d", "gbar", "velocity_bottom", "velocity_top"):
-            bounds[name][row] = max(bounds[name][row], own[name])
-        bounds["q"][row] = max(bounds["q"][row], own["u"])
-        bounds["phi_bottom"][row] = max(bounds["phi_bottom"][row], own["phi"])
-    return bounds
-
-
-def _of(
-    membrane: Membrane | None, sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None
-) -> dict[str, Floats]:
-    bounds = motion_bounds(sweep, motions, given)
-    if membrane is None:
-        return bounds
-    return {**bounds, **voltage_bounds(*_speeds(sweep, motions, bounds), membrane)}
-
-
-def _speeds(sweep: Sweep, motions: Motions, bounds: dict[str, Floats]) -> tuple[Rounded, Rounded]:
-    """Speeds of the impacts at the bottom and at the top [m/s]."""
-    # The exact motion has its own force or frequency, and with it its own velocity unit.
-    value = Rounded(motions.sweep_value, bounds["sweep_value"])
-    unit = sweep.device.velocity_unit(sweep.parameter, value)
-    bottom = unit * Rounded(motions.velocity_bottom, bounds["velocity_bottom"])
-    top = unit * Rounded(-motions.velocity_top, bounds["velocity_top"])
-    return bottom, top
-
-
-def _conversion_bounds(
-    device: Device, membrane: Membrane, design: DesignPoint, bounds: dict[str, Floats]
-) -> dict[str, Floats]:
-    """Bound the errors of what a design point's motions convert, by the names of `Conversion`."""
-    volts, dielectric = cast(Voltages, design.voltages), cast(Dielectric, membrane.dielectric)
-    gains = Rounded(volts.bottom_v, bounds["bottom_v"]), Rounded(volts.top_v, bounds["top_v"])
-    speeds = _speeds(around_length(device), design.motions, bounds)
-    with np.errstate(all="ignore"):
-        exact = conversion(gains, speeds, membrane, dielectric, device.restitution, device.period_s, ROUNDED)
-        numbers = {field.name: getattr(exact, field.name) for field in fields(exact)}
-        return _finite({name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()})
 
 
 def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
@@ -162,10 +74,11 @@ def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] |
     vanishes to rounding, so that it is open whether the ball turns at all, the gap is that of the motion as computed.
     """
     with np.errstate(all="ignore"):
-        return _finite(_motion_bounds(sweep, motions, given))
+        return finite(_motion_bounds(sweep, motions, given))
 
 
-def _finite(bounds: dict[str, Floats]) -> dict[str, Floats]:
+def finite(bounds: dict[str, Floats]) -> dict[str, Floats]:
+    """Bounds, infinite where there is none."""
     return {name: np.where(np.isfinite(bound), bound, np.inf) for name, bound in bounds.items()}
 
 
@@ -281,7 +194,7 @@ def voltage_bounds(bottom: Rounded, top: Rounded, membrane: Membrane) -> dict[st
         "average_v": (volts_bottom + volts_top) / 2 * (1 + 2 * UNIT),
         "deflection_m": np.maximum(deep_bottom, deep_top),
     }
-    return _finite(bounds)
+    return finite(bounds)
 
 
 def _impact_bounds(speed: Rounded, membrane: Membrane) -> tuple[Floats, Floats]:

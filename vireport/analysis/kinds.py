@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum, StrEnum
 
 
-class Family(StrEnum):
+class Symmetry(StrEnum):
     """Whether a motion is its own mirror image, as some of a horizontal capsule are."""
 
     SYMMETRIC = "symmetric"

@@ -30,7 +30,7 @@ from vireport.analysis.critical import (
     rounded_motion,
     singled_out,
 )
-from vireport.analysis.kinds import Change, CriticalKind, Family, StrandEvent
+from vireport.analysis.kinds import Change, CriticalKind, StrandEvent, Symmetry
 from vireport.analysis.motions import Motions
 from vireport.analysis.orbits import Orbits, orbits
 from vireport.errors import NumericalError
@@ -327,7 +327,7 @@ def _margins_at(device: Device, line: Line, end: Endpoint) -> list[Margin]:
     """The margins that the end of a motion on a line is in the line's inputs."""
     event = cast(StrandEvent, end.event)
     kind, change = (CriticalKind.PITCHFORK, Change.HANDOVER) if end.pitchfork else (event.kind, event.change)
-    family = Family.SYMMETRIC if end.symmetric else Family.ASYMMETRIC
+    family = Symmetry.SYMMETRIC if end.symmetric else Symmetry.ASYMMETRIC
     flat = line is not Line.GRAVITY and bool(device.inclination_deg == 0)
     found = []
     with localcontext() as context:

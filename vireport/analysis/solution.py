@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from vireport.analysis.branches import Branch, CriticalPoint
 from vireport.analysis.design import DesignPoint, StableInterval, design_point, ending_beyond, stable_ranges
 from vireport.analysis.diagram import BifurcationDiagram, TableRow, solve, table
-from vireport.analysis.error_bounds import Bounds, bounds_of
 from vireport.analysis.margins import mirrored
 from vireport.analysis.motions import Motions, impact_velocities
+from vireport.analysis.solution_bounds import Bounds, bounds_of
 from vireport.analysis.sweep import Sweep
 from vireport.errors import NumericalError
 from vireport.physics import Device, Fitting, Membrane, Shaker, Voltages, conversion, fitting, voltages

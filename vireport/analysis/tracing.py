@@ -27,7 +27,7 @@ from vireport.analysis.critical import (
     polish_grazing,
     singled_out,
 )
-from vireport.analysis.kinds import BranchEnd, Change, CriticalKind, Family, StrandEvent
+from vireport.analysis.kinds import BranchEnd, Change, CriticalKind, StrandEvent, Symmetry
 from vireport.analysis.level_curve import VALIDITY, Curve, Samples, Strand
 from vireport.analysis.motions import Motions, motions_of
 from vireport.analysis.orbits import Orbits, orbits
@@ -266,8 +266,8 @@ def _branch(curve: Curve, piece: Piece) -> Branch:
     return Branch(0, _family(curve, piece), None, motions, tuple(map(points.get, range(len(motions)))), ends)
 
 
-def _family(curve: Curve, piece: Piece) -> Family:
-    return Family.SYMMETRIC if curve.strands[piece.strand].symmetric else Family.ASYMMETRIC
+def _family(curve: Curve, piece: Piece) -> Symmetry:
+    return Symmetry.SYMMETRIC if curve.strands[piece.strand].symmetric else Symmetry.ASYMMETRIC
 
 
 def _end_value(curve: Curve, event: StrandEvent | None) -> float | None:
@@ -301,7 +301,7 @@ def _point(curve: Curve, piece: Piece, row: int, event: StrandEvent, orbit: Orbi
     except (NumericalError, ArithmeticError):
         point = _bracketed(curve, piece, row)
     family, kind, change = _family(curve, piece), event.kind, event.change
-    symmetric = family is Family.SYMMETRIC
+    symmetric = family is Symmetry.SYMMETRIC
     if event.at_rest:
         # Zero by the condition, not what the polish or the bracket leaves of it.
         own = "velocity_bottom" if event is StrandEvent.BOTTOM_REST else "velocity_top"

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis import CriticalKind, CriticalPoint, Family, Motions, Solution, motions_of, sample
+from vireport.analysis import CriticalKind, CriticalPoint, Motions, Solution, Symmetry, motions_of, sample
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.judge import (
     BOUND,
@@ -161,7 +161,7 @@ def _twins(harvester: Harvester, point: CriticalPoint, inside: float) -> tuple[H
     with exact.precise():
         r = exact.mpf(harvester.device.restitution)
         gbar = exact.groups(harvester.device, Parameter.LENGTH, 1)[1]
-        if point.family is Family.SYMMETRIC:
+        if point.family is Symmetry.SYMMETRIC:
             beside, d = device_beside(-1)  # (1+r) Zd/2 - 2 cos(phi)/pi^2 is largest at the fold
             return beside, list(exact.symmetric_motions(d, r, n))
         fold, phase = [exact.mpf(x) for x in (p.velocity_bottom, p.u, p.d)], exact.mpf(p.phi)

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from vireport.alerts import AlertCode
-from vireport.analysis import Change, CriticalKind, CriticalPoint, Family, Motions
+from vireport.analysis import Change, CriticalKind, CriticalPoint, Motions, Symmetry
 from vireport.errors import VireportError, installing
 from vireport.physics import Device, wrapped
 from vireport.scenario import Parameter
@@ -353,7 +353,7 @@ def exact_value(point: CriticalPoint, device: Device, parameter: Parameter, gap:
     """The swept value of a critical point, solved from the printed conditions; of a near graze, with its gap."""
     from vireport import reference as exact
 
-    n, p, symmetric = device.period_ratio, point.point, point.family is Family.SYMMETRIC
+    n, p, symmetric = device.period_ratio, point.point, point.family is Symmetry.SYMMETRIC
     with exact.precise():
         r = exact.mpf(device.restitution)
         start = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi), exact.mpf(p.u))

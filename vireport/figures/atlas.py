@@ -113,7 +113,7 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane) -> Picture:
     )
     best = ladder(atlas, membrane)[:1]
     most = "".join(
-        f" {rung.sequence.word} generates most, up to {quantity(rung.per_second_v, 'V', 4)}/s." for rung in best
+        f" {rung.word.letters} generates most, up to {quantity(rung.per_second_v, 'V', 4)}/s." for rung in best
     )
     alt = f"Three line charts of voltage and impacts over the {atlas.sweep.parameter.quantity}.{most}"
     return Picture(Task.FIGURE_LADDER, LADDER_TITLE, caption, alt, drawn)
@@ -122,8 +122,8 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane) -> Picture:
 def _looks(atlas: Atlas) -> dict[str, Look]:
     """Colour and marker of the words, those whose stable motions are seen first, then the shortest."""
     axis = sweep_axis(atlas.sweep)
-    stable = {family.sequence.word for family in atlas.families if _seen(axis, family)}
-    words = {family.sequence.word for family in atlas.families}
+    stable = {family.word.letters for family in atlas.families if _seen(axis, family)}
+    words = {family.word.letters for family in atlas.families}
     most = max(min(len(stable), MOST_LOOKS), len(SHAPES))  # so that no two grey ones have the same marker
     ordered = sorted(words, key=lambda word: (word not in stable, len(word), word))[:most]
     return {
@@ -134,7 +134,7 @@ def _looks(atlas: Atlas) -> dict[str, Look]:
 
 def _draw(axes: Axes, axis: SweepAxis, family: Family, values: Floats, looks: dict[str, Look]) -> None:
     """Draw quantities of a family, an array (n, curves), each stretch as stable or not and with its word's marker."""
-    x, look = axis.of(family), looks.get(family.sequence.word, {"color": Color.GREY})
+    x, look = axis.of(family), looks.get(family.word.letters, {"color": Color.GREY})
     spans = {(first, last): abs(x[last] - x[first]) for first, last, _ in family.segments}
     for stable, of_line, of_marker in ((True, STABLE, ON_STABLE), (False, UNSTABLE, ON_UNSTABLE)):
         parts = [part[:2] for part in family.segments if part[2].attracts == stable]
@@ -191,7 +191,7 @@ def _legends(looks: dict[str, Look], atlas: Atlas, notes: list[Entry]) -> list[l
     words: list[Entry] = [
         (word, ON_STABLE | look | {"linestyle": "-", "linewidth": 1.8}) for word, look in looks.items()
     ]
-    if len({family.sequence.word for family in atlas.families}) > len(looks):
+    if len({family.word.letters for family in atlas.families}) > len(looks):
         words.append((OTHER, UNSTABLE | {"color": Color.GREY, "linestyle": "-"}))
     grey = {"color": Color.GREY}
     return [words, [("stable", STABLE | grey), ("unstable", UNSTABLE | grey), *notes]]
@@ -207,9 +207,7 @@ def _caption(study: Study) -> str:
 
 
 def _alt(atlas: Atlas) -> str:
-    stable = sorted(
-        {family.sequence.word for family in atlas.families if family.stable_runs}, key=lambda w: (len(w), w)
-    )
+    stable = sorted({family.word.letters for family in atlas.families if family.stable_runs}, key=lambda w: (len(w), w))
     words = f"stable motions are {', '.join(stable)}" if stable else "none is stable"
     counts = f"{len(atlas.families)} families that meet at {len(atlas.vertices)} points; {words}."
     return f"Line chart of impact velocities over the {atlas.sweep.parameter.quantity}. {counts}"

@@ -122,7 +122,7 @@ def alt_text(study: Study, figure: Task, simulated: PairedImpacts | None = None)
 def _doubled(study: Study) -> list[str]:
     """The words of the motions that the 1:1 motions become by period doublings."""
     found = [] if study.atlas is None else study.atlas.doubled(study.solution.device.period_ratio)
-    return list(dict.fromkeys(family.sequence.word for family in found))
+    return list(dict.fromkeys(family.word.letters for family in found))
 
 
 def _level(study: Study) -> bool:

@@ -158,10 +158,10 @@ def doubled(study: Study) -> list[Doubled]:
     pieces, horizontal = [], atlas.sweep.level.horizontal
     for family in atlas.doubled(solution.device.period_ratio):
         # From an impact on the top on, it is the mirror image that is counted from the bottom.
-        first = np.arange(0, len(family.sequence), 1 if horizontal else 2)
-        sides = np.stack([first, (first + 1) % len(family.sequence)], axis=1)
+        first = np.arange(0, len(family.word), 1 if horizontal else 2)
+        sides = np.stack([first, (first + 1) % len(family.word)], axis=1)
         turned = (first % 2)[:, None]
-        after = np.diff(family.time, axis=1, append=family.time[:, :1] + 2 * family.sequence.periods)
+        after = np.diff(family.time, axis=1, append=family.time[:, :1] + 2 * family.word.periods)
         of_pairs = (
             (1 - 2 * turned) * family.velocity[:, sides],
             (family.phase[:, sides] + np.pi * turned) % TURN,

@@ -92,7 +92,7 @@ def shown_motion(study: Study) -> tuple[str, Curve] | None:
 
         _, motion = others[0]
         whole = portrait_of(Model(atlas.sweep.level, float(atlas.sweep.device.restitution)), motion, "")
-        word = motion.sequence.word
+        word = motion.word.letters
         return f"the stable motion {word}", (periods(whole.time), 0.5 - whole.position / whole.d)
     if not motions.admissible.any():
         return None

@@ -13,8 +13,8 @@ import numpy as np
 
 from vireport.alerts import CATALOGUE, AlertCode, Severity
 from vireport.analysis import (
-    Family,
     Solution,
+    Symmetry,
     contact_share,
     input_error,
     mass_elasticity,
@@ -133,7 +133,7 @@ def _several_stable(results: Evidence) -> str | None:
     count = int(design.motions.stable.sum()) if design is not None else 0
     if design is None or count < 2:
         return None
-    if count == 2 and solution.horizontal and design.families.count(Family.ASYMMETRIC) == 2:
+    if count == 2 and solution.horizontal and design.families.count(Symmetry.ASYMMETRIC) == 2:
         return None  # mirror images of each other
     return f"{count} stable 1:1 motions exist there; which one is reached depends on the start."
 

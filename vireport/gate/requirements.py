@@ -221,7 +221,7 @@ class Evidence:
         """Whether no motion but 1:1 is to be judged: no other is allowed, or stable at the design point."""
         one_to_one = "BT", self.solution.device.period_ratio
         return not self.required.allowed or all(
-            (family.sequence.word, family.sequence.periods) == one_to_one for family, _ in self.stable
+            (family.word.letters, family.word.periods) == one_to_one for family, _ in self.stable
         )
 
     @property
@@ -440,13 +440,13 @@ def _at_design(results: Evidence, limit: Limit, columns: tuple[str, ...], scale:
 
 def _words(results: Evidence, limit: Limit) -> Outcome:
     """Every stable motion that is known at the design point is an allowed one, in whatever number of periods."""
-    from vireport.sequences import Sequence as Impacts
+    from vireport.sequences import Word
 
     mirror = results.solution.horizontal
-    allowed = {Impacts.of(word).canonical(mirror).word for word in limit.words}
+    allowed = {Word.of(word).canonical(mirror).letters for word in limit.words}
     names = dict.fromkeys(family.name for family, _ in results.stable)
     others = dict.fromkeys(
-        family.name for family, _ in results.stable if family.sequence.canonical(mirror).word not in allowed
+        family.name for family, _ in results.stable if family.word.canonical(mirror).letters not in allowed
     )
     if not names:
         raise NumericalError("no stable motion is known at the design point")

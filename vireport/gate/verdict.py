@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vireport.analysis import CriticalKind, DesignPoint, Family, Margin, Solution, Stability, StableInterval, Sweep
+from vireport.analysis import CriticalKind, DesignPoint, Margin, Solution, Stability, StableInterval, Sweep, Symmetry
 from vireport.gate.alerts import MOST_MOTIONS, NEAR_CRITICAL
 from vireport.gate.requirements import Criterion, Evidence, Question, unmet
 from vireport.scenario import DesignInput, Parameter
 from vireport.text import capital, percent, quantity, significant
 
 if TYPE_CHECKING:
-    from vireport.sequences import Atlas, Sequence
+    from vireport.sequences import Atlas, Word
     from vireport.tolerances import Tolerances
     from vireport.trust import CrossCheck, Grade, MotionCount
 
@@ -240,17 +240,17 @@ def _instead(solution: Solution, atlas: Atlas | None) -> str:
         families = [family for family in atlas.families if family.stable_runs]
     else:
         families = [family for family, _ in atlas.stable_at(design.value)]
-    return ", or ".join(dict.fromkeys(_strikes(family.sequence) for family in families))
+    return ", or ".join(dict.fromkeys(_strikes(family.word) for family in families))
 
 
-def _strikes(sequence: Sequence) -> str:
+def _strikes(word: Word) -> str:
     """How often the ball strikes which membrane."""
-    bottom, top = (_times(sequence.walls.count(wall)) for wall in (1, -1))
-    often = "per forcing period" if sequence.periods == 1 else f"in {sequence.periods} forcing periods"
+    bottom, top = (_times(word.walls.count(wall)) for wall in (1, -1))
+    often = "per forcing period" if word.periods == 1 else f"in {word.periods} forcing periods"
     if not bottom or not top:
         return f"the ball strikes only the {'bottom' if bottom else 'top'} membrane, {bottom or top} {often}"
     both = "each membrane " + bottom if bottom == top else f"the bottom membrane {bottom} and the top {top}"
-    return f"the ball strikes {both} {often} ({sequence.word})"
+    return f"the ball strikes {both} {often} ({word.letters})"
 
 
 def _times(count: int) -> str:
@@ -290,7 +290,7 @@ def _motion(solution: Solution, instead: str) -> Fact:
 def mirror_images(solution: Solution, design: DesignPoint) -> bool:
     """Whether the stable motions are two mirror images: asymmetric ones, where the capsule is horizontal."""
     stable = [family for family, stable in zip(design.families, design.motions.stable, strict=True) if stable]
-    return solution.horizontal and stable == [Family.ASYMMETRIC] * 2
+    return solution.horizontal and stable == [Symmetry.ASYMMETRIC] * 2
 
 
 def _design_words(solution: Solution) -> str:
@@ -352,7 +352,7 @@ def _margin(solution: Solution, design: DesignPoint) -> Fact:
 
 def _handover(design: DesignPoint, limit: Margin) -> str:
     """The pitchfork of the sweep, if any, that a symmetric motion meets before its stable range ends."""
-    if limit.parameter in FIXED_D or not design.families or design.families[0] is not Family.SYMMETRIC:
+    if limit.parameter in FIXED_D or not design.families or design.families[0] is not Symmetry.SYMMETRIC:
         return ""
     start, end = float(design.motions.d[0]), limit.point.point.d
     for margin in design.margins:

@@ -19,13 +19,13 @@ from vireport.analysis import (
     Condition,
     CriticalKind,
     CriticalPoint,
-    Family,
     Held,
     Level,
     Orbits,
     PolishedMotion,
     StrandEvent,
     Sweep,
+    Symmetry,
     equations,
     level_residual,
     orbit_at,
@@ -164,7 +164,7 @@ def _certificate(sweep: Sweep, critical: CriticalPoint, point: PolishedMotion) -
         for candidate in candidates:
             try:
                 with precision(bits):
-                    proof = _prove(sweep, point, critical.family is Family.SYMMETRIC, candidate)
+                    proof = _prove(sweep, point, critical.family is Symmetry.SYMMETRIC, candidate)
                     return _stated(critical, point, proof, bits)
             except UnprovedError as failure:
                 reasons.append(str(failure))

@@ -184,9 +184,9 @@ class Report:
         atlas, design = self.study.atlas, self.design
         if atlas is None or design is None or not design.motions.stable.any():
             return []
-        sequences = (family.sequence for family, _ in atlas.stable_at(design.value))
+        words = (family.word for family, _ in atlas.stable_at(design.value))
         own = ("BT", self.solution.device.period_ratio)
-        return list(dict.fromkeys(x.word for x in sequences if (x.word, x.periods) != own))
+        return list(dict.fromkeys(x.letters for x in words if (x.letters, x.periods) != own))
 
     @property
     def results(self) -> dict[str, Any]:

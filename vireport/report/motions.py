@@ -25,8 +25,8 @@ def families_table(study: Study, atlas: Atlas) -> Table:
 def _row(family: Family) -> tuple[str, ...]:
     stable = ", ".join(span(*part) for part in family.stable_ranges) or "nowhere"
     whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()))
-    sequence, ends = family.sequence, (_end(family, mark) for mark in family.ends)
-    return (sequence.word, sequence.ratio, str(sequence.periods), whole, stable, *ends)
+    word, ends = family.word, (_end(family, mark) for mark in family.ends)
+    return (word.letters, word.ratio, str(word.periods), whole, stable, *ends)
 
 
 def _end(family: Family, mark: Mark) -> str:

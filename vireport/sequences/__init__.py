@@ -9,7 +9,7 @@ from vireport.sequences.equations import Model, linearised, residuals, trace
 from vireport.sequences.families import Atlas, Claim, Completeness, Family, Mark, Vertex
 from vireport.sequences.loci import Condition
 from vireport.sequences.meetings import Meeting
-from vireport.sequences.motions import Motion, Sequence, motion_of_cycle, turns
+from vireport.sequences.motions import Motion, Word, motion_of_cycle, turns
 from vireport.sequences.network import FollowedLocus
 from vireport.sequences.plane import Line, Plane
 from vireport.sequences.polish import PolishedPoint
@@ -38,8 +38,8 @@ __all__ = [
     "Plane",
     "PolishedPoint",
     "Rung",
-    "Sequence",
     "Vertex",
+    "Word",
     "atlas",
     "chart",
     "families_data",

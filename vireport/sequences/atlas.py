@@ -21,7 +21,7 @@ from vireport.sequences.continuation import Curve, Event, Strand, completed, fol
 from vireport.sequences.equations import Model
 from vireport.sequences.exclusion import FINEST, MOST_CELLS, Cells, Exclusion, fine_side
 from vireport.sequences.families import Atlas, Claim, Completeness, Family, Mark, Vertex
-from vireport.sequences.motions import SAME, Motion, Sequence
+from vireport.sequences.motions import SAME, Motion, Word
 from vireport.sequences.one_impact import one_impact
 from vireport.sequences.polish import PolishedPoint, polished
 from vireport.sequences.search import four_impacts, side_of
@@ -76,15 +76,15 @@ def _starts(search: _Search) -> Iterator[Motion]:
                 if part.admissible and m.admissible[i]:
                     time = m.phi_bottom[i] / pi + np.array([0.0, 2 * k * m.q[i]])
                     velocity = np.array([m.velocity_bottom[i], m.velocity_top[i]])
-                    yield Motion(Sequence((1, -1), k), velocity, time, float(search.sweep.coordinate(m)[i]))
+                    yield Motion(Word((1, -1), k), velocity, time, float(search.sweep.coordinate(m)[i]))
         if not search.model.level.horizontal:
             single = one_impact(search.model, search.low, search.high, k)
             yield from (single.motion(i, search.model.level) for i in range(len(single.d)))
-    for sequences in zip(*map(search.excluded, range(1, search.limits.periods + 1)), strict=True):
-        yield from search.by_exclusion(sequences)
+    for words in zip(*map(search.excluded, range(1, search.limits.periods + 1)), strict=True):
+        yield from search.by_exclusion(words)
     for k in range(1, search.limits.periods + 1):
-        for sequence in search.sequences(4, k):
-            yield from search.four_impacts(sequence)
+        for word in search.words(4, k):
+            yield from search.four_impacts(word)
 
 
 @dataclass(slots=True)
@@ -112,7 +112,7 @@ class _Search:
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
     queue: deque[Beginning] = field(default_factory=deque)
     undecided: list[Cells] = field(default_factory=list)
-    squares: dict[Sequence, tuple[int, Floats]] = field(default_factory=dict)
+    squares: dict[Word, tuple[int, Floats]] = field(default_factory=dict)
 
     @property
     def sweep(self) -> Sweep:
@@ -125,34 +125,34 @@ class _Search:
             return self.diagram
         return solve(replace(self.sweep, device=replace(self.sweep.device, period_ratio=periods)))
 
-    def sequences(self, count: int, periods: int) -> list[Sequence]:
+    def words(self, count: int, periods: int) -> list[Word]:
         """Those with so many impacts, on both membranes, that none is another or its mirror image counted otherwise."""
         found = {
-            self.representative(Sequence(walls, periods))
+            self.representative(Word(walls, periods))
             for walls in product((1, -1), repeat=count)
             if abs(sum(walls)) < count <= self.limits.impacts
         }
-        return sorted(found, key=lambda sequence: sequence.word)
+        return sorted(found, key=lambda word: word.letters)
 
-    def on_bottom(self, periods: int) -> list[Sequence]:
+    def on_bottom(self, periods: int) -> list[Word]:
         """Those with two to four impacts on one membrane.
 
         Over a period gravity adds 2 k gbar to the velocity, of which impacts take (1 + r) times their sum. There are no
         motions with impacts on the top only, nor in a horizontal capsule on either membrane only.
         """
         counts = () if self.model.level.horizontal else (2, 3, 4)
-        return [Sequence(count * (1,), periods) for count in counts if count <= self.limits.impacts]
+        return [Word(count * (1,), periods) for count in counts if count <= self.limits.impacts]
 
-    def representative(self, sequence: Sequence) -> Sequence:
+    def representative(self, word: Word) -> Word:
         """The one of a sequence's rotations and, in a horizontal capsule, mirror images that stands for all."""
-        images = (sequence, sequence.mirrored()) if self.model.level.horizontal else (sequence,)
-        return min((image.canonical() for image in images), key=lambda image: image.word)
+        images = (word, word.mirrored()) if self.model.level.horizontal else (word,)
+        return min((image.canonical() for image in images), key=lambda image: image.letters)
 
     def explore(self, motion: Motion) -> None:
         """Follow the family of a motion, and all that it is joined to."""
         motion = self.model.representative(motion)
-        curve = self._curve(motion.sequence)
-        x = curve.nearest(curve.vector(motion)) if self.limits.admit(motion.sequence) else None
+        curve = self._curve(motion.word)
+        x = curve.nearest(curve.vector(motion)) if self.limits.admit(motion.word) else None
         if x is not None:
             start = curve.point(x, curve.tangent(x))
             self.queue.append((None, curve, start, start))
@@ -160,7 +160,7 @@ class _Search:
             begins, curve, vertex, first = self.queue.popleft()
             if self._wanted(curve, first.x):
                 if self.progress is not None:
-                    self.progress(f"following motions of other impact sequences: {curve.sequence.word}")
+                    self.progress(f"following motions of other impact sequences: {curve.word.letters}")
                 strand = follow(curve, first)
                 if begins is None:
                     self._add(curve, completed(curve, first, strand))
@@ -168,12 +168,12 @@ class _Search:
                     events = [(0, begins), *((i + 1, event) for i, event in strand.events)]
                     self._add(curve, Strand([vertex, *strand.points], events))
 
-    def _curve(self, sequence: Sequence) -> Curve:
-        return Curve(sequence, self.model, self.low, self.high)
+    def _curve(self, word: Word) -> Curve:
+        return Curve(word, self.model, self.low, self.high)
 
     def _wanted(self, curve: Curve, x: Floats) -> bool:
         """Whether a solution is a motion within the limits that lies on no family yet."""
-        if not self.limits.admit(curve.sequence) or not curve.admits(x):
+        if not self.limits.admit(curve.word) or not curve.admits(x):
             return False
         motion = curve.motion(x)
         if motion.primitive() is not motion:
@@ -181,41 +181,41 @@ class _Search:
         known = (one for family in self._alike(motion) for one in family.at(float(x[-1])))
         return not any(self._same(motion, one) for one in known)
 
-    def excluded(self, periods: int) -> list[Sequence]:
+    def excluded(self, periods: int) -> list[Word]:
         """The sequences whose motions are found by leaving out what flight times they cannot have."""
-        return [*self.on_bottom(periods), *self.sequences(3, periods)]
+        return [*self.on_bottom(periods), *self.words(3, periods)]
 
-    def by_exclusion(self, sequences: tuple[Sequence, ...]) -> Iterator[Motion]:
+    def by_exclusion(self, words: tuple[Word, ...]) -> Iterator[Motion]:
         """Motions of one word that lie on no family known; each must be explored before the next is asked for."""
-        exclusion = Exclusion(self.model, self.low, self.high, sequences)
+        exclusion = Exclusion(self.model, self.low, self.high, words)
         cells = exclusion.cells()
         while cells:
-            cells = [part[~self._near(part.sequence, part.centre)] for part in cells]
+            cells = [part[~self._near(part.word, part.centre)] for part in cells]
             for part in filter(len, cells):
                 yield from self._unknown(*exclusion.motions(part))
-            cells = [part[~self._near(part.sequence, part.centre)] for part in cells]
+            cells = [part[~self._near(part.word, part.centre)] for part in cells]
             last = [part.no_larger_than(self.finest) or not 0 < len(part) <= MOST_CELLS for part in cells]
             self.undecided += [part for part, done in zip(cells, last, strict=True) if done]
             cells = [part.divided() for part, done in zip(cells, last, strict=True) if not done]
             cells = exclusion.left(cells) if cells else []
 
-    def four_impacts(self, sequence: Sequence) -> Iterator[Motion]:
+    def four_impacts(self, word: Word) -> Iterator[Motion]:
         """The same with four impacts, as far as a search over a grid finds them."""
-        yield from self._unknown(*four_impacts(self.model, self.low, self.high, sequence))
+        yield from self._unknown(*four_impacts(self.model, self.low, self.high, word))
 
     def _unknown(self, motions: Motions, flights: Floats) -> Iterator[Motion]:
-        rows = np.flatnonzero(~self._near(motions.sequence, flights))
+        rows = np.flatnonzero(~self._near(motions.word, flights))
         while rows.size:
             yield motions.motion(int(rows[0]), self.model.level)
-            rows = rows[1:][~self._near(motions.sequence, flights[:, rows[1:]])]
+            rows = rows[1:][~self._near(motions.word, flights[:, rows[1:]])]
 
-    def _near(self, sequence: Sequence, flights: Floats) -> NDArray[np.bool_]:
+    def _near(self, word: Word, flights: Floats) -> NDArray[np.bool_]:
         """Which flight times are near to those of motions of a family, or of their images."""
-        count, squares = self.squares.get(sequence, (0, np.array([np.inf])))  # of so many families, ascending
+        count, squares = self.squares.get(word, (0, np.array([np.inf])))  # of so many families, ascending
         if count < len(self.families):
-            images = (_images(family, sequence, self.model.level.horizontal) for family in self.families[count:])
+            images = (_images(family, word, self.model.level.horizontal) for family in self.families[count:])
             squares = np.unique(np.concatenate([squares, *map(_squares, chain.from_iterable(images))]))
-            self.squares[sequence] = len(self.families), squares
+            self.squares[word] = len(self.families), squares
         codes = _codes(flights)
         return np.asarray(squares.take(np.searchsorted(squares, codes), mode="clip") == codes)
 
@@ -224,10 +224,10 @@ class _Search:
 
     def _alike(self, motion: Motion) -> Iterator[Family]:
         """Families whose word the motion has, or its mirror image where there is one."""
-        words = {motion.sequence.canonical()}
+        words = {motion.word.canonical()}
         if self.model.level.horizontal:
-            words.add(motion.sequence.mirrored().canonical())
-        return (family for family in self.families if family.sequence.canonical() in words)
+            words.add(motion.word.mirrored().canonical())
+        return (family for family in self.families if family.word.canonical() in words)
 
     def _add(self, curve: Curve, strand: Strand) -> None:
         """Take up a family, and what it meets."""
@@ -245,28 +245,28 @@ class _Search:
 
     def _meeting(self, motion: Motion, event: Event) -> _Meeting | None:
         """The vertex at an event, a new one with starts of what else comes to it; None where no motion is left."""
-        curve = self._curve(motion.sequence)
+        curve = self._curve(motion.word)
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion, event = touching(motion, self.model.turns(motion)), Event.GRAZING
         motion = self.model.representative(motion.primitive())
-        if len(at_rest(motion)) == len(motion.sequence):
+        if len(at_rest(motion)) == len(motion.word):
             return None
         for meeting in self.meetings:
             if meeting.event is event and self._same(meeting.motion, motion):
                 return meeting
-        curve = self._curve(motion.sequence)
+        curve = self._curve(motion.word)
         self.meetings.append(_Meeting(event, curve, motion))
         self.queue.extend(neighbours(curve, motion, event, self.limits))
         return self.meetings[-1]
 
     def atlas(self) -> Atlas:
         """What was found, with its events solved for in decimals."""
-        order = sorted(self.families, key=lambda f: (len(f.sequence), f.sequence.word, f.sequence.periods, f.number))
+        order = sorted(self.families, key=lambda f: (len(f.word), f.word.letters, f.word.periods, f.number))
         numbers = {family.number: k for k, family in enumerate(order, 1)}
         points = [
             (meeting, polished(self.sweep, meeting.curve, meeting.motion, meeting.event)) for meeting in self.meetings
         ]
-        points.sort(key=lambda pair: (pair[1].sweep_value, len(pair[0].motion.sequence)))
+        points.sort(key=lambda pair: (pair[1].sweep_value, len(pair[0].motion.word)))
         labels = self._labels(points)
         vertices = {
             id(meeting): Vertex(label, meeting.event, point, tuple(sorted(numbers[i] for i in meeting.families)))
@@ -283,22 +283,22 @@ class _Search:
         # Of these there are none, see `on_bottom`.
         closed += [count * ("B" if horizontal else "T") for count in range(1, self.limits.impacts + 1)]
         yield from (Completeness(word, Claim.COMPLETE) for word in closed)
-        for sequence in self.excluded(self.limits.periods):
-            cells = [cells for cells in self.undecided if cells.sequence.word == sequence.word]
-            side = max(fine_side(sequence), *(part.side for part in cells))
+        for word in self.excluded(self.limits.periods):
+            cells = [cells for cells in self.undecided if cells.word.letters == word.letters]
+            side = max(fine_side(word), *(part.side for part in cells))
             resolution = NEAR + side / 4  # periods, of which sides are halves
-            yield Completeness(sequence.word, Claim.COMPLETE, resolution, max(part.share for part in cells))
-        for sequence in self.sequences(4, self.limits.periods):
-            yield Completeness(sequence.word, Claim.SEARCHED, side_of(sequence) / 2)
+            yield Completeness(word.letters, Claim.COMPLETE, resolution, max(part.share for part in cells))
+        for word in self.words(4, self.limits.periods):
+            yield Completeness(word.letters, Claim.SEARCHED, side_of(word) / 2)
 
     def _labels(self, points: list[tuple[_Meeting, PolishedPoint]]) -> Iterator[str]:
         """Labels of vertices along the sweep: critical points of the 1:1 motions keep those that they have."""
         known = list(self.diagram.critical_points)
-        one_to_one = Sequence((1, -1), self.sweep.device.period_ratio)
+        one_to_one = Word((1, -1), self.sweep.device.period_ratio)
         counts = Counter(critical.kind.letter for critical in known)
         for meeting, point in points:
             letter, critical = CriticalKind(meeting.event).letter, None
-            if any(self.families[number - 1].sequence == one_to_one for number in meeting.families):
+            if any(self.families[number - 1].word == one_to_one for number in meeting.families):
                 near = SAME * abs(point.sweep_value)
                 at = [
                     x for x in known if x.kind.letter == letter and abs(x.point.sweep_value - point.sweep_value) < near
@@ -329,16 +329,16 @@ class _Search:
         return replace(family, number=number, marks=tuple(marks))
 
 
-def _images(family: Family, sequence: Sequence, mirror: bool) -> Iterator[Floats]:
+def _images(family: Family, word: Word, mirror: bool) -> Iterator[Floats]:
     """All flight times but the last of a family's motions, counted so that they have a sequence; with their mirror."""
-    own, count = family.sequence, len(sequence) // len(family.sequence)
-    whole = Sequence(count * own.walls, count * own.periods)
-    if whole.periods != sequence.periods or len(whole) != len(sequence):
+    own, count = family.word, len(word) // len(family.word)
+    whole = Word(count * own.walls, count * own.periods)
+    if whole.periods != word.periods or len(whole) != len(word):
         return
     time = family.x[:, len(own) : -1]
     flights = np.tile(np.diff(time, axis=1, append=time[:, :1] + 2 * own.periods).T, (count, 1))
     for image in (whole, whole.mirrored()) if mirror else (whole,):
-        for i in image.firsts(sequence):
+        for i in image.firsts(word):
             yield np.roll(flights, -i, axis=0)[:-1]
 
 

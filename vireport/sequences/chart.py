@@ -16,7 +16,7 @@ from vireport.sequences.continuation import Event
 from vireport.sequences.exclusion import FINE
 from vireport.sequences.families import Atlas
 from vireport.sequences.meetings import Meeting
-from vireport.sequences.motions import Motion, Sequence, turns
+from vireport.sequences.motions import Motion, Word, turns
 from vireport.sequences.network import AT_EDGE, FollowedLocus, Network, Start
 from vireport.sequences.plane import Line, Plane, lines
 from vireport.sequences.switching import Limits, touching
@@ -69,7 +69,7 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
     cuts : int
         Sweeps along each input on which motions of any sequence are looked for; none where only 1:1 motions are wanted.
     """
-    one_to_one = Sequence((1, -1), plane.device.period_ratio)
+    one_to_one = Word((1, -1), plane.device.period_ratio)
     network, crossed = Network(plane, limits, None if cuts else one_to_one), []
     for line in lines(plane, SOLVED_CUTS):
         progress(f"1:1 motions along the {line.quantity}")
@@ -81,12 +81,12 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
             families = atlas(line.sweep, limits, finest=FINE)
             crossed.append(Cut(line, _stable(families, line)))
             for start in _starts(families, line):
-                progress(f"loci of {start.motion.sequence.word}")
+                progress(f"loci of {start.motion.word.letters}")
                 network.explore(start)
     return Chart(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
 
 
-def _one_to_one_starts(line: Line, sequence: Sequence) -> Iterator[Start]:
+def _one_to_one_starts(line: Line, word: Word) -> Iterator[Start]:
     """The critical points of the 1:1 motions on a sweep across a plane."""
     sweep = line.sweep
     try:
@@ -95,8 +95,8 @@ def _one_to_one_starts(line: Line, sequence: Sequence) -> Iterator[Start]:
         points = []
     for critical in points:
         at = critical.point
-        time = at.phi / pi + np.array([0.0, 2 * sequence.periods * (at.u + 0.5)])
-        motion = Motion(sequence, np.array([at.velocity_bottom, at.velocity_top]), time, at.d)
+        time = at.phi / pi + np.array([0.0, 2 * word.periods * (at.u + 0.5)])
+        motion = Motion(word, np.array([at.velocity_bottom, at.velocity_top]), time, at.d)
         if critical.kind is CriticalKind.GRAZING:
             motion = touching(motion, turns(motion, at.d, at.gbar, float(sweep.device.restitution)))
         yield Start(motion, line.inputs(at.sweep_value), Event(critical.kind))
@@ -117,7 +117,7 @@ def _stable(families: Atlas, line: Line) -> Stable:
     def place(pair: tuple[float, float]) -> list[float]:
         return sorted(float(line.inputs(value)[line.varied]) for value in pair)
 
-    ranges = [(place(pair), family.sequence.word) for family in families.families for pair in family.stable_ranges]
+    ranges = [(place(pair), family.word.letters) for family in families.families for pair in family.stable_ranges]
     ends = place((families.sweep.start, families.sweep.end))
     found = []
     for low, high in pairwise(sorted({*ends, *chain.from_iterable(pair for pair, _ in ranges)})):

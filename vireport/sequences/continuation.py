@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from vireport.analysis import STABILITIES, Stability, classify
 from vireport.errors import NumericalError
 from vireport.sequences.equations import Model, linearised, trace
-from vireport.sequences.motions import IMAGE, Motion, Sequence
+from vireport.sequences.motions import IMAGE, Motion, Word
 
 Floats = NDArray[np.float64]
 
@@ -165,7 +165,7 @@ class Path(ABC):
     """
 
     __slots__ = ()
-    sequence: Sequence
+    word: Word
     first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
 
     @property
@@ -276,7 +276,7 @@ class Path(ABC):
         if found is None or not found[1] @ found[1] < MOST_ASIDE**2:
             found = self._newton(guess, arc.end.tangent, True)
         if found is None:
-            raise NumericalError(f"a family of {self.sequence.word} was lost")
+            raise NumericalError(f"a family of {self.word.letters} was lost")
         return self._point(*found)
 
     def located(self, arc: Arc, value: Callable[[Point], float]) -> tuple[float, Point]:
@@ -303,7 +303,7 @@ class Path(ABC):
         guess[which], normal[which] = value, copysign(1, slope)
         found = self._newton(guess, normal, False)
         if found is None:
-            raise NumericalError(f"a family of {self.sequence.word} was lost")
+            raise NumericalError(f"a family of {self.word.letters} was lost")
         return abs(size), self._point(*found)
 
     def admits(self, x: Floats) -> bool:
@@ -423,7 +423,7 @@ class Curve(Path):
         Range of the coordinate.
     """
 
-    sequence: Sequence
+    word: Word
     model: Model
     low: float
     high: float
@@ -431,12 +431,12 @@ class Curve(Path):
     @cached_property
     def scale(self) -> Floats:
         """The sweep's range, and 1 of velocities and times."""
-        return np.append(np.ones(2 * len(self.sequence)), self.high - self.low)
+        return np.append(np.ones(2 * len(self.word)), self.high - self.low)
 
     @cached_property
     def borders(self) -> tuple[float, float]:
         """|tr| at which a multiplier has modulus 1, 1 + r^(2N), and at which Delta = 0, 2 r^N."""
-        decay = self.model.r ** len(self.sequence)
+        decay = self.model.r ** len(self.word)
         return 1 + decay * decay, 2 * decay
 
     def vector(self, motion: Motion) -> Floats:
@@ -445,12 +445,12 @@ class Curve(Path):
 
     def motion(self, x: Floats) -> Motion:
         """The motion of some unknowns."""
-        count = len(self.sequence)
-        return Motion(self.sequence, x[:count], x[count:-1], float(x[-1]))
+        count = len(self.word)
+        return Motion(self.word, x[:count], x[count:-1], float(x[-1]))
 
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
         """The conditions and their derivatives, the last by the share of the sweep."""
-        values, matrix = linearised(self.sequence, x, self.model)
+        values, matrix = linearised(self.word, x, self.model)
         matrix[:, -1] *= self.high - self.low
         return values, matrix
 
@@ -463,12 +463,12 @@ class Curve(Path):
     def trace(self, x: Floats) -> float:
         """The trace of a motion; nan where a velocity is zero."""
         row = x.tolist()
-        touches = any(abs(velocity) < AT_ZERO for velocity in row[: len(self.sequence)])
-        return nan if touches else float(trace(self.sequence, row, self.model))
+        touches = any(abs(velocity) < AT_ZERO for velocity in row[: len(self.word)])
+        return nan if touches else float(trace(self.word, row, self.model))
 
     def stability(self, trace: float) -> Stability:
         """Type of a motion with this trace."""
-        return STABILITIES[int(classify(trace, self.model.r ** (len(self.sequence) / 2)))]
+        return STABILITIES[int(classify(trace, self.model.r ** (len(self.word) / 2)))]
 
     def margins(self, x: Floats) -> list[float]:
         """What is positive of a motion within the sweep: both distances to its ends, velocities, gaps to the walls."""
@@ -478,7 +478,7 @@ class Curve(Path):
 
     def _speeds(self, x: Floats) -> list[float]:
         """Velocities of impacts, towards their walls."""
-        return [v * wall for v, wall in zip(x.tolist(), self.sequence.walls, strict=False)]
+        return [v * wall for v, wall in zip(x.tolist(), self.word.walls, strict=False)]
 
     def steepness(self, arc: Arc) -> float:
         """How much the trace changes within a step, as a share of the most for no event to be missed.
@@ -496,12 +496,12 @@ class Curve(Path):
 
     def leaves(self, x: Floats, first: Point) -> bool:
         """Whether nothing happens between a point from which the curve begins and a motion next to it."""
-        return not (x[: len(self.sequence)] == 0).any() or self._near_pole(first)
+        return not (x[: len(self.word)] == 0).any() or self._near_pole(first)
 
     def ended(self, arc: Arc) -> tuple[Event, Point]:
         """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
         ends = ((-1, self.low, 1), (-1, self.high, -1))
-        bounds = [*ends, *((i, 0.0, wall) for i, wall in enumerate(self.sequence.walls))]
+        bounds = [*ends, *((i, 0.0, wall) for i, wall in enumerate(self.word.walls))]
         x = arc.end.x.tolist()
         passed = [self.reached(arc, i, value) for i, value, side in bounds if side * (x[i] - value) <= 0]
         if passed:
@@ -558,6 +558,6 @@ def _is_symmetric(curve: Curve, x: Floats) -> bool:
 def _turned_back(curve: Curve, x: Floats) -> Event | None:
     """What a family turns back from as its own image: two periods of another motion, or a symmetric one."""
     motion = curve.motion(x)
-    if 2 * len(motion.primitive().sequence) == len(motion.sequence):
+    if 2 * len(motion.primitive().word) == len(motion.word):
         return Event.PERIOD_DOUBLING
     return Event.PITCHFORK if _is_symmetric(curve, x) else None

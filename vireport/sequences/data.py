@@ -16,7 +16,7 @@ from vireport.sequences.continuation import Curve
 from vireport.sequences.energy import generation, impact_rate
 from vireport.sequences.equations import Model
 from vireport.sequences.families import Atlas, Claim, Family, Mark, Vertex
-from vireport.sequences.motions import Motion, Sequence
+from vireport.sequences.motions import Motion, Word
 from vireport.sequences.polish import PolishedPoint
 
 Floats = NDArray[np.float64]
@@ -43,9 +43,9 @@ def _family(family: Family, membrane: Membrane | None) -> dict[str, Any]:
     value = family.sweep_value
     return {
         "number": family.number,
-        "word": family.sequence.word,
-        "ratio": family.sequence.ratio,
-        "periods": family.sequence.periods,
+        "word": family.word.letters,
+        "ratio": family.word.ratio,
+        "periods": family.word.periods,
         "from": float(value.min()),
         "to": float(value.max()),
         "begins_with": _end(family, family.ends[0]),
@@ -103,8 +103,8 @@ def _bounds(family: Family) -> dict[str, Any]:
 
 def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
     """Every impact of every motion of a family, by the names of branches.csv: first those of the 1:1 motions."""
-    data, sequence, size = _family(family, membrane), family.sequence, len(family.x)
-    volts, bounds, walls = data.get("u_impacts_v"), data["error_bounds"], sequence.walls
+    data, word, size = _family(family, membrane), family.word, len(family.x)
+    volts, bounds, walls = data.get("u_impacts_v"), data["error_bounds"], word.walls
     gbar = np.broadcast_to(family.curve.model.groups(family.x[:, -1])[1], size).tolist()
     labels = {mark.row: mark.vertex.label for mark in family.marks if mark.vertex is not None}
     for row in range(size):
@@ -118,11 +118,11 @@ def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str,
                 "admissible": True,
                 **({} if volts is None else {"u_ave_v": data["u_ave_v"][row]}),
                 "critical_point": labels.get(row),
-                "word": sequence.word,
+                "word": word.letters,
                 "family_number": family.number,
                 "n": walls.count(1),
                 "m": walls.count(-1),
-                "periods": sequence.periods,
+                "periods": word.periods,
                 "sample": row,
                 "stable": data["stable"][row],
                 "impact": i,
@@ -155,7 +155,7 @@ def _point(mark: Mark, point: PolishedPoint) -> dict[str, Any]:
         "error_bound": point.error_bound if isfinite(point.error_bound) else None,
         "d": point.d,
         "gbar": point.gbar,
-        "word": point.motion.sequence.word,
+        "word": point.motion.word.letters,
         "velocity": point.motion.velocity.tolist(),
         "phase_rad": point.motion.phase.tolist(),
         "families": _families(mark.vertex),
@@ -195,7 +195,7 @@ def families_of(results: Mapping[str, Any], sweep: Sweep) -> list[Family]:
     """
     if results.get("families") is not None:
         return [
-            _known(sweep, x["number"], Sequence.of(x["word"], x["periods"]), *(x[name] for name in KNOWN))
+            _known(sweep, x["number"], Word.of(x["word"], x["periods"]), *(x[name] for name in KNOWN))
             for x in results["families"]
         ]
     periods, found = sweep.device.period_ratio, []
@@ -207,7 +207,7 @@ def families_of(results: Mapping[str, Any], sweep: Sweep) -> list[Family]:
         breaks = np.flatnonzero(np.diff(branch["admissible"], prepend=False, append=False))
         for first, last in breaks.reshape(-1, 2):
             of_rows = (column[first:last] for column in columns)
-            found.append(_known(sweep, branch["number"], Sequence.of("BT", periods), *of_rows))
+            found.append(_known(sweep, branch["number"], Word.of("BT", periods), *of_rows))
     return found
 
 
@@ -215,10 +215,10 @@ KNOWN = "velocity", "time", "trace", "sweep_value"
 """What a family is made of again."""
 
 
-def _known(sweep: Sweep, number: int, sequence: Sequence, velocity: Any, time: Any, trace: Any, value: Any) -> Family:
+def _known(sweep: Sweep, number: int, word: Word, velocity: Any, time: Any, trace: Any, value: Any) -> Family:
     values = np.array(value, dtype=float)
     x = np.column_stack([velocity, time, sweep.coordinate_of(values)])
-    curve = Curve(sequence, Model(sweep.level, float(sweep.device.restitution)), *sweep.coordinate_range)
+    curve = Curve(word, Model(sweep.level, float(sweep.device.restitution)), *sweep.coordinate_range)
     return Family(number, sweep, curve, x, np.array(trace, dtype=float), values, ())
 
 
@@ -230,9 +230,9 @@ def motion_data(family: Family, motion: Motion, value: float, membrane: Membrane
     bounds = data.pop("error_bounds")
     return {
         "family": family.number,
-        "word": family.sequence.word,
-        "ratio": family.sequence.ratio,
-        "periods": family.sequence.periods,
+        "word": family.word.letters,
+        "ratio": family.word.ratio,
+        "periods": family.word.periods,
         "stability": family.curve.stability(float(alone.trace[0])),
         **{name: values[0] for name, values in data.items()},
         "error_bounds": {name: values[0] for name, values in bounds.items() if name != "null_means"},

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vireport.physics import Membrane, generated_voltage
 from vireport.scenario import Parameter
 from vireport.sequences.families import Atlas, Family
-from vireport.sequences.motions import Sequence
+from vireport.sequences.motions import Word
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def impact_rate(family: Family) -> Floats:
     """Impacts in a second of the motions of a family, N f/k, (n,) [1/s]."""
     at = family.sweep.device.at(family.sweep.parameter, family.sweep_value)
     frequency = np.broadcast_to(at[Parameter.FREQUENCY], len(family.x))
-    return np.asarray(len(family.sequence) / family.sequence.periods * frequency)
+    return np.asarray(len(family.word) / family.word.periods * frequency)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class Rung:
         Least and largest [1/s].
     """
 
-    sequence: Sequence
+    word: Word
     ranges: tuple[tuple[float, float], ...]
     average_v: float
     average_at: float
@@ -83,8 +83,8 @@ class Rung:
 
 def ladder(atlas: Atlas, membrane: Membrane | None) -> tuple[Rung, ...]:
     """The sequences that have stable motions: what generates most per second first, or has the most impacts."""
-    sequences = dict.fromkeys(family.sequence for family in atlas.families if family.stable_runs)
-    rungs = (_rung([f for f in atlas.families if f.sequence == x and f.stable_runs], membrane) for x in sequences)
+    words = dict.fromkeys(family.word for family in atlas.families if family.stable_runs)
+    rungs = (_rung([f for f in atlas.families if f.word == x and f.stable_runs], membrane) for x in words)
     key = "impacts_per_s" if membrane is None else "per_second_v"
     return tuple(sorted(rungs, key=lambda rung: getattr(rung, key), reverse=True))
 
@@ -99,7 +99,7 @@ def _rung(families: list[Family], membrane: Membrane | None) -> Rung:
         average = np.concatenate([generation(family, membrane).average_v[family.stable] for family in families])
     best, most = int(np.argmax(average)), int(np.argmax(average * rate))
     return Rung(
-        families[0].sequence,
+        families[0].word,
         tuple(sorted(part for family in families for part in family.stable_ranges)),
         float(average[best]),
         float(value[best]),

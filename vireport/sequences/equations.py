@@ -7,8 +7,7 @@ are the velocities and times of the N impacts and the coordinate of the sweep, s
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from collections.abc import Sequence as Row
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from vireport.analysis import Held, Jacobian, Level, flight_jacobian
 from vireport.physics import FLOATS, flight
-from vireport.sequences.motions import Motion, Sequence, Turn, turns
+from vireport.sequences.motions import Motion, Turn, Word, turns
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -27,14 +26,14 @@ Ints = NDArray[np.intp]
 class Grouped(Protocol):
     """What varies of a device, and how d, gbar and r depend on it."""
 
-    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
+    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
         """The groups d and gbar, and r."""
 
 
 class Varied(Grouped, Protocol):
     """The same with derivatives."""
 
-    def slopes(self, varied: Row[Any]) -> Floats:
+    def slopes(self, varied: Sequence[Any]) -> Floats:
         """Of d, gbar and r, (3, len(varied))."""
 
 
@@ -61,18 +60,18 @@ class Model:
             return 0.0, 1.0
         return 1.0, 0.0 if self.level.held is Held.GBAR else 1.0 / self.level.value
 
-    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
+    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
         """The groups d and gbar, and r, where the coordinate is the only entry of `varied`."""
         return *self.groups(varied[0]), self.r
 
-    def slopes(self, varied: Row[Any]) -> Floats:
+    def slopes(self, varied: Sequence[Any]) -> Floats:
         """Their derivatives by it, (3, 1)."""
         return np.array([[*self.slope, 0.0]]).T
 
     def representative(self, motion: Motion) -> Motion:
         """The one of a motion's rotations, and in a horizontal capsule mirror images, that stands for all."""
         image = motion.mirrored()
-        exchanged = self.level.horizontal and image.sequence.canonical().word < motion.sequence.canonical().word
+        exchanged = self.level.horizontal and image.word.canonical().letters < motion.word.canonical().letters
         return (image if exchanged else motion).canonical()
 
     def turns(self, motion: Motion) -> list[Turn]:
@@ -92,17 +91,17 @@ class Leg(NamedTuple):
     cosine_end: Any
 
 
-def legs(sequence: Sequence, time: Row[Any], ops: Any = FLOATS) -> Iterator[Leg]:
+def legs(word: Word, time: Sequence[Any], ops: Any = FLOATS) -> Iterator[Leg]:
     """The flights of a motion, by the times of its impacts."""
-    count, phases = len(sequence), [ops.pi * t for t in time]
+    count, phases = len(word), [ops.pi * t for t in time]
     sines, cosines = [ops.sin(phase) for phase in phases], [ops.cos(phase) for phase in phases]
     for i in range(count):
         j = (i + 1) % count
-        duration = time[j] - time[i] + (0 if j > i else 2 * sequence.periods)
+        duration = time[j] - time[i] + (0 if j > i else 2 * word.periods)
         yield Leg(i, j, duration, sines[i], cosines[i], sines[j], cosines[j])
 
 
-def residuals(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS) -> list[Any]:
+def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> list[Any]:
     """Velocity and position at the end of each flight, less what the next impact has: zero for a motion.
 
     Parameters
@@ -113,26 +112,26 @@ def residuals(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS
     model : Grouped
         In the kind of number of `ops`.
     """
-    count, values = len(sequence), []
+    count, values = len(word), []
     d, gbar, r = model.at(x[2 * count :])
-    for leg in legs(sequence, x[count : 2 * count], ops):
+    for leg in legs(word, x[count : 2 * count], ops):
         after, t = flight.reflect(x[leg.start], r), leg.duration
-        way = (sequence.walls[leg.end] - sequence.walls[leg.start]) // 2
+        way = (word.walls[leg.end] - word.walls[leg.start]) // 2
         speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar, ops.pi)
         covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar, ops.pi)
         values += [speed - x[leg.end], covered - way * d]
     return values
 
 
-def linearised(sequence: Sequence, x: Floats, model: Varied) -> tuple[Floats, Floats]:
+def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
     """The residuals and their derivatives, arrays (2N,) and (2N, len(x))."""
-    count, row = len(sequence), x.tolist()
+    count, row = len(word), x.tolist()
     d, gbar, r = model.at(row[2 * count :])
     values, by_impacts, by_groups = [], [], []  # lists, whose entries are written ten times as fast
-    for leg in legs(sequence, row[count : 2 * count]):
+    for leg in legs(word, row[count : 2 * count]):
         i, j, t = leg.start, leg.end, leg.duration
         after, pull_start, pull_end = flight.reflect(row[i], r), gbar + leg.cosine_start, gbar + leg.cosine_end
-        way = (sequence.walls[j] - sequence.walls[i]) // 2
+        way = (word.walls[j] - word.walls[i]) // 2
         speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar)
         covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar)
         values += [speed - row[j], covered - way * d]
@@ -156,28 +155,28 @@ def _places(count: int, width: int) -> Ints:
     return np.stack([*by_start, *by_end], axis=1).ravel()
 
 
-def trace(sequence: Sequence, x: Row[Any], model: Grouped, ops: Any = FLOATS) -> Any:
+def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> Any:
     """Trace of the product of the flights' Jacobians (A.1), (A.2) in their order, whose determinant is r^(2N).
 
     All velocities must differ from zero.
     """
-    count = len(sequence)
+    count = len(word)
     _, gbar, r = model.at(x[2 * count :])
     flights = []
-    for leg in legs(sequence, x[count : 2 * count], ops):
+    for leg in legs(word, x[count : 2 * count], ops):
         pulls = gbar + leg.cosine_start, gbar + leg.cosine_end
         flights.append(flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, r))
     return _product_trace(flights)
 
 
-def weighted_trace(sequence: Sequence, x: Row[Any], groups: tuple[Any, Any, Any], ops: Any = FLOATS) -> Any:
+def weighted_trace(word: Word, x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any = FLOATS) -> Any:
     """The trace times all velocities: it has no pole where a velocity is zero.
 
     `groups` are d, gbar and r; the times of `x` follow the velocities.
     """
-    count, (_, gbar, r) = len(sequence), groups
+    count, (_, gbar, r) = len(word), groups
     flights = []
-    for leg in legs(sequence, x[count : 2 * count], ops):
+    for leg in legs(word, x[count : 2 * count], ops):
         start, end, speed = gbar + leg.cosine_start, gbar + leg.cosine_end, x[leg.end]
         time, velocity = start * leg.duration - r * x[leg.start], r * leg.duration
         flights.append((time, velocity, time * end - start * speed, velocity * end - r * speed))

@@ -33,18 +33,18 @@ def error_bounds(curve: Curve, x: Floats) -> Floats:
     ndarray (n, 2N + 1)
         For each of these; infinite where families cross. The exact motion belongs to the scenario's numbers as given.
     """
-    sequence, level = curve.sequence, curve.model.level
+    word, level = curve.word, curve.model.level
     if not level.horizontal:
         level = Level(level.held, Rounded(level.value, 2 * GROUP_ERROR * abs(level.value)))
     known = Model(level, Rounded(curve.model.r))
-    left = residuals(sequence, [Rounded(column) for column in x.T], known, ROUNDED)
+    left = residuals(word, [Rounded(column) for column in x.T], known, ROUNDED)
     most = np.stack([np.abs(value.value) + value.error for value in left], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         u, sizes, v = np.linalg.svd(np.stack([curve.linearised(row)[1] for row in x]), full_matrices=False)
         change = np.abs(np.einsum("nki,nk,njk->nij", v, 1 / sizes, u)) @ most[..., None]
         # Second derivatives of a flight: of its phases, pi, over at most the period, and of its accelerations.
         _, gbar = curve.model.groups(np.abs(x[:, -1]))
-        bend = 2 * np.pi * (1 + 2 * sequence.periods) * (2 + gbar) * np.sqrt(2 * len(sequence))
+        bend = 2 * np.pi * (1 + 2 * word.periods) * (2 + gbar) * np.sqrt(2 * len(word))
         eta = np.linalg.norm(change, axis=1)[:, 0]
         near = bend * eta / sizes[:, -1]
         bounds = change[..., 0] + (2 * near * eta)[:, None]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vireport.analysis import Held
 from vireport.physics import AFFINE, Affine, between, flight
 from vireport.sequences.equations import Model
-from vireport.sequences.motions import Sequence
+from vireport.sequences.motions import Word
 from vireport.sequences.surface import (
     Motions,
     Solution,
@@ -60,9 +60,9 @@ BLOCK = 4096
 """Cells evaluated at once: their numbers stay in the processor's cache."""
 
 
-def fine_side(sequence: Sequence) -> float:
+def fine_side(word: Word) -> float:
     """Side of the cells of flight times that are looked for motions [t_c]."""
-    return FINE_CUBE if len(sequence) == 4 else FINE
+    return FINE_CUBE if len(word) == 4 else FINE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +78,7 @@ class Cells:
         [t_c].
     """
 
-    sequence: Sequence
+    word: Word
     corner: Floats
     side: float
 
@@ -88,7 +88,7 @@ class Cells:
 
     def __getitem__(self, index: Any) -> Cells:
         """Some of them."""
-        return Cells(self.sequence, self.corner[:, index], self.side)
+        return Cells(self.word, self.corner[:, index], self.side)
 
     @property
     def centre(self) -> Floats:
@@ -106,14 +106,14 @@ class Cells:
         """Their parts, each divided along each side."""
         sides, count = len(self.corner), 4 if len(self) <= FEW else 2
         side, parts = self.side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
-        return Cells(self.sequence, (self.corner[:, :, None] + side * parts).reshape(sides, -1), side)
+        return Cells(self.word, (self.corner[:, :, None] + side * parts).reshape(sides, -1), side)
 
     @property
     def share(self) -> float:
         """Of all flight times, each motion counted from one impact."""
         sides = len(self.corner)
-        part = (self.side / (2 * self.sequence.periods)) ** sides * factorial(sides)
-        return float(len(self) * part * len(self.sequence.firsts(self.sequence)))
+        part = (self.side / (2 * self.word.periods)) ** sides * factorial(sides)
+        return float(len(self) * part * len(self.word.firsts(self.word)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +133,7 @@ class Exclusion:
     model: Model
     low: float
     high: float
-    sequences: tuple[Sequence, ...]
+    words: tuple[Word, ...]
 
     def shortest(self, period: float) -> float:
         """Time below which no flight of a motion can cross [t_c].
@@ -147,11 +147,11 @@ class Exclusion:
 
     def cells(self) -> list[Cells]:
         """The cells that are left of all flight times, those of each sequence apart."""
-        sides, found = len(self.sequences[0]) - 1, []
-        side, fine = {1: FINE, 2: COARSEST, 3: COARSEST_CUBE}[sides], fine_side(self.sequences[0])
-        counts = [round(2 * sequence.periods / side) for sequence in self.sequences]
+        sides, found = len(self.words[0]) - 1, []
+        side, fine = {1: FINE, 2: COARSEST, 3: COARSEST_CUBE}[sides], fine_side(self.words[0])
+        counts = [round(2 * word.periods / side) for word in self.words]
         grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
-        parts = [Cells(*both, side) for both in zip(self.sequences, grids, strict=True)]
+        parts = [Cells(*both, side) for both in zip(self.words, grids, strict=True)]
         while parts:
             parts = self.left(parts)
             found += [part for part in parts if part.side <= fine or len(part) > MOST_CELLS]
@@ -162,7 +162,7 @@ class Exclusion:
         """What is left of the cells of each sequence."""
         cells = [self._ordered(part) for part in cells]
         corner, counts = np.concatenate([part.corner for part in cells], axis=1), [len(part) for part in cells]
-        period = np.repeat([2.0 * part.sequence.periods for part in cells], counts)
+        period = np.repeat([2.0 * part.word.periods for part in cells], counts)
         side = np.repeat([part.side for part in cells], counts)
         blocks = [slice(i, i + BLOCK) for i in range(0, max(len(period), 1), BLOCK)]
         possible = np.concatenate([self._possible(corner[:, i], period[i], side[i]) for i in blocks])
@@ -171,23 +171,23 @@ class Exclusion:
 
     def motions(self, cells: Cells) -> tuple[Motions, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
-        sequence, level, r, farthest = cells.sequence, self.model.level, self.model.r, REACH * cells.side
-        found, flights = onto_sweep(sequence, cells.centre, r, level, farthest)
-        if not sequence.one_sided:
+        word, level, r, farthest = cells.word, self.model.level, self.model.r, REACH * cells.side
+        found, flights = onto_sweep(word, cells.centre, r, level, farthest)
+        if not word.one_sided:
             flights = into_range(found, flights, level, farthest, (self.low, self.high))
-            found = motions_above(sequence, flights, r)
+            found = motions_above(word, flights, r)
         found, rows = within(self._placed(found), level, self.low, self.high)
         return found, flights[:, rows]
 
     def _placed(self, motions: Motions) -> Motions:
-        if not motions.sequence.one_sided:
+        if not motions.word.one_sided:
             return motions
         return replace(motions, d=room(self.model.level, self.high, motions.gbar) + 0 * motions.gbar)
 
     def _ordered(self, cells: Cells) -> Cells:
         """The cells in which flights can be long enough, and the first is not longer than others like it."""
-        sequence, corner = cells.sequence, cells.corner
-        period, walls = 2.0 * sequence.periods, sequence.walls
+        word, corner = cells.word, cells.corner
+        period, walls = 2.0 * word.periods, word.walls
         shortest, ends = self.shortest(period), zip(walls, (*walls[1:], walls[0]), strict=True)
         longest = (*(corner + cells.side), period - corner.sum(axis=0))
         least = (*corner, longest[-1] - len(corner) * cells.side)
@@ -196,7 +196,7 @@ class Exclusion:
             possible.append(high > (shortest if wall != other else 0))
             if wall == other == 1:
                 possible.append(~self._beyond_top(low, high))
-        if sequence.one_sided:  # whose motions are counted so that the second flight is the longest
+        if word.one_sided:  # whose motions are counted so that the second flight is the longest
             possible += [longest[1] >= time for time in least]
         return cells[np.all(possible, axis=0)]
 
@@ -212,10 +212,10 @@ class Exclusion:
 
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
         """Which cells may hold motions of the sweep."""
-        sequence, rows = self.sequences[0], np.arange(len(period))
-        x = solution(sequence, _boxes(corner, side), self.model.r, AFFINE, period)
+        word, rows = self.words[0], np.arange(len(period))
+        x = solution(word, _boxes(corner, side), self.model.r, AFFINE, period)
         rows, x = self._solved(rows, x)
-        if sequence.one_sided and len(corner) > 1:
+        if word.one_sided and len(corner) > 1:
             # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
             solved, _ = self._solved(np.arange(len(rows)), x.by_others())
             rows, x = rows[solved], x.at(solved)
@@ -238,7 +238,7 @@ class Exclusion:
         possible = (square - scale * (max(self.low, 0.0) ** 2)).upper >= 0
         possible &= (square - scale * (self.high * self.high)).lower <= 0
         # The sign of the factor makes d positive, and with it gbar and the velocities towards the walls.
-        positive = [x.positive, *(v * float(wall) for v, wall in zip(x.velocity, self.sequences[0].walls, strict=True))]
+        positive = [x.positive, *(v * float(wall) for v, wall in zip(x.velocity, self.words[0].walls, strict=True))]
         if not self.model.level.horizontal:
             positive.append(x.gbar)
         above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
@@ -261,8 +261,8 @@ class Exclusion:
         What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the
         same share of its flight throughout the cell.
         """
-        r, walls = self.model.r, np.array(self.sequences[0].walls)
-        above = self._placed(motions_above(self.sequences[0], corner + side / 2, r, period))
+        r, walls = self.model.r, np.array(self.words[0].walls)
+        above = self._placed(motions_above(self.words[0], corner + side / 2, r, period))
         turns = turning_points(walls, above.velocity, above.time, period, (above.d, above.gbar), r, NEAR_TURN)
         order = np.argsort(-turns.gap, kind="stable")
         farthest = np.full(len(period), -1)

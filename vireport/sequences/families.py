@@ -15,7 +15,7 @@ from vireport.analysis import Stability, Sweep, value_bound
 from vireport.physics import GROUP_ERROR, UNIT, Rounded
 from vireport.sequences.continuation import Curve, Event
 from vireport.sequences.error_bounds import error_bounds
-from vireport.sequences.motions import Motion, Sequence
+from vireport.sequences.motions import Motion, Word
 from vireport.sequences.polish import PolishedPoint
 from vireport.sequences.switching import Limits
 from vireport.simulation import Outcome, motion_name
@@ -89,14 +89,14 @@ class Family:
     marks: tuple[Mark, ...]
 
     @property
-    def sequence(self) -> Sequence:
+    def word(self) -> Word:
         """The impacts of one period."""
-        return self.curve.sequence
+        return self.curve.word
 
     @property
     def name(self) -> str:
         """The word of its motions and their period, such as BBT every forcing period."""
-        return motion_name(Outcome.PERIODIC, self.sequence.word, self.sequence.periods)
+        return motion_name(Outcome.PERIODIC, self.word.letters, self.word.periods)
 
     @property
     def ends(self) -> tuple[Mark, Mark]:
@@ -107,7 +107,7 @@ class Family:
     @property
     def velocity(self) -> Floats:
         """Before each impact of each motion, (n, N) [y_c]."""
-        return self.x[:, : len(self.sequence)]
+        return self.x[:, : len(self.word)]
 
     @property
     def phase(self) -> Floats:
@@ -117,7 +117,7 @@ class Family:
     @property
     def time(self) -> Floats:
         """Of each impact of each motion, (n, N) [t_c], from a beginning of the forcing period on."""
-        return self.x[:, len(self.sequence) : -1]
+        return self.x[:, len(self.word) : -1]
 
     @property
     def d(self) -> Floats:
@@ -168,7 +168,7 @@ class Family:
     @property
     def determinant(self) -> float:
         """Of the product of the flights' Jacobians, r^(2N)."""
-        return float(self.curve.model.r ** (2 * len(self.sequence)))
+        return float(self.curve.model.r ** (2 * len(self.word)))
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -183,7 +183,7 @@ class Family:
         """
         bounds = error_bounds(self.curve, self.x)
         for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
-            laps, others = divmod(len(self.sequence), len(point.motion.sequence))
+            laps, others = divmod(len(self.word), len(point.motion.word))
             if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound) and not others:
                 motion, exact = self.curve.motion(self.x[row]), point.motion.times(laps)
                 away = motion.distance(exact, mirror=self.curve.model.level.horizontal)
@@ -193,7 +193,7 @@ class Family:
     @cached_property
     def error_bounds(self) -> dict[str, Floats]:
         """The same of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]."""
-        bounds, count = self.error_bound, len(self.sequence)
+        bounds, count = self.error_bound, len(self.word)
         groups = self.curve.model.groups(Rounded(self.x[:, -1], bounds[:, -1]))
         d, gbar = (x if isinstance(x, Rounded) else Rounded(x, 2 * GROUP_ERROR * abs(x)) for x in groups)
         phase = pi * bounds[:, count:-1] + TURNS * UNIT * np.abs(self.time)
@@ -290,8 +290,8 @@ class Atlas:
         for vertex in self.vertices:
             if vertex.label == name:
                 return vertex.point.sweep_value, vertex.point.motion
-        word = Sequence.of(name, 1).canonical().word if set(name) <= {"B", "T"} else name
-        families = [family for family in self.families if family.sequence.canonical().word == word]
+        word = Word.of(name, 1).canonical().letters if set(name) <= {"B", "T"} else name
+        families = [family for family in self.families if family.word.canonical().letters == word]
         stable = [(family, *run) for family in families for run in family.stable_runs]
         pieces = stable or [(family, 0, len(family.x) - 1) for family in families]
         parts = [(family, first, family.sweep_value[first : last + 1]) for family, first, last in pieces]
@@ -303,13 +303,13 @@ class Atlas:
 
     def doubled(self, periods: int) -> list[Family]:
         """The families that come of the 1:1 motions in some forcing periods by period doublings, one after another."""
-        found = [family for family in self.families if family.sequence == Sequence((1, -1), periods)]
+        found = [family for family in self.families if family.word == Word((1, -1), periods)]
         count = len(found)
         for parent in found:  # to which their own doubled ones are added on the way
             for vertex in self.vertices:
                 if vertex.event is Event.PERIOD_DOUBLING and parent.number in vertex.families:
                     there = (self.families[number - 1] for number in vertex.families)
-                    found += [x for x in there if len(x.sequence) == 2 * len(parent.sequence) and x not in found]
+                    found += [x for x in there if len(x.word) == 2 * len(parent.word) and x not in found]
         return found[count:]
 
     def stable_at(self, value: float) -> list[tuple[Family, Motion]]:

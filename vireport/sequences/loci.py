@@ -5,8 +5,7 @@ Conditions of the motion and of the event together leave one unknown too many, s
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from collections.abc import Sequence as Row
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import atan, nan, prod
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from vireport.physics import ARRAYS
 from vireport.sequences.continuation import AT_ZERO, RANK, STEEPEST, Arc, Event, Path, Point
 from vireport.sequences.equations import linearised, residuals, weighted_trace
-from vireport.sequences.motions import BESIDE, Motion, Sequence, Turn, turns
+from vireport.sequences.motions import BESIDE, Motion, Turn, Word, turns
 from vireport.sequences.plane import Here, Plane
 
 Floats = NDArray[np.float64]
@@ -58,17 +57,17 @@ class Condition:
     rests: tuple[int, ...] = ()
     sign: int = 1
 
-    def value(self, sequence: Sequence, x: Row[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
+    def value(self, word: Word, x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
         """Zero where it holds; of the velocities and times in `x`, at d, gbar and r."""
-        count, r = len(sequence), groups[2]
+        count, r = len(word), groups[2]
         if self.event is Event.GRAZING:
             return x[self.rests[0]]
         if self.event is Event.DEGENERATE_GRAZING:
-            return weighted_trace(sequence, x, groups, ops)
+            return weighted_trace(word, x, groups, ops)
         kept = [i for i in range(count) if i not in self.rests]
-        sequence = Sequence(tuple(sequence.walls[i] for i in kept), sequence.periods)
+        word = Word(tuple(word.walls[i] for i in kept), word.periods)
         x = [x[i] for i in (*kept, *(count + i for i in kept))]
-        return weighted_trace(sequence, x, groups, ops) - self._level(r ** len(kept)) * prod(x[: len(kept)])
+        return weighted_trace(word, x, groups, ops) - self._level(r ** len(kept)) * prod(x[: len(kept)])
 
     def _level(self, decay: Any) -> Any:
         """The trace, by the root of the determinant."""
@@ -76,14 +75,14 @@ class Condition:
             return self.sign * 2 * decay
         return (1 + decay * decay) * (-1 if self.event is Event.PERIOD_DOUBLING else 1)
 
-    def linearised(self, sequence: Sequence, x: Floats, here: Here) -> tuple[float, Floats]:
+    def linearised(self, word: Word, x: Floats, here: Here) -> tuple[float, Floats]:
         """Its value and derivatives by the unknowns, over their length."""
-        own = 2 * len(sequence)
+        own = 2 * len(word)
         if self.event is Event.GRAZING:
             return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
         at = np.append(x[:own], here.groups)
         steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))
-        values = self.value(sequence, steps[:own], (steps[own], steps[own + 1], steps[own + 2]), ARRAYS)
+        values = self.value(word, steps[:own], (steps[own], steps[own + 1], steps[own + 2]), ARRAYS)
         slopes = np.imag(values) / IMAGINARY
         gradient = np.append(slopes[:own], slopes[own:] @ here.gradients)
         length = float(np.linalg.norm(gradient)) or 1.0
@@ -98,7 +97,7 @@ class Locus(Path):
     half of their impacts is the mirror image of the first.
     """
 
-    sequence: Sequence
+    word: Word
     plane: Plane
     condition: Condition
     first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
@@ -106,44 +105,44 @@ class Locus(Path):
     @cached_property
     def scale(self) -> Floats:
         """The ranges of the inputs, and 1 of velocities and times."""
-        return np.append(np.ones(2 * len(self.sequence)), self.plane.widths)
+        return np.append(np.ones(2 * len(self.word)), self.plane.widths)
 
     @property
-    def touched(self) -> Sequence:
+    def touched(self) -> Word:
         """The impacts without those that have no velocity."""
-        kept = [i for i in range(len(self.sequence)) if i not in self.condition.rests]
-        return Sequence(tuple(self.sequence.walls[i] for i in kept), self.sequence.periods)
+        kept = [i for i in range(len(self.word)) if i not in self.condition.rests]
+        return Word(tuple(self.word.walls[i] for i in kept), self.word.periods)
 
     def motion(self, x: Floats) -> Motion:
         """The motion of some unknowns; its coordinate is d."""
-        count = len(self.sequence)
+        count = len(self.word)
         d = float(self.plane.at(x[2 * count :].tolist())[0])
-        return Motion(self.sequence, x[:count], x[count : 2 * count], d)
+        return Motion(self.word, x[:count], x[count : 2 * count], d)
 
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
         """The conditions of motion and event, and their derivatives by unknowns over their scale."""
-        here = self.plane.here(x[2 * len(self.sequence) :].tolist())
-        values, matrix = linearised(self.sequence, x, here)
+        here = self.plane.here(x[2 * len(self.word) :].tolist())
+        values, matrix = linearised(self.word, x, here)
         if self.condition.event is Event.PITCHFORK:
-            half = len(self.sequence) // 2
+            half = len(self.word) // 2
             values[2 * half :], matrix[2 * half :] = self._mirror(x), self._mirror_slopes()
-        value, gradient = self.condition.linearised(self.sequence, x, here)
+        value, gradient = self.condition.linearised(self.word, x, here)
         return np.append(values, value), np.vstack([matrix, gradient]) * self.scale
 
-    def residuals(self, x: Row[Any], plane: Plane) -> list[Any]:
+    def residuals(self, x: Sequence[Any], plane: Plane) -> list[Any]:
         """The conditions of the motion alone, in the kind of number of the plane."""
-        values = residuals(self.sequence, x, plane, plane.ops)
+        values = residuals(self.word, x, plane, plane.ops)
         if self.condition.event is Event.PITCHFORK:
-            values[len(self.sequence) :] = self._mirror(x)
+            values[len(self.word) :] = self._mirror(x)
         return values
 
     def _mirror(self, x: Any) -> list[Any]:
-        count, half, k = len(self.sequence), len(self.sequence) // 2, self.sequence.periods
+        count, half, k = len(self.word), len(self.word) // 2, self.word.periods
         velocities = [x[i] + x[i + half] for i in range(half)]
         return [*velocities, *(x[i + half] - x[i] - k for i in range(count, count + half))]
 
     def _mirror_slopes(self) -> Floats:
-        half = len(self.sequence) // 2
+        half = len(self.word) // 2
         unit, none = np.eye(half), np.zeros((half, half))
         return np.block([[unit, unit, none, none, np.zeros((half, 2))], [none, none, -unit, unit, np.zeros((half, 2))]])
 
@@ -151,14 +150,14 @@ class Locus(Path):
         """At grazing points, the trace of the motion without the touch; nan elsewhere, where the condition has it."""
         if self.condition.event is not Event.GRAZING:
             return nan
-        count, kept = len(self.sequence), [i for i in range(len(self.sequence)) if i not in self.condition.rests]
+        count, kept = len(self.word), [i for i in range(len(self.word)) if i not in self.condition.rests]
         own = [float(x[i]) for i in (*kept, *(count + i for i in kept))]
         weight = prod(own[: len(kept)])
         return weighted_trace(self.touched, own, self.plane.at(x[2 * count :].tolist())) / weight if weight else nan
 
     def turns(self, x: Floats) -> list[Turn]:
         """The turning points of a motion, without touches that are impacts."""
-        count, period = len(self.sequence), 2 * self.sequence.periods
+        count, period = len(self.word), 2 * self.word.periods
         rests = x[[count + i for i in self.condition.rests]]
         found = turns(self.motion(x), *self.plane.at(x[2 * count :].tolist()))
         return [turn for turn in found if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
@@ -169,12 +168,12 @@ class Locus(Path):
         Distances to its edges, velocities, gaps to the walls; of an impact without velocity the acceleration away from
         its membrane.
         """
-        count, p = len(self.sequence), x[2 * len(self.sequence) :]
+        count, p = len(self.word), x[2 * len(self.word) :]
         edges = np.concatenate([p - self.plane.low, self.plane.high - p]) / np.tile(self.plane.widths, 2)
-        speed = x[:count] * self.sequence.walls
+        speed = x[:count] * self.word.walls
         for i in self.condition.rests:
             gbar = self.plane.at(p.tolist())[1]
-            speed[i] = -self.sequence.walls[i] * (gbar + np.cos(np.pi * x[count + i]))
+            speed[i] = -self.word.walls[i] * (gbar + np.cos(np.pi * x[count + i]))
         return np.concatenate([edges, speed, [turn.gap for turn in self.turns(x)]])
 
     def steepness(self, arc: Arc) -> float:
@@ -186,7 +185,7 @@ class Locus(Path):
     def ended(self, arc: Arc) -> tuple[Event, Point]:
         """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
         _, last = self.located(arc, lambda point: point.margin)
-        margins, count = self.margins(last.x), len(self.sequence)
+        margins, count = self.margins(last.x), len(self.word)
         edge = int(np.argmin(margins[:4]))
         if abs(margins[edge]) < AT_ZERO:
             x = last.x.copy()
@@ -210,11 +209,11 @@ class Locus(Path):
 
     def coincidence(self, event: Event) -> Callable[[Point], float]:
         """How far a motion is from another event besides that of the locus."""
-        condition, own = Condition(event, self.condition.rests), 2 * len(self.sequence)
+        condition, own = Condition(event, self.condition.rests), 2 * len(self.word)
 
         def value(point: Point) -> float:
             x = point.x.tolist()
-            return float(condition.value(self.sequence, x[:own], self.plane.at(x[own:]), ARRAYS))
+            return float(condition.value(self.word, x[:own], self.plane.at(x[own:]), ARRAYS))
 
         return value
 
@@ -228,12 +227,12 @@ class Locus(Path):
         motion, widths = self.motion(point.x).times(2), self.plane.widths
         if np.abs(motion.velocity).min() < 10 * AMPLITUDE:
             return nan
-        x, own, p = np.concatenate([motion.velocity, motion.time]), 2 * len(motion.sequence), point.x[-2:]
+        x, own, p = np.concatenate([motion.velocity, motion.time]), 2 * len(motion.word), point.x[-2:]
         across = widths * np.array([-point.tangent[-1], point.tangent[-2]])
 
         def conditions(way: Floats, shift: Any = 0.0) -> tuple[Floats, Floats]:
             inputs = p + shift
-            return linearised(motion.sequence, np.append(x + way, inputs), self.plane.here(inputs.tolist()))
+            return linearised(motion.word, np.append(x + way, inputs), self.plane.here(inputs.tolist()))
 
         matrix = conditions(0 * x)[1]
         left, _, right = np.linalg.svd(matrix[:, :own])
@@ -254,16 +253,16 @@ class Locus(Path):
         """The locus of folds that begins where period doublings change from soft to hard: its start, and direction."""
         twice = self.motion(x).times(2)
         y = np.concatenate([twice.velocity, twice.time, x[-2:]])
-        folds = Locus(twice.sequence, self.plane, Condition(Event.FOLD))
+        folds = Locus(twice.word, self.plane, Condition(Event.FOLD))
         away = np.linalg.svd(folds.linearised(y)[1][:-1, :-2])[2][-1]
         return folds, y, np.append(away, (0.0, 0.0))
 
     def halved(self, x: Floats) -> tuple[Locus, Floats]:
         """Of folds, the locus of period doublings at which their motions begin, and a guess next to it."""
-        size = len(self.sequence)
-        sequence = Sequence(self.sequence.walls[: size // 2], self.sequence.periods // 2)
+        size = len(self.word)
+        word = Word(self.word.walls[: size // 2], self.word.periods // 2)
         guess = np.concatenate([x[: size // 2], x[size : size + size // 2], x[-2:]])
-        return Locus(sequence, self.plane, Condition(Event.PERIOD_DOUBLING)), guess
+        return Locus(word, self.plane, Condition(Event.PERIOD_DOUBLING)), guess
 
     def _standstill(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
         """A cusp, where a locus of folds turns round in the plane; or where it goes back as its own image."""
@@ -274,7 +273,7 @@ class Locus(Path):
         if not float(np.linalg.norm(at.tangent[-2:])) < STANDSTILL:
             return [], False
         motion = self.motion(at.x)
-        half, odd = divmod(len(motion.sequence), 2)
+        half, odd = divmod(len(motion.word), 2)
         if not odd and motion.apart(motion.rotated(half)) < TURNED_BACK:
             return [(at, Event.DEGENERATE_DOUBLING)], True
         return [(at, Event.CUSP)], False

@@ -18,7 +18,7 @@ from vireport.physics import DIGITS, FLOATS, DecimalOps
 from vireport.sequences.continuation import Event
 from vireport.sequences.equations import linearised, residuals
 from vireport.sequences.loci import Condition, Locus
-from vireport.sequences.motions import Motion, Sequence
+from vireport.sequences.motions import Motion, Word
 from vireport.sequences.plane import Plane
 from vireport.sequences.switching import at_rest
 
@@ -53,12 +53,12 @@ class Meeting:
     @property
     def word(self) -> str:
         """The motion's, without touches."""
-        return self.motion.without_impacts(at_rest(self.motion)).sequence.canonical().word
+        return self.motion.without_impacts(at_rest(self.motion)).word.canonical().letters
 
 
 def meeting(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Event]) -> Meeting:
     """Solve for a point in decimals, with the conditions of the motion and of both events; else leave it as it is."""
-    size, doubled = 2 * len(motion.sequence), events[1] is Event.DEGENERATE_DOUBLING
+    size, doubled = 2 * len(motion.word), events[1] is Event.DEGENERATE_DOUBLING
     guess = [*motion.velocity.tolist(), *motion.time.tolist(), *p.tolist()]
     conditions, further = _conditions(plane, motion, guess, events)
     reach = [inf] * doubled  # changes with the amplitude may have any size
@@ -85,63 +85,62 @@ def _conditions(
     plane: Plane, motion: Motion, guess: list[float], events: tuple[Event, Event]
 ) -> tuple[Conditions, list[float]]:
     """The conditions of a point, and a guess of the unknowns that they have besides motion and inputs."""
-    size, sequence = 2 * len(motion.sequence), motion.sequence
+    size, word = 2 * len(motion.word), motion.word
     if events[1] is Event.CUSP:
-        normal = np.linalg.svd(linearised(sequence, np.array(guess), plane.here(guess[size:]))[1][:, :size])[2][-1]
-        return partial(_at_cusp, sequence, normal), normal.tolist()
+        normal = np.linalg.svd(linearised(word, np.array(guess), plane.here(guess[size:]))[1][:, :size])[2][-1]
+        return partial(_at_cusp, word, normal), normal.tolist()
     if events[1] is Event.DEGENERATE_DOUBLING:
-        _, _, away = Locus(sequence, plane, Condition(events[0])).doubled(np.array(guess))
+        _, _, away = Locus(word, plane, Condition(events[0])).doubled(np.array(guess))
         normal = np.concatenate(np.split(away[:-2], 4)[::2])  # of the first period
         normal /= np.linalg.norm(normal)
-        return partial(_at_degenerate, sequence, normal), [*normal.tolist(), *[0.0] * (2 * size)]
+        return partial(_at_degenerate, word, normal), [*normal.tolist(), *[0.0] * (2 * size)]
     return partial(_at_grazing, motion, events[0]), []
 
 
 def _at_grazing(motion: Motion, event: Event, plane: Plane, x: list[Any]) -> list[Any]:
     """The conditions where a membrane is touched, and touched again or another event happens."""
-    rests, own = at_rest(motion), 2 * len(motion.sequence)
+    rests, own = at_rest(motion), 2 * len(motion.word)
     # Of a symmetric motion the touches of the second half are those of the first.
     free = rests[: len(rests) // 2] if event is Event.PITCHFORK else rests
     conditions = [Condition(Event.GRAZING, (rest,)) for rest in free]
     if event is not Event.GRAZING:
         conditions.append(Condition(event, rests))
-    values = (one.value(motion.sequence, x[:own], plane.at(x[own:]), plane.ops) for one in conditions)
-    return [*Locus(motion.sequence, plane, Condition(event)).residuals(x, plane), *values]
+    values = (one.value(motion.word, x[:own], plane.at(x[own:]), plane.ops) for one in conditions)
+    return [*Locus(motion.word, plane, Condition(event)).residuals(x, plane), *values]
 
 
-def _at_cusp(sequence: Sequence, normal: Floats, plane: Plane, x: list[Any]) -> list[Any]:
+def _at_cusp(word: Word, normal: Floats, plane: Plane, x: list[Any]) -> list[Any]:
     """The conditions of a motion and of its null vector, along which the trace does not change, by differences."""
-    size, exact = 2 * len(sequence), plane.ops.exact
+    size, exact = 2 * len(word), plane.ops.exact
     at, way, p = x[:size], x[size + 2 :], x[size : size + 2]
     step = exact(AT_CUSP[plane.ops is FLOATS])
     ends = [[*(value + sign * step * v for value, v in zip(at, way, strict=True)), *p] for sign in (1, -1)]
     groups, fold = plane.at(p), Condition(Event.FOLD)
     ahead, behind = (
-        [*residuals(sequence, end, plane, plane.ops), fold.value(sequence, end[:size], groups, plane.ops)]
-        for end in ends
+        [*residuals(word, end, plane, plane.ops), fold.value(word, end[:size], groups, plane.ops)] for end in ends
     )
     changes = [(a - b) / (2 * step) for a, b in zip(ahead, behind, strict=True)]
     length = sum(exact(float(n)) * v for n, v in zip(normal, way, strict=True)) - 1
-    return [*residuals(sequence, [*at, *p], plane, plane.ops), *changes, length]
+    return [*residuals(word, [*at, *p], plane, plane.ops), *changes, length]
 
 
-def _at_degenerate(sequence: Sequence, normal: Floats, plane: Plane, x: list[Any]) -> list[Any]:
+def _at_degenerate(word: Word, normal: Floats, plane: Plane, x: list[Any]) -> list[Any]:
     """The conditions of motions that begin at a period doubling, with two amplitudes for the same inputs.
 
     The unknowns are mean and difference of the two periods of such a motion for an amplitude of zero, the difference
     over the amplitude, and how both change with its square. The conditions are even functions of the amplitude.
     """
-    size, count = 2 * len(sequence), len(sequence)
+    size, count = 2 * len(word), len(word)
     p, mean, away = x[size : size + 2], x[:size], x[size + 2 : 2 * size + 2]
     mean_change, away_change = x[2 * size + 2 : 3 * size + 2], x[3 * size + 2 :]
-    twice = Sequence(2 * sequence.walls, 2 * sequence.periods)
+    twice = Word(2 * word.walls, 2 * word.periods)
     amplitude = plane.ops.exact(AT_DEGENERATE[plane.ops is FLOATS])
 
     def conditions(e: Any) -> list[Any]:
         centre = [m + e * e * a for m, a in zip(mean, mean_change, strict=True)]
         off = [e * (n + e * e * b) for n, b in zip(away, away_change, strict=True)]
         first, second = ([c + sign * o for c, o in zip(centre, off, strict=True)] for sign in (1, -1))
-        later = [t + 2 * sequence.periods for t in second[count:]]
+        later = [t + 2 * word.periods for t in second[count:]]
         values = residuals(twice, [*first[:count], *second[:count], *first[count:], *later, *p], plane, plane.ops)
         pairs = list(zip(values[:size], values[size:], strict=True))
         return [*((a + b) / 2 for a, b in pairs), *((a - b) / (2 * e) for a, b in pairs)]

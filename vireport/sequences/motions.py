@@ -41,7 +41,7 @@ the digits are left."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sequence:
+class Word:
     """The impacts of one period of a motion.
 
     Attributes
@@ -56,16 +56,16 @@ class Sequence:
     periods: int
 
     @classmethod
-    def of(cls, word: str, periods: int = 1) -> Sequence:
-        """The impacts of a word in a number of forcing periods."""
-        return cls(tuple(1 if letter == "B" else -1 for letter in word), periods)
+    def of(cls, letters: str, periods: int = 1) -> Word:
+        """The word with some letters, in a number of forcing periods."""
+        return cls(tuple(1 if letter == "B" else -1 for letter in letters), periods)
 
     def __len__(self) -> int:
         """Return the number of impacts, N."""
         return len(self.walls)
 
     @property
-    def word(self) -> str:
+    def letters(self) -> str:
         """The impacts as letters, such as BBT."""
         return "".join("B" if wall > 0 else "T" for wall in self.walls)
 
@@ -79,25 +79,25 @@ class Sequence:
         """Impacts on the bottom to impacts on the top, such as 2:1."""
         return f"{self.walls.count(1)}:{self.walls.count(-1)}"
 
-    def rotated(self, first: int) -> Sequence:
+    def rotated(self, first: int) -> Word:
         """The same impacts, counted from another."""
-        return Sequence(self.walls[first:] + self.walls[:first], self.periods)
+        return Word(self.walls[first:] + self.walls[:first], self.periods)
 
-    def firsts(self, other: Sequence) -> list[int]:
+    def firsts(self, other: Word) -> list[int]:
         """The impacts from which these are the impacts of another sequence."""
         count, twice = len(self), self.walls + self.walls
         same = count == len(other) and self.periods == other.periods
         return [i for i in range(count) if same and twice[i : i + count] == other.walls]
 
-    def canonical(self, mirror: bool = False) -> Sequence:
+    def canonical(self, mirror: bool = False) -> Word:
         """The same impacts, or with `mirror` their mirror image, so that the word is the alphabetically first one."""
         count, each = len(self), (self, self.mirrored()) if mirror else (self,)
         starts = ((one.walls + one.walls)[i : i + count] for one in each for i in range(count))
-        return Sequence(max(starts), self.periods)  # B, the first letter, is the larger number
+        return Word(max(starts), self.periods)  # B, the first letter, is the larger number
 
-    def mirrored(self) -> Sequence:
+    def mirrored(self) -> Word:
         """Bottom and top exchanged."""
-        return Sequence(tuple(-wall for wall in self.walls), self.periods)
+        return Word(tuple(-wall for wall in self.walls), self.periods)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +115,7 @@ class Motion:
         What orders the sweep, see `Sweep.coordinate_of`: d, or gbar where the inclination varies.
     """
 
-    sequence: Sequence
+    word: Word
     velocity: Floats
     time: Floats
     coordinate: float
@@ -127,40 +127,40 @@ class Motion:
 
     def rotated(self, first: int) -> Motion:
         """The same motion, with its impacts counted from another one, which is within the first forcing period."""
-        time = np.concatenate([self.time[first:], self.time[:first] + 2 * self.sequence.periods])
+        time = np.concatenate([self.time[first:], self.time[:first] + 2 * self.word.periods])
         velocity = np.concatenate([self.velocity[first:], self.velocity[:first]])
-        return Motion(self.sequence.rotated(first), velocity, time - 2 * np.floor(time[0] / 2), self.coordinate)
+        return Motion(self.word.rotated(first), velocity, time - 2 * np.floor(time[0] / 2), self.coordinate)
 
     def canonical(self) -> Motion:
         """The motion counted from where its word is the alphabetically first one; of several, the fastest impact."""
-        firsts = self.sequence.firsts(self.sequence.canonical())
+        firsts = self.word.firsts(self.word.canonical())
         return self.rotated(max(firsts, key=lambda i: abs(float(self.velocity[i]))))
 
     def mirrored(self) -> Motion:
         """The mirror image, a motion where gravity has no part along the capsule."""
-        return replace(self, sequence=self.sequence.mirrored(), velocity=-self.velocity, time=self.time + 1)
+        return replace(self, word=self.word.mirrored(), velocity=-self.velocity, time=self.time + 1)
 
     def times(self, count: int) -> Motion:
         """Several periods of the motion, as one."""
-        period = 2 * self.sequence.periods
+        period = 2 * self.word.periods
         time = np.concatenate([self.time + i * period for i in range(count)])
-        sequence = Sequence(count * self.sequence.walls, count * self.sequence.periods)
-        return Motion(sequence, np.tile(self.velocity, count), time, self.coordinate)
+        word = Word(count * self.word.walls, count * self.word.periods)
+        return Motion(word, np.tile(self.velocity, count), time, self.coordinate)
 
     def primitive(self) -> Motion:
         """The motion with the fewest impacts of which this is one period or several."""
-        count = len(self.sequence)
-        for i in self.sequence.firsts(self.sequence)[1:]:
+        count = len(self.word)
+        for i in self.word.firsts(self.word)[1:]:
             if count % i == 0 and self.apart(self.rotated(i)) < IMAGE:
-                sequence = Sequence(self.sequence.walls[:i], self.sequence.periods * i // count)
-                return Motion(sequence, self.velocity[:i], self.time[:i], self.coordinate)
+                word = Word(self.word.walls[:i], self.word.periods * i // count)
+                return Motion(word, self.velocity[:i], self.time[:i], self.coordinate)
         return self
 
     def with_impact(self, after: int, wall: int, time: float) -> Motion:
         """With an impact of velocity zero in the flight after an impact."""
-        walls = (*self.sequence.walls[: after + 1], wall, *self.sequence.walls[after + 1 :])
+        walls = (*self.word.walls[: after + 1], wall, *self.word.walls[after + 1 :])
         return Motion(
-            Sequence(walls, self.sequence.periods),
+            Word(walls, self.word.periods),
             np.insert(self.velocity, after + 1, 0.0),
             np.insert(self.time, after + 1, time),
             self.coordinate,
@@ -168,13 +168,13 @@ class Motion:
 
     def without_impacts(self, which: Any) -> Motion:
         """Without some of its impacts, which have no velocity."""
-        walls = tuple(wall for i, wall in enumerate(self.sequence.walls) if i not in which)
+        walls = tuple(wall for i, wall in enumerate(self.word.walls) if i not in which)
         velocity, time = np.delete(self.velocity, which), np.delete(self.time, which)
-        return Motion(Sequence(walls, self.sequence.periods), velocity, time, self.coordinate)
+        return Motion(Word(walls, self.word.periods), velocity, time, self.coordinate)
 
     def apart(self, other: Motion) -> float:
         """Largest difference of velocity and time of the impacts, in the order given; inf for other words."""
-        if self.sequence != other.sequence:
+        if self.word != other.word:
             return inf
         late = (self.time - other.time).tolist()
         whole = 2 * round(late[0] / 2)
@@ -184,15 +184,15 @@ class Motion:
     def distance(self, other: Motion, mirror: bool = False) -> float:
         """The same, from whichever impact the other is counted; with `mirror`, its mirror image if that is nearer."""
         others = (other, other.mirrored()) if mirror else (other,)
-        images = (x.rotated(i) for x in others for i in x.sequence.firsts(self.sequence))
+        images = (x.rotated(i) for x in others for i in x.word.firsts(self.word))
         return min(map(self.apart, images), default=inf)
 
 
 def motion_of_cycle(cycle: Cycle, coordinate: float) -> Motion:
     """A periodic motion that was simulated."""
-    sequence = Sequence(tuple(int(wall) for wall in cycle.wall), cycle.period)
+    word = Word(tuple(int(wall) for wall in cycle.wall), cycle.period)
     time = cycle.phase[0] / pi + np.concatenate([[0.0], np.cumsum(cycle.flight[1:])])
-    return Motion(sequence, np.array(cycle.velocity), time, coordinate)
+    return Motion(word, np.array(cycle.velocity), time, coordinate)
 
 
 class Turn(NamedTuple):
@@ -213,8 +213,8 @@ def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
     lift = acos(-gbar) / pi if gbar < 1 else 1.0
     swing = sin(pi * lift)
     still = ((lift, swing), (2 - lift, -swing)) if gbar < 1 else ()
-    walls, times, velocities = motion.sequence.walls, motion.time.tolist(), motion.velocity.tolist()
-    times.append(times[0] + 2 * motion.sequence.periods)
+    walls, times, velocities = motion.word.walls, motion.time.tolist(), motion.velocity.tolist()
+    times.append(times[0] + 2 * motion.word.periods)
     velocities.append(velocities[0])
     for i, wall in enumerate(walls):
         start, end, after, phase = times[i], times[i + 1], flight.reflect(velocities[i], r), pi * times[i]

@@ -23,7 +23,7 @@ from vireport.sequences.continuation import Arc, Event, Point, completed, follow
 from vireport.sequences.equations import weighted_trace
 from vireport.sequences.loci import Condition, Locus
 from vireport.sequences.meetings import Meeting, meeting
-from vireport.sequences.motions import BESIDE, IMAGE, Motion, Sequence
+from vireport.sequences.motions import BESIDE, IMAGE, Motion, Word
 from vireport.sequences.plane import Plane
 from vireport.sequences.switching import Limits, at_rest, off, touching
 
@@ -72,7 +72,7 @@ class FollowedLocus:
     @property
     def word(self) -> str:
         """The motion's, without a touch."""
-        return self.path.touched.canonical().word
+        return self.path.touched.canonical().letters
 
     @property
     def inputs(self) -> Floats:
@@ -102,7 +102,7 @@ class FollowedLocus:
 
     def holds(self, x: Floats) -> bool:
         """Whether a motion lies on it, counted from another forcing period or not."""
-        count, path = len(self.path.sequence), self.path
+        count, path = len(self.path.word), self.path
         at = np.repeat(x[None], len(self.x), axis=0)
         at[:, count:-2] -= 2 * np.round((x[count] - self.x[:, count]) / 2)[:, None]
         away = (at - self.x) / path.scale
@@ -137,7 +137,7 @@ class Network:
 
     plane: Plane
     limits: Limits
-    only: Sequence | None
+    only: Word | None
     loci: list[FollowedLocus] = field(default_factory=list)
     meetings: list[Meeting] = field(default_factory=list)
     _queue: deque[tuple[Locus, Point]] = field(default_factory=deque)
@@ -147,9 +147,9 @@ class Network:
         motion, p, event = _distinct(start.motion).canonical(), *start[1:]
         guess, sign = np.concatenate([motion.velocity, motion.time, p]), 1
         if event is Event.NODE_FOCUS:
-            weighted = weighted_trace(motion.sequence, guess.tolist(), self.plane.at(p.tolist()))
+            weighted = weighted_trace(motion.word, guess.tolist(), self.plane.at(p.tolist()))
             sign = 1 if weighted * prod(motion.velocity) > 0 else -1
-        path = Locus(motion.sequence, self.plane, Condition(event, at_rest(motion), sign))
+        path = Locus(motion.word, self.plane, Condition(event, at_rest(motion), sign))
         x = path.nearest(guess) if self._wanted(path) else None
         if x is not None and np.abs((x[-2:] - p) / self.plane.widths).max() < SAME_POINT:
             self._follow(path, path.point(x, path.tangent(x)))
@@ -161,13 +161,13 @@ class Network:
         touched = path.touched
         if not len(touched) or (path.condition.event is Event.GRAZING and not path.condition.rests):
             return False  # at r = 0, a motion may touch its membrane in the very moment of the impact before
-        wanted = self.only is None or self.only in (touched.canonical(), path.sequence.canonical())
+        wanted = self.only is None or self.only in (touched.canonical(), path.word.canonical())
         return wanted and self.limits.admit(touched)
 
     def _follow(self, path: Locus, first: Point) -> None:
         """Follow a locus both ways from a motion, unless it is known."""
         motion = path.motion(first.x)
-        waits = np.diff(motion.time, append=motion.time[0] + 2 * motion.sequence.periods)
+        waits = np.diff(motion.time, append=motion.time[0] + 2 * motion.word.periods)
         if not path.admits(first.x) or waits.min() < BESIDE or at_rest(motion) != path.condition.rests:
             return
         if self._is_redundant(motion) or self._known(path, first.x):
@@ -186,13 +186,13 @@ class Network:
         """Whether a motion lies on a locus that has been followed, counted from any impact or in the mirror."""
         motion = path.motion(x)
         images = [motion, motion.mirrored()] if self.plane.horizontal else [motion]
-        turned = [image.rotated(i) for image in images for i in range(len(path.sequence))]
+        turned = [image.rotated(i) for image in images for i in range(len(path.word))]
         return any(
             locus.holds(np.concatenate([one.velocity, one.time, x[-2:]]))
             for locus in self.loci
             for one in turned
             if locus.event is path.condition.event
-            and one.sequence == locus.path.sequence
+            and one.word == locus.path.word
             and at_rest(one) == locus.path.condition.rests
         )
 
@@ -266,7 +266,7 @@ class Network:
         fast = motion.without_impacts(rests)
         if not rests or not self._symmetric(fast) or self._symmetric(motion):
             return path.tangent(x)
-        kept = Locus(fast.sequence, self.plane, Condition(Event.PITCHFORK))
+        kept = Locus(fast.word, self.plane, Condition(Event.PITCHFORK))
         along = kept.tangent(np.concatenate([fast.velocity, fast.time, x[-2:]]))
         both = np.linalg.svd(path.linearised(x)[1])[2][-2:]
         first, second = both[:, -2:] @ [along[-1], -along[-2]]
@@ -276,20 +276,20 @@ class Network:
         """The loci through a point: of every condition that holds for a motion with some of its touches as impacts."""
         rests, groups = at_rest(motion), self.plane.at(p.tolist())
         x = [*motion.velocity.tolist(), *motion.time.tolist()]
-        both = len(motion.sequence) // 2 if self._symmetric(motion) else 0  # of a symmetric motion, touches are pairs
-        pairs = {tuple(sorted({rest, (rest + both) % len(motion.sequence)})) for rest in rests}
+        both = len(motion.word) // 2 if self._symmetric(motion) else 0  # of a symmetric motion, touches are pairs
+        pairs = {tuple(sorted({rest, (rest + both) % len(motion.word)})) for rest in rests}
         found = [Condition(Event.GRAZING, pair) for pair in sorted(pairs)]
-        if len(rests) < 2 and len(motion.sequence) > len(rests):
+        if len(rests) < 2 and len(motion.word) > len(rests):
             fold = Event.PITCHFORK if self._symmetric(motion) else Event.FOLD
             traced = [Condition(event) for event in (Event.PERIOD_DOUBLING, fold)]
             traced += [Condition(Event.NODE_FOCUS, sign=sign) for sign in (1, -1)]
-            found += [one for one in traced if abs(one.value(motion.sequence, x, groups, ARRAYS)) < MEETS]
-        return (Locus(motion.sequence, self.plane, condition) for condition in found)
+            found += [one for one in traced if abs(one.value(motion.word, x, groups, ARRAYS)) < MEETS]
+        return (Locus(motion.word, self.plane, condition) for condition in found)
 
 
 def _distinct(motion: Motion) -> Motion:
     """A motion without impacts of velocity zero that are the same touch as another."""
-    pairs, period = combinations(at_rest(motion), 2), 2 * motion.sequence.periods
+    pairs, period = combinations(at_rest(motion), 2), 2 * motion.word.periods
     late = [(j, motion.time[j] - motion.time[i]) for i, j in pairs]
     return motion.without_impacts([j for j, wait in late if abs((wait + 1) % period - 1) < BESIDE])
 

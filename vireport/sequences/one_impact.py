@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vireport.analysis import Held
 from vireport.sequences.equations import Model
-from vireport.sequences.motions import Sequence
+from vireport.sequences.motions import Word
 from vireport.sequences.surface import Motions, room, within
 
 Floats = NDArray[np.float64]
@@ -42,8 +42,8 @@ def one_impact(model: Model, low: float, high: float, periods: int) -> Motions:
     def above(phase: Floats) -> Motions:
         gbar = np.sin(phase) / a
         velocity, d = 2 * periods * gbar / (1 + model.r), room(level, high, gbar) + 0 * gbar
-        sequence, excess = Sequence((1,), periods), np.empty((0, len(d)))
-        return Motions(sequence, velocity[None], phase[None] / pi, gbar, d, excess, model.r)
+        word, excess = Word((1,), periods), np.empty((0, len(d)))
+        return Motions(word, velocity[None], phase[None] / pi, gbar, d, excess, model.r)
 
     if level.held is Held.GBAR:
         sine = a * level.value

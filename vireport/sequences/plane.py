@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from collections.abc import Sequence as Row
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,11 +23,11 @@ class Here:
     groups: tuple[Any, Any, Any]
     gradients: Floats
 
-    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
+    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
         """The groups."""
         return self.groups
 
-    def slopes(self, varied: Row[Any]) -> Floats:
+    def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives."""
         return self.gradients
 
@@ -53,7 +52,7 @@ class Plane:
     high: Floats
     ops: Any = ARRAYS
 
-    def at(self, varied: Row[Any]) -> tuple[Any, Any, Any]:
+    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
         """The groups d and gbar, and r, at values of the inputs; a capsule tilted the other way has negative gbar."""
         device = self.device_at([abs(value) for value in varied])
         d, gbar = device.groups(Parameter.LENGTH, device.length_m, self.ops)
@@ -61,18 +60,18 @@ class Plane:
             d, gbar = float(d), float(gbar)
         return d, self._side(varied) * gbar, self.ops.exact(device.restitution)
 
-    def here(self, varied: Row[float]) -> Here:
+    def here(self, varied: Sequence[float]) -> Here:
         """The same with their derivatives by the inputs."""
         d, gbar, r = self.at(varied)
         device = self.device_at(varied)
         return Here((d, gbar, r), np.array([device.slopes(one, d, gbar) for one in self.inputs]).T)
 
-    def _side(self, varied: Row[Any]) -> int:
+    def _side(self, varied: Sequence[Any]) -> int:
         """-1 beyond the horizontal."""
         tilted = zip(self.inputs, varied, strict=True)
         return -1 if any(one is DesignInput.INCLINATION and value < 0 for one, value in tilted) else 1
 
-    def device_at(self, varied: Row[Any]) -> Device:
+    def device_at(self, varied: Sequence[Any]) -> Device:
         """The device with these values of the inputs."""
         changed: dict[str, Any] = dict(zip(self.inputs, varied, strict=True))
         return replace(self.device, **changed)

@@ -102,13 +102,13 @@ class _Conditions:
         model, steps = self.curve.model, y + 1j * STEP * np.eye(len(y))
         origin = np.array(self.whole(list(0 * y)))
         spread = np.stack([np.array(self.whole(list(unit))) - origin for unit in np.eye(len(y))], axis=1)
-        matrix = linearised(self.curve.sequence, np.array(self.whole(y.tolist())), model)[1]
+        matrix = linearised(self.curve.word, np.array(self.whole(y.tolist())), model)[1]
         gradient = [self._condition(self.whole(step), model, COMPLEX).imag / STEP for step in steps.tolist()]
         return np.vstack([(matrix @ spread)[: len(y) - 1], gradient])
 
     def reduced(self, x: Any) -> list[Any]:
         """Of a symmetric motion the first half of the impacts, else all that is given, and the coordinate."""
-        count = len(self.curve.sequence)
+        count = len(self.curve.word)
         if self.event is not Event.PITCHFORK:
             return list(x)
         return [*x[: count // 2], *x[count : count + count // 2], x[-1]]
@@ -117,20 +117,20 @@ class _Conditions:
         """The unknowns of the motion: the second half of the impacts is the mirror image of the first."""
         if self.event is not Event.PITCHFORK:
             return y
-        half, k = len(y) // 2, self.curve.sequence.periods
+        half, k = len(y) // 2, self.curve.word.periods
         velocity, time = y[:half], y[half:-1]
         return [*velocity, *(-v for v in velocity), *time, *(t + k for t in time), y[-1]]
 
     def residuals(self, y: list[Any], model: Model, ops: Any) -> list[Any]:
         """The motion's, of a symmetric one over the first half, and the event's."""
-        sequence, x = self.curve.sequence, self.whole(y)
-        return [*residuals(sequence, x, model, ops)[: len(y) - 1], self._condition(x, model, ops)]
+        word, x = self.curve.word, self.whole(y)
+        return [*residuals(word, x, model, ops)[: len(y) - 1], self._condition(x, model, ops)]
 
     def _condition(self, x: list[Any], model: Model, ops: Any) -> Any:
         if self.event is Event.GRAZING:
             return x[at_rest(self.motion)[0]]
-        decay = model.r ** len(self.curve.sequence)
-        value = trace(self.curve.sequence, x, model, ops)
+        decay = model.r ** len(self.curve.word)
+        value = trace(self.curve.word, x, model, ops)
         if self.event is Event.NODE_FOCUS:
             return value - (2 * decay if value.real > 0 else -2 * decay)
         return value + (1 + decay * decay) * (1 if self.event is Event.PERIOD_DOUBLING else -1)

@@ -22,20 +22,20 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     label : str
         See `Portrait`.
     """
-    sequence, count = motion.sequence, len(motion.sequence)
+    word, count = motion.word, len(motion.word)
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
-    wall = np.array(sequence.walls, dtype=np.int8)
-    flight = np.diff(motion.time, prepend=motion.time[-1] - 2 * sequence.periods)
+    wall = np.array(word.walls, dtype=np.int8)
+    flight = np.diff(motion.time, prepend=motion.time[-1] - 2 * word.periods)
     at_rest = not motion.velocity.all()  # where the trace has a pole
-    pair = multipliers(np.array([nan if at_rest else trace(sequence, x, model)]), model.r ** (2 * count))[0]
+    pair = multipliers(np.array([nan if at_rest else trace(word, x, model)]), model.r ** (2 * count))[0]
     cycle = Cycle(
-        word=sequence.canonical().word,
-        period=sequence.periods,
+        word=word.canonical().letters,
+        period=word.periods,
         wall=wall,
         phase=motion.phase,
         flight=flight,
         velocity=motion.velocity,
-        residual=max(map(abs, residuals(sequence, x, model))),
+        residual=max(map(abs, residuals(word, x, model))),
         multipliers=(complex(pair[0]), complex(pair[1])),
     )
     d, gbar = (float(group) for group in model.groups(motion.coordinate))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.analysis import Held
 from vireport.sequences.equations import Model
-from vireport.sequences.motions import Sequence
+from vireport.sequences.motions import Word
 from vireport.sequences.surface import (
     Motions,
     Solution,
@@ -52,13 +52,13 @@ SLACK = 0.25
 """Of the range of a function in the corners of a cell: how far beyond it the function may go inside."""
 
 
-def side_of(sequence: Sequence) -> float:
+def side_of(word: Word) -> float:
     """Side of the cells in which motions are searched for [t_c]."""
-    period = 2 * sequence.periods
+    period = 2 * word.periods
     return float(max(FINEST, period / round((6 * MOST_POINTS) ** (1 / 3))))
 
 
-def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> tuple[Motions, Floats]:
+def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Motions, Floats]:
     """Motions of a sweep, in the cells that its curve passes, with all their flight times but the last.
 
     Parameters
@@ -69,9 +69,9 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
     sequence : Sequence
         Four impacts, on both membranes.
     """
-    side, own, starts = side_of(sequence), sequence.canonical(mirror=True), [np.empty((3, 0))]
+    side, own, starts = side_of(word), word.canonical(mirror=True), [np.empty((3, 0))]
     # Each image that is the sequence, and the impact from which it is.
-    images = [(image, i) for image in (own, own.mirrored()) for i in range(4) if image.rotated(i) == sequence]
+    images = [(image, i) for image in (own, own.mirrored()) for i in range(4) if image.rotated(i) == word]
     if model.level.horizontal or own.rotated(2) == own:
         del images[1:]  # whose motions are the same
     for i, x, velocity in _layers(own, model.r):
@@ -83,31 +83,31 @@ def four_impacts(model: Model, low: float, high: float, sequence: Sequence) -> t
             cells = cells[:, (row <= layer + i) & (column >= layer)]  # in which the impacts can be in order
             layer, row, column = _starts(seen, velocity, cells, image, model, (low, high))
             time = side * np.stack([row, layer + i, column + i])
-            flights = np.diff(time, axis=0, prepend=0.0, append=2.0 * sequence.periods)
+            flights = np.diff(time, axis=0, prepend=0.0, append=2.0 * word.periods)
             starts.append(np.roll(flights, -first, axis=0)[:-1])
     flights = np.maximum(np.concatenate(starts, axis=1), side / 4)  # where two times are in one cell
-    motions, flights = onto_sweep(sequence, flights, model.r, model.level, 2 * side)
+    motions, flights = onto_sweep(word, flights, model.r, model.level, 2 * side)
     flights = into_range(motions, flights, model.level, 2 * side, (low, high))
-    motions, rows = within(motions_above(sequence, flights, model.r), model.level, low, high)
+    motions, rows = within(motions_above(word, flights, model.r), model.level, low, high)
     return motions, flights[:, rows]
 
 
 @lru_cache(maxsize=8)
-def _layers(sequence: Sequence, r: float) -> list[tuple[int, Solution, list[Any]]]:
+def _layers(word: Word, r: float) -> list[tuple[int, Solution, list[Any]]]:
     """The solutions above the corners of the cells, which are those of every sweep with this restitution coefficient.
 
     In layers, each with the number of its first one and its velocities; few digits are enough.
     """
-    side = side_of(sequence)
-    count, layers = round(2 * sequence.periods / side), []
+    side = side_of(word)
+    count, layers = round(2 * word.periods / side), []
     grid = np.float32(side) * np.arange(count + 1, dtype=np.float32)
     # Counted from the third impact, the motions or their mirror images are then the same once more.
-    twice = sequence.rotated(2) in (sequence, sequence.mirrored())
+    twice = word.rotated(2) in (word, word.mirrored())
     for i in range(0, (count + 1) // 2 if twice else count, LAYERS):
         j = min(i + LAYERS, count)
         second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]
         time = [0 * first, first, second, third]
-        x = solution(sequence, [after - before for before, after in pairwise(time)], r, time=time)
+        x = solution(word, [after - before for before, after in pairwise(time)], r, time=time)
         layers.append((i, x._replace(vectors=[]), x.velocity))
     return layers
 
@@ -131,7 +131,7 @@ def _starts(
     x: Solution,
     velocity: list[Any],
     cells: NDArray[np.intp],
-    sequence: Sequence,
+    word: Word,
     model: Model,
     limits: tuple[float, float],
 ) -> Floats:
@@ -161,7 +161,7 @@ def _starts(
     rows, index, sign, step, along = rows[near], index[:, near], sign[near], step[:, near], along[:, near]
     d, norm = d[:, near], np.hypot(x.sine.take(index), x.cosine.take(index))
     coordinate = sign * x.gbar.take(index) if level.held is Held.D else d
-    outward = [sign * wall * v.take(index) for v, wall in zip(velocity, sequence.walls, strict=True)]
+    outward = [sign * wall * v.take(index) for v, wall in zip(velocity, word.walls, strict=True)]
     slopes, mean = _fitted(np.stack([coordinate - limits[0] * norm, limits[1] * norm - coordinate, d, *outward]))
     nearest, change = ((slopes * way).sum(axis=1) for way in (step, along))
     largest = mean + nearest + np.abs(change) + SLACK * np.abs(slopes).sum(axis=1)

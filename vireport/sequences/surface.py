@@ -9,7 +9,7 @@ two on the three.
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Row
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from vireport.analysis import Held, Level
 from vireport.physics import ARRAYS
 from vireport.sequences.equations import Model, trace
-from vireport.sequences.motions import Motion, Sequence
+from vireport.sequences.motions import Motion, Word
 from vireport.sequences.turns import Turns, turning_points
 
 Floats = NDArray[np.float64]
@@ -50,8 +50,8 @@ class Solution(NamedTuple):
     gbar: Any
     d: Any
     excess: list[Any]
-    rows: Row[Any] = ()
-    waves: Row[Any] = ()
+    rows: Sequence[Any] = ()
+    waves: Sequence[Any] = ()
 
     @property
     def velocity(self) -> list[Any]:
@@ -83,8 +83,8 @@ class Solution(NamedTuple):
 
 
 def solution(
-    sequence: Sequence,
-    flights: Row[Any],
+    word: Word,
+    flights: Sequence[Any],
     r: float,
     ops: Any = ARRAYS,
     period: Any = None,
@@ -109,12 +109,12 @@ def solution(
     Source: Eqs. (2.11)-(2.13). Velocities are eliminated by (2.11); flights from a membrane to the same one do not
     depend on d, nor do two flights there and back together, which leaves two conditions, or three, on three unknowns.
     """
-    count, walls = len(sequence), sequence.walls
-    if sequence.one_sided:
-        return _on_one_membrane(flights, 2.0 * sequence.periods if period is None else period, r, ops)
+    count, walls = len(word), word.walls
+    if word.one_sided:
+        return _on_one_membrane(flights, 2.0 * word.periods if period is None else period, r, ops)
     if time is None:
         time = list(accumulate(flights, initial=flights[0] * 0.0))
-    durations = [*flights, (2.0 * sequence.periods if period is None else period) - time[-1]]
+    durations = [*flights, (2.0 * word.periods if period is None else period) - time[-1]]
     # Vectors hold what multiplies the sine and the cosine of the phase at the first impact, and gbar.
     swings = [(1 / np.pi, 0.0)]
     for angle in (ops.pi * t for t in time[1:]):
@@ -141,7 +141,7 @@ def solution(
     return Solution(velocities, time, kernel[0], kernel[1], kernel[2], d, excess)
 
 
-def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any) -> Solution:
+def _on_one_membrane(flights: Sequence[Any], period: Any, r: float, ops: Any) -> Solution:
     """Solve the conditions where all impacts are on the bottom.
 
     A flight that comes back to it after a time t begins, by (2.12), with the velocity gbar t/2 - p s + q c upwards,
@@ -166,7 +166,7 @@ def _on_one_membrane(flights: Row[Any], period: Any, r: float, ops: Any) -> Solu
     return Solution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess, rows, waves)
 
 
-def _turned(vector: Row[Any], wave: tuple[Any, Any]) -> list[Any]:
+def _turned(vector: Sequence[Any], wave: tuple[Any, Any]) -> list[Any]:
     """What multiplies sine, cosine and gbar, for the phase at time zero instead of that at a time with this wave."""
     s, c, gbar = vector
     sine, cosine = wave
@@ -187,11 +187,11 @@ def sweep_conditions(x: Solution, model: Model) -> list[Any]:
     return [off, *x.excess]
 
 
-def _cross(a: Row[Any], b: Row[Any]) -> list[Any]:
+def _cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
-def _product(a: Row[Any], b: Row[Any]) -> Any:
+def _product(a: Sequence[Any], b: Sequence[Any]) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
@@ -212,7 +212,7 @@ class Motions:
         Restitution coefficient.
     """
 
-    sequence: Sequence
+    word: Word
     velocity: Floats
     time: Floats
     gbar: Floats
@@ -223,7 +223,7 @@ class Motions:
     def __getitem__(self, index: Any) -> Motions:
         """Some of them."""
         parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], self.excess[:, index])
-        return Motions(self.sequence, *parts, self.r)
+        return Motions(self.word, *parts, self.r)
 
     def coordinate(self, level: Level) -> Floats:
         """What orders a sweep."""
@@ -231,18 +231,18 @@ class Motions:
 
     def motion(self, i: int, level: Level) -> Motion:
         """One of them."""
-        return Motion(self.sequence, self.velocity[:, i], self.time[:, i], float(self.coordinate(level)[i]))
+        return Motion(self.word, self.velocity[:, i], self.time[:, i], float(self.coordinate(level)[i]))
 
     @property
     def trace(self) -> Floats:
         """Trace of the product of the flights' Jacobians, whose determinant is r^(2N)."""
         x = [*self.velocity, *self.time, self.gbar]
-        return np.asarray(trace(self.sequence, x, Model(Level(Held.D, self.d), self.r), ARRAYS))
+        return np.asarray(trace(self.word, x, Model(Level(Held.D, self.d), self.r), ARRAYS))
 
     @property
     def turns(self) -> Turns:
         """The turning points of the ball."""
-        walls, period = np.array(self.sequence.walls), 2.0 * self.sequence.periods
+        walls, period = np.array(self.word.walls), 2.0 * self.word.periods
         return turning_points(walls, self.velocity, self.time, period, (self.d, self.gbar), self.r)
 
     @property
@@ -251,7 +251,7 @@ class Motions:
 
         Velocities must be towards the membranes. Infinite where the ball turns back nowhere.
         """
-        speeds = self.velocity * np.array(self.sequence.walls)[:, None]
+        speeds = self.velocity * np.array(self.word.walls)[:, None]
         sound = (speeds > 0).all(axis=0) & (self.d > 0)
         gap, rows = np.where(sound, np.inf, 0.0), np.flatnonzero(sound)
         turns = self[rows].turns
@@ -264,7 +264,7 @@ class Motions:
         return np.asarray(self.gap > 0)
 
 
-def motions_above(sequence: Sequence, flights: Floats, r: float, period: Floats | None = None) -> Motions:
+def motions_above(word: Word, flights: Floats, r: float, period: Floats | None = None) -> Motions:
     """The motions with three impacts above pairs of flight times, and what may be one with four above triples.
 
     Parameters
@@ -283,13 +283,13 @@ def motions_above(sequence: Sequence, flights: Floats, r: float, period: Floats 
     Of a solution and its negative, which solves the conditions too, this is the one with positive d, or gbar where only
     one membrane is struck. NaN where flight times leave more than these.
     """
-    x = solution(sequence, list(flights), r, period=period)
+    x = solution(word, list(flights), r, period=period)
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive)
         start = np.arctan2(scale * x.sine, scale * x.cosine) / np.pi % 2
         groups = scale * x.gbar, scale * (np.nan if x.d is None else x.d)
         excess = scale * np.reshape(x.excess, (len(x.excess), len(scale)))
-        return Motions(sequence, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, excess, r)
+        return Motions(word, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, excess, r)
 
 
 def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
@@ -305,7 +305,7 @@ def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
 def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Motions, NDArray[np.intp]]:
     """Those that are admissible and in the range of a sweep's coordinate, and which they are."""
     gap = motions.gap
-    if motions.sequence.one_sided and level.held is Held.GBAR:  # motions at all d that leave the ball its room
+    if motions.word.one_sided and level.held is Held.GBAR:  # motions at all d that leave the ball its room
         motions = replace(motions, d=high - np.minimum(gap, high - low) / 2)
     coordinate = motions.coordinate(level)
     rows = np.flatnonzero((gap > 0) & (coordinate > low) & (coordinate < high))
@@ -313,7 +313,7 @@ def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Mot
 
 
 def onto_sweep(
-    sequence: Sequence, flights: Floats, r: float, level: Level, farthest: float, coordinate: Floats | None = None
+    word: Word, flights: Floats, r: float, level: Level, farthest: float, coordinate: Floats | None = None
 ) -> tuple[Motions, Floats]:
     """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
 
@@ -338,7 +338,7 @@ def onto_sweep(
             break
         at = None if coordinate is None else coordinate[rows]
         with np.errstate(all="ignore"):
-            values = _conditions(sequence, flights[:, None, rows] + steps, r, level, at)
+            values = _conditions(word, flights[:, None, rows] + steps, r, level, at)
             value, slope = values[:, 0, :, None], (values[:, 1:] - values[:, :1]) / STEP
             square = slope.transpose(0, 2, 1) @ slope
             size = np.linalg.det(square)
@@ -346,13 +346,13 @@ def onto_sweep(
         rows, value, slope, square = rows[regular], value[regular], slope[regular], square[regular]
         moved = flights[:, rows] - (slope @ np.linalg.solve(square, value))[:, :, 0].T
         near = (np.abs(moved - start[:, rows]).max(axis=0) < farthest) & (moved > 0).all(axis=0)
-        near &= moved.sum(axis=0) < 2 * sequence.periods
+        near &= moved.sum(axis=0) < 2 * word.periods
         flights[:, rows] = moved
         ends = np.abs(value).max(axis=(1, 2), initial=0.0) < SETTLED
         settled[rows[near & ends]] = True
         rows = rows[near & ~ends]
     flights = flights[:, settled]
-    return motions_above(sequence, flights, r), flights
+    return motions_above(word, flights, r), flights
 
 
 def into_range(motions: Motions, flights: Floats, level: Level, farthest: float, limits: tuple[float, float]) -> Floats:
@@ -363,15 +363,15 @@ def into_range(motions: Motions, flights: Floats, level: Level, farthest: float,
     value, inward = motions.coordinate(level), INWARD * (limits[1] - limits[0])
     inside = np.clip(value, limits[0] + inward, limits[1] - inward)
     rows = np.flatnonzero((value <= limits[0]) | (value >= limits[1]))
-    _, found = onto_sweep(motions.sequence, flights[:, rows], motions.r, level, farthest, inside[rows])
+    _, found = onto_sweep(motions.word, flights[:, rows], motions.r, level, farthest, inside[rows])
     return np.concatenate([flights, found], axis=1)
 
 
-def _conditions(sequence: Sequence, flights: Floats, r: float, level: Level, coordinate: Floats | None) -> Floats:
+def _conditions(word: Word, flights: Floats, r: float, level: Level, coordinate: Floats | None) -> Floats:
     """What is zero for motions of a sweep, of flight times (N - 1, m, n): (n, m, conditions)."""
-    x = solution(sequence, list(flights), r)
+    x = solution(word, list(flights), r)
     scale, values = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive), x.excess
-    if level.held is Held.GBAR or not sequence.one_sided:
+    if level.held is Held.GBAR or not word.one_sided:
         if level.held is Held.RATIO:
             off = x.d / level.value - x.gbar
         else:

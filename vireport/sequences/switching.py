@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.errors import UsageError
 from vireport.sequences.continuation import AT_ZERO, Curve, Event, Path, Point
-from vireport.sequences.motions import BESIDE, Motion, Sequence, Turn
+from vireport.sequences.motions import BESIDE, Motion, Turn, Word
 
 Floats = NDArray[np.float64]
 
@@ -50,9 +50,9 @@ class Limits:
                     "N impacts double with each impact, 4116 of sixteen"
                 )
 
-    def admit(self, sequence: Sequence) -> bool:
+    def admit(self, word: Word) -> bool:
         """Whether motions with these impacts are within the limits."""
-        return len(sequence) <= self.impacts and sequence.periods <= self.periods
+        return len(word) <= self.impacts and word.periods <= self.periods
 
 
 def touching(motion: Motion, turns: Iterable[Turn]) -> Motion:
@@ -93,7 +93,7 @@ def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> It
         yield from _beside_grazing(curve, motion, limits)
     elif event is Event.PERIOD_DOUBLING:
         twice = motion.times(2)
-        side = replace(curve, sequence=twice.sequence)
+        side = replace(curve, word=twice.word)
         x = side.vector(twice)
         away = _across(side, x, mirror=False)
         yield from ((event, side, *pair) for pair in off(side, x, away))
@@ -108,16 +108,16 @@ def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> It
 
 def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Beginning]:
     """The families at a grazing point: in each period of some, each touch may be an impact or none."""
-    rests, size = at_rest(motion), len(motion.sequence)
+    rests, size = at_rest(motion), len(motion.word)
     removals = list(chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)))
-    most = min(limits.periods // motion.sequence.periods, limits.impacts // (size - len(rests)))
+    most = min(limits.periods // motion.word.periods, limits.impacts // (size - len(rests)))
     for count in range(1, most + 1):
         for choice in product(range(len(removals)), repeat=count):
             rotations = [choice[i:] + choice[:i] for i in range(1, count)]
             removed = [i + period * size for period, which in enumerate(choice) for i in removals[which]]
             if all(choice < other for other in rotations) and count * size - len(removed) <= limits.impacts:
                 own = curve.model.representative(motion.times(count).without_impacts(removed))
-                side = replace(curve, sequence=own.sequence)
+                side = replace(curve, word=own.word)
                 begins = Event.GRAZING if len(removed) == count * len(rests) else Event.ZERO_VELOCITY
                 x = side.vector(own)
                 tangent = side.tangent(x)

@@ -8,7 +8,7 @@ from enum import StrEnum
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from vireport.sequences import Atlas, Family, Sequence, Vertex
+from vireport.sequences import Atlas, Family, Vertex, Word
 from vireport.simulation import Attractor, Jump, Outcome, motion_name
 
 if TYPE_CHECKING:
@@ -74,8 +74,8 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
             add(kind, source, _runs(values, [kind in own for own in kinds]))
     for family in atlas.families if atlas is not None else ():
         if family.stable_runs:
-            word = family.sequence.canonical(slowly.mirror).word
-            add((Outcome.PERIODIC, word, family.sequence.periods), Source.FAMILIES, family.stable_ranges)
+            word = family.word.canonical(slowly.mirror).letters
+            add((Outcome.PERIODIC, word, family.word.periods), Source.FAMILIES, family.stable_ranges)
     for ranges in rows.values():
         ranges[Source.FAMILIES].sort()
     listed = (Coexisting(*kind, ranges) for kind, ranges in rows.items())
@@ -88,8 +88,8 @@ def ends_at(jump: Jump, atlas: Atlas, within: float) -> Vertex | None:
     if attractor.cycle is None or attractor.cycle.sticks:
         return None
     mirror = atlas.sweep.level.horizontal
-    sequence = Sequence.of(attractor.word, attractor.period).canonical(mirror)
-    families = (family for family in atlas.families if family.sequence.canonical(mirror) == sequence)
+    word = Word.of(attractor.word, attractor.period).canonical(mirror)
+    families = (family for family in atlas.families if family.word.canonical(mirror) == word)
     vertices = (vertex for family in families for vertex in _ends(family))
     near = [vertex for vertex in vertices if abs(vertex.point.sweep_value - jump.value) <= within]
     return min(near, key=lambda vertex: abs(vertex.point.sweep_value - jump.value), default=None)
@@ -104,7 +104,7 @@ def _ends(family: Family) -> Iterator[Vertex]:
 def _kind(attractor: Attractor, mirror: bool) -> tuple[Outcome, str, int]:
     word = attractor.word
     if attractor.outcome is Outcome.PERIODIC:
-        word = Sequence.of(word, attractor.period).canonical(mirror).word
+        word = Word.of(word, attractor.period).canonical(mirror).letters
     return attractor.outcome, word, attractor.period
 
 

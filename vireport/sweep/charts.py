@@ -124,7 +124,7 @@ def _locus(locus: FollowedLocus) -> dict[str, Any]:
     return {
         "kind": locus.event.value,
         "word": locus.word,
-        "periods": locus.path.sequence.periods,
+        "periods": locus.path.word.periods,
         "begins_with": locus.events[0][1].value,
         "ends_with": locus.events[-1][1].value,
         "values": locus.inputs.tolist(),
@@ -136,7 +136,7 @@ def _point(point: Meeting) -> dict[str, Any]:
     return {
         "kinds": [event.value for event in point.events],
         "word": point.word,
-        "periods": point.motion.sequence.periods,
+        "periods": point.motion.word.periods,
         "values": list(point.inputs),
         "error_bounds": [bound if isfinite(bound) else None for bound in point.error_bound],
         "velocity": point.motion.velocity.tolist(),

@@ -15,10 +15,10 @@ from vireport.analysis import (
     CriticalKind,
     CriticalPoint,
     DesignPoint,
-    Family,
     Motions,
     Solution,
     Sweep,
+    Symmetry,
     around_length,
     design_point,
 )
@@ -218,7 +218,7 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     device, parameter, swept = sweep.device, sweep.parameter, solution.sweep is not None
     guess = [float(array[row]) for array in (motions.velocity_bottom, motions.phi_bottom, motions.q)]
     orbit = reference_orbit(device, parameter, [*guess, design.value])
-    symmetric = design.families[row] is Family.SYMMETRIC
+    symmetric = design.families[row] is Symmetry.SYMMETRIC
     offset = min(1.0, NEAREST * _distance_to_next(motions, row) / PHASE_OFF)
     motion = Target(sweep, swept, None, symmetric, replace(_aside(orbit, symmetric, offset), value=design.value))
     exact: dict[str, Any] = {"velocity": orbit.velocity, "phase": orbit.phase}
@@ -227,7 +227,7 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     point = next((point for kinds in KINDS for point in solution.critical_points if point.kind in kinds), None)
     critical = None
     if point is not None:
-        p, symmetric = point.point, point.family is Family.SYMMETRIC
+        p, symmetric = point.point, point.family is Symmetry.SYMMETRIC
         guess = [p.velocity_bottom, p.phi, 0.5 + p.u, p.sweep_value]
         orbit = reference_orbit(device, parameter, guess, point.kind)
         critical = Target(sweep, swept, point.kind, symmetric, _aside(orbit, symmetric, offset))

@@ -16,10 +16,10 @@ import numpy as np
 from vireport.analysis import (
     CriticalKind,
     CriticalPoint,
-    Family,
     Solution,
     Stability,
     Sweep,
+    Symmetry,
     around_length,
     find_motions,
     motions_of,
@@ -66,7 +66,7 @@ class PrintedPhase:
 class PrintedTypes:
     """A block of Table 1: types from small d to large on the branch that has a critical point of that kind."""
 
-    family: Family
+    family: Symmetry
     kind: CriticalKind
     words: tuple[Stability, ...]
 
@@ -128,8 +128,8 @@ CASES = (
         ),
         letters=("A1", "A2", "A3"),
         types=(
-            PrintedTypes(Family.SYMMETRIC, CriticalKind.PITCHFORK, (UNSTABLE, NODE, FOCUS)),
-            PrintedTypes(Family.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE, FOCUS, NODE)),
+            PrintedTypes(Symmetry.SYMMETRIC, CriticalKind.PITCHFORK, (UNSTABLE, NODE, FOCUS)),
+            PrintedTypes(Symmetry.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE, FOCUS, NODE)),
         ),
         motion=PrintedMotion("Fig. 3(a, b)", "0.3688", "0.7153", "0.5924", "0.5", "0.56"),
         misprints=(
@@ -149,7 +149,7 @@ CASES = (
         held=("amplitude_n", 3.0),
         phases=(PrintedPhase(CriticalKind.PERIOD_DOUBLING, "B1", "0.49", "bottom"),),
         letters=(),
-        types=(PrintedTypes(Family.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
+        types=(PrintedTypes(Symmetry.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
         motion=PrintedMotion("Fig. 3(c, d)", "0.4604", "1.004", "0.5635", "0.587", "0.69"),
         misprints=SLIPS,
     ),
@@ -160,7 +160,7 @@ CASES = (
         held=("length_m", 0.75),
         phases=(PrintedPhase(CriticalKind.PERIOD_DOUBLING, "B1", "0.22", "bottom"),),
         letters=(),
-        types=(PrintedTypes(Family.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
+        types=(PrintedTypes(Symmetry.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
         motion=PrintedMotion("Fig. 3(e, f)", "0.2814", "0.726", "0.2101", "0.6507", "0.75"),
         misprints=(
             *SLIPS,
