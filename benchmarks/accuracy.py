@@ -18,8 +18,9 @@ from pathlib import Path
 from record import record
 
 from vireport import load
+from vireport.checks import ACCURACIES, NAMES, WHOLE
 from vireport.cli.accuracy_outputs import files, measured, text
-from vireport.trust import ACCURACIES, NAMES, WHOLE, compliance_data
+from vireport.membranes import compliance_data
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 

@@ -24,9 +24,17 @@ from record import processor_time, record
 from scipy.optimize import brentq, root
 
 from vireport import load, loads
+from vireport.atlas import atlas, motions_above
+from vireport.motions import (
+    Atlas,
+    Curve,
+    Family,
+    Limits,
+    residuals,
+    trace,
+)
+from vireport.motions.paths import Strand, completed, follow
 from vireport.physics import generated_voltage
-from vireport.sequences import Atlas, Curve, Family, Limits, atlas, motions_above, residuals, trace
-from vireport.sequences.continuation import Strand, completed, follow
 from vireport.simulation import attractors, random_starts, start_speed
 from vireport.study import device_of
 from vireport.study.study import membrane_of, sweep_of

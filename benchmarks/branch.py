@@ -21,7 +21,7 @@ import numpy as np
 from record import record
 
 from vireport import analyse, load
-from vireport.analysis import motions_of, sample
+from vireport.motions import motions_of, sample
 from vireport.physics import voltages
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"

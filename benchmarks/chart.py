@@ -22,10 +22,16 @@ from record import processor_time, record
 from scipy.optimize import root
 
 from vireport import load
+from vireport.chart import (
+    Chart,
+    FollowedLocus,
+    Plane,
+    chart,
+)
+from vireport.chart.over import plane_of
+from vireport.motions import Limits
 from vireport.physics import FLOATS
-from vireport.sequences import Chart, FollowedLocus, Limits, Plane, chart
 from vireport.simulation import attractors, random_starts, start_speed
-from vireport.sweep.plane import plane_of
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "examples" / "inclined.yaml"
 PLANES = (

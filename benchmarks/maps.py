@@ -21,11 +21,11 @@ from statistics import median
 
 from record import record
 
+from vireport.maps import run_map
+from vireport.maps.cells import map_plan
+from vireport.maps.evaluation import evaluate
+from vireport.maps.run import cores
 from vireport.scenario import loads_map
-from vireport.sweep import run_map
-from vireport.sweep.cells import map_plan
-from vireport.sweep.evaluation import evaluate
-from vireport.sweep.run import cores
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "maps" / "map.yaml"
 COUNTS = {10_000: (100, 100), 100_000: (250, 400), 1_000_000: (1000, 1000)}

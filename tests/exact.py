@@ -1,4 +1,4 @@
-"""What the tests compare motions with, in 40 digits by the printed equations (`vireport.reference`).
+"""What the tests compare motions with, in 40 digits by the printed equations (`vireport.checks.reference`).
 
 A motion of a sweep is a list of four unknowns here: velocity before the bottom impact, phase there, q - 1/2, and the
 value of the swept parameter. The functions are to be called within `reference.precise()`.
@@ -11,11 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from vireport import reference
-from vireport.analysis import CriticalKind, CriticalPoint, Symmetry, Motions, Orbits, Sweep, orbits, touches
-from vireport.analysis.stability import flight_jacobians
-from vireport.physics import Membrane
-from vireport.reference import mp, mpf
+from vireport.checks import reference
+from vireport.checks.reference import mp, mpf
+from vireport.motions import (
+    CriticalKind,
+    CriticalPoint,
+    Motions,
+    Orbits,
+    Sweep,
+    Symmetry,
+    orbits,
+    touches,
+)
+from vireport.motions.stability import flight_jacobians
+from vireport.physics import Membrane, Word
 from vireport.scenario import Parameter
 
 STEP = mpf(10) ** -25
@@ -160,3 +169,36 @@ def critical_motion(sweep: Sweep, critical: CriticalPoint) -> list[Any]:
     # A pitchfork is a double point of the curve of motions, and a simple one among the symmetric motions.
     symmetric = critical.family is Symmetry.SYMMETRIC and critical.kind is CriticalKind.PITCHFORK
     return reference.special_motion(sweep.device, sweep.parameter, condition, guess, symmetric)
+
+
+def printed_maps(word: Word, x: list[Any], d: Any, gbar: Any, r: Any) -> list[Any]:
+    """Position and velocity at the end of each flight less those of the next impact, by the printed flight."""
+    values, count = [], len(word)
+    for i, wall in enumerate(word.walls):
+        j = (i + 1) % count
+        duration = x[count + j] - x[count + i] + (0 if j else 2 * word.periods)
+        z, speed = reference.flight(duration, wall * d / 2, -r * x[i], mp.pi * x[count + i], gbar)
+        values += [z - word.walls[j] * d / 2, speed - x[j]]
+    return values
+
+
+def printed_trace(word: Word, x: list[Any], d: Any, gbar: Any, r: Any) -> Any:
+    """Trace of the return map in (velocity, phase), each flight's derivatives by differences of the printed flight."""
+    count, step, product = len(word), mpf(10) ** -60, mp.eye(2)
+    for i, wall in enumerate(word.walls):
+        j = (i + 1) % count
+        duration = x[count + j] - x[count + i] + (0 if j else 2 * word.periods)
+        at = [duration, -r * x[i], mp.pi * x[count + i]]
+
+        def fly(t, after, phase, wall=wall):
+            return mp.matrix(reference.flight(t, wall * d / 2, after, phase, gbar))
+
+        by_time, by_speed, by_phase = (
+            (fly(*[v + step * (k == n) for k, v in enumerate(at)]) - fly(*at)) / step for n in range(3)
+        )
+        columns = []
+        for direction, turned in ((-r * by_speed, 0), (by_phase, 1)):
+            later = -direction[0] / by_time[0]
+            columns.append([direction[1] + by_time[1] * later, turned + mp.pi * later])
+        product = mp.matrix(columns).T * product
+    return product[0, 0] + product[1, 1]

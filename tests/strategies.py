@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from vireport.analysis import Sweep
+from vireport.motions import Sweep
 from vireport.physics import Device
 from vireport.scenario import Parameter
 

@@ -12,7 +12,7 @@ import pytest
 from conftest import first
 
 import vireport
-from vireport.errors import EXTRAS, installing
+from vireport.base.errors import EXTRAS, installing
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -39,7 +39,7 @@ HEAVY = {"matplotlib", "jinja2", "typst", "markdownify", "scipy", "numba", "mpma
 def test_json_imports_nothing_heavy(example) -> None:
     loaded = imported_by("run", str(example("inclined")), "--json")
     assert "numpy" in loaded
-    assert not loaded & (HEAVY | {"vireport.sequences"})
+    assert not loaded & (HEAVY | {"vireport.atlas"})
 
 
 @pytest.mark.parametrize(

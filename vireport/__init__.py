@@ -41,9 +41,9 @@ def __getattr__(name: str) -> Any:
     """Import a public name on first use, so that `import vireport` costs nothing."""
     module: ModuleType
     if name in ("NumericalError", "ScenarioError", "UsageError", "VireportError"):
-        from vireport import errors as module
+        from vireport.base import errors as module
     elif name == "__version__":
-        from vireport import version as module
+        from vireport.base import version as module
     elif name in ("load", "loads"):
         from vireport import scenario as module
     elif name in ("Study", "analyse", "recheck", "results"):

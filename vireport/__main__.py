@@ -34,12 +34,12 @@ class _Output(io.FileIO):
 def entry() -> int:
     """Run the command line on the arguments of the process and return its exit code."""
     try:
-        from vireport.interrupts import install
+        from vireport.base import install
 
         install()
         code = _run()
     except KeyboardInterrupt:  # while the command line was imported
-        from vireport.interrupts import EXIT_CODE as code
+        from vireport.base import EXIT_CODE as code
 
         print("vireport: interrupted", file=sys.stderr)
     from signal import SIG_IGN, SIGINT, signal
@@ -70,7 +70,7 @@ def _run() -> int:
     failure = output.failure
     if failure is None or failure.errno == EPIPE or code not in (0, 1):  # a reader that has gone wants no more
         return code
-    from vireport.errors import OutputError
+    from vireport.base import OutputError
 
     print(f"vireport: error: standard output cannot be written: {failure.strerror}", file=sys.stderr)
     return OutputError.exit_code

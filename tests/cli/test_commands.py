@@ -15,7 +15,7 @@ MAP = Path(__file__).resolve().parents[2] / "examples" / "maps" / "map.yaml"
 @pytest.fixture
 def quick(monkeypatch) -> None:
     """Of the accuracy study only the closed form, so that it takes no time."""
-    from vireport.trust import workprecision
+    from vireport.checks import workprecision
 
     monkeypatch.setattr(workprecision, "METHODS", workprecision.METHODS[:2])
 
@@ -122,7 +122,7 @@ def test_compare_writes_its_files(example, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("alone", [True, False])
 def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
-    from vireport.errors import NumericalError
+    from vireport.base.errors import NumericalError
     from vireport.extremes import catalogue
     from vireport.extremes.judge import Case, Finding
 

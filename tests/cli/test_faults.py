@@ -24,7 +24,7 @@ ENTRY = [sys.executable, "-m", "vireport"]
 QUICK = (
     "import sys; from vireport.extremes import catalogue; from vireport.extremes.judge import Case, Finding;"
     "catalogue.catalogue = lambda loaded=None: [Case('a', 'b', 'c', list, lambda answer: Finding(''))];"
-    "from vireport.trust import workprecision as w; w.METHODS = w.METHODS[:1];"
+    "from vireport.checks import workprecision as w; w.METHODS = w.METHODS[:1];"
     "from vireport.__main__ import entry; sys.exit(entry())"
 )
 SHORT = [sys.executable, "-c", QUICK]
@@ -209,7 +209,7 @@ def test_an_interrupt_while_files_are_put_in_place(tmp_path: Path) -> None:
 
 
 def test_an_interrupted_map_says_how_it_goes_on(tmp_path: Path) -> None:
-    code = "import vireport.sweep as s\ns.run_map = interrupt"
+    code = "import vireport.maps as s\ns.run_map = interrupt"
     run = interrupted(code, "sweep", "map.yaml", cwd=tmp_path)
     assert run.returncode == 130
     assert b"run the same command again" in run.stderr

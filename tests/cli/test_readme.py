@@ -14,12 +14,19 @@ import pytest
 import typer
 from markdown_it import MarkdownIt
 
-from vireport import analyse, compare, diff, load, loads, results
-from vireport.alerts import AlertCode
+from vireport import (
+    analyse,
+    compare,
+    diff,
+    load,
+    loads,
+    results,
+)
+from vireport.base.errors import EXTRAS
 from vireport.cli.app import app
-from vireport.errors import EXTRAS
 from vireport.scenario import loads_map, schema
 from vireport.study import provenance_of
+from vireport.text.alerts import AlertCode
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"

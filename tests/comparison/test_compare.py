@@ -20,6 +20,7 @@ from PIL import Image
 
 import vireport
 from vireport import analyse, load
+from vireport.base.errors import NumericalError, ScenarioError, UsageError
 from vireport.comparison.comparison import Comparison, compare, left_out
 from vireport.comparison.differences import Difference, listed
 from vireport.comparison.figures import compare_figure, compare_pictures
@@ -27,7 +28,6 @@ from vireport.comparison.outputs import comparison_provenance, render_comparison
 from vireport.comparison.pages import ComparisonReport
 from vireport.comparison.quantities import Group
 from vireport.comparison.ranking import Merit
-from vireport.errors import NumericalError, ScenarioError, UsageError
 from vireport.figures import COLORS
 from vireport.report import render_html
 from vireport.study.study import Study
@@ -481,7 +481,7 @@ def test_data_are_compared_without_drawing(command: str, tmp_path: Path) -> None
     arguments = [sys.executable, "-c", code, command, first, str(EXAMPLES / "inclined.yaml"), "--json"]
     loaded = set(subprocess.run(arguments, capture_output=True, text=True, check=True).stderr.split())
     assert "vireport.comparison" in loaded
-    assert not {"matplotlib", "jinja2", "scipy", "vireport.figures", "vireport.report", "vireport.trust"} & loaded
+    assert not {"matplotlib", "jinja2", "scipy", "vireport.figures", "vireport.report", "vireport.checks"} & loaded
 
 
 # Notebooks

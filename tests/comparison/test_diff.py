@@ -14,9 +14,16 @@ from pages import Page, squeeze
 from pypdf import PdfReader
 
 from vireport import analyse, diff, load
+from vireport.base.errors import UsageError
 from vireport.cli import main
-from vireport.comparison.baseline import Change, changes, diff_json, diff_markdown, diff_text, read_baseline
-from vireport.errors import UsageError
+from vireport.comparison.baseline import (
+    Change,
+    changes,
+    diff_json,
+    diff_markdown,
+    diff_text,
+    read_baseline,
+)
 from vireport.study.study import Study
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -13,11 +13,24 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport import load
-from vireport.analysis.motions import Motions
-from vireport.errors import NumericalError
-from vireport.extremes.catalogue import catalogue, run_catalogue, summary, table_data, table_text
+from vireport.base.errors import NumericalError
+from vireport.extremes.catalogue import (
+    catalogue,
+    run_catalogue,
+    summary,
+    table_data,
+    table_text,
+)
 from vireport.extremes.harvester import PAPER, harvester_of
-from vireport.extremes.judge import Case, Finding, NotThereError, Outcome, Verdict, judge
+from vireport.extremes.judge import (
+    Case,
+    Finding,
+    NotThereError,
+    Outcome,
+    Verdict,
+    judge,
+)
+from vireport.motions.one_to_one import Motions
 from vireport.scenario.parameters import Parameter
 from vireport.simulation import FLIGHT, REST, VELOCITY
 from vireport.study import Study

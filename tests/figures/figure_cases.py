@@ -17,7 +17,12 @@ from matplotlib.transforms import Bbox
 from vireport.figures import figure_2, figure_4, figure_7
 from vireport.physics import Device
 from vireport.scenario import Parameter, load
-from vireport.simulation import BOTTOM, Impact, Portrait, portrait
+from vireport.simulation import (
+    BOTTOM,
+    Impact,
+    Portrait,
+    portrait,
+)
 from vireport.study import Study, analyse
 
 ROOT = Path(__file__).resolve().parent.parent.parent

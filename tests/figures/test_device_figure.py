@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from figure_cases import ROOT, assert_readable, study_of, texts_of
 
-from vireport.figures.device import figure_device, path, picture, shown_motion
+from vireport.figures.device import (
+    figure_device,
+    path,
+    picture,
+    shown_motion,
+)
 from vireport.scenario import load
 from vireport.study import analyse
 

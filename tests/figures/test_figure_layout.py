@@ -12,7 +12,13 @@ from matplotlib.image import imread
 from matplotlib.lines import Line2D
 
 from vireport.figures.labels import Label, write_labels
-from vireport.figures.layout import blank, finished, round_ticks, tick_labels, widened
+from vireport.figures.layout import (
+    blank,
+    finished,
+    round_ticks,
+    tick_labels,
+    widened,
+)
 from vireport.figures.style import Picture, style
 
 

@@ -11,7 +11,12 @@ import pytest
 from conftest import first
 from figure_cases import ROOT, curves, study_of, vertices
 
-from vireport.figures import Picture, in_page, live_data, pictures
+from vireport.figures import (
+    Picture,
+    in_page,
+    live_data,
+    pictures,
+)
 
 TEMPLATES = ROOT / "templates"
 PAGE = "<html><head><meta content=\"default-src 'none'; img-src data:\"></head><body><p>&lt;</p>{}<p></p></body></html>"

@@ -17,7 +17,14 @@ from figure_cases import PAPER, ROOT, assert_readable, motion, of_look, simulate
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from vireport.figures import PairedImpacts, figure_2, figure_7, pictures, png_of, simulated_points
+from vireport.figures import (
+    PairedImpacts,
+    figure_2,
+    figure_7,
+    pictures,
+    png_of,
+    simulated_points,
+)
 from vireport.figures.curves import stretches
 from vireport.figures.diagram import WORDS, figure_diagram, groups
 from vireport.figures.diagram import picture as diagram_picture

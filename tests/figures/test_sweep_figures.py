@@ -20,8 +20,19 @@ from matplotlib.colors import to_rgb
 from matplotlib.path import Path as MplPath
 from PIL import Image
 
-from vireport.figures import PairedImpacts, figure_2, figure_7, pictures, simulated_points
-from vireport.figures.curves import TURN, phase_curve, phase_cut, stretches
+from vireport.figures import (
+    PairedImpacts,
+    figure_2,
+    figure_7,
+    pictures,
+    simulated_points,
+)
+from vireport.figures.curves import (
+    TURN,
+    phase_curve,
+    phase_cut,
+    stretches,
+)
 from vireport.figures.labels import LEADER
 from vireport.figures.style import figure_css
 from vireport.figures.sweeps import BRANCH_COLORS, LEAVES, NO_MOTION

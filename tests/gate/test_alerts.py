@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from vireport import analyse, loads
-from vireport.alerts import CATALOGUE, AlertCode, explanation
-from vireport.analysis.kinds import Change
-from vireport.analysis.sensitivity import contact_share, mass_elasticity, restitution_effect
-from vireport.errors import UsageError
+from vireport.base.errors import UsageError
+from vireport.design.sensitivity import contact_share, mass_elasticity, restitution_effect
 from vireport.gate.alerts import CAUSES
+from vireport.motions.kinds import Change
+from vireport.text.alerts import CATALOGUE, AlertCode, explanation
 
 DIELECTRIC = "thickness_m: 1e-3, relative_permittivity: 4.7"
 

@@ -14,7 +14,6 @@ import pytest
 from conftest import markdown
 
 from vireport import analyse, load, loads
-from vireport.alerts import AlertCode
 from vireport.cli.app import main
 from vireport.gate.requirements import (
     REQUIREMENTS,
@@ -35,6 +34,7 @@ from vireport.simulation import attractors, random_starts
 from vireport.study import results
 from vireport.study.plan import Task, plan
 from vireport.study.provenance import provenance_of
+from vireport.text.alerts import AlertCode
 
 ROOT = Path(__file__).resolve().parents[2]
 CI = ROOT / "examples" / "ci"

@@ -15,8 +15,8 @@ from vireport import analyse, load
 from vireport.gate.alerts import CAUSES
 from vireport.gate.requirements import Evidence
 from vireport.gate.verdict import Question, Verdict, verdict_of
+from vireport.membranes import Grade
 from vireport.physics import contacts
-from vireport.trust import Grade
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 MOTION = SimpleNamespace(count=5, name="BBT every forcing period", stays=False)

@@ -12,18 +12,24 @@ import numpy as np
 import pytest
 from conftest import first, sentences
 
-from vireport import analyse, load, loads, reference
-from vireport.analysis import UNSTABLE, classify, find_motions
+from vireport import analyse, load, loads
+from vireport.base.errors import UsageError
+from vireport.checks import reference
+from vireport.checks.reference import mp, mpf
 from vireport.cli.app import main
-from vireport.errors import UsageError
+from vireport.motions import UNSTABLE, classify, find_motions
 from vireport.optimise import Point, optimise, problem_of
 from vireport.optimise.bound import _bounds, largest_value, picture_of
-from vireport.optimise.cells import AT_FOLD, corner_slack, evaluate, keeps_motion
+from vireport.optimise.cells import (
+    AT_FOLD,
+    corner_slack,
+    evaluate,
+    keeps_motion,
+)
 from vireport.optimise.evolution import evolve
 from vireport.optimise.outputs import picture_front
 from vireport.optimise.problem import Problem, smallest_margin
 from vireport.optimise.refine import SLOTS, _linear
-from vireport.reference import mp, mpf
 from vireport.scenario import Objective, Parameter
 
 DEVICE = """\

@@ -7,8 +7,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vireport.errors import NumericalError
-from vireport.physics import SMALLEST_RESTITUTION, Membrane, contacts, damping_number, deflection, law_of
+from vireport.base.errors import NumericalError
+from vireport.physics import (
+    SMALLEST_RESTITUTION,
+    Membrane,
+    contacts,
+    damping_number,
+    deflection,
+    law_of,
+)
 
 MASS = 0.0041
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, MASS)

@@ -8,9 +8,15 @@ from decimal import Decimal, localcontext
 import pytest
 from strategies import random_sweeps
 
-from vireport import reference
-from vireport.physics import DIGITS, GROUP_ERROR, NO_GRAVITY, DecimalOps, Device
-from vireport.reference import mpf
+from vireport.checks import reference
+from vireport.checks.reference import mpf
+from vireport.physics import (
+    DIGITS,
+    GROUP_ERROR,
+    NO_GRAVITY,
+    DecimalOps,
+    Device,
+)
 from vireport.scenario import Parameter
 
 DEVICES = [sweep.device for sweep in random_sweeps(200, seed=6)]

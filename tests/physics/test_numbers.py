@@ -10,8 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from vireport.analysis import Orbits, coefficients, orbits, return_trace
-from vireport.physics import ARRAYS, DIGITS, ROUNDED, DecimalOps, Rounded
+from vireport.motions import (
+    Orbits,
+    coefficients,
+    orbits,
+    return_trace,
+)
+from vireport.physics import (
+    ARRAYS,
+    DIGITS,
+    ROUNDED,
+    DecimalOps,
+    Rounded,
+)
 
 
 @given(st.floats(-40, 40))

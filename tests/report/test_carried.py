@@ -12,9 +12,15 @@ import pytest
 from pypdf import PdfReader, PdfWriter
 
 from vireport import analyse, load
+from vireport.base.errors import UsageError
 from vireport.cli import main
-from vireport.errors import UsageError
-from vireport.report import Report, carried, read_carried, render_html, render_pdf
+from vireport.report import (
+    Report,
+    carried,
+    read_carried,
+    render_html,
+    render_pdf,
+)
 from vireport.study import provenance_of
 
 SET = ("device.restitution=0.55", "title=</script><script>alert(1)</script>")

@@ -15,7 +15,12 @@ from pages import Page
 
 from vireport import analyse, load, loads
 from vireport.cli import main
-from vireport.report import Report, github, junit, render_html
+from vireport.report import (
+    Report,
+    github,
+    junit,
+    render_html,
+)
 from vireport.scenario.document import read
 from vireport.study.plan import ALL_FORMATS, FORMATS
 from vireport.study.provenance import provenance_of

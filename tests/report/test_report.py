@@ -19,7 +19,7 @@ from conftest import first
 from pages import Page, squeeze, tidy
 from pypdf import PdfReader
 
-from vireport.errors import RenderError, UsageError
+from vireport.base.errors import RenderError, UsageError
 from vireport.figures import Picture, blank
 from vireport.gate.verdict import Question
 from vireport.report import Report, render_html, render_pdf

@@ -11,8 +11,15 @@ import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from vireport.errors import Mistake, ScenarioError
-from vireport.scenario.document import DEEPEST, LARGEST_FILE, explain, join, read, scalar
+from vireport.base.errors import Mistake, ScenarioError
+from vireport.scenario.document import (
+    DEEPEST,
+    LARGEST_FILE,
+    explain,
+    join,
+    read,
+    scalar,
+)
 
 REPEATABLE = settings(derandomize=True, max_examples=100, deadline=None)
 

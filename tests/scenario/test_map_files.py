@@ -8,8 +8,14 @@ import sys
 
 import pytest
 
-from vireport.errors import ScenarioError, UsageError
-from vireport.scenario import Parameter, Sampling, load_map, loads, loads_map
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.scenario import (
+    Parameter,
+    Sampling,
+    load_map,
+    loads,
+    loads_map,
+)
 from vireport.scenario.blocks import AxisPath
 
 HELD = """\

@@ -13,8 +13,16 @@ import pytest
 from bad_scenarios import GOOD, MINIMAL
 from pydantic import ValidationError
 
-from vireport.errors import ScenarioError, UsageError
-from vireport.scenario import Parameter, Scenario, Simulation, inputs, load, loads, to_dict
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.scenario import (
+    Parameter,
+    Scenario,
+    Simulation,
+    inputs,
+    load,
+    loads,
+    to_dict,
+)
 from vireport.scenario.blocks import Membrane
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -228,4 +236,4 @@ def test_loading_imports_no_other_package_and_nothing_heavy():
     )
     command = [sys.executable, "-c", code, str(EXAMPLES / "horizontal.yaml")]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert printed == "['errors', 'scenario', 'text'] False\n"
+    assert printed == "['base', 'scenario', 'text'] False\n"

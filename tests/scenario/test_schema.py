@@ -9,8 +9,14 @@ import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD
 from jsonschema import Draft202012Validator
 
-from vireport.errors import ScenarioError
-from vireport.scenario import Scenario, init_text, loads, schema, to_dict
+from vireport.base.errors import ScenarioError
+from vireport.scenario import (
+    Scenario,
+    init_text,
+    loads,
+    schema,
+    to_dict,
+)
 from vireport.scenario.blocks import MapFile
 from vireport.scenario.document import read
 from vireport.scenario.schema import keys

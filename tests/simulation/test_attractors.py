@@ -8,8 +8,21 @@ import numpy as np
 import pytest
 
 from vireport.simulation import cycles
-from vireport.simulation.attractors import SETTLED, Outcome, attractors, diagram, find_attractor
-from vireport.simulation.cycles import exponent, jacobians, multipliers, product, refine, word_of
+from vireport.simulation.attractors import (
+    SETTLED,
+    Outcome,
+    attractors,
+    diagram,
+    find_attractor,
+)
+from vireport.simulation.cycles import (
+    exponent,
+    jacobians,
+    multipliers,
+    product,
+    refine,
+    word_of,
+)
 from vireport.simulation.events import (
     BOTTOM,
     TOP,
@@ -21,7 +34,15 @@ from vireport.simulation.events import (
     follow,
     follow_one,
 )
-from vireport.simulation.kernel import PHASE, REST, RIDING, RUNNING, SETTLING, VELOCITY, WALL
+from vireport.simulation.kernel import (
+    PHASE,
+    REST,
+    RIDING,
+    RUNNING,
+    SETTLING,
+    VELOCITY,
+    WALL,
+)
 
 INCLINED = 0.1245 * 9.8 * sin(radians(45)) / 3
 CHAOS = (0.2545, 0.3, 0.5)

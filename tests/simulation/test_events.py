@@ -26,7 +26,15 @@ from vireport.simulation.events import (
     follow,
     follow_one,
 )
-from vireport.simulation.kernel import FLIGHT, FREE, PHASE, RIDING, SETTLING, VELOCITY, WALL
+from vireport.simulation.kernel import (
+    FLIGHT,
+    FREE,
+    PHASE,
+    RIDING,
+    SETTLING,
+    VELOCITY,
+    WALL,
+)
 
 FLIGHTS = 10_000
 # Where the terms of Z add up to no more than this many times t |Z'|, the crossing counts as transversal.

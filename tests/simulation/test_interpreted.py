@@ -10,7 +10,14 @@ from math import pi
 import numpy as np
 import pytest
 
-from vireport.simulation import BOTTOM, Impact, Outcome, events, find_attractor, follow
+from vireport.simulation import (
+    BOTTOM,
+    Impact,
+    Outcome,
+    events,
+    find_attractor,
+    follow,
+)
 
 CHAOS = (0.2545, 0.3, 0.5)
 

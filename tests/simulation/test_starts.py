@@ -7,6 +7,7 @@ from math import pi
 import numpy as np
 import pytest
 
+from vireport.base import wilson
 from vireport.simulation import (
     BOTTOM,
     Impact,
@@ -16,7 +17,6 @@ from vireport.simulation import (
     random_starts,
     start_of,
     start_speed,
-    wilson,
 )
 
 

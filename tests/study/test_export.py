@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from exact import critical_motion, error_of, exact_row
 
-from vireport import reference
-from vireport.reference import mpf
+from vireport.checks import reference
+from vireport.checks.reference import mpf
 from vireport.study import branches_csv, results_json
 from vireport.study.provenance import provenance_of
 

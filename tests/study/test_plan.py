@@ -5,7 +5,13 @@ from __future__ import annotations
 import pytest
 
 from vireport import loads
-from vireport.study import ALL_FORMATS, FIGURES, FORMATS, Task, plan
+from vireport.study import (
+    ALL_FORMATS,
+    FIGURES,
+    FORMATS,
+    Task,
+    plan,
+)
 
 DESIGN = """\
 schema_version: 1

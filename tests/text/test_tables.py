@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from vireport.text import Column, Table, numbers, plain_table, plain_text, texts
+from vireport.text import (
+    Column,
+    Table,
+    numbers,
+    plain_table,
+    plain_text,
+    texts,
+)
 from vireport.text.tables import LINE, broken
 
 TABLE = Table(

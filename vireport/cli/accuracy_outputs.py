@@ -7,21 +7,19 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from vireport.scenario import Accuracy, Loaded
-from vireport.study import Study, Task, analyse
-from vireport.text import Table, capital, plain_text
-from vireport.trust import (
-    accuracy_data,
+from vireport.checks import accuracy_data, measurements, ranking
+from vireport.membranes import (
     comparison_with_rigid,
     compliance_data,
-    measurements,
-    ranking,
     solvers_on_stiff_membranes,
     verdict,
 )
+from vireport.scenario import Accuracy, Loaded
+from vireport.study import Study, Task, analyse
+from vireport.text import Table, capital, plain_text
 
 if TYPE_CHECKING:
-    from vireport.progress import Progress
+    from vireport.base import Progress
 
 
 NAMES = ("accuracy.json", "figure-accuracy.png", "figure-stiffness.png")

@@ -17,10 +17,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from vireport import interrupts
-from vireport.cli.outcome import RED, Outcome, deliver, progress, tell
-from vireport.errors import ScenarioError, UsageError, VireportError
-from vireport.version import __version__
+from vireport.base import ScenarioError, UsageError, VireportError, __version__, interrupts
+from vireport.cli.outcome import (
+    RED,
+    Outcome,
+    deliver,
+    progress,
+    tell,
+)
 
 if TYPE_CHECKING:
     from vireport.report import Carried
@@ -206,8 +210,8 @@ def run(
         loaded = loads(carried.scenario, f"{scenario}/{carried.name}", [*carried.overrides, *(set_ or ())])
         certify = certify or bool(carried.results.get("certificates"))
     _refuse_files_beside_json(json, "results", output, format_)
+    from vireport.base import require_writable
     from vireport.cli.outputs import file_names, results_outcome, run_outcome
-    from vireport.files import require_writable
 
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
     against = ("--baseline", None if baseline is None else [Path(baseline).name])
@@ -247,7 +251,7 @@ def init(
     path: Annotated[str, typer.Argument(metavar="FILE", help="Where to write it; - prints it.")] = "scenario.yaml",
 ) -> None:
     """Write a commented scenario to start from. An existing file is left alone."""
-    from vireport.files import writable, write_new
+    from vireport.base import writable, write_new
     from vireport.scenario import init_text
 
     if path == "-":
@@ -283,8 +287,8 @@ def accuracy(
 ) -> None:
     """Measure error against run time of every method. Holds the compliant membrane beside the rigid one."""
     loaded = _loaded(scenario, set_)
+    from vireport.base import require_writable
     from vireport.cli import accuracy_outputs
-    from vireport.files import require_writable
 
     if output is not None:
         require_writable(output, accuracy_outputs.NAMES)
@@ -312,10 +316,10 @@ def compare(
 ) -> None:
     """Compare scenarios, or variants of one. Says which is best, and why; figures have shared axes."""
     _refuse_files_beside_json(json, "comparison", output, format_)
+    from vireport.base import require_writable
     from vireport.cli.outputs import compare_outcome, file_names
     from vireport.comparison import compare as compare_scenarios
     from vireport.comparison import comparison_provenance, outputs
-    from vireport.files import require_writable
 
     options = (("--vary", vary), ("--json", json), ("--set", set_), ("--format", format_))
     command, formats = _command("compare", scenarios, *options, _paper(paper)), _formats(format_)
@@ -366,7 +370,7 @@ def explain(
     code: Annotated[str | None, typer.Argument(metavar="CODE", help="Of an alert, such as VR010; else all.")] = None,
 ) -> None:
     """Say what an alert means, what causes it, and what to do."""
-    from vireport.alerts import explanation
+    from vireport.text import explanation
 
     deliver(Outcome(explanation(code)))
 
@@ -384,7 +388,12 @@ def extremes(
 
     Exit code 1 if one fails; 3 if some could not be run, or none applies.
     """
-    from vireport.extremes import run_catalogue, shortcoming, table_data, table_text
+    from vireport.extremes import (
+        run_catalogue,
+        shortcoming,
+        table_data,
+        table_text,
+    )
 
     if scenario is None and set_:
         raise UsageError("--set needs a scenario to set it over")
@@ -481,8 +490,9 @@ def chart(
     """Draw what is stable over two inputs. The lines are the exact curves along which motions change."""
     _refuse_files_beside_json(json, "chart", output, None)
     loaded = _loaded(scenario, set_)
+    from vireport.chart import chart_of
+    from vireport.chart import outputs as charts
     from vireport.study import provenance_of
-    from vireport.sweep import chart_of, charts
 
     options = (("--over", [over]), ("--json", json), ("--set", set_))
     provenance = provenance_of(loaded, _command("chart", [scenario], *options))
@@ -508,7 +518,7 @@ def sweep(
     quiet: Quiet = False,
 ) -> None:
     """Compute a map over two or more parameters. Begun anew, it resumes where it was interrupted."""
-    from vireport.sweep import run_map, terminal_progress
+    from vireport.maps import run_map, terminal_progress
 
     shown = None if quiet or not sys.stderr.isatty() else terminal_progress()
     try:
@@ -563,7 +573,7 @@ def _refuse_files_beside_json(json: bool, what: str, output: Path | None, format
 
 def _writable_folder(output: Path | None, file: str, suffix: str, json: bool, names: tuple[str, ...]) -> Path:
     """Where the files of a command go; unless it prints JSON, what cannot be written is told before any work."""
-    from vireport.files import require_writable
+    from vireport.base import require_writable
 
     folder = output or _default_folder(file, suffix)
     if not json:

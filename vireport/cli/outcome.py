@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from vireport.interrupts import check
+from vireport.base import check
 
 if TYPE_CHECKING:
-    from vireport.progress import Progress
+    from vireport.base import Progress
 
 REPORT = "report.html"
 """The file that a reader opens first."""
@@ -75,7 +75,7 @@ def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -
     if folder is None or not outcome.files:
         _say(outcome, outcome.summary.splitlines(), quiet)
     else:
-        from vireport.files import write_files
+        from vireport.base import write_files
 
         write_files(folder, outcome.files, outcome.stale)
         try:

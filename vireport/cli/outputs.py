@@ -27,9 +27,9 @@ from vireport.study import (
 )
 
 if TYPE_CHECKING:
+    from vireport.base import Progress
     from vireport.comparison import Comparison
     from vireport.figures import Picture
-    from vireport.progress import Progress
     from vireport.report import Carried
     from vireport.text import Table
 

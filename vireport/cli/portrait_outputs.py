@@ -9,13 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis import Sweep
+from vireport.atlas import portrait_of
+from vireport.base import NumericalError, UsageError
 from vireport.cli.outcome import Outcome
-from vireport.errors import NumericalError, UsageError
+from vireport.motions import Family, Motion, Sweep
 from vireport.scenario import loads
-from vireport.sequences import Family, Motion, families_of, motion_data, portrait_of
-from vireport.study import membrane_of, sweep_of
-from vireport.text import Table, numbers, plain_text, significant, texts
+from vireport.study import families_of, membrane_of, motion_data, sweep_of
+from vireport.text import (
+    Table,
+    numbers,
+    plain_text,
+    significant,
+    texts,
+)
 
 NAMES = ("figure-portraits.png",)
 """Files that may be written."""

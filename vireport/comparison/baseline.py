@@ -17,12 +17,28 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis import Stability
+from vireport.base import UsageError
 from vireport.comparison.differences import differences, digits_apart, printed
-from vireport.comparison.quantities import Axes, Group, axes_of, quantities_of, same_setting, settings_of
-from vireport.errors import UsageError
+from vireport.comparison.quantities import (
+    Axes,
+    Group,
+    axes_of,
+    quantities_of,
+    same_setting,
+    settings_of,
+)
+from vireport.motions import Stability
 from vireport.study import SCHEMA_VERSION, Study
-from vireport.text import ABSENT, Table, exact, markdown_of, numbers, percent, texts, visible
+from vireport.text import (
+    ABSENT,
+    Table,
+    exact,
+    markdown_of,
+    numbers,
+    percent,
+    texts,
+    visible,
+)
 
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""

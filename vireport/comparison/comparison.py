@@ -14,17 +14,33 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vireport.base import NumericalError, UsageError
 from vireport.comparison.differences import SAME, Difference, differences
-from vireport.comparison.quantities import Axes, axes_of, quantities_of, same_setting, settings_of
-from vireport.comparison.ranking import Ranked, headline, ranking, ranking_table
-from vireport.comparison.variants import Item, Variant, Vary, variants
-from vireport.errors import NumericalError, UsageError
+from vireport.comparison.quantities import (
+    Axes,
+    axes_of,
+    quantities_of,
+    same_setting,
+    settings_of,
+)
+from vireport.comparison.ranking import (
+    Ranked,
+    headline,
+    ranking,
+    ranking_table,
+)
+from vireport.comparison.variants import (
+    Item,
+    Variant,
+    Vary,
+    variants,
+)
 from vireport.scenario import to_dict
 from vireport.study import SCHEMA_VERSION, Study, analyse
 from vireport.text import html_table
 
 if TYPE_CHECKING:
-    from vireport.progress import Progress
+    from vireport.base import Progress
 
 FIGURES = ("figure-2", "figure-4", "figure-7")
 """Those of each scenario, beside one another."""

@@ -7,7 +7,13 @@ from dataclasses import dataclass, replace
 from operator import itemgetter
 from typing import Any
 
-from vireport.comparison.quantities import Axes, Entry, Group, Quantities, Quantity
+from vireport.comparison.quantities import (
+    Axes,
+    Entry,
+    Group,
+    Quantities,
+    Quantity,
+)
 from vireport.scenario import DesignInput
 from vireport.text import (
     ABSENT,

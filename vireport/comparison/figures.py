@@ -7,8 +7,12 @@ from dataclasses import replace
 
 from matplotlib.figure import Figure
 
-from vireport.alerts import AlertCode
-from vireport.comparison.comparison import OVERLAY, Comparison, columns, left_out
+from vireport.comparison.comparison import (
+    OVERLAY,
+    Comparison,
+    columns,
+    left_out,
+)
 from vireport.comparison.differences import listed
 from vireport.comparison.ranking import Merit
 from vireport.figures import (
@@ -31,7 +35,7 @@ from vireport.figures import (
 )
 from vireport.scenario import Parameter
 from vireport.study import Task
-from vireport.text import capital
+from vireport.text import AlertCode, capital
 
 ROWS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 

@@ -8,14 +8,26 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.comparison.comparison import FEW_NAMES, FIGURES, OVERLAY, Comparison
+from vireport.comparison.comparison import (
+    FEW_NAMES,
+    FIGURES,
+    OVERLAY,
+    Comparison,
+)
 from vireport.comparison.ranking import ranking_table
 from vireport.comparison.variants import MOST
-from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of, with_pages
+from vireport.study import (
+    Provenance,
+    Task,
+    csv_bytes,
+    json_bytes,
+    provenance_of,
+    with_pages,
+)
 from vireport.text import plain_text
 
 if TYPE_CHECKING:
-    from vireport.progress import Progress
+    from vireport.base import Progress
 
 FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""

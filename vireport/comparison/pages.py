@@ -8,15 +8,31 @@ from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from vireport.alerts import Severity
-from vireport.comparison.comparison import ACROSS, FEW_NAMES, FIGURES, Comparison, columns, left_out
+from vireport.comparison.comparison import (
+    ACROSS,
+    FEW_NAMES,
+    FIGURES,
+    Comparison,
+    columns,
+    left_out,
+)
 from vireport.comparison.differences import Difference, digits_apart, listed
 from vireport.comparison.quantities import Entry, Group
 from vireport.comparison.ranking import margins_table, ranking_table
 from vireport.gate import SWEEP_END, Verdict
 from vireport.scenario import Parameter
 from vireport.study import Provenance
-from vireport.text import ABSENT, Table, capital, numbers, significant, texts, words, written
+from vireport.text import (
+    ABSENT,
+    Severity,
+    Table,
+    capital,
+    numbers,
+    significant,
+    texts,
+    words,
+    written,
+)
 
 if TYPE_CHECKING:
     from vireport.figures import Picture

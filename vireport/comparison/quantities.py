@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Literal
 
-from vireport.analysis import CriticalKind, Stability
+from vireport.motions import CriticalKind, Stability
 from vireport.physics import Device
 from vireport.scenario import DesignInput, Parameter, ScalarInput
 

@@ -8,13 +8,20 @@ from enum import StrEnum
 from math import inf, isfinite
 from typing import Any
 
-from vireport.alerts import AlertCode
-from vireport.analysis import DesignPoint, Margin
 from vireport.comparison.differences import listed
+from vireport.design import DesignPoint, Margin
 from vireport.gate import range_text
 from vireport.scenario import DesignInput
 from vireport.study import Study
-from vireport.text import ABSENT, Table, numbers, percent, quantity, texts
+from vireport.text import (
+    ABSENT,
+    AlertCode,
+    Table,
+    numbers,
+    percent,
+    quantity,
+    texts,
+)
 
 DIGITS = 9
 """Significant digits in which two scenarios differ if one is to be better than the other."""

@@ -8,8 +8,13 @@ from itertools import product
 from math import prod
 from pathlib import Path
 
-from vireport.errors import Mistake, ScenarioError, UsageError
-from vireport.scenario import Loaded, as_texts, load, loads
+from vireport.base import Mistake, ScenarioError, UsageError
+from vireport.scenario import (
+    Loaded,
+    as_texts,
+    load,
+    loads,
+)
 from vireport.study import Study
 
 Item = str | Path | Loaded | Study

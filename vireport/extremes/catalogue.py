@@ -7,18 +7,23 @@ from itertools import groupby
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
-from vireport.analysis import SMALLEST_LOSS
-from vireport.errors import NumericalError
+from vireport.base import NumericalError
+from vireport.design import SMALLEST_LOSS
 from vireport.extremes.critical import critical_cases
 from vireport.extremes.harvester import harvester_of
-from vireport.extremes.judge import Case, Outcome, Verdict, judge
+from vireport.extremes.judge import (
+    Case,
+    Outcome,
+    Verdict,
+    judge,
+)
 from vireport.extremes.motions import motion_cases
 from vireport.extremes.simulation import simulation_cases
 from vireport.scenario import Loaded
 from vireport.text import Column, Table, plain_table
 
 if TYPE_CHECKING:
-    from vireport.progress import Progress
+    from vireport.base import Progress
 
 COLUMNS = (
     Column("case", width=26),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis import CriticalKind, CriticalPoint, Motions, Solution, Symmetry, motions_of, sample
+from vireport.design import Solution
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.judge import (
     BOUND,
@@ -23,6 +23,14 @@ from vireport.extremes.judge import (
     exact_value,
     examine,
     point_error,
+)
+from vireport.motions import (
+    CriticalKind,
+    CriticalPoint,
+    Motions,
+    Symmetry,
+    motions_of,
+    sample,
 )
 from vireport.physics import Device, wrapped
 from vireport.scenario import Parameter
@@ -150,7 +158,7 @@ def _check_twins(answers: Sequence[tuple[Motions, list[Any], float]]) -> Finding
 
 def _twins(harvester: Harvester, point: CriticalPoint, inside: float) -> tuple[Harvester, list[Any]]:
     """A device so little inside a fold, and the two motions that meet in it, in 40 digits."""
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     n, p = harvester.device.period_ratio, point.point
 
@@ -192,7 +200,7 @@ def _check_changes(study: Study) -> Finding:
 
 
 def _counted_changes(solution: Solution) -> int:
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     assert solution.diagram is not None
     curve, r = solution.diagram.curve, float(solution.device.restitution)
@@ -262,7 +270,7 @@ def _nearest_pair(harvester: Harvester) -> Pair | None:
 
 def _codimension_two(harvester: Harvester, near: CriticalPoint) -> float:
     """The gbar at which a motion both grazes and has lambda = -1."""
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     n, p = harvester.device.period_ratio, near.point
     with exact.precise():
@@ -322,7 +330,7 @@ def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Devic
 
 
 def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> Finding:
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     texts, errors, right = [], [], True
     for m, near, device in answers:

@@ -8,7 +8,13 @@ from typing import Any
 
 from vireport.physics import Device, Membrane
 from vireport.scenario import Loaded, Parameter, loads
-from vireport.study import Study, Task, analyse, device_of, membrane_of
+from vireport.study import (
+    Study,
+    Task,
+    analyse,
+    device_of,
+    membrane_of,
+)
 
 WIDE = (0.02, 3.0)
 """Range of d in which 1:1 motions begin and end."""

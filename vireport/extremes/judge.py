@@ -20,12 +20,18 @@ from typing import Any
 
 import numpy as np
 
-from vireport.alerts import AlertCode
-from vireport.analysis import Change, CriticalKind, CriticalPoint, Motions, Symmetry
-from vireport.errors import VireportError, installing
+from vireport.base import VireportError, installing
+from vireport.motions import (
+    Change,
+    CriticalKind,
+    CriticalPoint,
+    Motions,
+    Symmetry,
+)
 from vireport.physics import Device, wrapped
 from vireport.scenario import Parameter
 from vireport.study import Study
+from vireport.text import AlertCode
 
 UNIT = 2.220446049250313e-16
 """Spacing of doubles at 1."""
@@ -276,7 +282,7 @@ def motion_errors(
 
     With `near` the swept value is not held: the reference is the nearest motion of the sweep.
     """
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     errors = []
     r, n = exact.mpf(device.restitution), device.period_ratio
@@ -312,14 +318,14 @@ def motion_errors(
 
 def _turned(phase: float, to: Any) -> Any:
     """A phase, whole turns nearer to another."""
-    from vireport.reference import mp
+    from vireport.checks import mp
 
     return phase + 2 * mp.pi * mp.nint((to - phase) / (2 * mp.pi))
 
 
 def _missing_motions(study: Study) -> list[str]:
     """Motions of the design point that the reference finds without a guess and the study does not have."""
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     device, design = study.solution.device, study.solution.design
     assert design is not None
@@ -351,7 +357,7 @@ def point_error(point: CriticalPoint, device: Device, parameter: Parameter) -> t
 
 def exact_value(point: CriticalPoint, device: Device, parameter: Parameter, gap: float = 0.0) -> Any:
     """The swept value of a critical point, solved from the printed conditions; of a near graze, with its gap."""
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     n, p, symmetric = device.period_ratio, point.point, point.family is Symmetry.SYMMETRIC
     with exact.precise():

@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from vireport.alerts import AlertCode
-from vireport.analysis import Motions, Orbits, motions_of, orbits, sample
 from vireport.extremes.harvester import Harvester, SweepRange
 from vireport.extremes.judge import (
     BOUND,
@@ -26,9 +24,22 @@ from vireport.extremes.judge import (
     motion_errors,
     require_finite,
 )
-from vireport.physics import NO_GRAVITY, Device, Voltages, voltages
+from vireport.motions import (
+    Motions,
+    Orbits,
+    motions_of,
+    orbits,
+    sample,
+)
+from vireport.physics import (
+    NO_GRAVITY,
+    Device,
+    Voltages,
+    voltages,
+)
 from vireport.scenario import Parameter
 from vireport.study import Study
+from vireport.text import AlertCode
 
 NEARLY_LOSSLESS = 1e-8
 """Bound at r = 1 - 1e-6, where rounding is magnified by 1/(1-r)."""
@@ -164,7 +175,7 @@ def _surface_at(harvester: Harvester, u: float) -> Orbits:
 
 
 def _check_surface(harvester: Harvester, solutions: Orbits) -> Finding:
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     require_finite(solutions)
     if abs(solutions.u[0]) == 0.5:
@@ -255,7 +266,7 @@ def _membrane(harvester: Harvester) -> Iterator[Case]:
 
 
 def _check_volts(harvester: Harvester, speed: float, answer: Voltages) -> Finding:
-    from vireport.reference import voltage
+    from vireport.checks import voltage
 
     require_finite(answer)
     pairs = zip((answer.deflection_m[0], answer.average_v[0]), voltage(speed, harvester.membrane), strict=True)

@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 
 from vireport.extremes.harvester import Harvester
-from vireport.extremes.judge import UNIT, Case, Finding, NotThereError, count, require_finite
+from vireport.extremes.judge import (
+    UNIT,
+    Case,
+    Finding,
+    NotThereError,
+    count,
+    require_finite,
+)
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -154,7 +161,7 @@ def _exact_flight(model: Model, start: Impact, row: Any) -> tuple[float, bool]:
 
     Relative to the time and to 1 + |velocity|.
     """
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     with exact.precise():
         d, gbar, r = (exact.mpf(x) for x in model)
@@ -187,7 +194,7 @@ def _check_flight(model: Model, start: Impact, answer: Rows) -> Finding:
 
 
 def _check_settling(gbar: float, answer: Rows) -> Finding:
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     start = answer[0][0]
     with exact.precise():
@@ -199,7 +206,7 @@ def _check_settling(gbar: float, answer: Rows) -> Finding:
 
 def _apex(gbar: float, gap: float) -> tuple[Rows, float, float]:
     """A flight from the middle whose highest point is so far inside the top membrane: impacts, time and excess."""
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     phase, velocity = 2.0, -0.2
     with exact.precise():
@@ -229,7 +236,7 @@ def _check_apex(answer: tuple[Rows, float, float]) -> Finding:
 
 def _hops(model: Model, velocity: float, phase: float) -> Any:
     """Time in which hops on the bottom die out, added up one by one in 40 digits; None where the ball gets away."""
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     mp, mpf = exact.mp, exact.mpf
     with mp.workdps(HOP_DIGITS):
@@ -253,7 +260,7 @@ def _hops(model: Model, velocity: float, phase: float) -> Any:
 
 def _hop(guess: Any, speed: Any, angle: Any, gbar: Any) -> Any:
     """Time until a ball that left the bottom is back there; None where it does not come back soon."""
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     t = guess
     for _ in range(MOST_CORRECTIONS):
@@ -316,7 +323,7 @@ def _many_impacts(model: Model) -> Rows:
 
 def _check_many(model: Model, answer: Rows) -> Finding:
     """Of the last flights, the residual of (2.12) in 40 digits."""
-    from vireport import reference as exact
+    from vireport.checks import reference as exact
 
     rows, summary = answer
     if summary[2] != RUNNING:

@@ -10,11 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
-from vireport.figures.layout import Entry, blank, finished, letter_of
-from vireport.figures.style import DASH_DOTTED, DASHED, DOTTED, GUIDE, Color, Look, Picture, style
-from vireport.study import Task
-from vireport.text import significant
-from vireport.trust import (
+from vireport.checks import (
     ACCURACIES,
     CLOSED,
     EXPLICIT,
@@ -26,11 +22,29 @@ from vireport.trust import (
     WHOLE,
     MethodRun,
     WorkPrecision,
-    factor_text,
     power,
     seconds,
     task_name,
 )
+from vireport.figures.layout import (
+    Entry,
+    blank,
+    finished,
+    letter_of,
+)
+from vireport.figures.style import (
+    DASH_DOTTED,
+    DASHED,
+    DOTTED,
+    GUIDE,
+    Color,
+    Look,
+    Picture,
+    style,
+)
+from vireport.membranes import factor_text
+from vireport.study import Task
+from vireport.text import significant
 
 LOOKS: dict[str, Look] = {
     CLOSED: {"color": Color.VERMILION, "marker": "*", "markersize": 8.0, "linestyle": "-", "linewidth": 1.8},

@@ -22,9 +22,21 @@ from vireport.figures.layout import (
     prefix,
     sweep_axis,
 )
-from vireport.figures.style import DASHED, TEXT, Color, Look, Picture, style
+from vireport.figures.style import (
+    DASHED,
+    TEXT,
+    Color,
+    Look,
+    Picture,
+    style,
+)
+from vireport.motions import (
+    Atlas,
+    Family,
+    generation,
+    ladder,
+)
 from vireport.physics import Membrane
-from vireport.sequences import Atlas, Family, generation, ladder
 from vireport.study import Study, Task
 from vireport.text import PREFIXES, capital, quantity
 

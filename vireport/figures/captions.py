@@ -6,14 +6,27 @@ from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
-from vireport.alerts import AlertCode
-from vireport.analysis import eigenvalues
-from vireport.figures.curves import Floats, PairedImpacts, Stretch, impact_pairs, stretches, swept_solution
+from vireport.figures.curves import (
+    Floats,
+    PairedImpacts,
+    Stretch,
+    impact_pairs,
+    stretches,
+    swept_solution,
+)
 from vireport.gate import range_text
+from vireport.motions import eigenvalues
 from vireport.physics import Device
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
-from vireport.text import capital, exact, quantity, scaled, significant
+from vireport.text import (
+    AlertCode,
+    capital,
+    exact,
+    quantity,
+    scaled,
+    significant,
+)
 
 TITLES = {
     Task.FIGURE_2: "Impact velocity, phase and flight time, as in the paper's Fig. 2",

@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import Branch, CriticalPoint, Motions, Solution, Stability, Sweep
+from vireport.design import Solution
+from vireport.motions import (
+    Branch,
+    CriticalPoint,
+    Motions,
+    Stability,
+    Sweep,
+)
 from vireport.physics import Voltages, deflection, generated_voltage
 from vireport.study import Study
 

@@ -10,10 +10,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
 
-from vireport.analysis import Motions
 from vireport.figures.captions import DIGITS, held
 from vireport.figures.curves import Curve
-from vireport.figures.layout import Entry, blank, finished, fit_vertically, round_ticks
+from vireport.figures.layout import (
+    Entry,
+    blank,
+    finished,
+    fit_vertically,
+    round_ticks,
+)
 from vireport.figures.portraits import (
     AT_WALL,
     BALL,
@@ -24,7 +29,15 @@ from vireport.figures.portraits import (
     TOP_MEMBRANE,
     periods,
 )
-from vireport.figures.style import GUIDE, SMALL, Color, Look, Picture, style
+from vireport.figures.style import (
+    GUIDE,
+    SMALL,
+    Color,
+    Look,
+    Picture,
+    style,
+)
+from vireport.motions import Motions
 from vireport.physics import flight
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
@@ -88,7 +101,8 @@ def shown_motion(study: Study) -> tuple[str, Curve] | None:
     motions = design.motions
     stable = motions.admissible & motions.stable
     if atlas is not None and not stable.any() and (others := atlas.stable_at(design.value)):
-        from vireport.sequences import Model, portrait_of
+        from vireport.atlas import portrait_of
+        from vireport.motions import Model
 
         _, motion = others[0]
         whole = portrait_of(Model(atlas.sweep.level, float(atlas.sweep.device.restitution)), motion, "")

@@ -11,11 +11,30 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vireport.figures.captions import conditions
-from vireport.figures.curves import Curve, Floats, impact_pairs, joined
+from vireport.figures.curves import (
+    Curve,
+    Floats,
+    impact_pairs,
+    joined,
+)
 from vireport.figures.labels import Label
-from vireport.figures.layout import AXES_HEIGHT, Entry, blank, finished, fit_vertically, say
+from vireport.figures.layout import (
+    AXES_HEIGHT,
+    Entry,
+    blank,
+    finished,
+    fit_vertically,
+    say,
+)
 from vireport.figures.portraits import short
-from vireport.figures.style import GUIDE, SMALL, Color, Look, Picture, style
+from vireport.figures.style import (
+    GUIDE,
+    SMALL,
+    Color,
+    Look,
+    Picture,
+    style,
+)
 from vireport.figures.sweeps import NO_MOTION, Drawing, drawing_of
 from vireport.simulation import Outcome
 from vireport.study import Study, Task

@@ -5,18 +5,31 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
+from vireport.checks import Hysteresis
 from vireport.figures.captions import conditions
 from vireport.figures.curves import Curve, joined
 from vireport.figures.diagram import one_to_one
 from vireport.figures.labels import Label
-from vireport.figures.layout import AXES_HEIGHT, Entry, SweepAxis, blank, finished, fit_vertically
-from vireport.figures.style import TEXT, Color, Look, Picture, style
+from vireport.figures.layout import (
+    AXES_HEIGHT,
+    Entry,
+    SweepAxis,
+    blank,
+    finished,
+    fit_vertically,
+)
+from vireport.figures.style import (
+    TEXT,
+    Color,
+    Look,
+    Picture,
+    style,
+)
 from vireport.figures.sweeps import Drawing, drawing_of
 from vireport.scenario import Direction
 from vireport.simulation import Course, Jump
 from vireport.study import Study, Task
 from vireport.text import significant
-from vireport.trust import Hysteresis
 
 TITLE = "Motions of a slow sweep"
 

@@ -20,13 +20,25 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
-from vireport.analysis import Sweep
 from vireport.figures.curves import Floats
 from vireport.figures.labels import Label, write_labels
-from vireport.figures.style import DPI, SMALL, TEXT, WIDTH, Look, NotebookFigure
+from vireport.figures.style import (
+    DPI,
+    SMALL,
+    TEXT,
+    WIDTH,
+    Look,
+    NotebookFigure,
+)
 from vireport.figures.vector import PER_INCH, LayoutCanvas
+from vireport.motions import Sweep
 from vireport.scenario import Parameter
-from vireport.text import MINUS, PREFIXES, TIMES, significant
+from vireport.text import (
+    MINUS,
+    PREFIXES,
+    TIMES,
+    significant,
+)
 
 Entry = tuple[str, Look]
 """Of a legend: a name, and the look of its line or marker."""

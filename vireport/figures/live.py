@@ -13,11 +13,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from vireport.analysis import Branch, eigenvalues
 from vireport.figures.captions import TITLES
 from vireport.figures.curves import Floats
 from vireport.figures.style import Picture, figure_css
 from vireport.figures.sweeps import Drawing, drawing_of, panel_curves
+from vireport.motions import Branch, eigenvalues
 from vireport.physics import Device
 from vireport.scenario import Parameter
 from vireport.study import Study, Task

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from vireport.analysis import Margin
+from vireport.design import Margin
 from vireport.figures.layout import blank, finished
-from vireport.figures.style import GUIDE, Color, Picture, style
+from vireport.figures.style import (
+    GUIDE,
+    Color,
+    Picture,
+    style,
+)
 from vireport.scenario import DesignInput
 from vireport.study import Study, Task
 from vireport.text import significant

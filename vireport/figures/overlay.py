@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vireport.analysis import Branch, DesignPoint
+from vireport.design import DesignPoint
 from vireport.figures.curves import Curve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
@@ -25,8 +25,23 @@ from vireport.figures.layout import (
     round_ticks,
     widened,
 )
-from vireport.figures.style import Color, Look, literal, style
-from vireport.figures.sweeps import DESIGN, MARKERS, POINT, STABLE, UNSTABLE, Drawing, point_legend, stability_legend
+from vireport.figures.style import (
+    Color,
+    Look,
+    literal,
+    style,
+)
+from vireport.figures.sweeps import (
+    DESIGN,
+    MARKERS,
+    POINT,
+    STABLE,
+    UNSTABLE,
+    Drawing,
+    point_legend,
+    stability_legend,
+)
+from vireport.motions import Branch
 from vireport.scenario import Parameter
 from vireport.text import PREFIXES
 

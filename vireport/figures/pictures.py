@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vireport.figures.captions import TITLES, alt_text, caption, conditions
+from vireport.figures.captions import (
+    TITLES,
+    alt_text,
+    caption,
+    conditions,
+)
 from vireport.figures.curves import PairedImpacts
 from vireport.figures.style import Picture
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
 from vireport.study import Study, Task
 
 if TYPE_CHECKING:
-    from vireport.sequences import Atlas
+    from vireport.motions import Atlas
 
 
 def pictures(study: Study, simulated: PairedImpacts | None = None) -> tuple[Picture, ...]:
@@ -78,8 +83,9 @@ def _atlas(study: Study) -> Iterator[Picture]:
 
 def _named(study: Study, found: Atlas, names: tuple[str, ...]) -> Iterator[Picture]:
     """The motions that a scenario names, as far as there are such."""
+    from vireport.atlas import portrait_of
     from vireport.figures.portraits import portraits_picture
-    from vireport.sequences import Model, portrait_of
+    from vireport.motions import Model
 
     model, swept = Model(found.sweep.level, float(found.sweep.device.restitution)), found.sweep.parameter
     named = ((name, found.named(name)) for name in names)

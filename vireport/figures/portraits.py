@@ -12,8 +12,24 @@ from numpy.typing import NDArray
 
 from vireport.figures.curves import Curve, Floats, joined
 from vireport.figures.labels import Label
-from vireport.figures.layout import Entry, blank, finished, fit_vertically, letter_of, round_ticks, say, widened
-from vireport.figures.style import GUIDE, SMALL, Color, Look, Picture, style
+from vireport.figures.layout import (
+    Entry,
+    blank,
+    finished,
+    fit_vertically,
+    letter_of,
+    round_ticks,
+    say,
+    widened,
+)
+from vireport.figures.style import (
+    GUIDE,
+    SMALL,
+    Color,
+    Look,
+    Picture,
+    style,
+)
 from vireport.simulation import Outcome
 from vireport.study import Task
 from vireport.text import significant

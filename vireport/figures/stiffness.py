@@ -8,10 +8,27 @@ from matplotlib.figure import Figure
 
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
-from vireport.figures.style import DASHED, GUIDE, Color, Look, Picture, style
+from vireport.figures.style import (
+    DASHED,
+    GUIDE,
+    Color,
+    Look,
+    Picture,
+    style,
+)
+from vireport.membranes import (
+    ADAPTIVE,
+    FIXED,
+    WRONG,
+    Compliance,
+    Outcome,
+    SolverRun,
+    factor_text,
+    findings,
+    quantity_label,
+)
 from vireport.study import Task
 from vireport.text import capital, significant
-from vireport.trust import ADAPTIVE, FIXED, WRONG, Compliance, Outcome, SolverRun, factor_text, findings, quantity_label
 
 HEIGHTS = 3.4, 2.7
 """Of the panels with their ticks and labels [in]."""

@@ -15,10 +15,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vireport.analysis import Branch, CriticalKind, DesignPoint, eigenvalues
+from vireport.design import DesignPoint
 from vireport.figures import curves
 from vireport.figures.captions import LAMBDA_LIMIT, OUTSIDE, conditions
-from vireport.figures.curves import BESIDE, TURN, Curve, Doubled, Event, Floats, PairedImpacts, Stretch
+from vireport.figures.curves import (
+    BESIDE,
+    TURN,
+    Curve,
+    Doubled,
+    Event,
+    Floats,
+    PairedImpacts,
+    Stretch,
+)
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     ACROSS,
@@ -34,7 +43,14 @@ from vireport.figures.layout import (
     say,
     sweep_axis,
 )
-from vireport.figures.style import DASH_DOTTED, DOTTED, Color, Look, style
+from vireport.figures.style import (
+    DASH_DOTTED,
+    DOTTED,
+    Color,
+    Look,
+    style,
+)
+from vireport.motions import Branch, CriticalKind, eigenvalues
 from vireport.physics import Voltages
 from vireport.study import Study, Task
 from vireport.text import MINUS, PREFIXES, capital

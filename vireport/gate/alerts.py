@@ -1,6 +1,6 @@
 """Alerts that results raise: what a reader must know before acting on the numbers.
 
-`CAUSES` has for each alert of the catalogue (`vireport.alerts`) the function that finds its cause in the results.
+`CAUSES` has for each alert of the catalogue (`vireport.text.alerts`) the function that finds its cause in the results.
 """
 
 from __future__ import annotations
@@ -11,19 +11,18 @@ from typing import cast
 
 import numpy as np
 
-from vireport.alerts import CATALOGUE, AlertCode, Severity
-from vireport.analysis import (
+from vireport.design import (
     Solution,
-    Symmetry,
     contact_share,
     input_error,
     mass_elasticity,
     restitution_effect,
-    undecided,
 )
 from vireport.gate.requirements import Evidence, Question
+from vireport.motions import Symmetry, undecided
 from vireport.physics import Fitting
 from vireport.scenario import DesignInput, Parameter
+from vireport.text import CATALOGUE, AlertCode, Severity
 
 NEAR_CRITICAL = 0.02
 """Share of the design value within which a critical point is near: what masses and lengths are commonly made to. The

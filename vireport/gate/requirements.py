@@ -16,26 +16,37 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import (
-    BifurcationDiagram,
-    CriticalKind,
+from vireport.base import NumericalError
+from vireport.design import (
     DesignPoint,
     Solution,
     StableInterval,
-    Sweep,
-    impact_velocities,
     motions_at,
-    solve,
     stable_ranges,
 )
-from vireport.errors import NumericalError
-from vireport.physics import UNIT, Dielectric, Membrane, Voltages, deflection, generated_voltage, voltages
+from vireport.motions import (
+    BifurcationDiagram,
+    CriticalKind,
+    Sweep,
+    impact_velocities,
+    solve,
+)
+from vireport.physics import (
+    UNIT,
+    Dielectric,
+    Membrane,
+    Voltages,
+    deflection,
+    generated_voltage,
+    voltages,
+)
 from vireport.scenario import Loaded, Parameter, Requirements
 
 if TYPE_CHECKING:
-    from vireport.sequences import Atlas, Family, Motion
-    from vireport.tolerances import Tolerances
-    from vireport.trust import Compliance, CrossCheck
+    from vireport.checks import CrossCheck
+    from vireport.design import Tolerances
+    from vireport.membranes import Compliance
+    from vireport.motions import Atlas, Family, Motion
 
 Floats = NDArray[np.float64]
 
@@ -440,7 +451,7 @@ def _at_design(results: Evidence, limit: Limit, columns: tuple[str, ...], scale:
 
 def _words(results: Evidence, limit: Limit) -> Outcome:
     """Every stable motion that is known at the design point is an allowed one, in whatever number of periods."""
-    from vireport.sequences import Word
+    from vireport.physics import Word
 
     mirror = results.solution.horizontal
     allowed = {Word.of(word).canonical(mirror).letters for word in limit.words}

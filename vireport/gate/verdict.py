@@ -11,16 +11,39 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vireport.analysis import CriticalKind, DesignPoint, Margin, Solution, Stability, StableInterval, Sweep, Symmetry
+from vireport.design import (
+    DesignPoint,
+    Margin,
+    Solution,
+    StableInterval,
+)
 from vireport.gate.alerts import MOST_MOTIONS, NEAR_CRITICAL
-from vireport.gate.requirements import Criterion, Evidence, Question, unmet
+from vireport.gate.requirements import (
+    Criterion,
+    Evidence,
+    Question,
+    unmet,
+)
+from vireport.motions import (
+    CriticalKind,
+    Stability,
+    Sweep,
+    Symmetry,
+)
 from vireport.scenario import DesignInput, Parameter
-from vireport.text import capital, percent, quantity, significant
+from vireport.text import (
+    capital,
+    percent,
+    quantity,
+    significant,
+)
 
 if TYPE_CHECKING:
-    from vireport.sequences import Atlas, Word
-    from vireport.tolerances import Tolerances
-    from vireport.trust import CrossCheck, Grade, MotionCount
+    from vireport.checks import CrossCheck, MotionCount
+    from vireport.design import Tolerances
+    from vireport.membranes import Grade
+    from vireport.motions import Atlas
+    from vireport.physics import Word
 
 OUTSIDE = "outside the membrane model"
 

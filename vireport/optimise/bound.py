@@ -1,6 +1,6 @@
 """An upper bound of the objective over all designs, proved: what no design in the ranges exceeds.
 
-Every stable motion is a point of the surface over (q, phase), see `vireport.analysis.orbits`. Tiles cover it, in affine
+Every stable motion is a point of the surface over (q, phase), see `vireport.motions.orbits`. Tiles cover it, in affine
 arithmetic; those are left out on which no motion is stable, or the ball would pass through a membrane. What remains is
 drawn into a picture of (log d, gbar): where stable motions may be, and how fast their impacts. The ranges are cut into
 boxes. Where only empty pixels are met, by a box or by its devices with an input off by the margin required, no design
@@ -17,11 +17,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import Orbits, orbits, return_trace
+from vireport.motions import Orbits, orbits, return_trace
 from vireport.optimise.cells import DISPLACED, RINGS
-from vireport.optimise.problem import DEFLECTION, FIELD, SHAKER, Problem, of_impacts
+from vireport.optimise.problem import (
+    DEFLECTION,
+    FIELD,
+    SHAKER,
+    Problem,
+    of_impacts,
+)
 from vireport.physics import AFFINE, Affine, between
-from vireport.scenario import DesignInput, DesignPath, Objective, Parameter
+from vireport.scenario import (
+    DesignInput,
+    DesignPath,
+    Objective,
+    Parameter,
+)
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

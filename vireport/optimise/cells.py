@@ -10,11 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import HIGHEST_RESTITUTION, PointwiseMotions, differentiated_motions, find_motions
+from vireport.design import FACTOR_OF, HIGHEST_RESTITUTION, devices_off
+from vireport.motions import PointwiseMotions, differentiated_motions, find_motions
 from vireport.optimise.problem import SHAKER, Problem, of_impacts
-from vireport.physics import Device, Dielectric, Membrane, magnitude
+from vireport.physics import (
+    Device,
+    Dielectric,
+    Membrane,
+    magnitude,
+)
 from vireport.scenario import DesignInput, Parameter
-from vireport.tolerances import FACTOR_OF, devices_off
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -7,11 +7,19 @@ from itertools import pairwise
 from math import isfinite
 from typing import TYPE_CHECKING, Any, cast
 
+from vireport.design import Tolerances
 from vireport.optimise.search import Point, Result
 from vireport.scenario import Objective
 from vireport.study import Provenance, Task, json_bytes
-from vireport.text import Table, capital, numbers, percent, plain_text, significant, texts
-from vireport.tolerances import Tolerances
+from vireport.text import (
+    Table,
+    capital,
+    numbers,
+    percent,
+    plain_text,
+    significant,
+    texts,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -234,7 +242,13 @@ def picture_front(result: Result) -> Picture:
 
 def figure_front(result: Result) -> Figure:
     """The largest objective against the smallest margin in any input, with the margin that is required."""
-    from vireport.figures import Color, blank, finished, round_ticks, style
+    from vireport.figures import (
+        Color,
+        blank,
+        finished,
+        round_ticks,
+        style,
+    )
 
     objective, share = result.problem.objective, result.problem.share
     with style():

@@ -13,12 +13,35 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from vireport.analysis import CriticalKind, DesignPoint
-from vireport.errors import UsageError
+from vireport.base import UsageError
+from vireport.design import DesignPoint
 from vireport.gate import MARGINS
-from vireport.physics import Conversion, Device, Membrane, Voltages, conversion, magnitude, voltages
-from vireport.scenario import Design, DesignInput, DesignPath, Loaded, Objective, loads, to_dict
-from vireport.study import Study, Task, analyse, device_of, membrane_of
+from vireport.motions import CriticalKind
+from vireport.physics import (
+    Conversion,
+    Device,
+    Membrane,
+    Voltages,
+    conversion,
+    magnitude,
+    voltages,
+)
+from vireport.scenario import (
+    Design,
+    DesignInput,
+    DesignPath,
+    Loaded,
+    Objective,
+    loads,
+    to_dict,
+)
+from vireport.study import (
+    Study,
+    Task,
+    analyse,
+    device_of,
+    membrane_of,
+)
 
 Floats = NDArray[np.float64]
 

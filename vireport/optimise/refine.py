@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import design_point
-from vireport.errors import NumericalError
+from vireport.base import NumericalError
+from vireport.design import design_point
 from vireport.optimise.cells import OF_MOTION, corner_slack, evaluate
 from vireport.optimise.problem import Problem, design_input
 from vireport.scenario import DesignInput, Objective

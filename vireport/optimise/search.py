@@ -10,14 +10,19 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.analysis import DesignPoint
+from vireport.base import Progress
+from vireport.design import DesignPoint
 from vireport.gate import Question
 from vireport.optimise.bound import largest_value
-from vireport.optimise.cells import Cells, corner_slack, evaluate, keeps_motion
+from vireport.optimise.cells import (
+    Cells,
+    corner_slack,
+    evaluate,
+    keeps_motion,
+)
 from vireport.optimise.evolution import POPULATION, evolve
 from vireport.optimise.problem import Problem, smallest_margin
 from vireport.optimise.refine import refine
-from vireport.progress import Progress
 from vireport.scenario import WIDEST_MARGIN, Objective
 from vireport.study import Study
 

@@ -30,6 +30,7 @@ from vireport.physics.numbers import (
     magnitude,
     wrapped,
 )
+from vireport.physics.word import Word, word_name
 
 __all__ = [
     "AFFINE",
@@ -56,6 +57,7 @@ __all__ = [
     "Rounded",
     "Shaker",
     "Voltages",
+    "Word",
     "between",
     "contact_cosine",
     "contacts",
@@ -68,5 +70,6 @@ __all__ = [
     "law_of",
     "magnitude",
     "voltages",
+    "word_name",
     "wrapped",
 ]

@@ -23,7 +23,7 @@ from math import asinh, exp, expm1, factorial, inf, log1p, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.errors import NumericalError
+from vireport.base import NumericalError
 from vireport.physics.energy import Membrane
 
 Floats = NDArray[np.float64]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import Any
 
-from vireport.errors import UsageError
+from vireport.base import UsageError
 from vireport.text import visible
 
 LARGEST = 1 << 28

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 from xml.etree import ElementTree
 
-from vireport.alerts import Severity
+from vireport.text import Severity
 
 if TYPE_CHECKING:
     from vireport.study import Study

@@ -13,32 +13,55 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vireport.analysis import CriticalPoint, DesignPoint, Held, Margin, PolishedMotion, Solution
-from vireport.gate import Criterion, Fact, Question, Verdict, longest_contact, mirror_images
-from vireport.physics import DIGITS, Device
-from vireport.report.certificates import summary
-from vireport.report.ci_formats import source_url
-from vireport.report.voltages import MassEffect, Place, mass_effects, places
-from vireport.scenario import LARGEST, SMALLEST, UNIT_OF_SWEPT, DesignInput, Parameter, ScalarInput, inputs
-from vireport.study import Provenance, Study, results
-from vireport.text import Table, written
-from vireport.trust import (
+from vireport.checks import (
     PAPER,
-    Findings,
     PaperComparison,
     compare_with_paper,
+    measurements,
+    ranking,
+)
+from vireport.design import DesignPoint, Margin, Solution
+from vireport.gate import (
+    Criterion,
+    Fact,
+    Question,
+    Verdict,
+    longest_contact,
+    mirror_images,
+)
+from vireport.membranes import (
+    Findings,
     comparison_with_rigid,
     findings,
     lost,
-    measurements,
-    ranking,
     solvers_on_stiff_membranes,
 )
-from vireport.trust import verdict as compliance_verdict
+from vireport.membranes import verdict as compliance_verdict
+from vireport.motions import CriticalPoint, Held, PolishedMotion
+from vireport.physics import DIGITS, Device
+from vireport.report.certificates import summary
+from vireport.report.ci_formats import source_url
+from vireport.report.voltages import (
+    MassEffect,
+    Place,
+    mass_effects,
+    places,
+)
+from vireport.scenario import (
+    LARGEST,
+    SMALLEST,
+    UNIT_OF_SWEPT,
+    DesignInput,
+    Parameter,
+    ScalarInput,
+    inputs,
+)
+from vireport.study import Provenance, Study, results
+from vireport.text import Table, written
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
-    from vireport.sequences import Rung
+    from vireport.motions import Rung
 
 SYMBOLS = {varied.path: f"*{varied.symbol}*" for varied in DesignInput} | {
     "device.ball_mass_kg": "*m*",
@@ -341,7 +364,7 @@ class Report:
         """What the stable motions of each impact sequence generate at most, the most per second first."""
         if self.study.atlas is None:
             return ()
-        from vireport.sequences import ladder
+        from vireport.motions import ladder
 
         return ladder(self.study.atlas, self.solution.membrane)
 

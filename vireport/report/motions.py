@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
-from vireport.sequences import Atlas, Event, Family, Mark, generation
+from vireport.motions import (
+    Atlas,
+    Event,
+    Family,
+    Mark,
+    generation,
+)
 from vireport.study import Study
-from vireport.text import Table, numbers, significant, span, texts
+from vireport.text import (
+    Table,
+    numbers,
+    significant,
+    span,
+    texts,
+)
 
 
 def families_table(study: Study, atlas: Atlas) -> Table:

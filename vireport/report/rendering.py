@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Literal
 
-from vireport.errors import RenderError
+from vireport.base import RenderError
 
 if TYPE_CHECKING:
     import typst

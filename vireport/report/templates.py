@@ -28,8 +28,9 @@ from jinja2 import (
 )
 from jinja2.bccache import Bucket
 
-from vireport.errors import RenderError, UsageError
+from vireport.base import RenderError, UsageError
 from vireport.gate import range_text
+from vireport.membranes import factor_text
 from vireport.report.certificates import plus_minus
 from vireport.text import (
     bounded,
@@ -44,7 +45,6 @@ from vireport.text import (
     tied,
     words,
 )
-from vireport.trust import factor_text
 
 if TYPE_CHECKING:
     from vireport.figures import Picture

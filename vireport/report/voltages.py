@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from vireport.analysis import CriticalPoint, Solution
+from vireport.design import Solution
+from vireport.motions import CriticalPoint
 from vireport.physics import Membrane, Voltages, voltages
 
 MASS_FACTORS = (0.5, 1.0, 2.0)

@@ -12,7 +12,12 @@ from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput, Parameter
+from vireport.scenario.parameters import (
+    LARGEST,
+    SMALLEST,
+    DesignInput,
+    Parameter,
+)
 
 LONGEST_TITLE = 200
 LARGEST_PERIOD_RATIO = 20

@@ -32,7 +32,7 @@ from yaml.events import (
     StreamEndEvent,
 )
 
-from vireport.errors import Mistake, ScenarioError
+from vireport.base import Mistake, ScenarioError
 
 LARGEST_FILE = 1_000_000  # bytes; a scenario has about a thousand
 DEEPEST = 20  # levels of nesting; a scenario has three

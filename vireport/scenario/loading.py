@@ -18,11 +18,30 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from vireport.errors import Mistake, ScenarioError, UsageError
-from vireport.scenario.blocks import AxisPath, Map, MapFile, Scenario
-from vireport.scenario.document import LARGEST_FILE, Document, is_within, join, read
+from vireport.base import Mistake, ScenarioError, UsageError
+from vireport.scenario.blocks import (
+    AxisPath,
+    Map,
+    MapFile,
+    Scenario,
+)
+from vireport.scenario.document import (
+    LARGEST_FILE,
+    Document,
+    is_within,
+    join,
+    read,
+)
 from vireport.scenario.overrides import apply, as_texts
-from vireport.scenario.rules import AXES, Finding, Kind, check, is_number, path_of, rows_of
+from vireport.scenario.rules import (
+    AXES,
+    Finding,
+    Kind,
+    check,
+    is_number,
+    path_of,
+    rows_of,
+)
 from vireport.text import visible
 
 MOST_NAMES = 1_000  # files of a folder that are compared with the name of a missing one

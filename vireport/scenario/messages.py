@@ -9,12 +9,20 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from vireport.errors import Mistake
+from vireport.base import Mistake
 from vireport.scenario import hints
 from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario
 from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import Parameter
-from vireport.scenario.rules import AXES, VARIED, Finding, Kind, path_of, rows_of, swept
+from vireport.scenario.rules import (
+    AXES,
+    VARIED,
+    Finding,
+    Kind,
+    path_of,
+    rows_of,
+    swept,
+)
 from vireport.scenario.schema import keys
 from vireport.text import visible
 

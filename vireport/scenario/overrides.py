@@ -11,7 +11,7 @@ from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
-from vireport.errors import Mistake, ScenarioError
+from vireport.base import Mistake, ScenarioError
 from vireport.scenario.document import DEEPEST, Document, read
 
 

@@ -12,7 +12,12 @@ from typing import Any
 
 from vireport.scenario.blocks import Scenario, percent_key
 from vireport.scenario.parameters import DesignInput, Parameter
-from vireport.scenario.rules import DIELECTRIC, NEEDS, RANGES, judged_at_design
+from vireport.scenario.rules import (
+    DIELECTRIC,
+    NEEDS,
+    RANGES,
+    judged_at_design,
+)
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -15,7 +15,7 @@ from vireport.simulation.events import (
 )
 from vireport.simulation.following import CLOSE, RESOLUTION, Conditions, Course, Jump, Stage, course
 from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
-from vireport.simulation.starts import random_starts, start_speed, wilson
+from vireport.simulation.starts import random_starts, start_speed
 from vireport.simulation.trajectories import Portrait, path, portrait
 
 __all__ = [
@@ -59,5 +59,4 @@ __all__ = [
     "random_starts",
     "start_of",
     "start_speed",
-    "wilson",
 ]

@@ -16,10 +16,26 @@ from math import ceil, inf, log, nan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vireport.physics import word_name
 from vireport.simulation import cycles
 from vireport.simulation.cycles import Cycle
-from vireport.simulation.events import Start, as_start, check_model, check_start, follow, follow_one, start_rows
-from vireport.simulation.kernel import FLIGHT, PHASE, REST, RUNNING, VELOCITY, WALL
+from vireport.simulation.events import (
+    Start,
+    as_start,
+    check_model,
+    check_start,
+    follow,
+    follow_one,
+    start_rows,
+)
+from vireport.simulation.kernel import (
+    FLIGHT,
+    PHASE,
+    REST,
+    RUNNING,
+    VELOCITY,
+    WALL,
+)
 
 Array = NDArray[np.float64]
 
@@ -61,7 +77,7 @@ def motion_name(outcome: Outcome, word: str, period: int) -> str:
     """The word of a motion and its period, or what the motion is where it has none."""
     if not word:
         return outcome.value
-    return f"{word} every {f'{period} forcing periods' if period > 1 else 'forcing period'}"
+    return word_name(word, period)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 
 from vireport.physics import flight, wrapped
 from vireport.simulation.events import as_start, follow_one
-from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
+from vireport.simulation.kernel import (
+    FLIGHT,
+    PHASE,
+    RIDING,
+    SETTLING,
+    TURN,
+    VELOCITY,
+    WALL,
+)
 
 Array = NDArray[np.float64]
 

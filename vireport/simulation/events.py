@@ -17,10 +17,15 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vireport.errors import installing
+from vireport.base import installing
 from vireport.simulation import kernel
 from vireport.simulation.compiled import compiled_search
-from vireport.simulation.kernel import PHASE, TURN, VELOCITY, WALL
+from vireport.simulation.kernel import (
+    PHASE,
+    TURN,
+    VELOCITY,
+    WALL,
+)
 
 BOTTOM, TOP = 1, -1
 COLUMNS = 6

@@ -14,9 +14,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.simulation.attractors import BLOCK, BUDGET, KEPT, Attractor, Outcome, search
+from vireport.simulation.attractors import (
+    BLOCK,
+    BUDGET,
+    KEPT,
+    Attractor,
+    Outcome,
+    search,
+)
 from vireport.simulation.cycles import separation
-from vireport.simulation.events import BOTTOM, Impact, as_start, check_model, check_start, follow_one
+from vireport.simulation.events import (
+    BOTTOM,
+    Impact,
+    as_start,
+    check_model,
+    check_start,
+    follow_one,
+)
 from vireport.simulation.kernel import PHASE, VELOCITY, WALL
 
 Array = NDArray[np.float64]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import pi, sqrt
+from math import pi
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,8 +16,6 @@ Array = NDArray[np.float64]
 BEYOND = 1.5
 # Towards r = 1 the velocity that the forcing sustains has no limit; starts take it at this 1-r at least.
 LEAST_LOSS = 0.1
-# Quantile of the normal distribution for a two-sided interval of 95 %.
-NORMAL_95 = 1.959963984540054
 
 
 def start_speed(r: ArrayLike, fastest: ArrayLike = 0.0) -> Array:
@@ -66,11 +64,3 @@ def random_starts(d: ArrayLike, speed: ArrayLike, count: int, seed: int | Sequen
     return np.stack(
         [np.zeros_like(phase), (position - 0.5) * distance, (2 * velocity - 1) * largest, TURN * phase], axis=-1
     )
-
-
-def wilson(hits: int, trials: int) -> tuple[float, float, float]:
-    """Share of hits, and the ends of its 95 % confidence interval, by Wilson's score."""
-    share, z2 = hits / trials, NORMAL_95**2
-    centre = (share + z2 / (2 * trials)) / (1 + z2 / trials)
-    half = NORMAL_95 * sqrt(share * (1 - share) / trials + z2 / (4 * trials**2)) / (1 + z2 / trials)
-    return share, max(centre - half, 0.0) if hits else 0.0, min(centre + half, 1.0) if hits < trials else 1.0

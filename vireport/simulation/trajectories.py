@@ -16,8 +16,23 @@ from numpy.typing import NDArray
 
 from vireport.physics import flight
 from vireport.simulation.attractors import Attractor, attractors
-from vireport.simulation.events import BOTTOM, Impact, Start, as_start, check_model, check_start, follow_one
-from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
+from vireport.simulation.events import (
+    BOTTOM,
+    Impact,
+    Start,
+    as_start,
+    check_model,
+    check_start,
+    follow_one,
+)
+from vireport.simulation.kernel import (
+    FLIGHT,
+    PHASE,
+    RIDING,
+    SETTLING,
+    VELOCITY,
+    WALL,
+)
 
 Array = NDArray[np.float64]
 

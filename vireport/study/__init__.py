@@ -1,5 +1,6 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
+from vireport.study.families import families_of, motion_data
 from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import SCHEMA_VERSION, branches_csv, csv_bytes, json_bytes, worst_scenario
@@ -27,8 +28,10 @@ __all__ = [
     "branches_csv",
     "csv_bytes",
     "device_of",
+    "families_of",
     "json_bytes",
     "membrane_of",
+    "motion_data",
     "plan",
     "provenance_of",
     "recheck",

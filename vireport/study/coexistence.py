@@ -8,11 +8,17 @@ from enum import StrEnum
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from vireport.sequences import Atlas, Family, Vertex, Word
-from vireport.simulation import Attractor, Jump, Outcome, motion_name
+from vireport.motions import Atlas, Family, Vertex
+from vireport.physics import Word
+from vireport.simulation import (
+    Attractor,
+    Jump,
+    Outcome,
+    motion_name,
+)
 
 if TYPE_CHECKING:
-    from vireport.trust import CrossCheck
+    from vireport.checks import CrossCheck
 
 Range = tuple[float, float]
 

@@ -12,7 +12,7 @@ from enum import StrEnum
 from importlib.util import find_spec
 from typing import NamedTuple
 
-from vireport.errors import installing
+from vireport.base import installing
 from vireport.scenario import Direction, Parameter, Scenario
 
 

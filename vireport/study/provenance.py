@@ -14,8 +14,7 @@ from importlib.util import find_spec
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
-from vireport.errors import UsageError
-from vireport.version import __version__
+from vireport.base import UsageError, __version__
 
 if TYPE_CHECKING:
     from vireport.scenario import Loaded

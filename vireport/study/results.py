@@ -16,32 +16,40 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vireport.analysis import (
+from vireport.design import (
+    DesignPoint,
+    Margin,
+    Solution,
+    StableInterval,
+)
+from vireport.gate import SWEEP_END
+from vireport.motions import (
     NO_BOUND,
     Branch,
     CriticalPoint,
-    DesignPoint,
-    Margin,
     Motions,
     PolishedMotion,
-    Solution,
-    StableInterval,
     TableRow,
     rounded_up,
     undecided,
 )
-from vireport.gate import SWEEP_END
-from vireport.physics import Conversion, Fitting, Membrane, Shaker, Voltages
+from vireport.physics import (
+    Conversion,
+    Fitting,
+    Membrane,
+    Shaker,
+    Voltages,
+)
 from vireport.scenario import Scenario, to_dict
 from vireport.study.provenance import Provenance
 from vireport.text import inert_cell
 
 if TYPE_CHECKING:
-    from vireport.sequences import Atlas, Vertex
+    from vireport.checks import CrossCheck, Hysteresis, MotionCount
+    from vireport.design import Failure, Tolerances
+    from vireport.motions import Atlas, Vertex
     from vireport.simulation import Attractor, Course, Jump
     from vireport.study.coexistence import Coexisting
-    from vireport.tolerances import Failure, Tolerances
-    from vireport.trust import CrossCheck, Hysteresis, MotionCount
 
 SCHEMA_VERSION = 1
 
@@ -89,7 +97,7 @@ def branches_csv(solution: Solution, atlas: Atlas | None = None) -> bytes:
 def family_motions(atlas: Atlas | None, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
     """Every impact of every motion of the families as a dict, by the names of branches.csv."""
     if atlas is not None:
-        from vireport.sequences import family_rows
+        from vireport.study.families import family_rows
 
         for family in atlas.families:
             yield from family_rows(family, membrane)

@@ -9,13 +9,34 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vireport.analysis import Solution, Sweep, solution_of
-from vireport.errors import UsageError
-from vireport.gate import Alert, Criterion, Evidence, Verdict, alerts, assess, verdict_of
+from vireport.base import Progress, UsageError
+from vireport.design import Solution, solution_of
+from vireport.gate import (
+    Alert,
+    Criterion,
+    Evidence,
+    Verdict,
+    alerts,
+    assess,
+    verdict_of,
+)
+from vireport.motions import Sweep
 from vireport.physics import Device, Dielectric, Membrane
-from vireport.progress import Progress
-from vireport.scenario import DesignInput, Loaded, Scenario, blocks, load, loads, to_dict
-from vireport.study.plan import FORMATS, Plan, Task, plan
+from vireport.scenario import (
+    DesignInput,
+    Loaded,
+    Scenario,
+    blocks,
+    load,
+    loads,
+    to_dict,
+)
+from vireport.study.plan import (
+    FORMATS,
+    Plan,
+    Task,
+    plan,
+)
 from vireport.study.provenance import Provenance
 from vireport.study.results import (
     PROVED_MOTION,
@@ -27,15 +48,20 @@ from vireport.study.results import (
     solution_data,
     tolerances_data,
 )
-from vireport.text import bounded, html_table, significant, visible
+from vireport.text import (
+    bounded,
+    html_table,
+    significant,
+    visible,
+)
 
 if TYPE_CHECKING:
-    from vireport.proofs import Certificate
-    from vireport.sequences import Atlas, Vertex
+    from vireport.checks import Certificate, CrossCheck, Reproduction, WorkPrecision
+    from vireport.design import Tolerances
+    from vireport.membranes import Compliance
+    from vireport.motions import Atlas, Vertex
     from vireport.simulation import Jump
     from vireport.study.coexistence import Coexisting
-    from vireport.tolerances import Tolerances
-    from vireport.trust import Compliance, CrossCheck, Reproduction, WorkPrecision
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,7 +140,7 @@ class Study:
     @cached_property
     def reproduction(self) -> Reproduction | None:
         """The stable motion found again by the simulation, in milliseconds; None where there is none."""
-        from vireport.trust import reproduce
+        from vireport.checks import reproduce
 
         return reproduce(self.solution)
 
@@ -179,7 +205,7 @@ def results_json(study: Study, provenance: Provenance) -> bytes:
 def _motions_data(atlas: Atlas | None, membrane: Membrane | None) -> dict[str, Any]:
     if atlas is None:
         return {"motions": None, "families": None}
-    from vireport.sequences import families_data, motions_data
+    from vireport.study.families import families_data, motions_data
 
     return {"motions": motions_data(atlas), "families": families_data(atlas, membrane)}
 
@@ -187,7 +213,8 @@ def _motions_data(atlas: Atlas | None, membrane: Membrane | None) -> dict[str, A
 def _accuracy_data(work: WorkPrecision | None, compliance: Compliance | None) -> dict[str, Any]:
     if work is None:
         return {"accuracy": None, "compliant": None}
-    from vireport.trust import accuracy_data, compliance_data
+    from vireport.checks import accuracy_data
+    from vireport.membranes import compliance_data
 
     return {"accuracy": accuracy_data(work), "compliant": compliance and compliance_data(compliance)}
 
@@ -265,7 +292,7 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     solution = solution_of(device_of(scenario), membrane_of(scenario), sweep_of(scenario), steps.runs(Task.DESIGN))
     study = Study(loaded, steps, solution)
     if scenario.simulation is not None:
-        from vireport.trust import crosscheck
+        from vireport.checks import crosscheck
 
         study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, progress))
     if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
@@ -280,7 +307,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
 
 
 def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None) -> Study:
-    from vireport.sequences import Limits, atlas, motion_of_cycle
+    from vireport.atlas import atlas, motion_of_cycle
+    from vireport.motions import Limits
 
     sweep, check = study.solution.sweep, study.crosscheck
     if sweep is None:
@@ -295,7 +323,8 @@ def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None
 
 
 def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | None) -> Study:
-    from vireport.trust import compliance, measure
+    from vireport.checks import measure
+    from vireport.membranes import compliance
 
     study = replace(study, work=measure(study.solution, asked.repeats, progress))
     if not study.plan.runs(Task.COMPLIANT):
@@ -310,7 +339,7 @@ def half_widths(device: Device, asked: blocks.Tolerances) -> dict[DesignInput, f
 
 
 def _with_tolerances(study: Study, asked: blocks.Tolerances, progress: Progress | None) -> Study:
-    from vireport.tolerances import assess_tolerances
+    from vireport.design import assess_tolerances
 
     if progress is not None:
         progress("proving that every device within the tolerances works")
@@ -340,7 +369,7 @@ def recheck(data: Mapping[str, Any]) -> float:
     """
     import numpy as np
 
-    from vireport.tolerances import prove_again, region_of
+    from vireport.design import prove_again, region_of
 
     scenario, proof = loads(json.dumps(data["scenario"])).scenario, (data.get("tolerances") or {}).get("proof")
     if scenario.tolerances is None or proof is None:
@@ -361,6 +390,6 @@ def with_certificates(study: Study) -> Study:
     NumericalError
         If the package for it is not installed.
     """
-    from vireport.proofs import certify
+    from vireport.checks import certify
 
     return replace(study, certificates=certify(study.solution.diagram))

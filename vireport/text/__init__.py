@@ -1,5 +1,6 @@
-"""Numbers as text, tables of them, text in Markdown, and text that is not ours."""
+"""Numbers as text, tables of them, text in Markdown, text that is not ours, and the words of alerts."""
 
+from vireport.text.alerts import CATALOGUE, AlertCode, Severity, explanation
 from vireport.text.foreign import inert_cell, visible
 from vireport.text.formatting import (
     ABSENT,
@@ -34,16 +35,20 @@ from vireport.text.tables import (
 
 __all__ = [
     "ABSENT",
+    "CATALOGUE",
     "MINUS",
     "MOST_DIGITS",
     "PREFIXES",
     "TIMES",
+    "AlertCode",
     "Column",
+    "Severity",
     "Table",
     "bounded",
     "capital",
     "error_bound",
     "exact",
+    "explanation",
     "html_table",
     "inert_cell",
     "markdown_of",

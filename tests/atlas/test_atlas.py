@@ -1,0 +1,194 @@
+"""Families of motions: where they meet, that nothing simulated is missing, and that the stable ones attract."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import first
+
+from vireport import load, loads
+from vireport.atlas import atlas, motion_of_cycle
+from vireport.motions import Atlas, Event, Family, Limits, Motion, Sweep
+from vireport.motions.paths import follow
+from vireport.motions.points import polished
+from vireport.motions.switching import neighbours
+from vireport.physics import Word
+from vireport.simulation import (
+    Impact,
+    attractors,
+    find_attractor,
+    random_starts,
+    start_speed,
+)
+from vireport.study.study import sweep_of
+
+ASIDE = 1e-7
+"""Relative change of the velocity by which a simulation starts beside a motion: less where a stretch is narrow."""
+
+LITERATURE = """\
+schema_version: 1
+device: {{capsule_mass_kg: 0.1245, restitution: 0.5}}
+excitation: {{amplitude_n: 5, frequency_hz: 2.5}}
+inclination_deg: {inclination}
+sweep: {{parameter: length_m, from: 0.16, to: 0.6}}
+"""
+
+
+def sweep(path, **changes: float) -> Sweep:
+    return replace(sweep_of(load(path).scenario), **changes)
+
+
+def marks(family: Family, event: Event) -> list[float]:
+    return [mark.point.sweep_value for mark in family.marks if mark.event is event and mark.point is not None]
+
+
+@pytest.mark.parametrize("name", first(1, ["inclined", "inclined-forcing", "horizontal"]))
+def test_families_with_two_impacts_are_the_branches_of_the_1_1_motions(name: str, study_of):
+    solution = study_of(name).solution
+    found = [f for f in atlas(solution.sweep, Limits(2, 1)).families if f.word.letters == "BT"]
+    branches = [b for b in solution.branches if b.mirror_of is None and b.motions.admissible.any()]
+    for branch in branches:
+        motions = branch.motions
+        for row in np.flatnonzero(motions.admissible)[1:-1:7]:
+            coordinate = float(solution.sweep.coordinate(motions)[row])
+            # A horizontal capsule's family stands for its mirror image too.
+            velocities = [v for f in found for m in f.at(coordinate) for v in (m.velocity[0], -m.velocity[1])]
+            assert np.abs(np.array(velocities) - motions.velocity_bottom[row]).min() < 1e-10
+    for point in solution.critical_points:
+        event = Event.ZERO_VELOCITY if point.change.at_rest else Event(point.kind)
+        at = point.point.sweep_value
+        # Where the ball oscillates between both membranes without an impact, there is no vertex.
+        if point.point.velocity_bottom or point.point.velocity_top:
+            assert min(abs(value - at) for family in found for value in marks(family, event)) <= 2 * np.spacing(at)
+
+
+def test_at_a_period_doubling_the_doubled_word_begins(example):
+    found = atlas(sweep(example("inclined"), start=0.6), Limits(4, 2))
+    (vertex,) = [v for v in found.vertices if v.label == "B1"]
+    parent, child = (found.families[number - 1] for number in vertex.families)
+    assert (parent.word.letters, child.word.letters, child.word.periods) == ("BT", "BTBT", 2)
+    assert child.marks[0].vertex is vertex
+    assert child.x[0, :4] == pytest.approx(np.tile(vertex.point.motion.velocity, 2), abs=1e-9)
+    # It leaves with the square root of the distance: half as far beside at a quarter of it.
+    aside = [
+        abs(m.velocity[0] - m.velocity[2])
+        for share in (1, 4)
+        for m in child.at(vertex.point.motion.coordinate - share * 1e-6)[:1]
+    ]
+    assert aside[1] / aside[0] == pytest.approx(2, abs=0.01)
+    # The trace of the doubled motion is that of the square: from 1 + det downward, so that it begins stable.
+    assert child.segments[0][2].attracts
+    assert vertex.point.sweep_value in child.stable_ranges[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("inclination", "event"), [(30, Event.GRAZING), (60, Event.PERIOD_DOUBLING)])
+def test_2_1_motion_ends_in_a_grazing_at_small_inclination_and_doubles_at_a_large_one(inclination: int, event: Event):
+    found = atlas(sweep_of(loads(LITERATURE.format(inclination=inclination)).scenario), Limits(6, 4))
+    (family,) = [f for f in found.families if f.word.letters == "BBT" and f.word.periods == 1 and f.stable_runs]
+    (run,) = family.stable_runs
+    last = max(run, key=lambda row: -family.sweep_value[row])
+    (mark,) = [mark for mark in family.marks if mark.row == last]
+    assert mark.event is event
+    grazing = [m.vertex for m in family.marks if m.event is Event.GRAZING]
+    words = {found.families[number - 1].word.letters for vertex in grazing for number in vertex.families}
+    assert {"BBT", "BBBT"} <= words
+    begins = [m.vertex for m in family.marks if m.event is Event.ZERO_VELOCITY]
+    words = {found.families[number - 1].word.letters for vertex in begins for number in vertex.families}
+    assert {"BT", "BBT"} <= words
+    energies = [
+        max(float(np.mean(f.velocity[list(run)] ** 2)) for run in f.stable_runs)
+        for word in ("BT", "BBT", "BBBT", "BBBBT")
+        for f in found.families
+        if f.word == Word.of(word, 1) and f.stable_runs and np.ptp(f.stable_ranges) > 0.01
+    ]
+    assert len(energies) == 4
+    assert energies == sorted(energies, reverse=True)
+
+
+def test_families_join_at_grazing_points_where_an_impact_has_no_velocity(example):
+    found = atlas(sweep(example("inclined-forcing"), start=5.0, end=5.4), Limits(3, 2))
+    (vertex,) = [v for v in found.vertices if v.event is Event.GRAZING]
+    words = {found.families[number - 1].word.letters for number in vertex.families}
+    assert words == {"B", "BT", "BBT"}
+    motion = vertex.point.motion
+    assert motion.word.letters == "BT"
+    assert motion.velocity[1] == 0.0
+    for number in vertex.families:
+        family = found.families[number - 1]
+        (mark,) = [mark for mark in family.marks if mark.vertex is vertex]
+        speeds = np.sort(np.abs(family.velocity[mark.row]))
+        assert speeds[-1] == pytest.approx(motion.velocity[0], abs=1e-9)
+        assert np.isnan(family.trace[mark.row]) == (speeds[0] < 1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "count", "apart"),
+    [("inclined", 314, {"BBTBT"}), ("horizontal", 320, set()), ("inclined-forcing", 326, set())],
+)
+def test_every_periodic_attractor_lies_on_a_family(name: str, count: int, apart: set[str], example):
+    # A family that joins no other, and has more than four impacts, is known from the simulation only.
+    swept = sweep(example(name))
+    values, r = np.linspace(swept.start, swept.end, 41), float(swept.device.restitution)
+    d, gbar = (np.broadcast_to(x, 41).astype(float) for x in swept.device.groups(swept.parameter, values))
+    ends = attractors(d, gbar, r, random_starts(d, start_speed(r, [0.0] * 41), 8, 20190301))
+    simulated = [
+        motion_of_cycle(end.cycle, float(swept.coordinate_of(value)))
+        for value, row in zip(values, ends, strict=True)
+        for end in row
+        if end.cycle is not None and not end.cycle.sticks and len(end.cycle.wall) <= 6 and end.cycle.period <= 4
+    ]
+    assert len(simulated) == count
+
+    def missing(found: Atlas) -> set[str]:
+        def off(motion: Motion) -> float:
+            known = (one for family in found.families for one in family.at(motion.coordinate))
+            return min(motion.distance(one, mirror=swept.level.horizontal) for one in known)
+
+        return {motion.word.letters for motion in simulated if off(motion) > 1e-10}
+
+    assert missing(atlas(swept, Limits(6, 4))) == apart
+    assert missing(atlas(swept, Limits(6, 4), simulated)) == set()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "count"), [("inclined", 5), ("horizontal", 12), ("inclined-forcing", 54)])
+def test_every_stable_stretch_attracts_from_beside_it(name: str, count: int, example):
+    swept, checked = sweep(example(name)), 0
+    for family in atlas(swept, Limits(6, 4)).families:
+        for start_row, last, kind in family.segments:
+            if kind.attracts:
+                between = family.x[(start_row + last) // 2 : (start_row + last + 3) // 2].mean(axis=0)
+                x, checked = family.curve.nearest(between), checked + 1
+                motion = family.curve.motion(x)
+                d, gbar = (float(value) for value in family.curve.model.groups(x[-1]))
+                ends = family.sweep_value[[start_row, last]]
+                aside = min(ASIDE, 0.1 * float(np.ptp(ends) / ends[0]))
+                start = Impact(motion.word.walls[0], float(x[0]) * (1 + aside), float(motion.phase[0]))
+                cycle = find_attractor(d, gbar, family.curve.model.r, start).cycle
+                assert cycle is not None
+                assert motion.distance(motion_of_cycle(cycle, motion.coordinate)) < 1e-8
+    assert checked >= count
+
+
+@pytest.mark.slow
+def test_the_cascade_beyond_b1_doubles_at_feigenbaums_rate(example):
+    swept = sweep(example("inclined"), start=0.5965, end=0.64)
+    found = atlas(swept, Limits(2, 1))
+    (vertex,) = [v for v in found.vertices if v.label == "B1"]
+    curve, motion, doublings = found.families[vertex.families[0] - 1].curve, vertex.point.motion, []
+    for low in (swept.start, *4 * [0.6183]):
+        doublings.append(polished(swept, curve, motion, Event.PERIOD_DOUBLING).sweep_value)
+        curve = replace(curve, low=float(swept.coordinate_of(low)))
+        _, curve, _, start = next(neighbours(curve, motion, Event.PERIOD_DOUBLING, found.limits))
+        strand = follow(curve, start)
+        (row,) = [row for row, event in strand.events if event is Event.PERIOD_DOUBLING]
+        motion = curve.motion(strand.points[row].x)
+    assert motion.word == Word.of(32 * "BT", 32)
+    doublings.append(polished(swept, curve, motion, Event.PERIOD_DOUBLING).sweep_value)
+    gaps = -np.diff(doublings[1:])  # the first doubling is apart from the others by two folds
+    assert gaps[:-1] / gaps[1:] == pytest.approx([4.445, 4.650, 4.662], abs=1e-3)
+    assert doublings[0] == pytest.approx(0.6294571410117573, abs=1e-15)

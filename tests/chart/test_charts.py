@@ -1,0 +1,382 @@
+"""Loci over two inputs: against the events on random sweeps, and their points of codimension two in 40 digits."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import EXAMPLES, sentences
+from exact import printed_maps, printed_trace
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt, label
+
+from vireport import load
+from vireport.atlas import atlas
+from vireport.chart import (
+    Chart,
+    Condition,
+    FollowedLocus,
+    Line,
+    Meeting,
+    Plane,
+    chart,
+)
+from vireport.chart.figure import picture
+from vireport.chart.loci import Locus
+from vireport.chart.outputs import caption_of
+from vireport.chart.over import plane_of
+from vireport.checks import reference
+from vireport.checks.reference import mp, mpf
+from vireport.motions import Event, Limits, find_motions, solve
+from vireport.motions.motion import BESIDE
+from vireport.motions.switching import at_rest
+from vireport.physics import Word
+from vireport.scenario import DesignInput
+from vireport.simulation import attractors, random_starts, start_speed
+
+PLANES = (
+    "inclination_deg=0..90,length_m=0.3..1",
+    "restitution=0.2..0.8,length_m=0.3..1",
+    "frequency_hz=1..3,amplitude_n=1..6",
+)
+
+
+@cache
+def plane(over: str) -> Plane:
+    return plane_of(load(EXAMPLES / "inclined.yaml").scenario, over)
+
+
+@cache
+def one_to_one(over: str) -> Chart:
+    return chart(plane(over), Limits(2, 1), cuts=0)
+
+
+@cache
+def all_words() -> Chart:
+    return chart(plane(PLANES[1]), Limits(4, 2))
+
+
+@cache
+def two_touches() -> Chart:
+    return chart(plane("capsule_mass_kg,restitution"), Limits(4, 2))
+
+
+@cache
+def horizontal(over: str, limits: Limits) -> Chart:
+    cuts = 0 if limits.impacts == 2 else 2
+    return chart(plane_of(load(EXAMPLES / "horizontal.yaml").scenario, over), limits, cuts=cuts)
+
+
+@cache
+def symmetric() -> Chart:
+    return horizontal("restitution=0.05..0.97,length_m=0.1..4", Limits(2, 1))
+
+
+def crossings(locus: FollowedLocus, k: int, value: float) -> list[NDArray[Any]]:
+    """Where a locus crosses a value of one of the inputs: the unknowns of its motions there."""
+    p, found, normal = locus.inputs[:, k], [], np.eye(locus.x.shape[1])[k - 2]
+    for i in np.flatnonzero((p[:-1] - value) * (p[1:] - value) <= 0):
+        share = (value - p[i]) / (p[i + 1] - p[i]) if p[i + 1] != p[i] else 0.5
+        guess = locus.x[i] + share * (locus.x[i + 1] - locus.x[i])
+        guess[k - 2] = value
+        x = locus.path.solved(guess, normal)
+        found += [] if x is None else [x]
+    return found
+
+
+def nearest(found: Chart, event: Event, k: int, other: float, value: float) -> float:
+    """Relative distance, along a sweep, from a value to the nearest crossing of a locus."""
+    loci = (locus for locus in found.loci if locus.event is event)
+    return min((abs(x[-2 + k] / value - 1) for locus in loci for x in crossings(locus, 1 - k, other)), default=np.inf)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("over", PLANES)
+def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(over: str):
+    rng, found, checked = np.random.default_rng(7), one_to_one(over), 0
+    for i in range(16):
+        k = 1 if plane(over).inputs[0] is DesignInput.RESTITUTION else i % 2
+        other = float(plane(over).low[1 - k] + plane(over).widths[1 - k] * rng.uniform(0.02, 0.98))
+        for critical in solve(Line(plane(over), k, other).sweep).critical_points:
+            value = critical.point.sweep_value
+            assert nearest(found, Event(critical.kind), k, other, value) < 1e-10, (critical.kind, k, other, value)
+            checked += 1
+    assert checked > 20
+
+
+@pytest.mark.slow
+def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
+    rng, found, checked = np.random.default_rng(5), all_words(), Counter()
+    for other in rng.uniform(0.25, 0.6, 2):
+        families = atlas(Line(found.plane, 1, float(other)).sweep, Limits(4, 2))
+        points = [(vertex.point, vertex.event) for vertex in families.vertices]
+        marks = (mark for family in families.families for mark in family.marks)
+        points += [(mark.point, mark.event) for mark in marks if mark.event is Event.NODE_FOCUS]
+        for point, event in points:
+            motion = point.motion
+            if min(np.diff(motion.time, append=motion.time[0] + 2 * motion.word.periods)) < BESIDE:
+                continue  # two impacts without velocity that are one touch
+            assert nearest(found, event, 1, float(other), point.sweep_value) < 1e-10, (event, motion.word.letters)
+            checked[event] += 1
+    assert checked[Event.NODE_FOCUS] > 10
+    assert checked.total() > 40
+
+
+def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
+    """The inputs at a point with a touch, in 40 digits by the printed maps, from a start that is off by some 1e-7."""
+    motion, rests, event = point.motion, at_rest(point.motion), point.events[0]
+    word, count = motion.word, len(motion.word)
+    without = motion.without_impacts(rests).word
+    kept = [i for i in range(count) if i not in rests]
+
+    def conditions(x: list[Any], speed: Any) -> list[Any]:
+        if event is Event.PITCHFORK:  # the second half of the motion is the image of the first
+            v, t = x[: count // 2], x[count // 2 : count]
+            x = [*v, *(-each for each in v), *t, *(each + word.periods for each in t), *x[count:]]
+        device = found.plane.device_at(x[-2:])
+        r, (d, gbar) = mpf(device.restitution), reference.groups(device, "length_m", device.length_m)
+        maps = [*printed_maps(word, x, d, gbar, r), *(x[rest] - speed for rest in rests)]
+        if event is Event.GRAZING:
+            return maps
+        if event is Event.DEGENERATE_GRAZING:
+            return [*maps, speed * printed_trace(word, x, d, gbar, r)]
+        border = (1 + r ** (2 * len(without))) * (-1 if event is Event.PERIOD_DOUBLING else 1)
+        if event is Event.PITCHFORK:
+            maps = [*maps[:count], x[rests[0]]]
+        own = [x[i] for i in (*kept, *(count + i for i in kept))]
+        return [*maps, printed_trace(without, own, d, gbar, r) - border]
+
+    part = slice(count // 2 if event is Event.PITCHFORK else count)
+    given = np.array([*motion.velocity[part], *motion.time[part], *point.inputs])
+    guess = given * (1 + 1e-7 * np.random.default_rng(1).uniform(-1, 1, len(given)))
+
+    def solved(speed: Any) -> list[Any]:
+        return reference.newton(lambda x: conditions(x, speed), guess.tolist(), [1] * len(guess))[-2:]
+
+    if event is not Event.DEGENERATE_GRAZING:
+        return solved(0)
+    once, twice = solved(mpf("1e-12")), solved(mpf("2e-12"))  # where the pole of the trace vanishes: as a limit
+    return [2 * a - b for a, b in zip(once, twice, strict=True)]
+
+
+@pytest.mark.slow
+def test_points_of_codimension_two_are_those_of_the_printed_maps_in_40_digits():
+    kinds = set()
+    for found in (all_words(), two_touches(), symmetric()):
+        for point in found.meetings:
+            if point.events[1] is Event.GRAZING:
+                assert np.isfinite(point.error_bound).all()
+                with reference.precise(), mp.workdps(150):
+                    for value, bound, exact in zip(
+                        point.inputs, point.error_bound, exact_inputs(found, point), strict=True
+                    ):
+                        assert abs(exact - mpf(value)) <= bound < 1e-12, (point.events, point.inputs)
+                kinds.add(point.events[0])
+    assert kinds == {
+        Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.DEGENERATE_GRAZING, Event.GRAZING,
+    }  # fmt: skip
+
+
+def test_where_a_pitchfork_grazes_one_curve_of_grazing_ends_and_one_goes_through():
+    """Symmetric motions touch both membranes, asymmetric ones a single one, and no point lies beside it."""
+    (point,) = [one for one in symmetric().meetings if one.events == (Event.PITCHFORK, Event.GRAZING)]
+    others = [one.inputs for one in symmetric().meetings if one is not point]
+    assert np.abs(np.array(others) - point.inputs).max(axis=1).min() > 0.01
+    grazing = [one for one in symmetric().loci if one.event is Event.GRAZING]
+    assert sorted(len(one.path.condition.rests) for one in grazing) == [1, 2]
+    ends = [one.inputs[[0, -1]] - point.inputs for one in grazing]
+    assert sorted(int((np.abs(end).max(axis=1) < 1e-8).sum()) for end in ends) == [0, 1]
+    assert min(abs(x[-1] - point.inputs[1]) for one in grazing for x in crossings(one, 0, point.inputs[0])) < 1e-8
+
+
+@pytest.mark.slow
+def test_a_touch_counts_once_where_its_impacts_come_at_one_time():
+    found = horizontal("restitution=0.03..0.06,length_m=0.8..0.83", Limits(4, 3))
+    for point in found.meetings:
+        assert np.isfinite(point.error_bound).all()
+        wait = np.diff(point.motion.time, append=point.motion.time[0] + 2 * point.motion.word.periods)
+        assert wait.min() > BESIDE, point.motion
+    assert len({one.inputs for one in found.meetings}) == len(found.meetings) > 5
+
+
+@pytest.mark.slow
+def test_a_cusp_is_where_three_motions_are_one_in_40_digits():
+    """With one velocity given and one condition left out, what is left of that one has a triple zero there."""
+    (cusp,) = [point for point in all_words().meetings if point.events[1] is Event.CUSP]
+    motion, step = cusp.motion, mpf(10) ** -30
+    unknown = [mpf(float(v)) for v in (*motion.velocity[1:], *motion.time)]
+
+    def rest(speed: Any, inputs: list[Any]) -> Any:
+        device = all_words().plane.device_at(inputs)
+        groups = reference.groups(device, "length_m", device.length_m)
+
+        def maps(x: list[Any]) -> list[Any]:
+            return printed_maps(motion.word, [speed, *x], *groups, device.restitution)
+
+        return maps(reference.newton(lambda x: maps(x)[:-1], unknown, [1] * len(unknown)))[-1]
+
+    def conditions(x: list[Any]) -> list[Any]:
+        behind, here, ahead = (rest(x[0] + k * step, x[1:]) for k in (-1, 0, 1))
+        return [here, (ahead - behind) / step, (ahead - 2 * here + behind) / step**2]
+
+    with reference.precise(), mp.workdps(150):
+        guess = [mpf(float(v)) * (1 + mpf(k) / 10**6) for k, v in enumerate((motion.velocity[0], *cusp.inputs), 1)]
+        _, *exact = reference.newton(conditions, guess, [1] * 3)
+        for value, bound, there in zip(cusp.inputs, cusp.error_bound, exact, strict=True):
+            assert abs(there - mpf(value)) <= bound
+
+
+@pytest.mark.slow
+def test_a_degenerate_period_doubling_is_that_of_the_printed_maps_in_40_digits():
+    """With one velocity of two periods given and one condition left out, its first and third derivative are zero."""
+    found = chart(plane("restitution=0.84..0.9,length_m=1.15..1.35"), Limits(2, 1), cuts=0)
+    (point,) = [one for one in found.meetings if one.events[1] is Event.DEGENERATE_DOUBLING]
+    assert max(point.error_bound) < 1e-14
+    word, twice, step = point.motion.word, point.motion.times(2), mpf(10) ** -12
+
+    def solved(equations: Any, guess: list[Any]) -> list[Any]:
+        return reference.newton(equations, guess, [1] * len(guess))
+
+    def conditions(inputs: list[Any]) -> list[Any]:
+        device = found.plane.device_at(inputs)
+        groups = (*reference.groups(device, "length_m", device.length_m), device.restitution)
+        once = [mpf(float(v)) for v in (*point.motion.velocity, *point.motion.time)]
+        once = solved(lambda x: printed_maps(word, x, *groups), once)
+        unknown = [once[1], *once[:2], *once[2:], *(t + 2 for t in once[2:])]
+
+        def rest(speed: Any) -> Any:
+            x = solved(lambda x: printed_maps(twice.word, [speed, *x], *groups)[:-1], unknown)
+            return printed_maps(twice.word, [speed, *x], *groups)[-1]
+
+        far_behind, behind, ahead, far_ahead = (rest(once[0] + k * step) for k in (-2, -1, 1, 2))
+        first = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
+        return [first, (far_ahead - 2 * (ahead - behind) - far_behind) / (2 * step**3)]
+
+    with reference.precise(), mp.workdps(150):
+        exact = solved(conditions, [mpf(value) * (1 + mpf(10) ** -6) for value in point.inputs])
+        for value, bound, there in zip(point.inputs, point.error_bound, exact, strict=True):
+            assert abs(there - mpf(value)) <= bound
+
+
+@pytest.mark.slow
+def test_no_curve_is_there_twice():
+    loci = all_words().loci
+    for locus in loci:
+        middle = locus.x[len(locus.x) // 2]
+        for other in loci:
+            if other is not locus and (other.word, other.event) == (locus.word, locus.event):
+                assert not any(np.abs(x - middle).max() < 1e-9 for x in crossings(other, 0, middle[-2]))
+
+
+@pytest.mark.slow
+def test_two_curves_of_folds_end_together_in_a_cusp():
+    (cusp,) = [point for point in all_words().meetings if point.events[1] is Event.CUSP]
+    r, length = cusp.inputs
+    assert max(cusp.error_bound) < 1e-15
+    folds = [one for one in all_words().loci if one.word == cusp.word and one.event is Event.FOLD]
+
+    def beside(off: float) -> list[float]:
+        return sorted(float(x[-1]) for fold in folds for x in crossings(fold, 0, r + off) if abs(x[-1] - length) < 0.02)
+
+    assert beside(-1e-4) == []
+    widths = [np.ptp(beside(off)) for off in (1e-4, 4e-4)]
+    assert widths[1] / widths[0] == pytest.approx(8, rel=0.02)  # the power 3/2 of the distance
+
+
+def known_regions(found: Chart, count: int) -> tuple[NDArray[Any], NDArray[Any], dict[int, set[tuple[str, ...]]]]:
+    """Regions between curves on a raster, the distance to the nearest curve, and the words that sweeps find in each."""
+    plane, free = found.plane, np.ones((count, count), dtype=bool)
+    for locus in found.loci:
+        for x, y in zip(locus.drawn(40)[:-1], np.repeat(locus.bounds_stability, 40), strict=True):
+            if y:
+                free[raster(plane, x, count)] = False
+    room, regions, words = distance_transform_edt(free), label(free)[0], {}
+    for cut in found.cuts:
+        for low, high, stable in cut.stable:
+            for value in np.linspace(low, high, 50)[1:-1]:
+                at = raster(plane, np.insert([cut.line.other], cut.line.varied, value), count)
+                if room[at] > 2:
+                    words.setdefault(regions[at], set()).add(stable)
+    return regions, room, words
+
+
+def raster(plane: Plane, inputs: Any, count: int) -> tuple[int, ...]:
+    share = (np.asarray(inputs) - plane.low) / plane.widths
+    return tuple(np.clip((share * count).astype(int), 0, count - 1).tolist())
+
+
+@pytest.mark.slow
+def test_a_simulation_ends_in_the_words_of_its_region_and_in_no_others():
+    found, cells, checked = all_words(), 10, 0
+    regions, room, words = known_regions(found, 240)
+    assert all(len(sets) == 1 for sets in words.values())
+    shares = (np.arange(cells) + 0.5) / cells
+    for r in (found.plane.low[0] + found.plane.widths[0] * shares).tolist():
+        lengths = found.plane.low[1] + found.plane.widths[1] * shares
+        groups = np.array([found.plane.at([r, length])[:2] for length in lengths.tolist()])
+        d, gbar = groups.T.copy()
+        ends = attractors(d, gbar, r, random_starts(d, start_speed(r, [0.0] * cells), 16, 1))
+        for length, each in zip(lengths, ends, strict=True):
+            at = raster(found.plane, [r, length], 240)
+            if room[at] > 3 and regions[at] in words:
+                cycles = [end.cycle for end in each if end.cycle is not None and not end.cycle.sticks]
+                short = [one for one in cycles if len(one.wall) <= 4 and one.period <= 2]
+                ((stable,),) = [tuple(words[regions[at]])]
+                assert {Word.of(one.word).canonical().word for one in short} == set(stable), (r, length)
+                checked += 1
+    assert checked > 50
+
+
+@pytest.mark.slow
+def test_regions_are_labelled_by_what_is_stable_there():
+    found, checked = all_words(), 0
+    drawn = picture(found, caption_of(found))
+    assert sentences(drawn.caption) <= 2
+    places = [text.get_position() for text in drawn.figure.axes[0].texts]
+    assert len(set(places)) == len(places)
+    for text in drawn.figure.axes[0].texts:
+        if text.get_color() != "#0072B2":
+            continue
+        r, length = text.get_position()
+        device = replace(found.plane.device, restitution=r, length_m=length)
+        d, gbar = (np.array([float(group)]) for group in device.groups("length_m", length))
+        motions = find_motions(d, gbar, np.array([r]), 1)
+        stable = (np.abs(motions.trace) < 1 + r**4) & motions.admissible
+        assert bool(stable.any()) == ("BT" in text.get_text().split(", ")), (r, length, text.get_text())
+        checked += 1
+    assert checked > 8
+
+
+CONDITIONS = (
+    Condition(Event.PERIOD_DOUBLING),
+    Condition(Event.FOLD),
+    Condition(Event.NODE_FOCUS, sign=-1),
+    Condition(Event.GRAZING, (1,)),
+    Condition(Event.FOLD, (1,)),
+    Condition(Event.DEGENERATE_GRAZING, (1,)),
+)
+
+
+@pytest.mark.parametrize("condition", CONDITIONS)
+@pytest.mark.parametrize("over", [*PLANES, "capsule_mass_kg=0.1..0.2,inclination_deg"])
+def test_derivatives_of_a_locus_are_those_of_its_conditions(over: str, condition: Condition):
+    rng, word = np.random.default_rng(3), Word((1, 1, -1), 1)
+    path = Locus(word, plane(over), condition)
+    p = path.plane.low + path.plane.widths * [0.3, 0.6]
+    x = np.concatenate([rng.uniform(0.2, 1, 3), np.sort(rng.uniform(0, 2, 3)), p])
+    length = np.linalg.norm(path.linearised(x)[1][-1] / path.scale)
+    assert length == pytest.approx(1)
+
+    def values(x):
+        groups = path.plane.at(x[6:].tolist())
+        own = condition.value(word, x[:6].tolist(), groups, path.plane.ops)
+        return np.append(path.residuals(x.tolist(), path.plane), own)
+
+    matrix = path.linearised(x)[1]
+    differences = np.array([(values(x + step) - values(x - step)) / 2e-6 for step in np.eye(8) * 1e-6 * path.scale]).T
+    differences[-1] /= np.linalg.norm(differences[-1] / path.scale)
+    np.testing.assert_allclose(matrix, differences, atol=1e-6 * path.scale.max())

@@ -1,0 +1,401 @@
+"""Proved critical points: against 40-digit arithmetic and the published digits, and nothing proved that is not so."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from dataclasses import asdict, replace
+from decimal import Decimal
+
+import numpy as np
+import pytest
+from exact import critical_motion
+from pages import Page
+from strategies import random_sweeps
+
+from vireport import analyse, load, loads
+from vireport.base.errors import NumericalError
+from vireport.checks import reference
+from vireport.checks.reference import mp, mpf
+from vireport.motions import (
+    CriticalKind,
+    orbits,
+    return_trace,
+    solve,
+)
+from vireport.scenario import Parameter
+
+pytest.importorskip("flint")
+
+from flint import arb
+
+from vireport.checks import enclosures
+from vireport.checks.certificates import certify, certify_point
+from vireport.checks.confinement import stays_between
+from vireport.checks.enclosures import (
+    BallOps,
+    UnprovedError,
+    ball,
+    bounds,
+    gradients,
+    precision,
+    prove,
+)
+from vireport.report import Report, render_html
+from vireport.report.certificates import certify_text, plus_minus
+from vireport.study import provenance_of
+
+NARROW = Decimal("1e-20")
+SCENARIOS = {
+    "horizontal": ("horizontal", []),
+    "inclined": ("inclined", []),
+    "forcing": ("inclined-forcing", []),
+    "frequency": ("inclined", ["sweep.parameter=frequency_hz", "sweep.from=1.5", "sweep.to=3"]),
+    "inclination": (
+        "inclined",
+        ["sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=90", "device.length_m=0.4"],
+    ),
+    "two periods": ("inclined", ["period_ratio=2", "sweep.from=0.3", "sweep.to=3"]),
+    "three periods, horizontal": ("horizontal", ["period_ratio=3", "sweep.from=0.4", "sweep.to=3"]),
+    "nearly horizontal": ("inclined", ["inclination_deg=1e-10", "sweep.from=0.1", "sweep.to=3"]),
+    "no restitution": ("inclined", ["device.restitution=0", "sweep.from=0.01", "sweep.to=5"]),
+    "hardly any restitution": ("inclined", ["device.restitution=1e-9", "sweep.from=0.01", "sweep.to=5"]),
+}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forty_digits():
+    with reference.precise():
+        yield
+
+
+@pytest.fixture(scope="module")
+def case(example):
+    found: dict[str, object] = {}
+
+    def get(name: str):
+        if name not in found:
+            file, overrides = SCENARIOS[name]
+            study = analyse(loads(example(file).read_text(), overrides=overrides))
+            found[name] = study, certify(study.solution.diagram)
+        return found[name]
+
+    return get
+
+
+def contains(bounds, value) -> bool:
+    return mpf(bounds[0]) <= value <= mpf(bounds[1])
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_critical_point_is_proved(case, name: str) -> None:
+    study, certificates = case(name)
+    assert [c.label for c in certificates] == [p.label for p in study.solution.critical_points]
+    assert certificates
+    for certificate, critical in zip(certificates, study.solution.critical_points, strict=True):
+        assert certificate.proved, certificate
+        assert not certificate.beyond or critical.change.at_rest
+        assert certificate.bound_holds
+        assert certificate.admissible is True
+        assert certificate.mirror_proved is not False
+        for name in ("sweep_value", "d", "gbar", "q", "phi_bottom_rad", "velocity_bottom"):
+            low, high = map(Decimal, getattr(certificate, name))
+            assert 0 <= high - low < NARROW * max(1, abs(high))
+
+
+@pytest.mark.parametrize("name", [name for name in SCENARIOS if name != "no restitution"])
+def test_enclosures_hold_the_values_of_40_digits(case, name: str) -> None:
+    study, certificates = case(name)
+    for certificate, critical in zip(certificates, study.solution.critical_points, strict=True):
+        if critical.kind == "node_focus" and study.solution.device.restitution < 1e-6:
+            continue  # the reference does not tell the ends of so short a range of foci apart
+        value = critical_motion(study.solution.sweep, critical)[3]
+        assert contains(certificate.sweep_value, value), certificate
+        d, gbar = reference.groups(study.solution.device, study.solution.sweep.parameter, value)
+        # The reference's own rounding, and what Newton's method has left.
+        room = mpf(10) ** -30
+        assert mpf(certificate.d[0]) - room <= d <= mpf(certificate.d[1]) + room
+        assert mpf(certificate.gbar[0]) - room <= gbar <= mpf(certificate.gbar[1]) + room
+
+
+PUBLISHED = {
+    ("inclined", "B1"): ".4179595416",
+    ("forcing", "B1"): ".2792918143",
+    ("horizontal", "C1"): ".2634315843",
+    ("horizontal", "A1"): ".2079356188",
+    ("horizontal", "A2"): ".2438848418",
+    ("horizontal", "A3"): ".3100633410",
+    ("horizontal", "B1"): ".1870532313",
+}
+
+
+@pytest.mark.parametrize(("place", "digits"), PUBLISHED.items())
+def test_enclosures_hold_the_published_digits(case, place: tuple[str, str], digits: str) -> None:
+    certificate = next(c for c in case(place[0])[1] if c.label == place[1])
+    for bound in certificate.d:
+        assert round(Decimal(bound), 10) == Decimal(f"0{digits}")
+
+
+def test_random_sweeps_are_proved() -> None:
+    proved = 0
+    for sweep in random_sweeps(24, seed=99):
+        solution = solve(sweep)
+        for critical in solution.critical_points:
+            certificate = certify_point(sweep, critical)
+            assert certificate.proved or certificate.reason, (sweep, critical)
+            if certificate.proved:
+                proved += 1
+                assert certificate.bound_holds
+                assert contains(certificate.sweep_value, critical_motion(sweep, critical)[3]), (sweep, critical)
+    assert proved > 30
+
+
+@pytest.mark.parametrize("name", ["horizontal", "inclined", "forcing", "two periods"])
+@pytest.mark.parametrize("moved", ["u", "phi"])
+def test_a_wrong_point_is_not_proved_at_its_place(case, name: str, moved: str) -> None:
+    study, _ = case(name)
+    for critical in study.solution.critical_points:
+        if moved == "u" and critical.family == "symmetric":
+            continue  # there q = 1/2 is known, and no unknown
+        wrong = replace(critical.point, **{moved: getattr(critical.point, moved) + 1e-6})
+        certificate = certify_point(study.solution.sweep, replace(critical, point=wrong, mirror=None))
+        assert not certificate.proved
+        assert certificate.reason
+        assert certificate.sweep_value is None
+
+
+@pytest.mark.parametrize("name", ["horizontal", "inclined", "frequency"])
+def test_a_false_condition_is_not_proved(case, name: str) -> None:
+    study, _ = case(name)
+    for critical in study.solution.critical_points:
+        for kind in set(CriticalKind) - {CriticalKind.PITCHFORK, critical.kind}:
+            if critical.kind == "pitchfork" and kind == "fold":
+                continue  # one condition
+            certificate = certify_point(study.solution.sweep, replace(critical, kind=kind, mirror=None))
+            assert not certificate.proved, (critical, kind)
+
+
+def test_a_false_error_bound_is_found_out(case) -> None:
+    study, _ = case("inclined")
+    critical = study.solution.critical_points[0]
+    point = critical.point
+    beside = replace(point, sweep_value=point.sweep_value * (1 + 1e-12))
+    certificate = certify_point(study.solution.sweep, replace(critical, point=beside))
+    assert certificate.proved
+    assert not certificate.bound_holds
+    assert "but the error bound stated is not proved to hold for B1" in certify_text((certificate,), Parameter.LENGTH)
+    certificate = certify_point(study.solution.sweep, replace(critical, point=replace(point, d=point.d * (1 + 1e-12))))
+    assert certificate.beyond == ("d",)
+    assert "B1 (d)" in certify_text((certificate,), Parameter.LENGTH)
+    tight = replace(point, error_bound=1e-20)
+    assert not certify_point(study.solution.sweep, replace(critical, point=tight)).bound_holds
+
+
+def test_a_mirror_image_that_is_none_is_found_out(case) -> None:
+    study, _ = case("horizontal")
+    critical = next(p for p in study.solution.critical_points if p.mirror is not None)
+    wrong = replace(critical.mirror, u=-0.99 * critical.point.u)
+    assert certify_point(study.solution.sweep, replace(critical, mirror=wrong)).mirror_proved is False
+
+
+def test_the_side_is_that_of_the_branch(case) -> None:
+    # The type of motion beside a critical point, from the samples of its branch.
+    for name in ("horizontal", "inclined", "forcing", "frequency", "inclination", "two periods"):
+        study, certificates = case(name)
+        checked = 0
+        for certificate in certificates:
+            if certificate.kind in ("fold", "grazing"):
+                assert certificate.side == ""
+                continue
+            word, place = certificate.side.split()
+            for branch in study.solution.branches:
+                if certificate.label not in branch.labels or branch.ends[0] == "pitchfork" == branch.ends[1]:
+                    continue
+                row = branch.labels.index(certificate.label)
+                if row in (0, len(branch.labels) - 1):
+                    continue
+                m = branch.motions
+                for beside in (row - 1, row + 1):
+                    above = bool(m.sweep_value[beside] > m.sweep_value[row])
+                    inside = word in m.words[beside].replace("unstable", "")
+                    assert inside == (above == (place == "above")), (name, certificate.label)
+                    checked += 1
+        assert checked
+
+
+def test_neglected_gravity_is_said(example) -> None:
+    study = analyse(load(example("inclined")))
+    sweep = replace(study.solution.sweep, start=0.2, device=replace(study.solution.device, inclination_deg=1e-14))
+    points = solve(sweep).critical_points
+    assert points
+    for certificate in (certify_point(sweep, point) for point in points):
+        assert not certificate.proved
+        assert "gravity" in certificate.reason
+
+
+def test_nothing_to_prove_without_a_sweep(example) -> None:
+    assert certify(analyse(load(example("design-point"))).solution.diagram) == ()
+
+
+def test_a_touch_that_coincides_with_others_is_left_undecided(example) -> None:
+    # For three periods and no gravity a ball that leaves at rest comes back to rest at the walls each half period.
+    text = example("horizontal").read_text()
+    study = analyse(loads(text, overrides=["period_ratio=3", "sweep.from=0.2", "sweep.to=0.4"]))
+    undecided = [c.admissible for c in certify(study.solution.diagram)]
+    assert None in undecided
+    assert "undecided" in certify_text(certify(study.solution.diagram), Parameter.LENGTH)
+
+
+def test_motions_through_a_membrane_are_proved_to_be_none(example) -> None:
+    # At 45 degrees a branch with |lambda| < 1 and 0.04 < d < 0.124 passes through the membrane.
+    study = analyse(loads(example("inclined").read_text(), overrides=["sweep.from=0.05", "sweep.to=0.75"]))
+    decided = {True: 0, False: 0}
+    with precision(128):
+        ops, r = BallOps(), ball(study.solution.device.restitution)
+        for branch in study.solution.branches:
+            m = branch.motions
+            for row in range(1, len(m) - 1, 5):
+                if branch.marks[row]:
+                    continue
+                orbit = orbits(arb(float(m.q[row])) - 0.5, arb(float(m.phi_bottom[row])), r, 1, ops)
+                found = [stays_between(way, None) for way in orbit.flights(r)]
+                assert None not in found
+                assert all(found) == bool(m.admissible[row]), (branch.number, row)
+                decided[all(found)] += 1
+    assert min(decided.values()) > 10
+
+
+def test_gradients_are_those_of_40_digits() -> None:
+    u, phi, r, n = mpf("0.1"), mpf("0.5"), mpf("0.5"), 1
+
+    def trace(u, phi):
+        return return_trace(orbits(u, phi, r, n, mp), r)
+
+    def in_balls(x):
+        return [return_trace(orbits(x[0], x[1], arb(0.5), n, BallOps()), arb(0.5))]
+
+    with precision(192):
+        box = [arb("0.1"), arb("0.5")]
+        exact = (trace(u, phi), mp.diff(trace, (u, phi), (1, 0)), mp.diff(trace, (u, phi), (0, 1)))
+        for enclosed, value in zip((*in_balls(box), *gradients(in_balls, box)[0]), exact, strict=True):
+            assert contains(bounds(enclosed + arb(0, 1e-15)), value)
+        wide = [arb(0, 0.5), arb(0, 4)]
+        assert not any(slope.is_finite() for slope in gradients(lambda x: [x[1] / x[0]], wide)[0])
+
+
+@pytest.mark.parametrize("parameter", Parameter)
+def test_groups_and_sweep_value_are_inverse(parameter: Parameter) -> None:
+    for device in (replace(sweep.device, inclination_deg=33.0) for sweep in random_sweeps(12, seed=3)):
+        value, ops = getattr(device, parameter), BallOps()
+        with precision(192):
+            d, gbar = device.groups(parameter, value, ops)
+            back = device.value(parameter, d, gbar, ops)
+            assert back.contains(ball(value))
+            assert back.rad() < 1e-50 * abs(value)
+            for group, exact in zip((d, gbar), reference.groups(device, parameter, value), strict=True):
+                low, high = bounds(group)
+                assert mpf(low) * (1 - mpf(10) ** -35) <= exact <= mpf(high) * (1 + mpf(10) ** -35)
+
+
+def test_ninety_degrees_is_not_exceeded(case) -> None:
+    study, _ = case("inclination")
+    device, sweep, ops = study.solution.device, study.solution.sweep, BallOps()
+    with precision(192):
+        gbar = device.groups(Parameter.INCLINATION, 90.0, ops)[1]
+        assert not sweep.value(arb(1), 2 * gbar, ops).is_finite()
+        gbar = device.groups(Parameter.INCLINATION, 89.9999999, ops)[1]
+        assert sweep.value(arb(1), gbar, ops).contains(ball(89.9999999))
+
+
+def test_bounds_are_outward() -> None:
+    rng = np.random.default_rng(5)
+    with precision(128):
+        for size in 10.0 ** rng.uniform(-30, 30, 100):
+            number = arb(float(size * rng.normal()), float(size * 10 ** rng.uniform(-40, 1)))
+            low, high = bounds(number, 7)
+            with precision(400):
+                assert arb(low) < number.upper()
+                assert not arb(low) > number.lower()
+                assert not arb(high) < number.upper()
+            assert Decimal(high) - Decimal(low) <= Decimal(float(2 * number.rad())) + Decimal(
+                max(abs(Decimal(low)), abs(Decimal(high)))
+            ) * Decimal("3e-6")
+        assert bounds(arb(0)) == ("0", "0")
+        assert bounds(arb(-0.5)) == ("-0.5", "-0.5")
+
+
+def test_plus_minus_holds_its_bounds() -> None:
+    rng = np.random.default_rng(8)
+    for low, width in zip(rng.integers(-(10**9), 10**9, 50), rng.integers(1, 10**4, 50), strict=True):
+        pair = (f"{Decimal(int(low)).scaleb(-12)}", f"{Decimal(int(low + width)).scaleb(-12)}")
+        middle, off = map(Decimal, plus_minus(pair).split(" ± "))
+        assert middle - off <= Decimal(pair[0])
+        assert middle + off >= Decimal(pair[1])
+
+
+def test_a_double_root_is_not_proved() -> None:
+    with precision(128), pytest.raises(UnprovedError):
+        prove(lambda x: [x[0] * x[0]], [1e-9], [1.0])
+    with precision(128), pytest.raises(UnprovedError):
+        prove(lambda x: [x[0] + x[1], 2 * x[0] + 2 * x[1]], [0.0, 0.0], [1.0, 1.0])
+    with precision(128):
+        root = prove(lambda x: [x[0] * x[0] - 2], [1.41421356], [1.0])
+        assert root.box[0].contains(arb(2).sqrt())
+        assert root.radius == 1e-10
+
+
+def test_what_is_told_of_it(case) -> None:
+    _, certificates = case("horizontal")
+    text = certify_text(certificates, Parameter.LENGTH)
+    assert "B1" in text
+    assert "7 of 7 critical points proved" in text
+    data = json.loads(json.dumps([asdict(one) for one in certificates], allow_nan=False))
+    assert data[0]["sweep_value"] == list(certificates[0].sweep_value)
+    failed = replace(certificates[0], proved=False, reason="it is degenerate", sweep_value=None)
+    assert "not proved: it is degenerate" in certify_text((failed,), Parameter.LENGTH)
+
+
+def test_what_the_report_says_of_it(case, study_of) -> None:
+    _, certificates = case("horizontal")
+    failed = replace(certificates[0], proved=False, reason="it is degenerate", sweep_value=None)
+    study = replace(study_of("horizontal"), certificates=(failed, *certificates[1:]))
+    page = Page(render_html(Report(study, {}, provenance_of(study.loaded, "test"))))
+    assert page.tables["Critical points without a proof"].rows[1:] == [["G1", "grazing", "it is degenerate"]]
+    proved = page.tables["Proved critical points"].rows[1:]
+    assert [row[0] for row in proved] == [one.label for one in certificates[1:]]
+    assert len(page.tables["Enclosures of the motions at the critical points"].rows) == 1 + 4 * len(proved)
+
+
+def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "flint", None)
+    monkeypatch.delitem(sys.modules, enclosures.__name__)
+    with pytest.raises(NumericalError, match=r"vireport\[certify\]"):
+        importlib.import_module(enclosures.__name__)
+
+
+def test_enclosures_hold_the_motion_of_40_digits(case) -> None:
+    # Velocity, phase and q of the period doubling, from the printed maps alone.
+    study, certificates = case("inclined")
+    velocity, phase, u, _ = critical_motion(study.solution.sweep, study.solution.critical_points[0])
+    assert contains(certificates[0].velocity_bottom, velocity)
+    assert contains(certificates[0].phi_bottom_rad, phase)
+    assert contains(certificates[0].q, u + mpf(1) / 2)
+
+
+def test_a_motion_of_the_wrong_direction_is_not_proved(case) -> None:
+    # Half a period later, the equations hold with d and both velocities negative.
+    study, _ = case("horizontal")
+    for critical in study.solution.critical_points:
+        if critical.kind != "grazing":
+            reversed_point = replace(critical.point, phi=critical.point.phi + np.pi)
+            certificate = certify_point(study.solution.sweep, replace(critical, point=reversed_point, mirror=None))
+            assert not certificate.proved
+            assert "signs" in certificate.reason
+
+
+def test_a_box_with_two_roots_is_not_one_with_one() -> None:
+    with precision(192):
+        root = prove(lambda x: [x[0] * x[0] - ball("1e-22")], [1e-11], [1.0])
+        assert root.radius < 1e-11
+        assert root.box[0].contains(ball("1e-22").sqrt())

@@ -1,0 +1,316 @@
+"""Margins of random devices in every input: against the printed equations in 40 digits, a search by independent
+solving, and the simulation."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import islice, product
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import first
+from strategies import random_sweeps
+
+from vireport import analyse, loads
+from vireport.base.errors import NumericalError
+from vireport.checks import reference
+from vireport.checks.reference import mp, mpf
+from vireport.cli.outputs import results_outcome
+from vireport.design import Margin, design_point, margins
+from vireport.design.point import ending_beyond
+from vireport.motions import (
+    UNSTABLE,
+    CriticalKind,
+    Sweep,
+    Symmetry,
+    classify,
+    find_motions,
+    orbits,
+    solve,
+    touches,
+)
+from vireport.physics import Device
+from vireport.scenario import DesignInput, Parameter
+
+NEAR = 0.06
+"""Distance in q and radians within which a motion is the one that ends nearby."""
+
+PARTS = int(os.environ.get("VIREPORT_PARTS", "4"))
+"""Of the random devices in 40 digits, each but the first with 20; 11 are 201 devices, in three minutes."""
+
+JUMP = 0.3
+"""The same of one motion at two of many values: more than it moves, less than to another."""
+
+
+def stable_devices(count: int, seed: int) -> list[tuple[Device, Any]]:
+    """Random devices with stable motion, and their design points."""
+
+    def all_of_them() -> Iterator[tuple[Device, Any]]:
+        for part in range(100):
+            for sweep in random_sweeps(100, seed + part):
+                design = design_point(sweep.device, None)
+                if design.motions.stable.any():
+                    yield sweep.device, design
+
+    return list(islice(all_of_them(), count))
+
+
+Place = tuple[float, float]
+"""q - 1/2 and phase of a motion."""
+
+
+def moved(device: Device, varied: DesignInput, value: float) -> Device:
+    return replace(device, **{varied.value: value})
+
+
+def stable_along(device: Device, varied: DesignInput, values: Sequence[float]) -> list[list[Place]]:
+    """The stable motions where an input has each of some values, from the zeros of one function of q."""
+    devices = [moved(device, varied, float(value)) for value in values]
+    d, gbar = (np.array(x, dtype=float) for x in zip(*(x.groups(*at_length(x)) for x in devices), strict=True))
+    r = np.array([x.restitution for x in devices])
+    found = find_motions(d, gbar, r, device.period_ratio)
+    stable = found.admissible & (classify(found.trace, r[found.cell]) != UNSTABLE)
+    places: list[list[Place]] = [[] for _ in devices]
+    for cell, u, phi in zip(found.cell[stable], found.orbit.u[stable], found.orbit.phi[stable], strict=True):
+        places[cell].append((float(u), float(phi)))
+    return places
+
+
+def at_length(device: Device) -> tuple[Parameter, float]:
+    return Parameter.LENGTH, device.length_m
+
+
+def stable_near(device: Device, varied: DesignInput, value: float, near: Place, within: float) -> list[Place]:
+    return [place for place in stable_along(device, varied, [value])[0] if apart(place, near) < within]
+
+
+def apart(one: tuple[float, float], other: tuple[float, float]) -> float:
+    return abs(one[0] - other[0]) + abs((one[1] - other[1] + np.pi) % (2 * np.pi) - np.pi)
+
+
+def ends(design: Any, varied: DesignInput) -> tuple[Margin | None, Margin | None]:
+    """The nearest end of stable motion below and above the design point."""
+    own = [one for one in design.endings() if one.parameter is varied]
+    below = min((one for one in own if one.distance < 0), key=lambda one: -one.distance, default=None)
+    return below, min((one for one in own if one.distance > 0), key=lambda one: one.distance, default=None)
+
+
+def goes_on(device: Device, varied: DesignInput, to: float) -> bool:
+    """Whether every stable motion of the design point is there all the way, by a search at many values."""
+    at = float(getattr(device, varied))
+    values = np.geomspace(at, to, 401) if min(at, to) > 0 else np.linspace(at, to, 401)
+    first_places, *along = stable_along(device, varied, values)
+    for place in first_places:
+        followed = place
+        for places in along:
+            near = min(places, key=lambda other: apart(other, followed), default=None)
+            if near is None or apart(near, followed) > JUMP:
+                return False
+            followed = near
+    return True
+
+
+@pytest.mark.parametrize("part", first(1, range(10)))
+def test_stable_motion_goes_on_up_to_the_end_and_not_beyond(part: int) -> None:
+    """A search among all solutions at many values finds the motion up to just before the end, and not just after."""
+    for device, design in stable_devices(2 if part == 0 else 22, 1000 * part):
+        assert not design.unresolved
+        for varied, end in ((v, e) for v in DesignInput for e in ends(design, v) if e is not None):
+            place, little = (end.point.point.u, end.point.point.phi), 1e-6 * end.distance
+            assert goes_on(device, varied, end.sweep_value - little), (device, end)
+            assert stable_near(device, varied, end.sweep_value - little, place, NEAR), (device, end)
+            assert not stable_near(device, varied, end.sweep_value + little, place, 0.3 * NEAR), (device, end)
+
+
+@pytest.mark.parametrize("part", first(1, range(10)))
+def test_where_nothing_ends_stable_motion_goes_on(part: int) -> None:
+    for device, design in stable_devices(5 if part == 0 else 20, 1000 * part):
+        for varied in (DesignInput.INCLINATION, DesignInput.RESTITUTION):
+            low, high = (0.0, 90.0) if varied is DesignInput.INCLINATION else (1e-3, 0.99)
+            for end, limit in zip(ends(design, varied), (low, high), strict=True):
+                at = float(getattr(device, varied))
+                if end is None and not (limit - at) * (1 if limit == high else -1) <= 0:
+                    assert goes_on(device, varied, limit), (device, varied)
+
+
+def exact_end(device: Device, inputs: dict[str, Any], end: Margin) -> Any:
+    """The value of an input at which motion ends, in 40 digits by the printed equations; `inputs` are the others."""
+    n, point, r0 = device.period_ratio, end.point.point, float(device.restitution)
+    symmetric = end.point.family is Symmetry.SYMMETRIC
+    r0 = end.sweep_value if end.parameter is DesignInput.RESTITUTION else r0
+    near = touches(orbits(np.array([point.u]), np.array([point.phi]), r0, n), r0, n)
+    grazing = end.kind is CriticalKind.GRAZING
+    at_rest = grazing and end.point.change.at_rest
+
+    def equations(x: list[Any]) -> list[Any]:
+        of = inputs | {end.parameter.value: x[3]}
+        force, r = of["amplitude_n"], of["restitution"]
+        d = 4 * of["capsule_mass_kg"] * of["length_m"] * of["frequency_hz"] ** 2 / force
+        gbar = of["capsule_mass_kg"] * mpf(device.gravity_m_s2) * mp.sin(mp.pi * of["inclination_deg"] / 180) / force
+        state = (reference.symmetric_velocity(x[1], r), x[1], mpf(0)) if symmetric else (x[0], x[1], x[2])
+        closed = reference.periodicity(state, d, gbar, r, n)
+        if symmetric:
+            closed = [x[0] - state[0], x[2], closed[0]]
+        if at_rest:
+            bottom = end.point.change.name == "BOTTOM_REST"
+            return [*closed, state[0] if bottom else reference.velocity_top(state, gbar, r, n)]
+        if not grazing:
+            border = -(1 + r**4) if end.kind is CriticalKind.PERIOD_DOUBLING else 1 + r**4
+            return [*closed, reference.trace(state, gbar, r, n) - border]
+        start, speed, phase, _ = list(reference.flights(state, d, gbar, r, n))[0 if near[0].upward else 1]
+        z, rate = reference.flight(x[4], start, speed, phase, gbar)
+        return [*closed, rate, z - (start if near[0].at_start else -start)]
+
+    guess = [point.velocity_bottom, point.phi, point.u, end.sweep_value]
+    time = [near[0].time] if grazing and not at_rest else []
+    return reference.newton(equations, [*guess, *time])[3]
+
+
+@pytest.mark.parametrize("part", first(1, range(PARTS)))
+def test_ends_and_their_derivatives_in_40_digits(part: int) -> None:
+    for device, design in stable_devices(1 if part == 0 else 20, 1000 * part):
+        for end in design.endings():
+            with reference.precise():
+                inputs = {name.value: mpf(getattr(device, name)) for name in DesignInput}
+                exact = exact_end(device, inputs, end)
+                assert abs(exact - mpf(end.sweep_value)) <= end.point.point.error_bound, (device, end)
+                assert abs(exact - inputs[end.parameter.value] - mpf(end.distance)) <= end.error_bound
+                for name, derivative in end.derivatives.items():
+                    if derivative is None:
+                        horizontal = name == "inclination_deg" and not design.motions.gbar.any()
+                        assert horizontal or end.kind is CriticalKind.PITCHFORK
+                        continue
+                    if name is DesignInput.INCLINATION and end.point.family is Symmetry.SYMMETRIC:
+                        assert derivative == 0  # an inclination to either side does the same
+                        continue
+                    step = mpf(10) ** -12 * (inputs[name.value] or 1)
+                    ahead, behind = (
+                        exact_end(device, inputs | {name.value: inputs[name.value] + sign * step}, end)
+                        for sign in (1, -1)
+                    )
+                    scale = float(abs(exact / (inputs[name.value] or 1)))
+                    expected = float((ahead - behind) / (2 * step))
+                    assert derivative == pytest.approx(expected, rel=1e-8, abs=1e-9 * scale), (device, end, name)
+
+
+def test_horizontal_capsules_hand_their_stability_over() -> None:
+    """An asymmetric motion becomes the symmetric one, or the reverse, at a pitchfork at which stable motion goes on."""
+    device = Device(0.1245, 0.5, 9.8, 0.35, 3.0, 2.0, 0.0)
+    for length, other in ((0.35, 0.5), (0.5, 0.35)):
+        below, above = ends(design_point(moved(device, DesignInput.LENGTH, length), None), DesignInput.LENGTH)
+        again = ends(design_point(moved(device, DesignInput.LENGTH, other), None), DesignInput.LENGTH)
+        assert below.sweep_value == pytest.approx(0.28170667362150886, rel=1e-15)
+        assert [below.sweep_value, above.sweep_value] == pytest.approx([one.sweep_value for one in again], rel=1e-15)
+    diagram = solve(Sweep(device, Parameter.LENGTH, 0.2, 3.0))
+    values = [point.point.sweep_value for point in diagram.critical_points]
+    assert min(abs(value - above.sweep_value) for value in values) < 1e-15
+
+
+def test_a_stable_range_is_followed_beyond_the_sweep() -> None:
+    device = Device(0.1245, 0.5, 9.8, 0.70, 3.0, 2.0, 45.0)
+    wide = {
+        point.label: point.point.sweep_value
+        for point in solve(Sweep(device, Parameter.LENGTH, 0.5, 2.0)).critical_points
+    }
+    above = ending_beyond(device, Parameter.LENGTH, 0.75, 1.0)
+    below = ending_beyond(device, Parameter.LENGTH, 0.65, -1.0)
+    assert above is not None
+    assert below is not None
+    assert (above.kind, below.kind) == (CriticalKind.FOLD, CriticalKind.PERIOD_DOUBLING)
+    assert above.point.sweep_value == pytest.approx(wide["C1"], rel=1e-15)
+    assert below.point.sweep_value == pytest.approx(wide["B1"], rel=1e-15)
+    assert ending_beyond(device, Parameter.INCLINATION, 30.0, -1.0) is None
+    assert ending_beyond(device, Parameter.LENGTH, 0.6, 1.0) is None
+
+
+SCENARIO = """schema_version: 1
+device: {{capsule_mass_kg: {mass!r}, restitution: {r!r}, length_m: {length!r}}}
+excitation: {{amplitude_n: {force!r}, frequency_hz: {frequency!r}}}
+inclination_deg: {angle!r}
+gravity_m_s2: 9.8
+requirements: {{margin_any_percent: 8, margin_period_doubling_percent: 5, acceleration_at_most_g: 3}}
+"""
+
+
+def judged(device: Device, parameter: Parameter | None) -> tuple[Any, ...]:
+    """What a scenario without a sweep, or with one, says of margins and requirements, and its exit code."""
+    text = SCENARIO.format(
+        mass=device.capsule_mass_kg, r=device.restitution, length=device.length_m, force=device.amplitude_n,
+        frequency=device.frequency_hz, angle=device.inclination_deg,
+    )  # fmt: skip
+    if parameter is not None:
+        value = float(getattr(device, parameter))
+        start, end = (0, 90) if parameter is Parameter.INCLINATION else (value / 1.3, value * 1.2)
+        text += f"sweep: {{parameter: {parameter.value}, from: {start!r}, to: {end!r}}}\n"
+    loaded = loads(text)
+    study, exit_code = analyse(loaded, ["json"]), results_outcome(loaded, "", certify=False).exit_code
+    design = study.solution.design
+    margins = [(one.parameter, one.kind, one.sweep_value, one.distance, one.error_bound) for one in design.endings()]
+    fact = next((fact for fact in study.verdict.facts if fact.question == "With what margin?"), None)
+    outcomes = [(one.key, one.passed, one.outcome.value, one.outcome.margin) for one in study.criteria]
+    return margins, outcomes, study.verdict.status, study.verdict.word, fact and (fact.answer, fact.status), exit_code
+
+
+@pytest.mark.parametrize("part", first(1, range(10)))
+def test_no_sweep_changes_margins_verdict_or_exit_code(part: int) -> None:
+    """Over 101 scenarios."""
+    for sweep in random_sweeps(11, 77 + part)[: 2 if part == 0 else 11]:
+        alone = judged(sweep.device, None)
+        for parameter in Parameter:
+            assert judged(sweep.device, parameter) == alone, (sweep.device, parameter)
+
+
+def apart_at_bottom(attractor: Any, velocity: float, phi: float) -> float:
+    """How far the bottom impact of a simulated cycle is from a motion's, in velocity and phase."""
+    row = int(np.argmax(attractor.cycle.wall))
+    return apart((attractor.cycle.velocity[row], attractor.cycle.phase[row]), (velocity, phi))
+
+
+@pytest.mark.slow
+def test_the_simulation_stays_on_one_side_and_leaves_on_the_other() -> None:
+    from vireport.simulation import BOTTOM, Impact, find_attractor
+
+    tried = 0
+    for (device, design), varied in product(stable_devices(20, 5), DesignInput):
+        for end in ends(design, varied):
+            if end is None or end.kind is CriticalKind.PITCHFORK:
+                continue
+            place, tried = (end.point.point.u, end.point.point.phi), tried + 1
+            for share, stays in ((-1e-3, True), (1e-3, False)):
+                value = end.sweep_value + share * end.distance
+                at = moved(device, varied, value)
+                d, gbar = (float(x) for x in at.groups(Parameter.LENGTH, at.length_m))
+                u, phi = stable_near(device, varied, value, place, 0.3)[0] if stays else place
+                velocity = float(orbits(u, phi, float(at.restitution), 1).velocity_bottom)
+                attractor = find_attractor(d, gbar, float(at.restitution), Impact(BOTTOM, velocity * (1 + 1e-6), phi))
+                same = attractor.word == "BT" and apart_at_bottom(attractor, velocity, phi) < 0.1
+                assert same == stays, (device, varied, end, attractor)
+    assert tried > 100
+
+
+def test_an_end_that_is_not_polished_is_known_to_its_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never_settles(*_: Any) -> Any:
+        raise NumericalError("did not settle")
+
+    device = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
+    exact = design_point(device, None).margins
+    monkeypatch.setattr(margins, "newton", never_settles)
+    rough = design_point(device, None).margins
+    assert len(rough) == len(exact) > 5
+    for one, other in zip(rough, exact, strict=True):
+        assert (one.parameter, one.kind) == (other.parameter, other.kind)
+        bound = one.point.point.error_bound
+        assert abs(one.sweep_value - other.sweep_value) <= bound < 1e-4 * abs(other.sweep_value)
+
+
+def test_ends_by_grazing_are_polished() -> None:
+    touching = set()
+    for device in (sweep.device for sweep in random_sweeps(6, seed=77)):
+        for end in design_point(device, None).margins:
+            if end.kind is CriticalKind.GRAZING and not end.point.change.at_rest:
+                touching.add(end.parameter)
+                assert end.point.point.error_bound < 1e-12 * abs(end.sweep_value), (device, end)
+    assert touching > {DesignInput.LENGTH, DesignInput.RESTITUTION}

@@ -1,0 +1,145 @@
+"""What is known of each cell: what a scenario at the same values says, without a NaN."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from map_texts import HELD, TEXT, plan_of, undisturbed_result
+
+from vireport import analyse, loads
+from vireport.maps.cells import MapPlan
+from vireport.maps.evaluation import evaluate
+from vireport.simulation import VELOCITY, follow
+
+
+def whole(plan: MapPlan) -> pa.Table:
+    return evaluate(plan, np.arange(plan.cells))
+
+
+def test_results_do_not_depend_on_the_chunks() -> None:
+    plan = plan_of(TEXT)
+    together = whole(plan).to_pylist()
+    assert [row for k in range(plan.chunks) for row in evaluate(plan, plan.numbers(k)).to_pylist()] == together
+    assert evaluate(plan, np.array([400, 7])).to_pylist() == [together[400], together[7]]
+
+
+def test_every_cell_is_what_a_scenario_says() -> None:
+    table = whole(plan_of(TEXT)).to_pylist()
+    compared = 0
+    for row in random.Random(1).sample(table, 20):
+        text = HELD.replace("restitution", f"length_m: {row['length_m']!r}, restitution")
+        study = analyse(loads(f"{text}inclination_deg: {row['inclination_deg']!r}\n"), ("json",))
+        motions, volts = study.solution.design.motions, study.solution.design.voltages
+        assert row["motions"] == motions.admissible.sum()
+        assert row["stable"] == motions.stable.sum()
+        if not row["motions"]:
+            assert row["stability"] is row["q"] is row["u_ave_v"] is None
+            continue
+        compared += 1
+        same = np.flatnonzero(motions.admissible & (np.abs(motions.q - row["q"]) < 1e-9))
+        i = int(same[np.argmin(np.abs(motions.phi_bottom[same] - row["phi_bottom_rad"]))])
+        assert row["stability"] == motions.words[i]
+        assert bool(row["stable"]) == bool(motions.stable[i])
+        for name in ("velocity_bottom", "velocity_top", "trace", "wall_gap"):
+            assert row[name] == pytest.approx(getattr(motions, name)[i], rel=1e-9, abs=1e-9)
+        assert row["u_ave_v"] == pytest.approx(volts.average_v[i], rel=1e-9)
+        margin = 1 + 0.5**4 - abs(motions.trace[i])
+        assert row["multiplier_margin"] == pytest.approx(margin, rel=1e-9, abs=1e-9)
+    assert compared > 10
+
+
+def test_stability_changes_where_the_paper_says() -> None:
+    text = HELD + "map:\n  axes:\n    - {path: inclination_deg, values: [0, 45]}\n    - {path: device.length_m, "
+    d = np.array([0.18705, 0.18706, 0.4179, 0.4180])  # either side of B1: horizontal, and at 45 degrees
+    values = ", ".join(repr(float(x)) for x in d * 3 / (4 * 0.1245 * 4))
+    rows = whole(plan_of(f"{text}values: [{values}]}}\n")).to_pylist()
+    assert [rows[k]["stability"] for k in (0, 1)] == ["unstable node", "stable node"]
+    assert [rows[k]["stability"] for k in (6, 7)] == ["unstable node", "stable node"]
+    assert rows[6]["period_doubling_margin"] < 0 < rows[7]["period_doubling_margin"]
+
+
+def test_one_command_maps_six_parameters() -> None:
+    axes = {
+        "device.ball_mass_kg": [0.004, 0.005],
+        "inclination_deg": [0, 45],
+        "device.length_m": [0.5, 0.7],
+        "excitation.amplitude_n": [3, 4],
+        "excitation.frequency_hz": [1.9, 2.0],
+        "device.restitution": [0, 0.5],
+    }
+    lines = "".join(f"    - {{path: {path}, values: {values}}}\n" for path, values in axes.items())
+    table = whole(plan_of(f"{HELD}map:\n  axes:\n{lines}"))
+    assert len(table) == 64
+    frame = table.to_pandas()
+    frame = frame[frame.motions > 0]
+    assert 10 < len(frame) < 60
+    # Eq. (5.5), each cell with its own mass and its own unit of velocity.
+    speed = np.maximum(frame.velocity_bottom, -frame.velocity_top) * frame.amplitude_n / (0.249 * frame.frequency_hz)
+    depth = (3.6 * frame.ball_mass_kg / (2 * 4.0847e5) * speed**2) ** (1 / 3.6)
+    np.testing.assert_allclose(frame.deflection_m, depth, rtol=1e-12)
+
+
+def test_simulation_of_a_cell_agrees_with_its_stability() -> None:
+    pytest.importorskip("numba")
+    text = HELD + "map:\n  simulate: {starts: 8, impacts: 400}\n  axes:\n    - {path: inclination_deg, values: [45]}\n"
+    rows = whole(plan_of(text + "    - {path: device.length_m, values: [0.6, 0.6934]}\n")).to_pylist()
+    assert [row["stable"] for row in rows] == [0, 1]
+    assert rows[0]["basin_share"] == 0
+    assert rows[0]["word"] != "BT"
+    assert rows[1]["basin_share"] > 0.5
+    assert rows[1]["word"] == "BT"
+
+
+SHARED = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, restitution: 0.5}
+excitation: {amplitude_n: 2.0, frequency_hz: 2.0}
+map:
+  simulate: {starts: 32, impacts: 300}
+  axes:
+    - {path: inclination_deg, values: [55.0]}
+    - {path: device.length_m, from: 0.829, to: 0.82901, count: 32}
+"""
+"""Cells as good as equal, where some starts reach the 1:1 motion and more reach others."""
+
+
+def test_share_of_starts_is_that_of_the_states_in_flight() -> None:
+    """Against 2,000 states drawn here, each followed until it is beside the motion of the cells or is not."""
+    pytest.importorskip("numba")
+    plan = plan_of(SHARED)
+    rows = whole(plan).to_pylist()
+    d, gbar, velocity = (rows[0][name] for name in ("d", "gbar", "velocity_bottom"))
+    rng, count = np.random.default_rng(2), 2000
+    fastest = 1.5 * max(velocity, -rows[0]["velocity_top"], 2 / (np.pi * 0.5))
+    states = np.zeros((count, 4))
+    for column, limits in ((1, (-d / 2, d / 2)), (2, (-fastest, fastest)), (3, (0, 2 * np.pi))):
+        states[:, column] = rng.uniform(*limits, count)
+    last = follow(np.tile([d, gbar, 0.5], (count, 1)), states, 400, keep=2)[0]
+    reached = (np.abs(last[:, -2:, VELOCITY] - velocity) < 1e-6).any(axis=1).mean()
+    shares = np.array([row["basin_share"] for row in rows])
+    error = np.sqrt(reached * (1 - reached) * (1 / shares.size / 32 + 1 / count))
+    assert 0.1 < reached < 0.4
+    assert abs(shares.mean() - reached) < 3 * error
+    assert shares.std() == pytest.approx(np.sqrt(reached * (1 - reached) / 32), rel=0.3)
+    assert [row["basin_share"] for row in evaluate(plan, np.array([9, 3])).to_pylist()] == [shares[9], shares[3]]
+
+
+def test_result_is_read_by_pandas_without_a_nan(tmp_path: Path) -> None:
+    import pandas
+
+    path = tmp_path / "map.parquet"
+    path.write_bytes(undisturbed_result())
+    frame = pandas.read_parquet(path)
+    assert len(frame) == 500
+    assert set(frame.stability.dropna()) <= {"stable node", "stable focus", "unstable node"}
+    schema = pq.read_schema(path)
+    assert schema.field("length_m").metadata == {b"unit": b"m"}
+    assert schema.metadata[b"map"].decode() == TEXT
+    for column in pq.read_table(path).columns:
+        if column.type == "double":
+            assert np.isfinite(column.drop_null().to_numpy()).all()

@@ -1,0 +1,69 @@
+"""Maps over several parameters: what is wrong in their files, and their pictures."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pyarrow")
+
+import pyarrow.parquet as pq
+from map_texts import TEXT, written_map
+
+from vireport.maps import run_map
+from vireport.scenario import loads_map
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return written_map(tmp_path)
+
+
+@pytest.mark.slow
+def test_pictures_show_the_cells(file: Path) -> None:
+    """The colour of the picture at a cell is that of its type."""
+    from PIL import Image
+
+    from vireport.maps.cells import map_plan
+    from vireport.maps.figures import TYPES, map_figures
+
+    out = file.parent / "out"
+    summary = run_map(str(file), out, workers=1)
+    assert all(str(out / f"map-{name}.png") in summary for name in ("stability", "margin", "voltage"))
+    axes = map_figures(map_plan(loads_map(TEXT)), out / "map.parquet")["map-stability"].axes[0]
+    picture = Image.open(out / "map-stability.png").convert("RGB")
+    rows = pq.read_table(out / "map.parquet").to_pylist()
+    right = 0
+    for row in rows:
+        x, y = axes.transData.transform((row["inclination_deg"], row["length_m"]))
+        pixel = picture.getpixel((round(x), round(picture.height - y)))
+        wanted = TYPES[row["stability"]][1] if row["stability"] else "#FFFFFF"
+        right += "#{:02X}{:02X}{:02X}".format(*pixel) == wanted
+    assert right > 0.85 * len(rows)  # the others lie under a curve
+
+
+@pytest.mark.slow
+def test_pictures_are_the_same_in_every_run(file: Path) -> None:
+    text = TEXT.replace("count: 20", "count: 4").replace("device.length_m, from: 0.2, to: 0.9", "RESTITUTION")
+    file.write_text(
+        text.replace("RESTITUTION", "device.restitution, from: 0.3, to: 0.6").replace(
+            "restitution: 0.5}", "restitution: 0.5, length_m: 0.5}"
+        ),
+        encoding="utf-8",
+    )
+    names = ("map-stability.png", "map-margin.png", "map-voltage.png")
+    found = []
+    for k in range(2):
+        run_map(str(file), file.parent / f"out{k}", workers=1)
+        found.append([(file.parent / f"out{k}" / name).read_bytes() for name in names])
+    assert found[0] == found[1]
+
+
+def test_samples_are_not_drawn(file: Path) -> None:
+    text = re.sub(", count: ..", "", TEXT).replace("map:", "map:\n  sampling: sobol\n  samples: 64")
+    file.write_text(text, encoding="utf-8")
+    summary = run_map(str(file), file.parent / "out", workers=1)
+    assert "heat maps are drawn of a grid" in summary
+    assert not list((file.parent / "out").glob("*.png"))

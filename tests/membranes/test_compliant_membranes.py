@@ -1,0 +1,341 @@
+"""Compliant membranes: against the whole equation in SI units, the rigid limit, and what solvers make of stiff ones."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from math import hypot, pi
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from vireport import analyse, loads
+from vireport.base.errors import NumericalError
+from vireport.design import design_point
+from vireport.figures.stiffness import alt_text, caption, figure_stiffness
+from vireport.membranes.compliance import Compliance, compliance, compliance_data
+from vireport.membranes.compliance_tables import (
+    comparison_with_rigid,
+    findings,
+    solvers_on_stiff_membranes,
+    verdict,
+)
+from vireport.membranes.compliant_motion import (
+    BOTTOM,
+    TOP,
+    compliant_model,
+    contact,
+    find_orbit,
+    flight,
+    lap,
+    linearised,
+)
+from vireport.membranes.stiff_solvers import (
+    Outcome,
+    Seen,
+    acceleration,
+    jacobian,
+    period_of,
+    run_once,
+)
+from vireport.physics.contact import contacts, damping_number
+from vireport.report import Report, render_html
+from vireport.scenario.parameters import Parameter
+from vireport.study import provenance_of
+from vireport.text import plain_text
+
+MASS = 0.0041
+K_STEEP = 1e8
+
+
+@pytest.fixture(scope="module")
+def study(study_of):
+    return study_of("inclined")
+
+
+@pytest.fixture(scope="module")
+def rigid(study):
+    m = study.solution.design.motions
+    return np.array([m.velocity_bottom[0], m.phi_bottom[0]])
+
+
+@pytest.fixture(scope="module")
+def models(study):
+    return {
+        factor: compliant_model(
+            study.solution.device,
+            Parameter.LENGTH,
+            study.solution.device.length_m,
+            study.solution.membrane,
+            factor,
+        )
+        for factor in (1.0, 1e4, 1e6, K_STEEP)
+    }
+
+
+@pytest.fixture(scope="module")
+def found(models, rigid):
+    return {factor: find_orbit(model, rigid) for factor, model in models.items()}
+
+
+@pytest.fixture(scope="module")
+def made(study) -> Compliance:
+    return compliance(study.solution, ladder=(1, 1e4, 1e6, 1e8), repeats=1)
+
+
+def test_return_map_is_the_whole_equation_in_si_units(study, found) -> None:
+    """Independent of scaling, flight and splitting: m, K, F, g and seconds, in one go."""
+    device, membrane, orbit = study.solution.device, study.solution.membrane, found[1.0]
+    length_unit = device.amplitude_n / (4 * device.capsule_mass_kg * device.frequency_hz**2)
+    speed = orbit.bottom.velocity * device.amplitude_n / (2 * device.capsule_mass_kg * device.frequency_hz)
+    g = 9.8 * np.sin(np.radians(45.0))
+    damping = damping_number(device.restitution)
+    top_speed = -orbit.top.velocity * speed / orbit.bottom.velocity
+    half, omega = device.length_m / 2, 2 * pi * device.frequency_hz
+
+    def rates(t: float, state: np.ndarray) -> tuple[float, float]:
+        z, v = state
+        a = g + device.amplitude_n / device.capsule_mass_kg * np.cos(omega * t + orbit.bottom.phase)
+        a -= membrane.stiffness / MASS * max(z - half, 0) ** membrane.exponent * (1 + damping / speed * v)
+        a += membrane.stiffness / MASS * max(-half - z, 0) ** membrane.exponent * (1 - damping / top_speed * v)
+        return v, a
+
+    period = 1 / device.frequency_hz
+    run = solve_ivp(rates, (0, period), [half, speed], method="DOP853", rtol=1e-12, atol=1e-14, max_step=period / 2000)
+    assert run.y[0, -1] == pytest.approx(half, abs=1e-9)
+    assert run.y[1, -1] == pytest.approx(speed, rel=1e-9)
+    assert (run.y[0].max() - half) / length_unit == pytest.approx(orbit.bottom.deflection, rel=1e-4)
+
+
+def test_contact_without_gravity_and_forcing_gives_the_restitution(models) -> None:
+    """So stiff that neither moves the ball during the contact."""
+    for restitution, speed in ((0.5, 1.0), (0.9, 0.1), (0.2, 3.0)):
+        membrane = replace(models[K_STEEP].membrane, stiffness=1e60)
+        model = replace(models[K_STEEP], restitution=restitution, membrane=membrane)
+        alone = contacts(np.array(speed), membrane, restitution)
+        for wall in (BOTTOM, TOP):
+            touch = contact(model, wall, wall * speed, 0.7)
+            assert touch.restitution == pytest.approx(restitution, abs=1e-10)
+            assert touch.duration == pytest.approx(float(alone.duration), rel=1e-10)
+            assert touch.deflection == pytest.approx(float(alone.deflection), rel=1e-10)
+
+
+def test_steeper_membranes_approach_the_rigid_lap(models, rigid) -> None:
+    """The rigid motion repeats under the compliant return map, but for what vanishes with the contact time."""
+    for factor in (1e6, K_STEEP):
+        turn = lap(models[factor], *rigid)
+        contacts_last = turn.bottom.duration + turn.top.duration
+        assert abs(turn.velocity - rigid[0]) < 2 * contacts_last
+        assert abs(turn.time - 2) < 2 * contacts_last
+
+
+def test_orbit_repeats_and_tends_to_the_rigid_one(found, rigid, models) -> None:
+    epsilon = {factor: orbit.bottom.duration for factor, orbit in found.items()}
+    for factor, orbit in found.items():
+        assert orbit.residual < 1e-11
+        assert orbit.stable
+        shift = hypot(orbit.bottom.velocity - rigid[0], orbit.bottom.phase - rigid[1])
+        assert shift < 0.6 * epsilon[factor]  # 0.37 of a contact's duration on every rung
+        assert shift > 0.1 * epsilon[factor]
+    assert hypot(found[K_STEEP].bottom.velocity - rigid[0], found[K_STEEP].bottom.phase - rigid[1]) < 1e-4
+
+
+def test_multipliers_tend_to_those_of_the_rigid_motion(study, found, models, rigid) -> None:
+    m = study.solution.design.motions
+    assert found[K_STEEP].determinant == pytest.approx(study.solution.device.restitution**4, rel=2e-4)
+    assert found[K_STEEP].trace == pytest.approx(float(m.trace[0]), abs=1e-3)
+    shifts = [abs(found[factor].trace - float(m.trace[0])) for factor in (1e4, 1e6, K_STEEP)]
+    assert shifts[1] / shifts[2] == pytest.approx(100 ** (1 / 3.6), rel=0.03)
+    for factor, orbit in found.items():
+        assert sum(orbit.multipliers) == pytest.approx(orbit.trace, abs=1e-12), factor
+        assert np.prod(orbit.multipliers) == pytest.approx(orbit.determinant, abs=1e-12), factor
+
+
+def test_a_motion_of_two_forcing_periods_tends_to_the_rigid_one(study) -> None:
+    device = replace(study.solution.device, period_ratio=2, length_m=1.654)
+    motions = design_point(device, None).motions
+    (row,) = np.flatnonzero(motions.stable)
+    model = compliant_model(device, Parameter.LENGTH, device.length_m, study.solution.membrane, K_STEEP)
+    orbit = find_orbit(model, np.array([motions.velocity_bottom[row], motions.phi_bottom[row]]))
+    assert orbit.bottom.velocity == pytest.approx(motions.velocity_bottom[row], abs=1e-3)
+    assert orbit.bottom.phase == pytest.approx(motions.phi_bottom[row], abs=5e-3)
+
+
+def test_linearised_map_is_settled_in_its_step(models, found) -> None:
+    model, orbit = models[1.0], found[1.0]
+    x = np.array([orbit.bottom.velocity, orbit.bottom.phase])
+    matrix, step = linearised(model, x), 1e-5
+    for k in range(2):
+        h = step * np.eye(2)[k]
+        ahead, behind = lap(model, *(x + h)), lap(model, *(x - h))
+        column = np.array([ahead.velocity - behind.velocity, pi * (ahead.time - behind.time) + 2 * h[1]]) / (2 * step)
+        assert matrix[:, k] == pytest.approx(column, abs=1e-6)
+
+
+def test_flight_meets_a_membrane_that_is_only_grazed(models) -> None:
+    """A flight whose turning point lies just beyond the wall it left hits that wall, and just short of it does not."""
+    model = models[1.0]
+    phase = 0.3
+    walls = [flight(model, BOTTOM, -v, phase)[1] for v in np.linspace(0.01, 1.5, 150)]
+    assert set(walls) == {BOTTOM, TOP}
+    changes = np.flatnonzero(np.diff(walls))
+    assert len(changes) >= 1
+    for k in changes:
+        low, high = np.linspace(0.01, 1.5, 150)[[k, k + 1]]
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if flight(model, BOTTOM, -middle, phase)[1] == walls[k] else (low, middle)
+        assert flight(model, BOTTOM, -low, phase)[1] != flight(model, BOTTOM, -high, phase)[1]
+
+
+@pytest.mark.slow
+def test_ladder_converges_at_the_rate_of_the_contact_time(made) -> None:
+    assert made.order == pytest.approx(1 / 3.6)
+    for one in made.convergence:
+        assert one.exponent == pytest.approx(-made.order, rel=0.01), one.quantity
+    durations = [rung.orbit.bottom.duration for rung in made.rungs]
+    assert durations[-1] / durations[-2] == pytest.approx(100**-made.order, rel=2e-3)
+
+
+@pytest.mark.slow
+def test_own_membrane_moves_the_period_doubling_more_than_the_motion(made) -> None:
+    """The paper's K: contacts of two per cent of the period, velocities within 5 %, B1 far off."""
+    own = made.own
+    assert own.orbit.bottom.duration / 2 == pytest.approx(0.0209, abs=1e-4)
+    assert own.orbit.bottom.velocity / made.rigid.velocity_bottom - 1 == pytest.approx(0.01024, abs=1e-5)
+    assert own.critical_value == pytest.approx(0.581545, abs=1e-6)
+    assert made.critical.point.sweep_value == pytest.approx(0.629457, abs=1e-6)
+    assert made.volts.by_deflection < made.volts.rigid < made.volts.by_velocity
+    assert made.grade == 2
+    assert "B1" in verdict(made)
+    assert [one.name for one in made.criteria] == [
+        "velocity at the bottom",
+        "velocity at the top",
+        "U_ave by the velocities",
+        "B1",
+    ]
+    rows = {one.name: one for one in made.quantities}
+    assert rows["margin to B1"].compliant == pytest.approx(0.6934 - own.critical_value)
+    assert rows["margin to B1"].criterion.shift == pytest.approx(-rows["margin to B1"].shift)
+    assert "−7.61 %" in plain_text(comparison_with_rigid(made))
+
+
+@pytest.mark.slow
+def test_period_doubling_is_where_a_multiplier_is_minus_one(study, made) -> None:
+    value = made.own.critical_value
+    model = compliant_model(study.solution.device, Parameter.LENGTH, value, study.solution.membrane)
+    point = made.critical.point
+    orbit = find_orbit(model, np.array([point.velocity_bottom, point.phi]))
+    assert min(orbit.multipliers, key=lambda x: abs(x + 1)) == pytest.approx(-1, abs=1e-7)
+    for side, stable in ((-1e-4, False), (1e-4, True)):
+        model = compliant_model(study.solution.device, Parameter.LENGTH, value + side, study.solution.membrane)
+        assert find_orbit(model, np.array([orbit.bottom.velocity, orbit.bottom.phase])).stable is stable
+
+
+@pytest.mark.slow
+def test_fixed_steps_fail_where_contacts_fall_between_them(made) -> None:
+    runs = {(run.setting, run.factor): run for run in made.runs if run.solver == "RK4"}
+    assert runs[300, 1].outcome is Outcome.SOLVED
+    assert runs[300, 1e8].outcome is not Outcome.SOLVED
+    assert runs[3000, 1e8].outcome is not Outcome.SOLVED
+    assert runs[30000, 1e6].outcome is Outcome.SOLVED
+    assert runs[30000, 1].error < 1e-3 * runs[3000, 1].error
+    told = findings(made)
+    failed = {(solver, setting): dict(ways) for solver, setting, ways in told.failed}
+    assert 1e8 in failed["RK4", 300]
+    assert 1 not in failed["RK4", 300]
+    assert 1 < told.steps < 10  # in the shorter contact, which is how often a fixed step has to see it
+    assert told.shorter == pytest.approx((told.last / told.first) ** (1 / 3.6), rel=1e-12)
+
+
+@pytest.mark.slow
+def test_adaptive_explicit_methods_survive_the_ladder(made) -> None:
+    for name in ("RK45", "DOP853"):
+        runs = {(run.setting, run.factor): run for run in made.runs if run.solver == name}
+        assert all(run.outcome is Outcome.SOLVED for run in runs.values())
+        assert runs[1e-10, 1e8].evaluations < 3 * runs[1e-10, 1].evaluations
+        assert runs[1e-10, 1e8].error < 1e-5
+        assert findings(made).growths[name] < 3
+
+
+def test_jacobian_is_the_derivative_of_the_equation(models, found) -> None:
+    period = period_of(models[1.0], found[1.0])
+    right, matrix = acceleration(period, Seen()), jacobian(period)
+    for z, v in ((period.model.d / 2 + 0.01, 0.3), (-period.model.d / 2 - 0.005, 0.2), (0.0, 1.0)):
+        row = matrix(0.0, np.array([z, v]))[1]
+        h = 1e-6
+        assert row[0] == pytest.approx((right(0, z + h, v) - right(0, z - h, v)) / (2 * h), rel=1e-5, abs=1e-9)
+        assert row[1] == pytest.approx((right(0, z, v + h) - right(0, z, v - h)) / (2 * h), rel=1e-5, abs=1e-9)
+
+
+def test_a_membrane_that_is_never_met_is_missed(models, found) -> None:
+    """Without the force a run reaches the end, and is not taken for a solution."""
+    period = period_of(models[1.0], found[1.0])
+    apart = replace(period, model=replace(period.model, d=100.0))
+    run = run_once(apart, 1.0, "RK45", 1e-7)
+    assert run.outcome is Outcome.MISSED
+    assert run.error is not None
+
+
+def test_fixed_steps_are_of_the_fourth_order(models, found) -> None:
+    period = period_of(models[1.0], found[1.0])
+    coarse, fine = (run_once(period, 1.0, "RK4", steps).error for steps in (1000, 2000))
+    assert coarse / fine == pytest.approx(16, rel=0.1)
+
+
+def test_overflow_of_a_fixed_step_is_told(models, found) -> None:
+    run = run_once(period_of(models[K_STEEP], found[K_STEEP]), K_STEEP, "RK4", 300)
+    assert run.outcome is Outcome.OVERFLOW
+    assert run.error is None
+    assert run.steps < 300
+
+
+def test_strongly_compliant_membranes_are_a_result(study) -> None:
+    soft = replace(study.solution, membrane=replace(study.solution.membrane, stiffness=1e-6))
+    made = compliance(soft, ladder=(1,), repeats=1)
+    assert made.own.orbit is None
+    assert "lost at about K times" in made.own.reason
+    assert made.grade == 2
+    assert "not good enough" in verdict(made)
+    json.dumps(compliance_data(made), allow_nan=False)
+
+
+def test_what_cannot_be_compared_says_why(example) -> None:
+    text = example("inclined").read_text(encoding="utf-8")
+    without = "\n".join(line for line in text.splitlines() if "ball_mass_kg" not in line)
+    assert "mass" in compliance(analyse(loads(without)).solution, ladder=(1,)).reason
+    inelastic = text.replace("restitution: 0.5", "restitution: 0.0").replace("0.6934", "0.2")
+    made = compliance(analyse(loads(inelastic)).solution, ladder=(1,))
+    assert made.reason
+    assert made.grade is None
+    assert made.reason in verdict(made)
+
+
+def test_no_motion_without_a_bounce(models) -> None:
+    soft = replace(models[1.0], membrane=replace(models[1.0].membrane, stiffness=1e-9))
+    with pytest.raises(NumericalError, match="stays on the membrane"):
+        lap(soft, 1e-3, 0.0)
+
+
+@pytest.mark.slow
+def test_figure_and_words_tell_of_failures_and_rates(made) -> None:
+    figure = figure_stiffness(made)
+    assert len(figure.axes) == 2
+    assert "RK4" in alt_text(made)
+    assert "−0.278" in caption(made)
+    tables = {table.caption: table for table in (*comparison_with_rigid(made), *solvers_on_stiff_membranes(made))}
+    ladder = tables["Distance from the rigid model"]
+    assert ladder.rows[-1][-1] == "−0.2778"
+    assert any("overflow" in cell for row in tables["Error at the end of the period"].rows for cell in row)
+
+
+@pytest.mark.slow
+def test_the_report_says_what_the_runs_come_to(study, made) -> None:
+    report = Report(replace(study, compliance=made), {}, provenance_of(study.loaded, ""))
+    text = re.sub(r"\s+", " ", re.sub(r"<[^>]*>", "", render_html(report).decode()))
+    assert verdict(made) in text
+    assert "RK4 with 300 steps per period fails at K times 10" in text
+    assert "the steps it needs per period grow as K0.278" in text
+    assert f"Fastest to an error below 10⁻⁴ at K times 10⁸: {findings(made).fastest[0][0]} " in text

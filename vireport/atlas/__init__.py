@@ -1,0 +1,14 @@
+"""Every family of motions along a sweep: looked for among all flight times, followed, and joined where they meet."""
+
+from vireport.atlas.atlas import atlas
+from vireport.atlas.cycles import motion_of_cycle, portrait_of
+from vireport.atlas.exclusion import FINE
+from vireport.atlas.surface import motions_above
+
+__all__ = [
+    "FINE",
+    "atlas",
+    "motion_of_cycle",
+    "motions_above",
+    "portrait_of",
+]

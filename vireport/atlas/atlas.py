@@ -1,0 +1,383 @@
+"""Every family of motions that is reached along a sweep, joined where families meet.
+
+Families are the edges of a graph, and what begins or ends them its vertices. Each start is followed to both ends of its
+family; at each event the families that meet there are starts again, until none is new.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from itertools import chain, product
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.atlas.exclusion import (
+    FINEST,
+    MOST_CELLS,
+    Cells,
+    Exclusion,
+    fine_side,
+)
+from vireport.atlas.four_impacts import four_impacts, side_of
+from vireport.atlas.one_impact import one_impact
+from vireport.atlas.surface import Motions
+from vireport.base import Progress
+from vireport.motions import (
+    SAME,
+    Atlas,
+    Beginning,
+    BifurcationDiagram,
+    Claim,
+    Completeness,
+    CriticalKind,
+    Curve,
+    Event,
+    Family,
+    Limits,
+    Mark,
+    Model,
+    Motion,
+    PolishedPoint,
+    Strand,
+    Sweep,
+    Vertex,
+    at_rest,
+    completed,
+    follow,
+    neighbours,
+    polished,
+    solve,
+    touching,
+)
+from vireport.physics import Word
+
+Floats = NDArray[np.float64]
+
+NEAR, SQUARES = 1 / 256, 2.0**16
+"""Side of squares of flight times [t_c] by which motions are near to those of a family: in the same one or beside; and
+more than there are of them in a row."""
+
+MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Event.ZERO_VELOCITY
+"""Events that are vertices."""
+
+
+def atlas(
+    sweep: Sweep,
+    limits: Limits,
+    simulated: Iterable[Motion] = (),
+    progress: Progress | None = None,
+    finest: float = FINEST,
+) -> Atlas:
+    """Find and follow the families of motions along a sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    limits : Limits
+        Motions beyond them are left out.
+    simulated : iterable of Motion
+        Found otherwise, as further starts.
+    progress : callable, optional
+        Called with what is followed next.
+    finest : float
+        Side of the cells of flight times that are looked through last [t_c], from `FINE` down.
+    """
+    low, high = (float(end) for end in sweep.coordinate_range)
+    model = Model(sweep.level, float(sweep.device.restitution))
+    search = _Search(solve(sweep), model, low, high, limits, progress, finest)
+    for motion in chain(_starts(search), simulated):
+        search.explore(motion)
+    return search.atlas()
+
+
+def _starts(search: _Search) -> Iterator[Motion]:
+    """The motions that are known in closed form, 1:1 and with one impact, one of each family; then what is found."""
+    for k in range(1, search.limits.periods + 1):
+        for branch in search.one_to_one(k).branches if search.limits.impacts > 1 else ():
+            for part in branch.segments() if branch.mirror_of is None else ():
+                m, i = branch.motions, (part.first + part.last) // 2
+                if part.admissible and m.admissible[i]:
+                    time = m.phi_bottom[i] / pi + np.array([0.0, 2 * k * m.q[i]])
+                    velocity = np.array([m.velocity_bottom[i], m.velocity_top[i]])
+                    yield Motion(Word((1, -1), k), velocity, time, float(search.sweep.coordinate(m)[i]))
+        if not search.model.level.horizontal:
+            single = one_impact(search.model, search.low, search.high, k)
+            yield from (single.motion(i, search.model.level) for i in range(len(single.d)))
+    for words in zip(*map(search.excluded, range(1, search.limits.periods + 1)), strict=True):
+        yield from search.by_exclusion(words)
+    for k in range(1, search.limits.periods + 1):
+        for word in search.words(4, k):
+            yield from search.four_impacts(word)
+
+
+@dataclass(slots=True)
+class _Meeting:
+    """A vertex while the search goes on; `motion` has its touches as impacts."""
+
+    event: Event
+    curve: Curve
+    motion: Motion
+    families: set[int] = field(default_factory=set)
+
+
+@dataclass(slots=True)
+class _Search:
+    diagram: BifurcationDiagram
+    model: Model
+    low: float
+    high: float
+    limits: Limits
+    progress: Progress | None
+    finest: float
+    families: list[Family] = field(default_factory=list)
+    events: dict[int, list[tuple[int, Event]]] = field(default_factory=dict)
+    meetings: list[_Meeting] = field(default_factory=list)
+    at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
+    queue: deque[Beginning] = field(default_factory=deque)
+    undecided: list[Cells] = field(default_factory=list)
+    squares: dict[Word, tuple[int, Floats]] = field(default_factory=dict)
+
+    @property
+    def sweep(self) -> Sweep:
+        """What is swept."""
+        return self.diagram.sweep
+
+    def one_to_one(self, periods: int) -> BifurcationDiagram:
+        """The 1:1 motions along the sweep that take a number of forcing periods."""
+        if periods == self.sweep.device.period_ratio:
+            return self.diagram
+        return solve(replace(self.sweep, device=replace(self.sweep.device, period_ratio=periods)))
+
+    def words(self, count: int, periods: int) -> list[Word]:
+        """Those with so many impacts, on both membranes, that none is another or its mirror image counted otherwise."""
+        found = {
+            self.representative(Word(walls, periods))
+            for walls in product((1, -1), repeat=count)
+            if abs(sum(walls)) < count <= self.limits.impacts
+        }
+        return sorted(found, key=lambda word: word.letters)
+
+    def on_bottom(self, periods: int) -> list[Word]:
+        """Those with two to four impacts on one membrane.
+
+        Over a period gravity adds 2 k gbar to the velocity, of which impacts take (1 + r) times their sum. There are no
+        motions with impacts on the top only, nor in a horizontal capsule on either membrane only.
+        """
+        counts = () if self.model.level.horizontal else (2, 3, 4)
+        return [Word(count * (1,), periods) for count in counts if count <= self.limits.impacts]
+
+    def representative(self, word: Word) -> Word:
+        """The one of a sequence's rotations and, in a horizontal capsule, mirror images that stands for all."""
+        images = (word, word.mirrored()) if self.model.level.horizontal else (word,)
+        return min((image.canonical() for image in images), key=lambda image: image.letters)
+
+    def explore(self, motion: Motion) -> None:
+        """Follow the family of a motion, and all that it is joined to."""
+        motion = self.model.representative(motion)
+        curve = self._curve(motion.word)
+        x = curve.nearest(curve.vector(motion)) if self.limits.admit(motion.word) else None
+        if x is not None:
+            start = curve.point(x, curve.tangent(x))
+            self.queue.append((None, curve, start, start))
+        while self.queue:
+            begins, curve, vertex, first = self.queue.popleft()
+            if self._wanted(curve, first.x):
+                if self.progress is not None:
+                    self.progress(f"following motions of other impact sequences: {curve.word.letters}")
+                strand = follow(curve, first)
+                if begins is None:
+                    self._add(curve, completed(curve, first, strand))
+                else:
+                    events = [(0, begins), *((i + 1, event) for i, event in strand.events)]
+                    self._add(curve, Strand([vertex, *strand.points], events))
+
+    def _curve(self, word: Word) -> Curve:
+        return Curve(word, self.model, self.low, self.high)
+
+    def _wanted(self, curve: Curve, x: Floats) -> bool:
+        """Whether a solution is a motion within the limits that lies on no family yet."""
+        if not self.limits.admit(curve.word) or not curve.admits(x):
+            return False
+        motion = curve.motion(x)
+        if motion.primitive() is not motion:
+            return False
+        known = (one for family in self._alike(motion) for one in family.at(float(x[-1])))
+        return not any(self._same(motion, one) for one in known)
+
+    def excluded(self, periods: int) -> list[Word]:
+        """The sequences whose motions are found by leaving out what flight times they cannot have."""
+        return [*self.on_bottom(periods), *self.words(3, periods)]
+
+    def by_exclusion(self, words: tuple[Word, ...]) -> Iterator[Motion]:
+        """Motions of one word that lie on no family known; each must be explored before the next is asked for."""
+        exclusion = Exclusion(self.model, self.low, self.high, words)
+        cells = exclusion.cells()
+        while cells:
+            cells = [part[~self._near(part.word, part.centre)] for part in cells]
+            for part in filter(len, cells):
+                yield from self._unknown(*exclusion.motions(part))
+            cells = [part[~self._near(part.word, part.centre)] for part in cells]
+            last = [part.no_larger_than(self.finest) or not 0 < len(part) <= MOST_CELLS for part in cells]
+            self.undecided += [part for part, done in zip(cells, last, strict=True) if done]
+            cells = [part.divided() for part, done in zip(cells, last, strict=True) if not done]
+            cells = exclusion.left(cells) if cells else []
+
+    def four_impacts(self, word: Word) -> Iterator[Motion]:
+        """The same with four impacts, as far as a search over a grid finds them."""
+        yield from self._unknown(*four_impacts(self.model, self.low, self.high, word))
+
+    def _unknown(self, motions: Motions, flights: Floats) -> Iterator[Motion]:
+        rows = np.flatnonzero(~self._near(motions.word, flights))
+        while rows.size:
+            yield motions.motion(int(rows[0]), self.model.level)
+            rows = rows[1:][~self._near(motions.word, flights[:, rows[1:]])]
+
+    def _near(self, word: Word, flights: Floats) -> NDArray[np.bool_]:
+        """Which flight times are near to those of motions of a family, or of their images."""
+        count, squares = self.squares.get(word, (0, np.array([np.inf])))  # of so many families, ascending
+        if count < len(self.families):
+            images = (_images(family, word, self.model.level.horizontal) for family in self.families[count:])
+            squares = np.unique(np.concatenate([squares, *map(_squares, chain.from_iterable(images))]))
+            self.squares[word] = len(self.families), squares
+        codes = _codes(flights)
+        return np.asarray(squares.take(np.searchsorted(squares, codes), mode="clip") == codes)
+
+    def _same(self, one: Motion, other: Motion) -> bool:
+        return one.distance(other, mirror=self.model.level.horizontal) < SAME
+
+    def _alike(self, motion: Motion) -> Iterator[Family]:
+        """Families whose word the motion has, or its mirror image where there is one."""
+        words = {motion.word.canonical()}
+        if self.model.level.horizontal:
+            words.add(motion.word.mirrored().canonical())
+        return (family for family in self.families if family.word.canonical() in words)
+
+    def _add(self, curve: Curve, strand: Strand) -> None:
+        """Take up a family, and what it meets."""
+        x = np.array([point.x for point in strand.points])
+        trace = np.array([point.trace for point in strand.points])
+        number = len(self.families) + 1
+        values = np.asarray(self.sweep.value(*(np.broadcast_to(g, len(x)) for g in self.model.groups(x[:, -1]))))
+        self.families.append(Family(number, self.sweep, curve, x, trace, values, ()))
+        self.events[number] = strand.events
+        for row, event in strand.events:
+            meeting = self._meeting(curve.motion(x[row]), event) if event in MEETINGS else None
+            if meeting is not None:
+                meeting.families.add(number)
+                self.at_event[number, row] = meeting
+
+    def _meeting(self, motion: Motion, event: Event) -> _Meeting | None:
+        """The vertex at an event, a new one with starts of what else comes to it; None where no motion is left."""
+        curve = self._curve(motion.word)
+        if event in (Event.GRAZING, Event.ZERO_VELOCITY):
+            motion, event = touching(motion, self.model.turns(motion)), Event.GRAZING
+        motion = self.model.representative(motion.primitive())
+        if len(at_rest(motion)) == len(motion.word):
+            return None
+        for meeting in self.meetings:
+            if meeting.event is event and self._same(meeting.motion, motion):
+                return meeting
+        curve = self._curve(motion.word)
+        self.meetings.append(_Meeting(event, curve, motion))
+        self.queue.extend(neighbours(curve, motion, event, self.limits))
+        return self.meetings[-1]
+
+    def atlas(self) -> Atlas:
+        """What was found, with its events solved for in decimals."""
+        order = sorted(self.families, key=lambda f: (len(f.word), f.word.letters, f.word.periods, f.number))
+        numbers = {family.number: k for k, family in enumerate(order, 1)}
+        points = [
+            (meeting, polished(self.sweep, meeting.curve, meeting.motion, meeting.event)) for meeting in self.meetings
+        ]
+        points.sort(key=lambda pair: (pair[1].sweep_value, len(pair[0].motion.word)))
+        labels = self._labels(points)
+        vertices = {
+            id(meeting): Vertex(label, meeting.event, point, tuple(sorted(numbers[i] for i in meeting.families)))
+            for (meeting, point), label in zip(points, labels, strict=True)
+        }
+        marked = (self._marked(family, numbers[family.number], vertices) for family in order)
+        return Atlas(self.sweep, self.limits, tuple(marked), tuple(vertices.values()), tuple(self._completeness()))
+
+    def _completeness(self) -> Iterator[Completeness]:
+        """What is claimed of the words that are looked for."""
+        horizontal = self.model.level.horizontal
+        closed = [] if horizontal else ["B"]
+        closed += ["BT"] if self.limits.impacts > 1 else []
+        # Of these there are none, see `on_bottom`.
+        closed += [count * ("B" if horizontal else "T") for count in range(1, self.limits.impacts + 1)]
+        yield from (Completeness(word, Claim.COMPLETE) for word in closed)
+        for word in self.excluded(self.limits.periods):
+            cells = [cells for cells in self.undecided if cells.word.letters == word.letters]
+            side = max(fine_side(word), *(part.side for part in cells))
+            resolution = NEAR + side / 4  # periods, of which sides are halves
+            yield Completeness(word.letters, Claim.COMPLETE, resolution, max(part.share for part in cells))
+        for word in self.words(4, self.limits.periods):
+            yield Completeness(word.letters, Claim.SEARCHED, side_of(word) / 2)
+
+    def _labels(self, points: list[tuple[_Meeting, PolishedPoint]]) -> Iterator[str]:
+        """Labels of vertices along the sweep: critical points of the 1:1 motions keep those that they have."""
+        known = list(self.diagram.critical_points)
+        one_to_one = Word((1, -1), self.sweep.device.period_ratio)
+        counts = Counter(critical.kind.letter for critical in known)
+        for meeting, point in points:
+            letter, critical = CriticalKind(meeting.event).letter, None
+            if any(self.families[number - 1].word == one_to_one for number in meeting.families):
+                near = SAME * abs(point.sweep_value)
+                at = [
+                    x for x in known if x.kind.letter == letter and abs(x.point.sweep_value - point.sweep_value) < near
+                ]
+                critical = next(iter(at), None)
+            if critical is None:
+                counts[letter] += 1
+                yield f"{letter}{counts[letter]}"
+            else:
+                known.remove(critical)
+                yield critical.label
+
+    def _marked(self, family: Family, number: int, vertices: dict[int, Vertex]) -> Family:
+        """A family with its events, the coordinate of each as it was solved for."""
+        marks = []
+        for row, event in self.events[family.number]:
+            meeting = self.at_event.get((family.number, row))
+            vertex = vertices[id(meeting)] if meeting is not None else None
+            point = vertex.point if vertex is not None else None
+            if event is Event.NODE_FOCUS:
+                point = polished(self.sweep, family.curve, family.curve.motion(family.x[row]), event)
+            if event is Event.SWEEP_END:
+                ends = self.sweep.start, self.sweep.end
+                family.sweep_value[row] = min(ends, key=lambda end: abs(end - float(family.sweep_value[row])))
+            if point is not None:
+                family.sweep_value[row] = point.sweep_value
+            marks.append(Mark(row, event, vertex, point))
+        return replace(family, number=number, marks=tuple(marks))
+
+
+def _images(family: Family, word: Word, mirror: bool) -> Iterator[Floats]:
+    """All flight times but the last of a family's motions, counted so that they have a sequence; with their mirror."""
+    own, count = family.word, len(word) // len(family.word)
+    whole = Word(count * own.walls, count * own.periods)
+    if whole.periods != word.periods or len(whole) != len(word):
+        return
+    time = family.x[:, len(own) : -1]
+    flights = np.tile(np.diff(time, axis=1, append=time[:, :1] + 2 * own.periods).T, (count, 1))
+    for image in (whole, whole.mirrored()) if mirror else (whole,):
+        for i in image.firsts(word):
+            yield np.roll(flights, -i, axis=0)[:-1]
+
+
+def _squares(flights: Floats) -> Floats:
+    """Squares of the space of flight times that a line through points passes, and all beside."""
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(flights, axis=1)).max(axis=0))])
+    fine = np.append(np.arange(0, way[-1], NEAR / 2), way[-1])
+    line = np.stack([np.interp(fine, way, flight) for flight in flights])
+    steps = np.array(list(product((-NEAR, 0, NEAR), repeat=len(line)))).T
+    return _codes(line[:, :, None] + steps[:, None, :]).ravel()
+
+
+def _codes(flights: Floats) -> Floats:
+    """A number for the square that flight times lie in."""
+    return np.asarray(np.tensordot(SQUARES ** np.arange(len(flights)), np.floor(flights / NEAR), axes=1))

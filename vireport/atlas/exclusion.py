@@ -1,0 +1,301 @@
+"""Where among all flight times the motions of a sweep can be: proved by leaving out all other flight times.
+
+The flight times of a motion with three impacts are a point of a triangle, which is divided into cells; those of one
+with two on the same membrane a point of a line, with four a point of a tetrahedron. A cell is left out when affine
+arithmetic shows that none of the solutions above it is a motion of the sweep; what is left is halved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import factorial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.atlas.surface import (
+    Motions,
+    Solution,
+    into_range,
+    motions_above,
+    onto_sweep,
+    room,
+    solution,
+    sweep_conditions,
+    within,
+)
+from vireport.motions import Held, Model, turning_points
+from vireport.physics import (
+    AFFINE,
+    Affine,
+    Word,
+    between,
+    flight,
+)
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+COARSEST, FINE, FINEST = 1 / 8, 1 / 512, 1 / 2048
+"""Sides of the first cells [t_c], larger than which are hardly ever left out, of those that are looked for motions, and
+of the last ones in a plane, to which only those are halved that are not near to motions known."""
+
+COARSEST_CUBE, FINE_CUBE = 1 / 6, 1 / 96
+"""The first two of cells in space."""
+
+FEW = 60
+"""Cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
+
+WALLS = 1 / 20
+"""Side from which down it is tested whether the ball passes through a membrane: larger cells hardly ever show it."""
+
+NEAR_TURN = 1e-3
+"""Newton step [t_c] at which a turning point is near enough: any point of a flight may prove that it leaves."""
+
+MOST_CELLS = 20_000
+"""Cells that are divided once more: where more are left, as above a sweep over decades, they stay as they are."""
+
+REACH = 4
+"""Sides of a cell over which a motion is looked for from its centre."""
+
+BLOCK = 4096
+"""Cells evaluated at once: their numbers stay in the processor's cache."""
+
+
+def fine_side(word: Word) -> float:
+    """Side of the cells of flight times that are looked for motions [t_c]."""
+    return FINE_CUBE if len(word) == 4 else FINE
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cells:
+    """Squares of pairs of flight times, intervals of one or cubes of three, that may hold motions of a sweep.
+
+    Attributes
+    ----------
+    sequence : Sequence
+    corner : ndarray (N - 1, n)
+        The lower ends of all flight times but the last [t_c].
+    side : float
+        [t_c].
+    """
+
+    word: Word
+    corner: Floats
+    side: float
+
+    def __len__(self) -> int:
+        """Return their number."""
+        return len(self.corner[0])
+
+    def __getitem__(self, index: Any) -> Cells:
+        """Some of them."""
+        return Cells(self.word, self.corner[:, index], self.side)
+
+    @property
+    def centre(self) -> Floats:
+        """The flight times in the middle of each."""
+        return self.corner + self.side / 2
+
+    def no_larger_than(self, side: float) -> bool:
+        """Whether they are squares of at most this side, intervals of a quarter of it, or cubes of four times as much.
+
+        An interval is a larger share of a line, and a cube a smaller one of space.
+        """
+        return self.side <= side * 4.0 ** (len(self.corner) - 2)
+
+    def divided(self) -> Cells:
+        """Their parts, each divided along each side."""
+        sides, count = len(self.corner), 4 if len(self) <= FEW else 2
+        side, parts = self.side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
+        return Cells(self.word, (self.corner[:, :, None] + side * parts).reshape(sides, -1), side)
+
+    @property
+    def share(self) -> float:
+        """Of all flight times, each motion counted from one impact."""
+        sides = len(self.corner)
+        part = (self.side / (2 * self.word.periods)) ** sides * factorial(sides)
+        return float(len(self) * part * len(self.word.firsts(self.word)))
+
+
+@dataclass(frozen=True, slots=True)
+class Exclusion:
+    """What the motions are that are looked for.
+
+    Attributes
+    ----------
+    model : Model
+    low, high : float
+        Range of the coordinate.
+    sequences : tuple of Sequence
+        Of one word and different numbers of periods, which are evaluated together: three impacts, not all on the top,
+        or two or four on the bottom.
+    """
+
+    model: Model
+    low: float
+    high: float
+    words: tuple[Word, ...]
+
+    def shortest(self, period: float) -> float:
+        """Time below which no flight of a motion can cross [t_c].
+
+        No impact is faster than by (2.11) with the decay r, and no flight gains more than 1 + gbar in a unit of time.
+        """
+        d, gbar = self.model.groups(max(self.low, 0.0))[0], self.model.groups(self.high)[1]
+        speed = (period * gbar + 2 / np.pi) / (1 - self.model.r)
+        start = self.model.r * speed
+        return float(2 * d / (start + np.sqrt(start * start + 2 * d * (1 + gbar))))
+
+    def cells(self) -> list[Cells]:
+        """The cells that are left of all flight times, those of each sequence apart."""
+        sides, found = len(self.words[0]) - 1, []
+        side, fine = {1: FINE, 2: COARSEST, 3: COARSEST_CUBE}[sides], fine_side(self.words[0])
+        counts = [round(2 * word.periods / side) for word in self.words]
+        grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
+        parts = [Cells(*both, side) for both in zip(self.words, grids, strict=True)]
+        while parts:
+            parts = self.left(parts)
+            found += [part for part in parts if part.side <= fine or len(part) > MOST_CELLS]
+            parts = [part.divided() for part in parts if part.side > fine and len(part) <= MOST_CELLS]
+        return found
+
+    def left(self, cells: list[Cells]) -> list[Cells]:
+        """What is left of the cells of each sequence."""
+        cells = [self._ordered(part) for part in cells]
+        corner, counts = np.concatenate([part.corner for part in cells], axis=1), [len(part) for part in cells]
+        period = np.repeat([2.0 * part.word.periods for part in cells], counts)
+        side = np.repeat([part.side for part in cells], counts)
+        blocks = [slice(i, i + BLOCK) for i in range(0, max(len(period), 1), BLOCK)]
+        possible = np.concatenate([self._possible(corner[:, i], period[i], side[i]) for i in blocks])
+        masks = np.split(possible, np.cumsum(counts)[:-1])
+        return [part[mask] for part, mask in zip(cells, masks, strict=True)]
+
+    def motions(self, cells: Cells) -> tuple[Motions, Floats]:
+        """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
+        word, level, r, farthest = cells.word, self.model.level, self.model.r, REACH * cells.side
+        found, flights = onto_sweep(word, cells.centre, r, level, farthest)
+        if not word.one_sided:
+            flights = into_range(found, flights, level, farthest, (self.low, self.high))
+            found = motions_above(word, flights, r)
+        found, rows = within(self._placed(found), level, self.low, self.high)
+        return found, flights[:, rows]
+
+    def _placed(self, motions: Motions) -> Motions:
+        if not motions.word.one_sided:
+            return motions
+        return replace(motions, d=room(self.model.level, self.high, motions.gbar) + 0 * motions.gbar)
+
+    def _ordered(self, cells: Cells) -> Cells:
+        """The cells in which flights can be long enough, and the first is not longer than others like it."""
+        word, corner = cells.word, cells.corner
+        period, walls = 2.0 * word.periods, word.walls
+        shortest, ends = self.shortest(period), zip(walls, (*walls[1:], walls[0]), strict=True)
+        longest = (*(corner + cells.side), period - corner.sum(axis=0))
+        least = (*corner, longest[-1] - len(corner) * cells.side)
+        possible = []
+        for (wall, other), low, high in zip(ends, least, longest, strict=True):
+            possible.append(high > (shortest if wall != other else 0))
+            if wall == other == 1:
+                possible.append(~self._beyond_top(low, high))
+        if word.one_sided:  # whose motions are counted so that the second flight is the longest
+            possible += [longest[1] >= time for time in least]
+        return cells[np.all(possible, axis=0)]
+
+    def _beyond_top(self, least: Floats, longest: Floats) -> Mask:
+        """Whether every flight from the bottom back to it, between two times, would pass through the top.
+
+        After half of its time t the ball is at least gbar t^2/8 - [1 - cos(pi t/2)]/pi^2 above the bottom, by (2.12).
+        """
+        forced = np.minimum(1 - np.cos(np.pi * least / 2) + np.pi / 2 * (longest - least), 2) / np.pi**2
+        ends = (self.model.groups(end) for end in (max(self.low, 0.0), self.high))
+        beyond = [gbar * np.maximum(least, 0) ** 2 / 8 - d > forced for d, gbar in ends]
+        return np.asarray(np.all(beyond, axis=0))
+
+    def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
+        """Which cells may hold motions of the sweep."""
+        word, rows = self.words[0], np.arange(len(period))
+        x = solution(word, _boxes(corner, side), self.model.r, AFFINE, period)
+        rows, x = self._solved(rows, x)
+        if word.one_sided and len(corner) > 1:
+            # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
+            solved, _ = self._solved(np.arange(len(rows)), x.by_others())
+            rows, x = rows[solved], x.at(solved)
+        possible, small = np.zeros(len(period), dtype=bool), np.flatnonzero(side[rows] <= WALLS)
+        possible[rows] = True
+        if small.size:
+            rows = rows[small]
+            possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side[rows], x.at(small))
+        return possible
+
+    def _solved(self, rows: NDArray[np.intp], x: Solution) -> tuple[NDArray[np.intp], Solution]:
+        """Those, with their numbers, that may be solutions of the sweep with velocities of the right signs."""
+        zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
+        if zeros:
+            zero = np.flatnonzero(np.logical_and.reduce(zeros))
+            rows, x = rows[zero], x.at(zero)
+        scale = x.sine * x.sine + x.cosine * x.cosine
+        coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
+        square = coordinate * coordinate
+        possible = (square - scale * (max(self.low, 0.0) ** 2)).upper >= 0
+        possible &= (square - scale * (self.high * self.high)).lower <= 0
+        # The sign of the factor makes d positive, and with it gbar and the velocities towards the walls.
+        positive = [x.positive, *(v * float(wall) for v, wall in zip(x.velocity, self.words[0].walls, strict=True))]
+        if not self.model.level.horizontal:
+            positive.append(x.gbar)
+        above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
+        possible &= ~(np.any(above, axis=0) & np.any(below, axis=0))
+        left = np.flatnonzero(possible)
+        return rows[left], x.at(left)
+
+    def _d(self, x: Solution) -> Any:
+        """The d of solutions with their factor; where one membrane is struck and d is held, not less than it."""
+        if x.d is not None:
+            return x.d
+        # sqrt(y) is at most (y/n + n)/2, whatever n is.
+        square = x.sine * x.sine + x.cosine * x.cosine
+        norm = np.copysign(np.sqrt(square.centre), x.gbar.centre)
+        return room(self.model.level, self.high, x.gbar, (square * (1 / norm) + norm) * 0.5)
+
+    def _beyond_walls(self, corner: Floats, period: Floats, side: Floats, x: Solution) -> Mask:
+        """Which cells hold no motion because the ball would pass through a membrane in each of their solutions.
+
+        What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the
+        same share of its flight throughout the cell.
+        """
+        r, walls = self.model.r, np.array(self.words[0].walls)
+        above = self._placed(motions_above(self.words[0], corner + side / 2, r, period))
+        turns = turning_points(walls, above.velocity, above.time, period, (above.d, above.gbar), r, NEAR_TURN)
+        order = np.argsort(-turns.gap, kind="stable")
+        farthest = np.full(len(period), -1)
+        farthest[turns.motion[order]] = order  # of the turning points of a motion the last one assigned
+        rows = np.flatnonzero(np.isin(farthest, np.flatnonzero(turns.gap < 0)))
+        boxes, x, turning = _boxes(corner[:, rows], side[rows]), x.at(rows), farthest[rows]
+        after = turns.after[turning]
+        durations = [*boxes, period[rows] - sum(boxes[1:], boxes[0])]
+        duration, time, velocity = (_chosen(after, numbers) for numbers in (durations, x.time, x.velocity))
+        elapsed = duration * (turns.elapsed[turning] / duration.centre)
+        start, turn = (_phase(x.sine, x.cosine, t) for t in (time, time + elapsed))
+        covered = flight.displacement(elapsed, flight.reflect(velocity, r), start[0], start[1], turn[1], x.gbar)
+        wall, d, factor = walls[after], self._d(x), x.positive
+        beyond = np.zeros(len(period), dtype=bool)
+        for gap in (d * ((1 - wall) / 2) - covered, d * ((1 + wall) / 2) + covered):
+            beyond[rows] |= ((gap.upper < 0) & (factor.lower > 0)) | ((gap.lower > 0) & (factor.upper < 0))
+        return beyond
+
+
+def _boxes(corner: Floats, side: Floats) -> list[Affine]:
+    return [between(low, low + side, i, len(corner)) for i, low in enumerate(corner)]
+
+
+def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:
+    """Sine and cosine of the forcing phase at a time, with the solution's factor, by those at time zero."""
+    s, c = AFFINE.sin(t * np.pi), AFFINE.cos(t * np.pi)
+    return sine * c + cosine * s, cosine * c - sine * s
+
+
+def _chosen(which: NDArray[np.intp], numbers: list[Affine]) -> Affine:
+    """Of several numbers one for each box."""
+    parts = zip(*((y.centre, y.linear, y.radius, y.spread) for y in numbers), strict=True)
+    return Affine(*(np.choose(which, part) for part in parts))

@@ -1,0 +1,179 @@
+"""Motions with four impacts, searched for over a grid of the times of all of them.
+
+At each three times after the first impact there is one solution, and it is a motion of a sweep where two conditions
+hold: a curve, which passes cells in whose corners the signs of both differ.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.atlas.surface import (
+    Motions,
+    Solution,
+    into_range,
+    motions_above,
+    onto_sweep,
+    solution,
+    sweep_conditions,
+    within,
+)
+from vireport.motions import Held, Model
+from vireport.physics import Word
+
+Floats = NDArray[np.float64]
+
+FINEST, MOST_POINTS = 1 / 16, 400_000
+"""Side of the cells [t_c], and the number of corners from which they are larger."""
+
+LAYERS = 8
+"""Layers of cells evaluated at once: numbers stay in the processor's cache, and are many enough for NumPy."""
+
+FARTHEST, INSIDE = 2.0, 0.5
+"""Sides of a cell from its centre: half of one, and the rest for the curvature of both functions; and where the centre
+has the other sign of d, within the cell."""
+
+CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+"""Of a cell, from that with the least times."""
+
+FIT = np.vstack([(CORNERS - 0.5).T / 2, np.full(8, 1 / 8)]).astype(np.float32)
+"""From the values of a function in the corners of a cell to its slopes over the cell's side, and its mean."""
+
+SIGNS = np.array([1, -1], np.float32)
+"""Of the factor of a solution."""
+
+SLACK = 0.25
+"""Of the range of a function in the corners of a cell: how far beyond it the function may go inside."""
+
+
+def side_of(word: Word) -> float:
+    """Side of the cells in which motions are searched for [t_c]."""
+    period = 2 * word.periods
+    return float(max(FINEST, period / round((6 * MOST_POINTS) ** (1 / 3))))
+
+
+def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Motions, Floats]:
+    """Motions of a sweep, in the cells that its curve passes, with all their flight times but the last.
+
+    Parameters
+    ----------
+    model : Model
+    low, high : float
+        Range of the coordinate.
+    sequence : Sequence
+        Four impacts, on both membranes.
+    """
+    side, own, starts = side_of(word), word.canonical(mirror=True), [np.empty((3, 0))]
+    # Each image that is the sequence, and the impact from which it is.
+    images = [(image, i) for image in (own, own.mirrored()) for i in range(4) if image.rotated(i) == word]
+    if model.level.horizontal or own.rotated(2) == own:
+        del images[1:]  # whose motions are the same
+    for i, x, velocity in _layers(own, model.r):
+        for image, first in images:
+            # Half a period later and in the mirror, all unknowns have the other sign but d.
+            seen = x if image == own else x._replace(d=-x.d)
+            crossed = np.logical_and.reduce([_crossed(condition) for condition in sweep_conditions(seen, model)])
+            layer, row, column = cells = np.stack(np.nonzero(crossed))
+            cells = cells[:, (row <= layer + i) & (column >= layer)]  # in which the impacts can be in order
+            layer, row, column = _starts(seen, velocity, cells, image, model, (low, high))
+            time = side * np.stack([row, layer + i, column + i])
+            flights = np.diff(time, axis=0, prepend=0.0, append=2.0 * word.periods)
+            starts.append(np.roll(flights, -first, axis=0)[:-1])
+    flights = np.maximum(np.concatenate(starts, axis=1), side / 4)  # where two times are in one cell
+    motions, flights = onto_sweep(word, flights, model.r, model.level, 2 * side)
+    flights = into_range(motions, flights, model.level, 2 * side, (low, high))
+    motions, rows = within(motions_above(word, flights, model.r), model.level, low, high)
+    return motions, flights[:, rows]
+
+
+@lru_cache(maxsize=8)
+def _layers(word: Word, r: float) -> list[tuple[int, Solution, list[Any]]]:
+    """The solutions above the corners of the cells, which are those of every sweep with this restitution coefficient.
+
+    In layers, each with the number of its first one and its velocities; few digits are enough.
+    """
+    side = side_of(word)
+    count, layers = round(2 * word.periods / side), []
+    grid = np.float32(side) * np.arange(count + 1, dtype=np.float32)
+    # Counted from the third impact, the motions or their mirror images are then the same once more.
+    twice = word.rotated(2) in (word, word.mirrored())
+    for i in range(0, (count + 1) // 2 if twice else count, LAYERS):
+        j = min(i + LAYERS, count)
+        second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]
+        time = [0 * first, first, second, third]
+        x = solution(word, [after - before for before, after in pairwise(time)], r, time=time)
+        layers.append((i, x._replace(vectors=[]), x.velocity))
+    return layers
+
+
+def _crossed(values: NDArray[Any]) -> NDArray[np.bool_]:
+    """In which cells of a grid a function may be zero."""
+    least = largest = values
+    for _ in values.shape:  # each axis in turn
+        least = np.minimum(least[1:], least[:-1]).transpose(1, 2, 0)
+        largest = np.maximum(largest[1:], largest[:-1]).transpose(1, 2, 0)
+    return _within_slack(least, largest)
+
+
+def _within_slack(least: NDArray[Any], largest: NDArray[Any]) -> NDArray[np.bool_]:
+    """Whether a function between these values in the corners of cells may be zero inside."""
+    slack = SLACK * (largest - least)
+    return np.asarray((least <= slack) & (largest >= -slack))
+
+
+def _starts(
+    x: Solution,
+    velocity: list[Any],
+    cells: NDArray[np.intp],
+    word: Word,
+    model: Model,
+    limits: tuple[float, float],
+) -> Floats:
+    """Where motions of a sweep may be next to the cells of a grid of solutions, in sides of a cell, (3, n).
+
+    To first order both conditions are zero on a line, whose point next to the centre must not be far from the cell; up
+    to a side of a cell from that point each velocity and the coordinate must be in its range, but for the slack. In a
+    cell in which d changes its sign, and so the factor of the motions, all is smooth for either sign alone.
+    """
+    index = np.ravel_multi_index(tuple(cells), x.d.shape) + np.ravel_multi_index(CORNERS.T, x.d.shape)[:, None]
+    d, level = x.d.take(index), model.level
+    either = [np.flatnonzero((sign * d > 0).any(axis=0)) for sign in SIGNS]
+    rows, sign = np.concatenate(either), np.repeat(SIGNS, [part.size for part in either])
+    index, d = index[:, rows], sign * d[:, rows]
+    if level.held is Held.RATIO:
+        off = d - np.float32(level.value) * sign * x.gbar.take(index)
+    else:
+        norm = np.hypot(x.sine.take(index), x.cosine.take(index))
+        off = (d if level.held is Held.D else sign * x.gbar.take(index)) - np.float32(level.value) * norm
+    (a, b), (f, g) = _fitted(np.stack([off, x.excess[0].take(index)]))
+    with np.errstate(all="ignore"):
+        along = _cross(a, b)
+        size = (along * along).sum(axis=0)
+        step, along = _cross(g * a - f * b, along) / size, along / np.sqrt(size)
+    centred = FIT[-1] @ d > 0
+    near = np.flatnonzero(np.abs(step).max(axis=0) <= np.where(centred, FARTHEST, INSIDE))
+    rows, index, sign, step, along = rows[near], index[:, near], sign[near], step[:, near], along[:, near]
+    d, norm = d[:, near], np.hypot(x.sine.take(index), x.cosine.take(index))
+    coordinate = sign * x.gbar.take(index) if level.held is Held.D else d
+    outward = [sign * wall * v.take(index) for v, wall in zip(velocity, word.walls, strict=True)]
+    slopes, mean = _fitted(np.stack([coordinate - limits[0] * norm, limits[1] * norm - coordinate, d, *outward]))
+    nearest, change = ((slopes * way).sum(axis=1) for way in (step, along))
+    largest = mean + nearest + np.abs(change) + SLACK * np.abs(slopes).sum(axis=1)
+    passed = np.flatnonzero((largest >= 0).all(axis=0))
+    return np.asarray(cells[:, rows[passed]] + 0.5 + np.where(centred[near], 0.0, step)[:, passed])
+
+
+def _fitted(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Slopes (m, 3, n) over the side of a cell, and mean (m, n), of functions by their values in its corners."""
+    fit = FIT @ values
+    return fit[:, :3], fit[:, 3]
+
+
+def _cross(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+    """Vector product of vectors (3, n)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

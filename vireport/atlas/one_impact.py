@@ -1,0 +1,64 @@
+"""Motions with one impact, on the bottom, in some forcing periods: all along a sweep, by the phase of the impact."""
+
+from __future__ import annotations
+
+from math import asin, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.atlas.surface import Motions, room, within
+from vireport.motions import Held, Model
+from vireport.physics import Word
+
+Floats = NDArray[np.float64]
+
+PARTS, HALVINGS = 256, 14
+"""Into which the range of phases is divided, and how often those are halved that may hold an end of a family: less than
+a millionth of a radian is left undecided there."""
+
+
+def one_impact(model: Model, low: float, high: float, periods: int) -> Motions:
+    """Find one motion of each family.
+
+    Parameters
+    ----------
+    model : Model
+        Of a capsule that is not horizontal.
+    low, high : float
+        Range of the coordinate.
+    periods : int
+        Forcing periods of the motion, k.
+
+    Notes
+    -----
+    By (2.11) and (2.12) over the one flight sin(phi) = a gbar, where a = pi k (1 - r)/(1 + r). After a time t the ball
+    is gbar t (2k - t)/2 + [cos(phi + pi t) - cos(phi)]/pi^2 above the bottom. Per radian of phi that changes by at most
+    k^2/(2a) + 3/pi^2, so that with a phase at which the ball is beyond a membrane others around it are left out.
+    """
+    level, a = model.level, pi * periods * (1 - model.r) / (1 + model.r)
+
+    def above(phase: Floats) -> Motions:
+        gbar = np.sin(phase) / a
+        velocity, d = 2 * periods * gbar / (1 + model.r), room(level, high, gbar) + 0 * gbar
+        word, excess = Word((1,), periods), np.empty((0, len(d)))
+        return Motions(word, velocity[None], phase[None] / pi, gbar, d, excess, model.r)
+
+    if level.held is Held.GBAR:
+        sine = a * level.value
+        return within(above(np.array([asin(sine), pi - asin(sine)] if sine < 1 else [])), level, low, high)[0]
+    ratio = level.value if level.held is Held.RATIO else 0.0
+    slope = (periods**2 / 2 + 1 + ratio) / a + 3 / pi**2  # of the distance from the membranes and the ends of the sweep
+    side, parts = pi / PARTS, []
+    centre = np.linspace(side, 2 * pi - side, PARTS) / 2
+    for _ in range(HALVINGS):
+        motions = above(centre)
+        coordinate = motions.coordinate(level)
+        inside = np.minimum(motions.gap, np.minimum(coordinate - low, high - coordinate))
+        parts.append(np.stack([centre, inside]))
+        centre, side = centre[np.abs(inside) < slope * side / 2], side / 2
+        centre = np.concatenate([centre - side / 2, centre + side / 2])
+    whole = np.concatenate(parts, axis=1)
+    phase, inside = whole[:, np.argsort(whole[0])]
+    runs = np.flatnonzero(np.diff(inside > 0, prepend=False, append=False)).reshape(-1, 2)
+    return above(np.array([phase[i + np.argmax(inside[i:j])] for i, j in runs], dtype=float))

@@ -1,0 +1,379 @@
+"""Motions with two to four impacts in closed form above their flight times.
+
+At given flight times the conditions are linear and homogeneous in the velocities, the sine and cosine of the phase,
+gbar and d. With three impacts they leave one solution above each pair of flight times, without iteration; with four,
+one above each triple and one condition on these. Motions that strike the bottom only do not depend on d, which is one
+unknown less: with two impacts there is one solution above each flight time, with three one condition on both, with four
+two on the three.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions import Held, Level, Model, Motion, Turns, trace, turning_points
+from vireport.physics import ARRAYS, Word
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+NEWTON_STEPS, STEP, SETTLED = 6, 1e-7, 1e-8
+"""Newton steps, the difference of flight times that derivatives are taken over [t_c], and the residual that is small
+enough to follow a family from: the steps square it."""
+
+INWARD = 1 / 16
+"""Share of the range from its ends at which motions are looked for on families that are found outside."""
+
+
+class Solution(NamedTuple):
+    """What the conditions leave above flight times, up to a common factor.
+
+    Times of the impacts, the first at time zero, or the second where only one membrane is struck; sine and cosine of
+    the phase there; the groups, d being None where only one membrane is struck. What is in `excess` is zero above those
+    flight times that there is a motion for. Where only one membrane is struck, `rows` are the conditions, the first two
+    of which were solved, and `waves` sine and cosine of pi times the time of each impact.
+    """
+
+    vectors: list[Any]
+    time: list[Any]
+    sine: Any
+    cosine: Any
+    gbar: Any
+    d: Any
+    excess: list[Any]
+    rows: Sequence[Any] = ()
+    waves: Sequence[Any] = ()
+
+    @property
+    def velocity(self) -> list[Any]:
+        """Of each impact; its vector holds what multiplies sine, cosine and gbar, with waves for the impact's phase."""
+        turned = [_turned(*pair) for pair in zip(self.vectors, self.waves, strict=True)] if self.waves else self.vectors
+        return [_product(vector, (self.sine, self.cosine, self.gbar)) for vector in turned]
+
+    @property
+    def positive(self) -> Any:
+        """The group whose sign is that of the common factor."""
+        return self.gbar if self.d is None else self.d
+
+    def at(self, index: Any) -> Solution:
+        """Some of them, but for the excess."""
+        vectors, rows, waves = (
+            [[y if isinstance(y, float) else y[index] for y in row] for row in part]
+            for part in (self.vectors, self.rows, self.waves)
+        )
+        d = None if self.d is None else self.d[index]
+        groups = self.sine[index], self.cosine[index], self.gbar[index], d
+        return Solution(vectors, [t[index] for t in self.time], *groups, [], rows, waves)
+
+    def by_others(self) -> Solution:
+        """The same by the last condition and the first, where only one membrane is struck."""
+        rows = [self.rows[-1], *self.rows[:-1]]
+        sine, cosine, gbar = kernel = _cross(*rows[:2])
+        excess = [_product(row, kernel) for row in rows[2:]]
+        return self._replace(sine=sine, cosine=cosine, gbar=gbar, excess=excess, rows=rows)
+
+
+def solution(
+    word: Word,
+    flights: Sequence[Any],
+    r: float,
+    ops: Any = ARRAYS,
+    period: Any = None,
+    time: list[Any] | None = None,
+) -> Solution:
+    """Solve the linear conditions of a motion with three or four impacts, or two to four on one membrane only.
+
+    Parameters
+    ----------
+    sequence : Sequence
+    flights : sequence
+        All flight times but the last [t_c].
+    r : float
+        Restitution coefficient.
+    ops
+        Of the kind of number of `flights`.
+    period : ndarray (n,), optional
+        Of each motion [t_c], where it is not that of the sequence.
+    time : list, optional
+        Of all impacts [t_c], where they are arrays of fewer numbers than the sums of flight times.
+
+    Source: Eqs. (2.11)-(2.13). Velocities are eliminated by (2.11); flights from a membrane to the same one do not
+    depend on d, nor do two flights there and back together, which leaves two conditions, or three, on three unknowns.
+    """
+    count, walls = len(word), word.walls
+    if word.one_sided:
+        return _on_one_membrane(flights, 2.0 * word.periods if period is None else period, r, ops)
+    if time is None:
+        time = list(accumulate(flights, initial=flights[0] * 0.0))
+    durations = [*flights, (2.0 * word.periods if period is None else period) - time[-1]]
+    # Vectors hold what multiplies the sine and the cosine of the phase at the first impact, and gbar.
+    swings = [(1 / np.pi, 0.0)]
+    for angle in (ops.pi * t for t in time[1:]):
+        swings.append((ops.cos(angle) * (1 / np.pi), ops.sin(angle) * (1 / np.pi)))
+    gains = [(b[0] - a[0], b[1] - a[1], t) for (a, b), t in zip(pairwise([*swings, swings[0]]), durations, strict=True)]
+    decays = [(-r) ** (count - 1 - i) / (1 - (-r) ** count) for i in range(count)]
+    velocities = [[sum(gain[part] * decay for gain, decay in zip(gains, decays, strict=True)) for part in range(3)]]
+    for gain in gains[:-1]:
+        velocities.append([g - v * r for g, v in zip(gain, velocities[-1], strict=True)])
+    rows, across = [], []
+    for i, (t, v, swing) in enumerate(zip(durations, velocities, swings, strict=True)):
+        drift = [v[0] * -r - swing[0], v[1] * -r - swing[1], t * 0.5 - v[2] * r]
+        if walls[i] == walls[(i + 1) % count]:  # divided by the flight time, with which it vanishes
+            middle, chord = ops.pi * (time[i] + t * 0.5), ops.sinc(t * 0.5) * (1 / np.pi)
+            rows.append([drift[0] + chord * ops.cos(middle), drift[1] + chord * ops.sin(middle), drift[2]])
+        else:
+            sine, cosine = (gains[i][part] * (1 / np.pi) for part in (1, 0))
+            across.append([drift[0] * t + sine, drift[1] * t - cosine, drift[2] * t])
+    rows += [[x + y for x, y in zip(*both, strict=True)] for both in pairwise(across)]
+    kernel = _cross(*rows[:2])
+    # The first flight across is towards the top when the word begins at the bottom, and covers -d.
+    towards = -next(wall for i, wall in enumerate(walls) if wall != walls[(i + 1) % count])
+    d, excess = _product(across[0], kernel) * float(towards), [_product(row, kernel) for row in rows[2:]]
+    return Solution(velocities, time, kernel[0], kernel[1], kernel[2], d, excess)
+
+
+def _on_one_membrane(flights: Sequence[Any], period: Any, r: float, ops: Any) -> Solution:
+    """Solve the conditions where all impacts are on the bottom.
+
+    A flight that comes back to it after a time t begins, by (2.12), with the velocity gbar t/2 - p s + q c upwards,
+    where p = (1 - sinc t)/pi, q = sinc(t/2) sin(pi t/2)/pi, and s and c are sine and cosine of the phase at its start;
+    with those at its end it ends, by (2.11), with the velocity gbar t/2 + p s + q c downwards. At each impact the first
+    is r times the second.
+    """
+    durations = [*flights, period - sum(flights[1:], flights[0])]
+    halves = [t * 0.5 for t in durations]
+    lead = [(1.0 - ops.sinc(t)) * (1 / np.pi) for t in durations]
+    lift = [ops.sinc(half) * ops.sin(half * np.pi) * (1 / np.pi) for half in halves]
+    time = [-flights[0], flights[0] * 0.0, *accumulate(flights[1:])]
+    waves = [(0.0, 1.0) if i == 1 else (ops.sin(t * np.pi), ops.cos(t * np.pi)) for i, t in enumerate(time)]
+    vectors = [(lead[i - 1], lift[i - 1], halves[i - 1]) for i in range(len(time))]
+    rows = []
+    for i, (p, q, half) in enumerate(vectors):
+        balance = -lead[i] - p * r, lift[i] - q * r, halves[i] - half * r
+        rows.append(balance if i == 1 else _turned(balance, waves[i]))
+    rows = [*rows[1:], rows[0]]
+    kernel = _cross(*rows[:2])
+    excess = [_product(row, kernel) for row in rows[2:]]
+    return Solution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess, rows, waves)
+
+
+def _turned(vector: Sequence[Any], wave: tuple[Any, Any]) -> list[Any]:
+    """What multiplies sine, cosine and gbar, for the phase at time zero instead of that at a time with this wave."""
+    s, c, gbar = vector
+    sine, cosine = wave
+    return [s * cosine - c * sine, s * sine + c * cosine, gbar]
+
+
+def sweep_conditions(x: Solution, model: Model) -> list[Any]:
+    """What is zero of the solutions of a sweep: up to three numbers, of any kind."""
+    value = float(model.level.value)
+    if x.d is None and model.level.held is not Held.GBAR:
+        return x.excess
+    if model.level.held is Held.RATIO:
+        off = x.d - x.gbar * value
+    else:
+        held = x.d if model.level.held is Held.D else x.gbar
+        # The common factor is the root of the sum of the squares.
+        off = held * held - (x.sine * x.sine + x.cosine * x.cosine) * (value * value) if value else held
+    return [off, *x.excess]
+
+
+def _cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _product(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motions:
+    """Motions with one sequence of impacts, in arrays; some may only solve the equations.
+
+    Attributes
+    ----------
+    sequence : Sequence
+    velocity, time : ndarray (N, n)
+        Of each impact [y_c], [t_c].
+    gbar, d : ndarray (n,)
+        The groups at which the motion occurs; d is nan where only one membrane is struck, until one is chosen.
+    excess : ndarray (m, n)
+        See `Solution`.
+    r : float
+        Restitution coefficient.
+    """
+
+    word: Word
+    velocity: Floats
+    time: Floats
+    gbar: Floats
+    d: Floats
+    excess: Floats
+    r: float
+
+    def __getitem__(self, index: Any) -> Motions:
+        """Some of them."""
+        parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], self.excess[:, index])
+        return Motions(self.word, *parts, self.r)
+
+    def coordinate(self, level: Level) -> Floats:
+        """What orders a sweep."""
+        return np.asarray(self.gbar if level.held is Held.D else self.d)
+
+    def motion(self, i: int, level: Level) -> Motion:
+        """One of them."""
+        return Motion(self.word, self.velocity[:, i], self.time[:, i], float(self.coordinate(level)[i]))
+
+    @property
+    def trace(self) -> Floats:
+        """Trace of the product of the flights' Jacobians, whose determinant is r^(2N)."""
+        x = [*self.velocity, *self.time, self.gbar]
+        return np.asarray(trace(self.word, x, Model(Level(Held.D, self.d), self.r), ARRAYS))
+
+    @property
+    def turns(self) -> Turns:
+        """The turning points of the ball."""
+        walls, period = np.array(self.word.walls), 2.0 * self.word.periods
+        return turning_points(walls, self.velocity, self.time, period, (self.d, self.gbar), self.r)
+
+    @property
+    def gap(self) -> Floats:
+        """Least distance between the ball and a membrane that it turns back from; not positive where it is no motion.
+
+        Velocities must be towards the membranes. Infinite where the ball turns back nowhere.
+        """
+        speeds = self.velocity * np.array(self.word.walls)[:, None]
+        sound = (speeds > 0).all(axis=0) & (self.d > 0)
+        gap, rows = np.where(sound, np.inf, 0.0), np.flatnonzero(sound)
+        turns = self[rows].turns
+        np.minimum.at(gap, rows[turns.motion], turns.gap)
+        return gap
+
+    @property
+    def admissible(self) -> Mask:
+        """Whether they are motions: velocities towards the membranes, and the ball between these at all times."""
+        return np.asarray(self.gap > 0)
+
+
+def motions_above(word: Word, flights: Floats, r: float, period: Floats | None = None) -> Motions:
+    """The motions with three impacts above pairs of flight times, and what may be one with four above triples.
+
+    Parameters
+    ----------
+    sequence : Sequence
+        Or with two to four, on the bottom only.
+    flights : ndarray (N - 1, n)
+        All flight times but the last [t_c].
+    r : float
+        Restitution coefficient.
+    period : ndarray (n,), optional
+        Of each motion [t_c], where it is not that of the sequence.
+
+    Notes
+    -----
+    Of a solution and its negative, which solves the conditions too, this is the one with positive d, or gbar where only
+    one membrane is struck. NaN where flight times leave more than these.
+    """
+    x = solution(word, list(flights), r, period=period)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        scale = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive)
+        start = np.arctan2(scale * x.sine, scale * x.cosine) / np.pi % 2
+        groups = scale * x.gbar, scale * (np.nan if x.d is None else x.d)
+        excess = scale * np.reshape(x.excess, (len(x.excess), len(scale)))
+        return Motions(word, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, excess, r)
+
+
+def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
+    """The d of motions of a sweep that strike one membrane, and do not depend on it: the largest of a sweep over d.
+
+    All may have the factor of a solution, whose sine and cosine have the root sum of squares `norm`.
+    """
+    if level.held is Held.D:
+        return norm * level.value
+    return gbar * (level.value if level.held is Held.RATIO else largest / level.value)
+
+
+def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Motions, NDArray[np.intp]]:
+    """Those that are admissible and in the range of a sweep's coordinate, and which they are."""
+    gap = motions.gap
+    if motions.word.one_sided and level.held is Held.GBAR:  # motions at all d that leave the ball its room
+        motions = replace(motions, d=high - np.minimum(gap, high - low) / 2)
+    coordinate = motions.coordinate(level)
+    rows = np.flatnonzero((gap > 0) & (coordinate > low) & (coordinate < high))
+    return motions[rows], rows
+
+
+def onto_sweep(
+    word: Word, flights: Floats, r: float, level: Level, farthest: float, coordinate: Floats | None = None
+) -> tuple[Motions, Floats]:
+    """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
+
+    Parameters
+    ----------
+    sequence : Sequence
+    flights : ndarray (N - 1, n)
+        All flight times but the last, from which it starts [t_c].
+    r : float
+        Restitution coefficient.
+    level : Level
+        What the sweep holds.
+    farthest : float
+        Most that a flight time may change [t_c].
+    coordinate : ndarray (n,), optional
+        Only those at these places of the sweep.
+    """
+    start, flights, settled = flights, flights.copy(), np.zeros(flights.shape[1], dtype=bool)
+    steps, rows = STEP * np.eye(len(flights), len(flights) + 1, 1)[:, :, None], np.arange(flights.shape[1])
+    for _ in range(NEWTON_STEPS):
+        if not rows.size:
+            break
+        at = None if coordinate is None else coordinate[rows]
+        with np.errstate(all="ignore"):
+            values = _conditions(word, flights[:, None, rows] + steps, r, level, at)
+            value, slope = values[:, 0, :, None], (values[:, 1:] - values[:, :1]) / STEP
+            square = slope.transpose(0, 2, 1) @ slope
+            size = np.linalg.det(square)
+        regular = np.isfinite(size) & (size > np.finfo(float).tiny)
+        rows, value, slope, square = rows[regular], value[regular], slope[regular], square[regular]
+        moved = flights[:, rows] - (slope @ np.linalg.solve(square, value))[:, :, 0].T
+        near = (np.abs(moved - start[:, rows]).max(axis=0) < farthest) & (moved > 0).all(axis=0)
+        near &= moved.sum(axis=0) < 2 * word.periods
+        flights[:, rows] = moved
+        ends = np.abs(value).max(axis=(1, 2), initial=0.0) < SETTLED
+        settled[rows[near & ends]] = True
+        rows = rows[near & ~ends]
+    flights = flights[:, settled]
+    return motions_above(word, flights, r), flights
+
+
+def into_range(motions: Motions, flights: Floats, level: Level, farthest: float, limits: tuple[float, float]) -> Floats:
+    """Flight times of motions of a sweep, and next to those beyond its range of others of their families inside.
+
+    A family may be in the range for less than a cell, and its motion nearest to a start outside.
+    """
+    value, inward = motions.coordinate(level), INWARD * (limits[1] - limits[0])
+    inside = np.clip(value, limits[0] + inward, limits[1] - inward)
+    rows = np.flatnonzero((value <= limits[0]) | (value >= limits[1]))
+    _, found = onto_sweep(motions.word, flights[:, rows], motions.r, level, farthest, inside[rows])
+    return np.concatenate([flights, found], axis=1)
+
+
+def _conditions(word: Word, flights: Floats, r: float, level: Level, coordinate: Floats | None) -> Floats:
+    """What is zero for motions of a sweep, of flight times (N - 1, m, n): (n, m, conditions)."""
+    x = solution(word, list(flights), r)
+    scale, values = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive), x.excess
+    if level.held is Held.GBAR or not word.one_sided:
+        if level.held is Held.RATIO:
+            off = x.d / level.value - x.gbar
+        else:
+            off = (x.d if level.held is Held.D else x.gbar) - level.value / scale
+        values = [off, *values]
+    if coordinate is not None:
+        values = [*values, (x.gbar if level.held is Held.D else x.d) - coordinate / scale]
+    return np.reshape([scale * value for value in values], (len(values), *scale.shape)).T

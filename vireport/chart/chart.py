@@ -1,0 +1,127 @@
+"""A chart: every locus that is reached in the plane of two inputs, and what is stable along some sweeps across it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import chain, pairwise
+from math import pi
+
+import numpy as np
+
+from vireport.atlas import FINE, atlas
+from vireport.base import NumericalError
+from vireport.chart.meetings import Meeting
+from vireport.chart.network import (
+    AT_EDGE,
+    FollowedLocus,
+    Network,
+    Start,
+)
+from vireport.chart.plane import Line, Plane, lines
+from vireport.motions import Atlas, CriticalKind, Event, Limits, Motion, solve, touching, turns
+from vireport.physics import Word
+
+CUTS, SOLVED_CUTS = 3, 16
+"""Sweeps across the plane along each input, on which loci are looked for: of all motions, and of 1:1 motions, which are
+in closed form."""
+
+Progress = Callable[[str], None]
+
+Stable = tuple[tuple[float, float, tuple[str, ...]], ...]
+"""From one break to the next, the words of the motions that are stable."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cut:
+    """A sweep across the plane, and what is stable along it."""
+
+    line: Line
+    stable: Stable
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chart:
+    """Loci in a plane, the points where they meet, and what is stable along some sweeps across it."""
+
+    plane: Plane
+    limits: Limits
+    loci: tuple[FollowedLocus, ...]
+    meetings: tuple[Meeting, ...]
+    cuts: tuple[Cut, ...]
+
+    @property
+    def not_followed(self) -> int:
+        """Ends of loci, off the edges of the plane, beyond which nothing was found."""
+        lost = [one.inputs[row] for one in self.loci for row, event in one.events if event is Event.LOST]
+        return sum(self.plane.room(p) > AT_EDGE for p in lost)
+
+
+def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, cuts: int = CUTS) -> Chart:
+    """Find the loci of the events of motions in a plane, and the points of codimension two.
+
+    Parameters
+    ----------
+    plane : Plane
+    limits : Limits
+        Of the motions.
+    progress : callable
+        Called with what is done next.
+    cuts : int
+        Sweeps along each input on which motions of any sequence are looked for; none where only 1:1 motions are wanted.
+    """
+    one_to_one = Word((1, -1), plane.device.period_ratio)
+    network, crossed = Network(plane, limits, None if cuts else one_to_one), []
+    for line in lines(plane, SOLVED_CUTS):
+        progress(f"1:1 motions along the {line.quantity}")
+        for start in _one_to_one_starts(line, one_to_one):
+            network.explore(start)
+    for line in lines(plane, cuts):
+        progress(f"motions along the {line.quantity}, {plane.inputs[1 - line.varied].show(line.other)}")
+        if not line.sweep.unresolved:
+            families = atlas(line.sweep, limits, finest=FINE)
+            crossed.append(Cut(line, _stable(families, line)))
+            for start in _starts(families, line):
+                progress(f"loci of {start.motion.word.letters}")
+                network.explore(start)
+    return Chart(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
+
+
+def _one_to_one_starts(line: Line, word: Word) -> Iterator[Start]:
+    """The critical points of the 1:1 motions on a sweep across a plane."""
+    sweep = line.sweep
+    try:
+        points = [] if sweep.unresolved else solve(sweep).critical_points
+    except NumericalError:
+        points = []
+    for critical in points:
+        at = critical.point
+        time = at.phi / pi + np.array([0.0, 2 * word.periods * (at.u + 0.5)])
+        motion = Motion(word, np.array([at.velocity_bottom, at.velocity_top]), time, at.d)
+        if critical.kind is CriticalKind.GRAZING:
+            motion = touching(motion, turns(motion, at.d, at.gbar, float(sweep.device.restitution)))
+        yield Start(motion, line.inputs(at.sweep_value), Event(critical.kind))
+
+
+def _starts(families: Atlas, line: Line) -> Iterator[Start]:
+    """The points on a sweep across a plane where families meet, or motions change between node and focus."""
+    points = [(vertex.point, vertex.event) for vertex in families.vertices]
+    marks = chain.from_iterable(family.marks for family in families.families)
+    points += [(mark.point, mark.event) for mark in marks if mark.point and mark.event is Event.NODE_FOCUS]
+    for point, event in points:
+        yield Start(point.motion, line.inputs(point.sweep_value), event)
+
+
+def _stable(families: Atlas, line: Line) -> Stable:
+    """Between the ends of stable ranges, the words of the motions that are stable."""
+
+    def place(pair: tuple[float, float]) -> list[float]:
+        return sorted(float(line.inputs(value)[line.varied]) for value in pair)
+
+    ranges = [(place(pair), family.word.letters) for family in families.families for pair in family.stable_ranges]
+    ends = place((families.sweep.start, families.sweep.end))
+    found = []
+    for low, high in pairwise(sorted({*ends, *chain.from_iterable(pair for pair, _ in ranges)})):
+        words = {word for (first, last), word in ranges if first < (low + high) / 2 < last}
+        found.append((low, high, tuple(sorted(words, key=lambda word: (len(word), word)))))
+    return tuple(found)

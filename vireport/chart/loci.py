@@ -1,0 +1,292 @@
+"""Loci: the curves in the plane of two inputs of a device along which an event of a motion occurs.
+
+Conditions of the motion and of the event together leave one unknown too many, so that a locus is a path like a family.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import atan, nan, prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.chart.plane import Here, Plane
+from vireport.motions import (
+    AT_ZERO,
+    BESIDE,
+    RANK,
+    STEEPEST,
+    Arc,
+    Event,
+    Motion,
+    Path,
+    Point,
+    Turn,
+    linearised,
+    residuals,
+    turns,
+    weighted_trace,
+)
+from vireport.physics import ARRAYS, Word
+
+Floats = NDArray[np.float64]
+
+IMAGINARY = 1e-30
+"""Imaginary step of derivatives, whose square is lost in rounding."""
+
+TURNED_BACK = 1e-3
+"""Difference of a motion to its own image up to which a locus of folds turns back there as that: from the image its
+motions differ by a root of the distance, and the equations are singular twice."""
+
+AMPLITUDE, DIFFERENCE = 1e-3, 1e-5
+"""Of motions beside one from which they begin, and step of derivatives: some six digits of `criticality` are left."""
+
+STANDSTILL = 1e-5
+"""Part of a locus' direction within the plane up to which it stands still there, as at a cusp."""
+
+
+FIRST_STEP, LONGEST_STEP, SHARPEST = 3e-3, 0.06, 0.25
+"""As of families, but longer: along most loci the trace is given, and its poles need no short steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """What holds on a locus.
+
+    Attributes
+    ----------
+    event : Event
+    rests : tuple of int
+        Impacts without velocity; what concerns the trace is of the motion without them.
+    sign : int
+        Of the trace, where the type changes between node and focus.
+    """
+
+    event: Event
+    rests: tuple[int, ...] = ()
+    sign: int = 1
+
+    def value(self, word: Word, x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
+        """Zero where it holds; of the velocities and times in `x`, at d, gbar and r."""
+        count, r = len(word), groups[2]
+        if self.event is Event.GRAZING:
+            return x[self.rests[0]]
+        if self.event is Event.DEGENERATE_GRAZING:
+            return weighted_trace(word, x, groups, ops)
+        kept = [i for i in range(count) if i not in self.rests]
+        word = Word(tuple(word.walls[i] for i in kept), word.periods)
+        x = [x[i] for i in (*kept, *(count + i for i in kept))]
+        return weighted_trace(word, x, groups, ops) - self._level(r ** len(kept)) * prod(x[: len(kept)])
+
+    def _level(self, decay: Any) -> Any:
+        """The trace, by the root of the determinant."""
+        if self.event is Event.NODE_FOCUS:
+            return self.sign * 2 * decay
+        return (1 + decay * decay) * (-1 if self.event is Event.PERIOD_DOUBLING else 1)
+
+    def linearised(self, word: Word, x: Floats, here: Here) -> tuple[float, Floats]:
+        """Its value and derivatives by the unknowns, over their length."""
+        own = 2 * len(word)
+        if self.event is Event.GRAZING:
+            return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
+        at = np.append(x[:own], here.groups)
+        steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))
+        values = self.value(word, steps[:own], (steps[own], steps[own + 1], steps[own + 2]), ARRAYS)
+        slopes = np.imag(values) / IMAGINARY
+        gradient = np.append(slopes[:own], slopes[own:] @ here.gradients)
+        length = float(np.linalg.norm(gradient)) or 1.0
+        return float(np.real(values[0])) / length, gradient / length
+
+
+@dataclass(frozen=True, eq=False)
+class Locus(Path):
+    """The motions of one sequence at which a condition holds, as a curve over a plane.
+
+    The unknowns are the N velocities, the N times and the two inputs. A pitchfork is of symmetric motions: the second
+    half of their impacts is the mirror image of the first.
+    """
+
+    word: Word
+    plane: Plane
+    condition: Condition
+    first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
+
+    @cached_property
+    def scale(self) -> Floats:
+        """The ranges of the inputs, and 1 of velocities and times."""
+        return np.append(np.ones(2 * len(self.word)), self.plane.widths)
+
+    @property
+    def touched(self) -> Word:
+        """The impacts without those that have no velocity."""
+        kept = [i for i in range(len(self.word)) if i not in self.condition.rests]
+        return Word(tuple(self.word.walls[i] for i in kept), self.word.periods)
+
+    def motion(self, x: Floats) -> Motion:
+        """The motion of some unknowns; its coordinate is d."""
+        count = len(self.word)
+        d = float(self.plane.at(x[2 * count :].tolist())[0])
+        return Motion(self.word, x[:count], x[count : 2 * count], d)
+
+    def linearised(self, x: Floats) -> tuple[Floats, Floats]:
+        """The conditions of motion and event, and their derivatives by unknowns over their scale."""
+        here = self.plane.here(x[2 * len(self.word) :].tolist())
+        values, matrix = linearised(self.word, x, here)
+        if self.condition.event is Event.PITCHFORK:
+            half = len(self.word) // 2
+            values[2 * half :], matrix[2 * half :] = self._mirror(x), self._mirror_slopes()
+        value, gradient = self.condition.linearised(self.word, x, here)
+        return np.append(values, value), np.vstack([matrix, gradient]) * self.scale
+
+    def residuals(self, x: Sequence[Any], plane: Plane) -> list[Any]:
+        """The conditions of the motion alone, in the kind of number of the plane."""
+        values = residuals(self.word, x, plane, plane.ops)
+        if self.condition.event is Event.PITCHFORK:
+            values[len(self.word) :] = self._mirror(x)
+        return values
+
+    def _mirror(self, x: Any) -> list[Any]:
+        count, half, k = len(self.word), len(self.word) // 2, self.word.periods
+        velocities = [x[i] + x[i + half] for i in range(half)]
+        return [*velocities, *(x[i + half] - x[i] - k for i in range(count, count + half))]
+
+    def _mirror_slopes(self) -> Floats:
+        half = len(self.word) // 2
+        unit, none = np.eye(half), np.zeros((half, half))
+        return np.block([[unit, unit, none, none, np.zeros((half, 2))], [none, none, -unit, unit, np.zeros((half, 2))]])
+
+    def trace(self, x: Floats) -> float:
+        """At grazing points, the trace of the motion without the touch; nan elsewhere, where the condition has it."""
+        if self.condition.event is not Event.GRAZING:
+            return nan
+        count, kept = len(self.word), [i for i in range(len(self.word)) if i not in self.condition.rests]
+        own = [float(x[i]) for i in (*kept, *(count + i for i in kept))]
+        weight = prod(own[: len(kept)])
+        return weighted_trace(self.touched, own, self.plane.at(x[2 * count :].tolist())) / weight if weight else nan
+
+    def turns(self, x: Floats) -> list[Turn]:
+        """The turning points of a motion, without touches that are impacts."""
+        count, period = len(self.word), 2 * self.word.periods
+        rests = x[[count + i for i in self.condition.rests]]
+        found = turns(self.motion(x), *self.plane.at(x[2 * count :].tolist()))
+        return [turn for turn in found if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
+
+    def margins(self, x: Floats) -> Floats:
+        """What is positive of a motion within the plane.
+
+        Distances to its edges, velocities, gaps to the walls; of an impact without velocity the acceleration away from
+        its membrane.
+        """
+        count, p = len(self.word), x[2 * len(self.word) :]
+        edges = np.concatenate([p - self.plane.low, self.plane.high - p]) / np.tile(self.plane.widths, 2)
+        speed = x[:count] * self.word.walls
+        for i in self.condition.rests:
+            gbar = self.plane.at(p.tolist())[1]
+            speed[i] = -self.word.walls[i] * (gbar + np.cos(np.pi * x[count + i]))
+        return np.concatenate([edges, speed, [turn.gap for turn in self.turns(x)]])
+
+    def steepness(self, arc: Arc) -> float:
+        """At grazing points, how much the trace changes within a step, as a share of the most it may."""
+        if self.condition.event is not Event.GRAZING or arc.end.margin <= 0:
+            return 0.0
+        return abs(atan(arc.end.trace) - atan(arc.start.trace)) / STEEPEST
+
+    def ended(self, arc: Arc) -> tuple[Event, Point]:
+        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
+        _, last = self.located(arc, lambda point: point.margin)
+        margins, count = self.margins(last.x), len(self.word)
+        edge = int(np.argmin(margins[:4]))
+        if abs(margins[edge]) < AT_ZERO:
+            x = last.x.copy()
+            x[2 * count + edge % 2] = (self.plane.low, self.plane.high)[edge // 2][edge % 2]
+            return Event.SWEEP_END, replace(last, x=x)
+        stopped = (np.abs(margins[4 : 4 + count]) < AT_ZERO).any()  # beside which rounding may leave a turning point
+        return (Event.ZERO_VELOCITY if stopped else Event.GRAZING), last
+
+    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """What happens within a step, in order, and whether the last of it ends the locus. Raises as `located`."""
+        if self.condition.event is Event.FOLD:
+            return self._standstill(arc)
+        if self.condition.event is not Event.GRAZING:
+            return [], False
+        found: list[tuple[float, Point, Event | None]] = []
+        for event in (Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING):
+            value = self.coincidence(event)
+            if value(arc.start) * value(arc.end) < 0:
+                found.append((*self.located(arc, value), event))
+        return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], False
+
+    def coincidence(self, event: Event) -> Callable[[Point], float]:
+        """How far a motion is from another event besides that of the locus."""
+        condition, own = Condition(event, self.condition.rests), 2 * len(self.word)
+
+        def value(point: Point) -> float:
+            x = point.x.tolist()
+            return float(condition.value(self.word, x[:own], self.plane.at(x[own:]), ARRAYS))
+
+        return value
+
+    def criticality(self, point: Point) -> float:
+        """On which side of a locus of period doublings the doubled motions are, and how far.
+
+        Across the locus, in shares of the ranges, over the square of their distance from the motion of the point, to
+        leading order. Zero where it changes from soft to hard: the normal form's cubic coefficient is. Nan where an
+        impact is so slow that it would be lost at the amplitude of the differences.
+        """
+        motion, widths = self.motion(point.x).times(2), self.plane.widths
+        if np.abs(motion.velocity).min() < 10 * AMPLITUDE:
+            return nan
+        x, own, p = np.concatenate([motion.velocity, motion.time]), 2 * len(motion.word), point.x[-2:]
+        across = widths * np.array([-point.tangent[-1], point.tangent[-2]])
+
+        def conditions(way: Floats, shift: Any = 0.0) -> tuple[Floats, Floats]:
+            inputs = p + shift
+            return linearised(motion.word, np.append(x + way, inputs), self.plane.here(inputs.tolist()))
+
+        matrix = conditions(0 * x)[1]
+        left, _, right = np.linalg.svd(matrix[:, :own])
+        against, away = left[:, -1], right[-1]
+
+        def change(way: Floats, shift: Any = 0.0) -> Floats:
+            ahead, behind = (conditions(step * way, step * shift)[1][:, :own] for step in (DIFFERENCE, -DIFFERENCE))
+            return np.asarray((ahead - behind) @ away / (2 * DIFFERENCE))
+
+        right_sides = np.stack([matrix[:, own:] @ across, change(away)], axis=1)
+        aside, bend = -np.linalg.lstsq(matrix[:, :own], right_sides, rcond=RANK)[0].T
+        ahead, behind = (conditions(step * away + step * step / 2 * bend)[0] for step in (AMPLITUDE, -AMPLITUDE))
+        third = float(against @ (ahead - behind)) / (2 * AMPLITUDE**3)
+        crossing = float(against @ change(aside, across))
+        return -third / crossing if crossing else nan
+
+    def doubled(self, x: Floats) -> tuple[Locus, Floats, Floats]:
+        """The locus of folds that begins where period doublings change from soft to hard: its start, and direction."""
+        twice = self.motion(x).times(2)
+        y = np.concatenate([twice.velocity, twice.time, x[-2:]])
+        folds = Locus(twice.word, self.plane, Condition(Event.FOLD))
+        away = np.linalg.svd(folds.linearised(y)[1][:-1, :-2])[2][-1]
+        return folds, y, np.append(away, (0.0, 0.0))
+
+    def halved(self, x: Floats) -> tuple[Locus, Floats]:
+        """Of folds, the locus of period doublings at which their motions begin, and a guess next to it."""
+        size = len(self.word)
+        word = Word(self.word.walls[: size // 2], self.word.periods // 2)
+        guess = np.concatenate([x[: size // 2], x[size : size + size // 2], x[-2:]])
+        return Locus(word, self.plane, Condition(Event.PERIOD_DOUBLING)), guess
+
+    def _standstill(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """A cusp, where a locus of folds turns round in the plane; or where it goes back as its own image."""
+        way, after = arc.start.tangent[-2:], arc.end.tangent[-2:]
+        if float(way @ after) > 0:
+            return [], False
+        _, at = self.located(arc, lambda p: float(p.tangent[-2:] @ (way - after)))
+        if not float(np.linalg.norm(at.tangent[-2:])) < STANDSTILL:
+            return [], False
+        motion = self.motion(at.x)
+        half, odd = divmod(len(motion.word), 2)
+        if not odd and motion.apart(motion.rotated(half)) < TURNED_BACK:
+            return [(at, Event.DEGENERATE_DOUBLING)], True
+        return [(at, Event.CUSP)], False

@@ -1,0 +1,96 @@
+"""The plane that a chart is of, from what the command line says and what the scenario has."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+import numpy as np
+
+from vireport.base import Progress, UsageError
+from vireport.chart.chart import Chart, chart
+from vireport.chart.plane import Plane
+from vireport.design import HIGHEST_RESTITUTION
+from vireport.motions import Limits
+from vireport.scenario import DesignInput, Loaded, Scenario
+from vireport.study import device_of
+
+LIMITS = Limits(4, 2)
+"""Of the motions in a chart, where the scenario has no `motions` block."""
+
+ASIDE = 0.5
+"""Part of its value by which an input varies to either side, where no range is given."""
+
+FORM = "such as inclination_deg=0..90,length_m=0.3..1.0; a range may be left out"
+
+
+def chart_of(loaded: Loaded, over: str, progress: Progress) -> Chart:
+    """Find the chart of a scenario's device over two inputs, as ``--over`` names them.
+
+    Raises
+    ------
+    UsageError
+        If `over` does not name two inputs, with ranges that make sense.
+    """
+    asked = loaded.scenario.motions
+    limits = LIMITS if asked is None else Limits(asked.impacts, asked.periods)
+    return chart(plane_of(loaded.scenario, over), limits, progress)
+
+
+def plane_of(scenario: Scenario, over: str) -> Plane:
+    """The plane of two inputs; raises as `chart_of`."""
+    parts = [part.strip() for part in over.split(",")]
+    if len(parts) != 2:
+        raise UsageError(f"--over: {over!r} does not name two inputs ({FORM})")
+    inputs, ranges = zip(*(_axis(scenario, part) for part in parts), strict=True)
+    if inputs[0] is inputs[1]:
+        raise UsageError(f"--over: {inputs[0]} is named twice ({FORM})")
+    low, high = np.array(ranges, dtype=float).T
+    device = device_of(scenario).with_values(dict(zip(inputs, low.tolist(), strict=True)))
+    highest = DesignInput.RESTITUTION.limits[1]
+    if DesignInput.RESTITUTION not in inputs and not 0 < device.restitution <= highest:
+        allowed = f"above 0 and up to {highest:g}, or as one of the inputs"  # at 0, grazing is not followed
+        raise UsageError(f"--over: device.restitution is {device.restitution:g} (allowed: {allowed})")
+    absent = [one.path for one in DesignInput if getattr(device, one) is None]
+    if absent:
+        raise UsageError(f"--over: {absent[0]} has no value (give it one in the scenario, or name it in --over)")
+    for corner in (device, device.with_values(dict(zip(inputs, high.tolist(), strict=True)))):
+        if corner.inclination_deg and corner.unresolved:
+            raise UsageError(f"--over: {corner.unresolved}")
+    return Plane(device, (inputs[0], inputs[1]), low, high)
+
+
+def _axis(scenario: Scenario, part: str) -> tuple[DesignInput, tuple[float, float]]:
+    name, given, text = (word.strip() for word in part.partition("="))
+    varied = next((one for one in DesignInput if name in (one.value, one.path)), None)
+    if varied is None:
+        raise UsageError(f"--over: unknown input {name!r} (allowed: {', '.join(DesignInput)})")
+    least, most = varied.limits
+    low, high = _range(varied, text) if given else _usual_range(scenario, varied)
+    if not least <= low < high <= most:
+        allowed = f"ascending, from {least:g} to {most:g}"
+        raise UsageError(f"--over: {varied}: {low:g}..{high:g} is no range of it (allowed: {allowed})")
+    return varied, (low, high)
+
+
+def _range(varied: DesignInput, text: str) -> tuple[float, float]:
+    try:
+        low, high = (float(end) for end in text.split(".."))
+    except ValueError:
+        low = high = np.nan
+    if not (isfinite(low) and isfinite(high)):
+        raise UsageError(f"--over: {varied}={text}: {text!r} is no range ({FORM})")
+    return low, high
+
+
+def _usual_range(scenario: Scenario, varied: DesignInput) -> tuple[float, float]:
+    """The sweep's range, all inclinations, or half of the value to either side."""
+    sweep = scenario.sweep
+    if sweep is not None and sweep.parameter == varied.value:
+        return min(sweep.from_, sweep.to), max(sweep.from_, sweep.to)
+    if varied is DesignInput.INCLINATION:
+        return varied.limits
+    value = getattr(device_of(scenario), varied)
+    if value is None:
+        raise UsageError(f"--over: {varied} has no value to vary around (give its range: {varied}=from..to)")
+    high = (1 + ASIDE) * value
+    return (1 - ASIDE) * value, min(high, HIGHEST_RESTITUTION) if varied is DesignInput.RESTITUTION else high

@@ -1,0 +1,149 @@
+"""The plane of two inputs of a device, and straight sweeps across it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions import Sweep
+from vireport.physics import ARRAYS, Device
+from vireport.scenario import DesignInput, Parameter
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Here:
+    """The groups d and gbar, and r, at a point of a plane, with their derivatives by the inputs, (3, 2)."""
+
+    groups: tuple[Any, Any, Any]
+    gradients: Floats
+
+    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
+        """The groups."""
+        return self.groups
+
+    def slopes(self, varied: Sequence[Any]) -> Floats:
+        """The derivatives."""
+        return self.gradients
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plane:
+    """Two inputs of a device and their ranges; all else is held.
+
+    Attributes
+    ----------
+    device : Device
+        With any value of the two inputs.
+    inputs : tuple of DesignInput
+    low, high : ndarray (2,)
+    ops
+        Functions of the kind of number that groups are computed in.
+    """
+
+    device: Device
+    inputs: tuple[DesignInput, DesignInput]
+    low: Floats
+    high: Floats
+    ops: Any = ARRAYS
+
+    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
+        """The groups d and gbar, and r, at values of the inputs; a capsule tilted the other way has negative gbar."""
+        device = self.device_at([abs(value) for value in varied])
+        d, gbar = device.groups(Parameter.LENGTH, device.length_m, self.ops)
+        if self.ops is ARRAYS:  # as Python's numbers, with which arithmetic is several times as fast as with NumPy's
+            d, gbar = float(d), float(gbar)
+        return d, self._side(varied) * gbar, self.ops.exact(device.restitution)
+
+    def here(self, varied: Sequence[float]) -> Here:
+        """The same with their derivatives by the inputs."""
+        d, gbar, r = self.at(varied)
+        device = self.device_at(varied)
+        return Here((d, gbar, r), np.array([device.slopes(one, d, gbar) for one in self.inputs]).T)
+
+    def _side(self, varied: Sequence[Any]) -> int:
+        """-1 beyond the horizontal."""
+        tilted = zip(self.inputs, varied, strict=True)
+        return -1 if any(one is DesignInput.INCLINATION and value < 0 for one, value in tilted) else 1
+
+    def device_at(self, varied: Sequence[Any]) -> Device:
+        """The device with these values of the inputs."""
+        changed: dict[str, Any] = dict(zip(self.inputs, varied, strict=True))
+        return replace(self.device, **changed)
+
+    @property
+    def widths(self) -> Floats:
+        """Of the ranges."""
+        return self.high - self.low
+
+    def room(self, varied: Floats) -> float:
+        """How far values are from the edges, as a share of the ranges."""
+        return float((np.minimum(varied - self.low, self.high - varied) / self.widths).min())
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether gravity has no part along the capsule, in all of the plane."""
+        return DesignInput.INCLINATION not in self.inputs and bool(self.device.inclination_deg == 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """A straight sweep across a plane.
+
+    Attributes
+    ----------
+    plane : Plane
+    varied : int
+        Which of the inputs varies.
+    other : float
+        Value of the other one.
+    """
+
+    plane: Plane
+    varied: int
+    other: float
+
+    @property
+    def quantity(self) -> str:
+        """What varies."""
+        return self.plane.inputs[self.varied].quantity
+
+    @property
+    def sweep(self) -> Sweep:
+        """The same as a sweep of a scenario.
+
+        Along the capsule's mass the groups change as against the force's amplitude, which is swept instead.
+        """
+        k, plane = self.varied, self.plane
+        device = plane.device_at(self._inputs(low := float(plane.low[k])).tolist())
+        if plane.inputs[k] is not DesignInput.CAPSULE_MASS:
+            return Sweep(device, Parameter(plane.inputs[k].value), low, float(plane.high[k]))
+        device = replace(device, capsule_mass_kg=plane.device.capsule_mass_kg)
+        return Sweep(device, Parameter.AMPLITUDE, *(_mass(device, float(end[k])) for end in (plane.high, plane.low)))
+
+    def inputs(self, swept: float) -> Floats:
+        """The inputs at a value of the sweep."""
+        if self.plane.inputs[self.varied] is DesignInput.CAPSULE_MASS:
+            swept = _mass(self.sweep.device, swept)
+        return self._inputs(swept)
+
+    def _inputs(self, value: float) -> Floats:
+        return np.insert([self.other], self.varied, value)
+
+
+def lines(plane: Plane, count: int) -> Iterator[Line]:
+    """Sweeps across a plane, as many along each input, at equal distances; none is along the restitution."""
+    for k in (1, 0):
+        if plane.inputs[k] is not DesignInput.RESTITUTION:
+            for share in (np.arange(count) + 0.5) / count:
+                yield Line(plane, k, float(plane.low[1 - k] + plane.widths[1 - k] * share))
+
+
+def _mass(device: Device, amplitude: float) -> float:
+    """The capsule's mass that moves as the device's does under another amplitude of the force, or the other way."""
+    return float(device.capsule_mass_kg * device.amplitude_n / amplitude)

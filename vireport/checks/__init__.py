@@ -1,0 +1,54 @@
+"""What the answers are held against: simulation, ball arithmetic, 40 digits, the paper's numbers, and other methods."""
+
+from vireport.checks.accuracy_tables import measurements, power, ranking, seconds, task_name
+from vireport.checks.benchmark import stable_motion
+from vireport.checks.certificates import Certificate, Enclosure, certify
+from vireport.checks.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
+from vireport.checks.hysteresis import Hysteresis
+from vireport.checks.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
+from vireport.checks.paper import PAPER, PaperComparison, compare_with_paper
+from vireport.checks.reference import mp, voltage
+from vireport.checks.reproduction import Reproduction, reproduce
+from vireport.checks.rootfinding import Floats, solve
+from vireport.checks.timing import timed_in_turns
+from vireport.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision, accuracy_data, measure
+
+__all__ = [
+    "ACCURACIES",
+    "CLOSED",
+    "EXPLICIT",
+    "NAMES",
+    "PAPER",
+    "PRINTED",
+    "RK4",
+    "SETTLING",
+    "SIMULATED",
+    "WHOLE",
+    "Certificate",
+    "CrossCheck",
+    "Enclosure",
+    "Floats",
+    "Hysteresis",
+    "MethodRun",
+    "MotionCount",
+    "PaperComparison",
+    "Reproduction",
+    "WorkPrecision",
+    "accuracy_data",
+    "certify",
+    "compare_with_paper",
+    "crosscheck",
+    "is_one_to_one",
+    "measure",
+    "measurements",
+    "mp",
+    "power",
+    "ranking",
+    "reproduce",
+    "seconds",
+    "solve",
+    "stable_motion",
+    "task_name",
+    "timed_in_turns",
+    "voltage",
+]

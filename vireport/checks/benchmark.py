@@ -1,0 +1,285 @@
+"""What the accuracy study measures on: a motion and a critical point of the scenario, their 40 digits, and the guess.
+
+Turns a solution into the targets that every method is given, and what a method finds into its errors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vireport.checks.flights import Model
+from vireport.design import (
+    DesignPoint,
+    Solution,
+    around_length,
+    design_point,
+)
+from vireport.motions import (
+    CriticalKind,
+    CriticalPoint,
+    Motions,
+    Sweep,
+    Symmetry,
+)
+from vireport.physics import Membrane, voltages, wrapped
+
+if TYPE_CHECKING:
+    from vireport.checks.reference import ReferenceOrbit
+
+PHASE_OFF, Q_OFF = 6e-3, 3e-3
+"""By how much the guess of the phase [rad] and of q is off the reference."""
+
+VELOCITY_OFF, VALUE_OFF = 4e-3, -3e-3
+"""By which share the guess of the velocity and of the swept value is off the reference."""
+
+NEAREST = 0.2
+"""Share of the distance to the next motion at the same parameters by which the guess is off at the most: beyond,
+methods would rightly go there."""
+
+KINDS = (CriticalKind.PERIOD_DOUBLING,), (CriticalKind.PITCHFORK, CriticalKind.FOLD)
+"""Kinds of critical points that are taken, the first that there is."""
+
+SHOWN = 20
+"""Digits of a reference that are kept as text."""
+
+
+class MethodTask(StrEnum):
+    """What has to be solved."""
+
+    ORBIT = "orbit"
+    CRITICAL = "critical"
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """Where every method begins: phase [rad] and velocity [y_c] at the bottom impact, q, and the swept value.
+
+    The value is given of a motion, and a guess of a critical point.
+    """
+
+    phase: float
+    velocity: float
+    q: float
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A motion or a critical point to be found along a sweep.
+
+    Attributes
+    ----------
+    sweep : Sweep
+        With a device that has all its parameters.
+    swept : bool
+        Whether the scenario has this sweep; otherwise it is one through its design point.
+    kind : CriticalKind or None
+        Of the critical point (a period doubling, fold or pitchfork); None for a motion.
+    symmetric : bool
+        Whether it is a symmetric motion of a horizontal capsule.
+    guess : Guess
+    """
+
+    sweep: Sweep
+    swept: bool
+    kind: CriticalKind | None
+    symmetric: bool
+    guess: Guess
+
+    @property
+    def r(self) -> float:
+        """Restitution."""
+        return float(self.sweep.device.restitution)
+
+    @property
+    def n(self) -> int:
+        """Forcing periods of the motion."""
+        return self.sweep.device.period_ratio
+
+    @property
+    def trace(self) -> float:
+        """Trace of DP at the critical point: a multiplier of -1 or of +1."""
+        return (-1.0 if self.kind is CriticalKind.PERIOD_DOUBLING else 1.0) * (1 + self.r**4)
+
+    def groups(self, value: float) -> tuple[float, float]:
+        """Return d and gbar at a value of the swept parameter."""
+        d, gbar = self.sweep.device.groups(self.sweep.parameter, value)
+        return float(d), float(gbar)
+
+    def model(self, value: float) -> Model:
+        """The dimensionless model at a value of the swept parameter."""
+        return Model(*self.groups(value), self.r, self.n)
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """A motion as a method found it: phase and velocity at the bottom impact, velocity at the top, share q."""
+
+    phase: float
+    velocity: float
+    velocity_top: float
+    q: float
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number that the methods are to find.
+
+    Attributes
+    ----------
+    key : str
+        ``velocity``, ``phase``, ``voltage`` or ``critical``.
+    task : MethodTask
+        What has to be solved for it.
+    reference : str
+        To `SHOWN` digits, in y_c, rad, V, or the unit of the swept parameter.
+    relative : bool
+        Whether errors are relative; those of the phase are in rad.
+    """
+
+    key: str
+    task: MethodTask
+    reference: str
+    relative: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Benchmark:
+    """What the methods are to find, and the exact answers.
+
+    Attributes
+    ----------
+    motion, critical : Target
+        The latter None where there is no critical `point`.
+    exact : dict
+        40-digit numbers by the key of the quantity.
+    offset : float
+        Share of `PHASE_OFF` and the others by which the guess is off.
+    """
+
+    motion: Target
+    critical: Target | None
+    point: CriticalPoint | None
+    membrane: Membrane | None
+    quantities: tuple[Quantity, ...]
+    exact: dict[str, Any]
+    offset: float
+
+    @property
+    def value(self) -> float:
+        """The swept parameter, where the motion is."""
+        return self.motion.guess.value
+
+    @property
+    def guess_errors(self) -> tuple[float, float, float]:
+        """By how much the guess is off: phase [rad], and velocity and critical value, relative."""
+        return self.offset * PHASE_OFF, self.offset * VELOCITY_OFF, self.offset * VALUE_OFF
+
+    def errors(self, answer: Motion | float) -> dict[str, float]:
+        """Errors of what a method found, by the key of the quantity."""
+        if not isinstance(answer, Motion):
+            return {"critical": _relative(answer, self.exact["critical"])}
+        turned = float(answer.phase - self.exact["phase"])
+        result = {
+            "velocity": _relative(answer.velocity, self.exact["velocity"]),
+            # Turns are taken off the difference, which has few digits to lose.
+            "phase": abs(turned - 2 * np.pi * round(turned / (2 * np.pi))),
+        }
+        if self.membrane is not None:
+            sweep = self.motion.sweep
+            unit = sweep.device.velocity_unit(sweep.parameter, self.value)
+            bottom, top = np.array(unit * answer.velocity), np.array(unit * answer.velocity_top)
+            volts = float(voltages(bottom, top, self.membrane).average_v)
+            result["voltage"] = _relative(volts, self.exact["voltage"])
+        return result
+
+
+def benchmark_of(solution: Solution) -> Benchmark | None:
+    """Choose the motion and the critical point of a solution, and compute both to 40 digits.
+
+    The motion is the stable admissible one at the design point, or else in the middle of the first stable range of the
+    sweep; None where there is neither. The critical point is the first period doubling of the sweep, or else the
+    first fold or pitchfork.
+
+    Raises
+    ------
+    NumericalError
+        If a reference does not settle.
+    """
+    chosen = stable_motion(solution)
+    if chosen is None:
+        return None
+    from vireport.checks.reference import digits, reference_orbit, reference_voltage
+
+    design, row = chosen
+    sweep, motions = _sweep_through(solution, design), design.motions
+    device, parameter, swept = sweep.device, sweep.parameter, solution.sweep is not None
+    guess = [float(array[row]) for array in (motions.velocity_bottom, motions.phi_bottom, motions.q)]
+    orbit = reference_orbit(device, parameter, [*guess, design.value])
+    symmetric = design.families[row] is Symmetry.SYMMETRIC
+    offset = min(1.0, NEAREST * _distance_to_next(motions, row) / PHASE_OFF)
+    motion = Target(sweep, swept, None, symmetric, replace(_aside(orbit, symmetric, offset), value=design.value))
+    exact: dict[str, Any] = {"velocity": orbit.velocity, "phase": orbit.phase}
+    if solution.membrane is not None:
+        exact["voltage"] = reference_voltage(orbit, solution.membrane)
+    point = next((point for kinds in KINDS for point in solution.critical_points if point.kind in kinds), None)
+    critical = None
+    if point is not None:
+        p, symmetric = point.point, point.family is Symmetry.SYMMETRIC
+        guess = [p.velocity_bottom, p.phi, 0.5 + p.u, p.sweep_value]
+        orbit = reference_orbit(device, parameter, guess, point.kind)
+        critical = Target(sweep, swept, point.kind, symmetric, _aside(orbit, symmetric, offset))
+        exact["critical"] = orbit.value
+    quantities = tuple(
+        Quantity(
+            key, MethodTask.CRITICAL if key == "critical" else MethodTask.ORBIT, digits(number, SHOWN), key != "phase"
+        )
+        for key, number in exact.items()
+    )
+    return Benchmark(motion, critical, point, solution.membrane, quantities, exact, offset)
+
+
+def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:
+    """The design point, or one amid the first stable range, and the row of its first stable motion; None if none."""
+    design = solution.design
+    if (design is None or not design.motions.stable.any()) and solution.stable_ranges:
+        part = solution.stable_ranges[0]
+        device = solution.device.with_values({solution.parameter: (part.start + part.end) / 2})
+        design = design_point(device, solution.diagram)
+    if design is None or not design.motions.stable.any():
+        return None
+    return design, int(np.argmax(design.motions.stable))
+
+
+def _sweep_through(solution: Solution, design: DesignPoint) -> Sweep:
+    """The solution's sweep, or one over the length through a design point, with a device that has all parameters."""
+    device = solution.device.with_values({design.parameter: design.value})
+    if solution.sweep is not None:
+        return replace(solution.sweep, device=device)
+    return around_length(device)
+
+
+def _distance_to_next(motions: Motions, row: int) -> float:
+    """Distance of a motion to the nearest other one, in phase [rad] and velocity [y_c]."""
+    turned = wrapped(motions.phi_bottom - motions.phi_bottom[row])
+    distance = np.maximum(np.abs(turned), np.abs(motions.velocity_bottom - motions.velocity_bottom[row]))
+    return float(np.min(np.delete(distance, row), initial=np.inf))
+
+
+def _aside(orbit: ReferenceOrbit, symmetric: bool, offset: float) -> Guess:
+    """The reference, wrong in its second or third digit where `offset` is 1."""
+    return Guess(
+        phase=float(orbit.phase) + offset * PHASE_OFF,
+        velocity=float(orbit.velocity) * (1 + offset * VELOCITY_OFF),
+        q=0.5 if symmetric else float(orbit.q) + offset * Q_OFF,
+        value=float(orbit.value) * (1 + offset * VALUE_OFF),
+    )
+
+
+def _relative(number: float, exact: Any) -> float:
+    """Relative error, formed in the digits of the exact number."""
+    return float(abs((number - exact) / exact)) if exact else abs(number)

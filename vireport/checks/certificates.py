@@ -1,0 +1,408 @@
+"""Critical points of a sweep with proofs: ball arithmetic encloses each and shows that it exists and is the only one.
+
+The formulae are those that the results come from, evaluated with balls instead of doubles: the motion through
+(q, phase), the trace of DP, and the touch of a membrane. What is proved is about the equations and a scenario's
+doubles, each taken as the exact number that it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vireport.checks.confinement import stays_between
+from vireport.checks.enclosures import (
+    Ball,
+    BallOps,
+    Root,
+    UnprovedError,
+    ball,
+    bounds,
+    gradients,
+    precision,
+    prove,
+)
+from vireport.motions import (
+    CONDITIONS,
+    BifurcationDiagram,
+    Condition,
+    CriticalKind,
+    CriticalPoint,
+    Held,
+    Level,
+    Orbits,
+    PolishedMotion,
+    StrandEvent,
+    Sweep,
+    Symmetry,
+    equations,
+    level_residual,
+    orbit_at,
+    orbits,
+    pressing_condition,
+    return_trace,
+    touch_condition,
+    touches,
+)
+from vireport.scenario import Parameter
+
+PRECISIONS = (192, 384, 768)
+"""Bits of the arithmetic, tried in this order: next to a horizontal capsule cancellation may take seventy."""
+
+PLACE = 1e-12
+"""Distance (in q, relative to q - 1/2; and in phase) from a point as printed at which what is proved is another one."""
+
+WIDEST = 1e-24
+"""Relative radius of the swept value's enclosure above which more bits are taken."""
+
+AT_REST = 1e-12
+"""Impact velocity of a polished point below which the impact is one that loses its velocity."""
+
+FOCI = (CONDITIONS[StrandEvent.FOCUS_BELOW], CONDITIONS[StrandEvent.FOCUS_ABOVE])
+"""Both ends of a range of foci."""
+
+SHORTEST_FOCUS = 1e-9
+"""r^2 down to which the trace at a stated point, in doubles, tells which end of a range of foci it is."""
+
+BRACKETED = 1e-12
+"""Relative error bound of a stated swept value above which its polish did not settle."""
+
+FIRST_TRIES = 6
+"""Turning points tried as the one that touches a membrane, the nearest first."""
+
+Enclosure = tuple[str, str]
+"""A decimal number below and one above."""
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """What is proved of one critical point.
+
+    Attributes
+    ----------
+    label : str
+    kind : CriticalKind
+        Those of the critical point.
+    proved : bool
+        Whether exactly one point fulfils its equations near the one stated, with impact velocities of the right signs
+        and, where a turning point of the ball touches a membrane, within its flight.
+    reason : str
+        Why it is not proved, or "".
+    sweep_value, d, gbar, q, phi_bottom_rad, velocity_bottom : tuple of str, or None
+        Bounds as decimal numbers, rounded outward; None where nothing is proved. The swept value is in its unit.
+    bits : int
+        Precision of the arithmetic.
+    bound_holds : bool
+        Whether it is proved that the swept value as stated, a double, is within its stated error bound.
+    radius : float
+        Half the width in q (relative to q - 1/2) and phase of the box in which the point is the only one; 0 if none.
+    side : str
+        What the trace's proved slope along the sweep says: ``stable above``, ``focus below``, ..., or "" for a fold
+        or a grazing point, where the trace has none, and where a range of foci is too short for its ends to be told
+        apart. Above is at larger swept values.
+    admissible : bool or None
+        Whether the ball is proved to stay between the membranes (or proved not to); None where it is undecided.
+    mirror_proved : bool or None
+        Whether the mirror image is proved likewise; None where there is none.
+    beyond : tuple of str
+        Numbers of the motion (``u``, ``phi``, ``d``, ...) as stated whose own error bounds are not proved to hold.
+    """
+
+    label: str
+    kind: CriticalKind
+    proved: bool
+    reason: str
+    sweep_value: Enclosure | None = None
+    d: Enclosure | None = None
+    gbar: Enclosure | None = None
+    q: Enclosure | None = None
+    phi_bottom_rad: Enclosure | None = None
+    velocity_bottom: Enclosure | None = None
+    bits: int = PRECISIONS[-1]
+    bound_holds: bool = False
+    radius: float = 0.0
+    side: str = ""
+    admissible: bool | None = None
+    mirror_proved: bool | None = None
+    beyond: tuple[str, ...] = ()
+
+
+def certify(diagram: BifurcationDiagram | None) -> tuple[Certificate, ...]:
+    """Prove the critical points of a sweep, in their order.
+
+    Parameters
+    ----------
+    diagram : BifurcationDiagram or None
+        Without a sweep there is nothing to prove.
+
+    Notes
+    -----
+    A proof that fails is a certificate that says why, never an exception.
+    """
+    if diagram is None:
+        return ()
+    return tuple(certify_point(diagram.sweep, critical) for critical in diagram.critical_points)
+
+
+def certify_point(sweep: Sweep, critical: CriticalPoint) -> Certificate:
+    """Prove one critical point of a sweep, and its mirror image if it has one."""
+    if _neglects_gravity(sweep):
+        reason = "gravity along the capsule was neglected, so that the equations solved are not the scenario's"
+        return Certificate(critical.label, critical.kind, False, reason)
+    certificate = _certificate(sweep, critical, critical.point)
+    if critical.mirror is None:
+        return certificate
+    mirror = _certificate(sweep, critical, critical.mirror)
+    return replace(certificate, mirror_proved=mirror.proved and mirror.bound_holds)
+
+
+def _neglects_gravity(sweep: Sweep) -> bool:
+    """Whether a sweep's capsule is taken as horizontal though it is not quite."""
+    ops = BallOps()
+    return sweep.level_in(ops).horizontal and bool(ops.sin_degrees(ball(sweep.device.inclination_deg)) != 0)
+
+
+def _certificate(sweep: Sweep, critical: CriticalPoint, point: PolishedMotion) -> Certificate:
+    """Try the candidates with more and more bits; the first is the likely one, and its failure is reported."""
+    reason = "no turning point of the ball is near a membrane"
+    candidates = list(_candidates(sweep, critical.kind, point))
+    for bits in PRECISIONS:
+        reasons = []
+        for candidate in candidates:
+            try:
+                with precision(bits):
+                    proof = _prove(sweep, point, critical.family is Symmetry.SYMMETRIC, candidate)
+                    return _stated(critical, point, proof, bits)
+            except UnprovedError as failure:
+                reasons.append(str(failure))
+        reason = reasons[0] if reasons else reason
+    if point.error_bound > BRACKETED * abs(point.sweep_value):
+        reason = f"the point is only bracketed, not polished, and {reason}"
+    return Certificate(critical.label, critical.kind, False, reason)
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """What may be the condition of a critical point.
+
+    Attributes
+    ----------
+    condition : callable
+        As in `critical`.
+    more : tuple of float
+        Guesses of its further unknowns: the time of a touch.
+    rest : StrandEvent or None
+        For an impact without velocity, which.
+    touch : tuple of bool, or None
+        Whether in the flight upward, and whether on the wall left. Without a further unknown it is at time zero.
+    """
+
+    condition: Condition
+    more: tuple[float, ...] = ()
+    rest: StrandEvent | None = None
+    touch: tuple[bool, bool] | None = None
+
+
+def _candidates(sweep: Sweep, kind: CriticalKind, point: PolishedMotion) -> Iterator[Candidate]:
+    r, n = float(sweep.device.restitution), sweep.device.period_ratio
+    orbit = orbits(np.array([point.u]), np.array([point.phi]), r, n)
+    if kind is CriticalKind.NODE_FOCUS:
+        below = bool(return_trace(orbit, r)[0] < 0)
+        yield Candidate(CONDITIONS[StrandEvent.FOCUS_BELOW if below else StrandEvent.FOCUS_ABOVE])
+    elif kind is CriticalKind.PERIOD_DOUBLING:
+        yield Candidate(CONDITIONS[StrandEvent.DOUBLING])
+    elif kind is not CriticalKind.GRAZING:
+        yield Candidate(CONDITIONS[StrandEvent.MEETING])
+    else:
+        # With hardly any gravity both velocities are small; the smaller one is that of the impact at rest.
+        speeds = sorted(
+            [(abs(point.velocity_bottom), StrandEvent.BOTTOM_REST), (abs(point.velocity_top), StrandEvent.TOP_REST)]
+        )
+        resting = [rest for speed, rest in speeds if speed < AT_REST]
+        for rest in resting:
+            yield Candidate(CONDITIONS[rest], rest=rest)
+        if not resting:
+            yield from _touching(orbit, r, n)
+
+
+def _touching(orbit: Orbits, r: float, n: int) -> Iterator[Candidate]:
+    """Turning points near a wall, the nearest first, then touches shortly after an impact (see `polish_grazing`)."""
+    for _, time, upward, at_start in touches(orbit, r, n)[:FIRST_TRIES]:
+        yield Candidate(touch_condition(upward, at_start), (time,), touch=(upward, at_start))
+    for upward, way in zip((True, False), orbit.flights(r), strict=True):
+        acceleration, jerk = float(way.pressing(way.cosine)[0]), float(way.jerk(way.sine)[0])
+        if r == 0:
+            # The ball leaves at rest, and touches where the membrane begins to hold it.
+            yield Candidate(pressing_condition(upward, 0.0), touch=(upward, True))
+        elif acceleration * jerk < 0:
+            yield Candidate(touch_condition(upward, True), (-1.5 * acceleration / jerk,), touch=(upward, True))
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """A proved point, everything evaluated over its box.
+
+    Attributes
+    ----------
+    orbit : Orbits
+        Of balls.
+    value : ball
+        The swept value.
+    root : Root
+    time : ball or None
+        Of the touch in its flight.
+    slope : int
+        Sign of the trace's slope along the sweep, 0 where none is proved.
+    negative : bool
+        Whether the trace is proved to be negative.
+    admissible : bool or None
+    """
+
+    orbit: Orbits
+    value: Ball
+    root: Root
+    slope: int
+    negative: bool
+    admissible: bool | None
+
+
+def _prove(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Candidate) -> Proof:
+    """Prove a point, or say by an `UnprovedError` why not."""
+    ops, r, n = BallOps(), ball(sweep.device.restitution), sweep.device.period_ratio
+    root = _root(sweep, point, symmetric, candidate)
+    (time,) = root.box[1 if symmetric else 2 :] or [None]
+    orbit = _simplified(orbit_at(sweep, root.box, symmetric, ops), sweep.level_in(ops), candidate.rest, r, n)
+    _check_signs(orbit, candidate.rest)
+    if time is not None and not 0 < time < (
+        orbit.time_up if candidate.touch and candidate.touch[0] else orbit.time_down
+    ):
+        raise UnprovedError("the touch of the membrane is not within the flight")
+    value = sweep.value(orbit.d, orbit.gbar, ops)
+    if not value.is_finite():
+        raise UnprovedError("no value of the swept parameter is proved to give the groups of the motion")
+    if not value.rad() <= WIDEST * abs(value):
+        raise UnprovedError("the enclosure of the swept value stays wide")
+    grazing = bool(candidate.rest or candidate.touch)
+    blurred = candidate.condition in FOCI and not r * r > SHORTEST_FOCUS
+    return Proof(
+        orbit=orbit,
+        value=value,
+        root=root,
+        slope=0 if grazing or blurred else _slope(sweep, root.box, symmetric),
+        negative=not grazing and bool(return_trace(orbit, r) < 0),
+        admissible=_admissible(orbit, r, candidate.touch, time, symmetric),
+    )
+
+
+def _root(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Candidate) -> Root:
+    """The one solution near a point of the candidate's condition and the level; its unknowns are q, phase, and more."""
+    unknowns = [("q", point.u, abs(point.u) or 1.0), ("phase", point.phi, 1.0)][1 if symmetric else 0 :]
+    start, scale = [x for _, x, _ in unknowns], [size for _, _, size in unknowns]
+    system = equations(sweep, candidate.condition, symmetric, BallOps())
+    root = prove(system, [*start, *candidate.more], [*scale, *(abs(t) or 1.0 for t in candidate.more)])
+    for (name, stated, size), x in zip(unknowns, root.box, strict=False):
+        if not abs(x - ball(stated)) <= PLACE * size:
+            raise UnprovedError(f"the {name} that solves the equations is not the one stated")
+    return root
+
+
+def _simplified(orbit: Orbits, level: Level, rest: StrandEvent | None, r: Ball, n: int) -> Orbits:
+    """Put in what the conditions say exactly; the velocity at the top then follows by (3.8)."""
+    gbar = level.value if level.held is Held.GBAR else orbit.gbar
+    d = level.value if level.held is Held.D else orbit.d
+    both = 2 * n * gbar / (1 + r)
+    bottom = orbit.velocity_bottom
+    if rest is not None:
+        bottom = 0 * r if rest is StrandEvent.BOTTOM_REST else both
+    top = 0 * r if rest is StrandEvent.TOP_REST else both - bottom
+    return replace(orbit, gbar=gbar, d=d, velocity_bottom=bottom, velocity_top=top)
+
+
+def _check_signs(orbit: Orbits, rest: StrandEvent | None) -> None:
+    # An impact without velocity is what the condition asks for; at q = 1/2 it takes the other one with it.
+    bottom, top = orbit.velocity_bottom, orbit.velocity_top
+    moving = bottom > 0 and top < 0
+    resting = rest and (bottom > 0 or bottom == 0) and (top < 0 or top == 0)
+    if not (moving or resting):
+        raise UnprovedError("the impact velocities do not have the signs of a motion")
+    if not (orbit.d > 0 and abs(orbit.u) < 0.5):
+        raise UnprovedError("the length or a flight time is not positive")
+
+
+def _admissible(
+    orbit: Orbits, r: Ball, touch: tuple[bool, bool] | None, time: Ball | None, symmetric: bool
+) -> bool | None:
+    """Whether the ball is proved to stay between the membranes, but for a touch; None where it is undecided."""
+    inside = []
+    for upward, way in zip((True, False), orbit.flights(r), strict=True):
+        touching = touch is not None and (symmetric or upward == touch[0])
+        inside.append(stays_between(way, (time, touch[1]) if touch and touching else None))
+    return False if False in inside else None if None in inside else True
+
+
+def _slope(sweep: Sweep, box: list[Ball], symmetric: bool) -> int:
+    """Sign of d trace/d swept value along the curve; 0 where it is not proved, as at a fold."""
+    ops, r = BallOps(), ball(sweep.device.restitution)
+    level = sweep.level_in(ops)
+
+    def functions(x: list[Any]) -> list[Any]:
+        orbit = orbit_at(sweep, x, symmetric, ops)
+        held = [] if symmetric else [level_residual(level, orbit)]
+        return [return_trace(orbit, r), sweep.coordinate(orbit), *held]
+
+    slopes = gradients(functions, box[: 1 if symmetric else 2])
+    if symmetric:
+        (trace,), (coordinate,) = slopes
+        product = trace * coordinate
+    else:
+        trace, coordinate, along = slopes
+        product = _cross(along, trace) * _cross(along, coordinate)
+    # The swept value grows with d (with gbar where the inclination is swept), but a force falls.
+    rising = -1 if sweep.parameter is Parameter.AMPLITUDE else 1
+    return rising * (int(product > 0) - int(product < 0))
+
+
+def _cross(a: Sequence[Ball], b: Sequence[Ball]) -> Ball:
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def _stated(critical: CriticalPoint, point: PolishedMotion, proof: Proof, bits: int) -> Certificate:
+    """The certificate of a proved point."""
+    orbit, value = proof.orbit, proof.value
+    return Certificate(
+        label=critical.label,
+        kind=critical.kind,
+        proved=True,
+        reason="",
+        sweep_value=bounds(value),
+        d=bounds(orbit.d),
+        gbar=bounds(orbit.gbar),
+        q=bounds(0.5 + orbit.u),
+        phi_bottom_rad=bounds(orbit.phi),
+        velocity_bottom=bounds(orbit.velocity_bottom),
+        bits=bits,
+        bound_holds=bool(abs(value - ball(point.sweep_value)) <= point.error_bound),
+        radius=proof.root.radius,
+        side=_side(critical.kind, proof.slope, proof.negative),
+        admissible=proof.admissible,
+        beyond=tuple(
+            name
+            for name in ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")
+            if not abs(getattr(orbit, name) - ball(getattr(point, name))) <= point.bounds[name]
+        ),
+    )
+
+
+def _side(kind: CriticalKind, slope: int, negative: bool) -> str:
+    """What lies on which side, where the sign of the trace's slope is known.
+
+    Stable is what has a trace between -(1 + r^4) and 1 + r^4, a focus between -2 r^2 and 2 r^2.
+    """
+    if not slope or kind in (CriticalKind.FOLD, CriticalKind.GRAZING):
+        return ""
+    type_changes = kind is CriticalKind.NODE_FOCUS
+    inward = slope if kind is CriticalKind.PERIOD_DOUBLING or (type_changes and negative) else -slope
+    return f"{'focus' if type_changes else 'stable'} {'above' if inward > 0 else 'below'}"

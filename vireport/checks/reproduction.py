@@ -1,0 +1,103 @@
+"""The stable motion that a report is about, found again by the simulation from beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, log
+
+import numpy as np
+
+from vireport.checks.benchmark import stable_motion
+from vireport.design import Solution
+from vireport.motions import eigenvalues
+from vireport.physics import wrapped
+from vireport.simulation import (
+    BOTTOM,
+    PHASE,
+    TOP,
+    VELOCITY,
+    WALL,
+    check_model,
+    follow_one,
+)
+
+ASIDE = 1e-3
+"""Share of the impact velocity by which the simulation starts beside the motion."""
+
+REPRODUCED = 1e-9
+"""Distance from the motion, in velocity [y_c] and phase [rad], up to which it counts as found again."""
+
+SMALL = 1e-3
+"""What is left of `REPRODUCED` at the end, where two equal multipliers let the distance grow at first."""
+
+MOST_PERIODS = 2000
+"""Periods of the motion that are simulated at the most: a tenth of a second, interpreted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reproduction:
+    """How near the simulation came to the analytic motion.
+
+    Attributes
+    ----------
+    value : float
+        Of the scenario's parameter, at which the motion is.
+    periods : int
+        Periods of the motion that were simulated, one impact on each membrane in each.
+    needed : int
+        Periods after which the multipliers let a distance from the motion die out; more than `MOST_PERIODS` are not
+        simulated.
+    velocity_difference, phase_difference : float
+        At the last impact on the bottom membrane [y_c, rad].
+    same_impacts : bool
+        Whether the ball struck the membranes in turn all the time, once each in every period.
+    """
+
+    value: float
+    periods: int
+    needed: int
+    velocity_difference: float
+    phase_difference: float
+    same_impacts: bool
+
+    @property
+    def decided(self) -> bool:
+        """Whether so much was simulated that the distance has died out."""
+        return self.periods == self.needed
+
+    @property
+    def passed(self) -> bool:
+        """Whether the simulation came to the motion and stayed on it."""
+        return self.same_impacts and max(self.velocity_difference, self.phase_difference) <= REPRODUCED
+
+
+def reproduce(solution: Solution) -> Reproduction | None:
+    """Simulate the design point's stable motion, or one amid the first stable range, from beside it.
+
+    The simulation is interpreted: it takes milliseconds, and gives the same numbers where numba is installed. None
+    where there is no stable admissible motion.
+    """
+    chosen = stable_motion(solution)
+    if chosen is None:
+        return None
+    design, row = chosen
+    motions, r = design.motions, float(solution.device.restitution)
+    needed = _periods_to_die_out(float(motions.trace[row]), float(motions.discriminant[row]), r)
+    periods = min(needed, MOST_PERIODS)
+    velocity, phase = float(motions.velocity_bottom[row]), float(motions.phi_bottom[row])
+    model = check_model(motions.d[row], motions.gbar[row], r)[0]
+    rows, _ = follow_one(model, (BOTTOM, 0.0, velocity * (1 + ASIDE), phase), 2 * periods, compiled=False)
+    return Reproduction(
+        value=design.value,
+        periods=periods,
+        needed=needed,
+        velocity_difference=abs(float(rows[-1, VELOCITY]) - velocity),
+        phase_difference=abs(wrapped(float(rows[-1, PHASE]) - phase)),
+        same_impacts=np.array_equal(rows[:, WALL], np.resize([BOTTOM, TOP], 2 * periods + 1)),
+    )
+
+
+def _periods_to_die_out(trace: float, discriminant: float, r: float) -> int:
+    """Periods in which the larger multiplier takes the distance from the motion to a small share of `REPRODUCED`."""
+    largest = r * r if discriminant < 0 else max(map(abs, eigenvalues(trace, r)))
+    return 2 + ceil(log(SMALL * REPRODUCED / ASIDE) / log(max(largest, SMALL)))

@@ -1,0 +1,335 @@
+"""Error against run time: every method on this scenario's own motion and critical point, against 40 digits.
+
+A table of runs, one for each method, setting and task, judged by one function. All methods start from one guess, wrong
+in the second or third digit. Errors and counts are the same in every run of the study; times are not.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import asdict, dataclass, replace
+from importlib.util import find_spec
+from math import inf, log10
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vireport.base import NumericalError, Progress, installing
+from vireport.checks.benchmark import (
+    Benchmark,
+    MethodTask,
+    Quantity,
+    Target,
+    benchmark_of,
+)
+from vireport.checks.flights import Budget
+from vireport.checks.methods import (
+    CLOSED,
+    METHODS,
+    WHOLE,
+    Knob,
+    Method,
+)
+from vireport.checks.timing import (
+    Machine,
+    Spread,
+    machine,
+    timed_in_turns,
+)
+
+if TYPE_CHECKING:
+    from vireport.design import Solution
+
+ACCURACIES = (1e-6, 1e-9, 1e-12)
+"""At which the methods are ranked."""
+
+WRONG = 0.1
+"""Error from which a method has found something else than what was asked for: far more than the guess is off."""
+
+ELSEWHERE = 1e-6
+"""The same, over three, where a method has no error of its own."""
+
+ASYMPTOTIC = 0.03
+"""Error above which a run is left out of a fitted order."""
+
+FLOOR = 1e-13
+"""Error below which rounding is seen, and a run is left out of a fitted order."""
+
+SAME_LEAGUE = 3.0
+"""Factor over the time of the closed form within which a method is said to be as fast."""
+
+LEAST_POINTS = 3
+"""Of a fit."""
+
+FAILURES = (NumericalError, ArithmeticError, ValueError, Warning)
+"""What a method that fails raises; warnings of the integrators count as failures."""
+
+
+@dataclass(frozen=True, slots=True)
+class MethodRun:
+    """One method with one setting on one task.
+
+    Attributes
+    ----------
+    method : str
+    knob : Knob
+        What the setting is.
+    setting : float
+    task : MethodTask
+    errors : dict
+        By the key of the quantity; empty where it failed.
+    seconds : Spread or None
+        Of one solution, or once until it failed; None where it was not tried.
+    evaluations : int
+        Of the force, or of a formula with a sine and a cosine; 0 where they are not counted.
+    failed : str
+        The reason, or "".
+    """
+
+    method: str
+    knob: Knob
+    setting: float
+    task: MethodTask
+    errors: dict[str, float]
+    seconds: Spread | None
+    evaluations: int
+    failed: str = ""
+
+    @property
+    def error(self) -> float:
+        """The largest error of the task's quantities; infinite where it failed."""
+        return max(self.errors.values(), default=inf)
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A fitted order of convergence beside the theoretical one.
+
+    Attributes
+    ----------
+    method : str
+    task : MethodTask
+    against : str
+        ``step``, ``tolerance`` or ``evaluations``: error ~ step^order, tolerance^order, evaluations^(-order).
+    fitted : float
+    theory : tuple of float
+        Empty where theory gives none.
+    first, last : float
+        Ends of the range that was fitted, coarse to fine: steps a period, tolerances or numbers of evaluations.
+    points : int
+    """
+
+    method: str
+    task: MethodTask
+    against: str
+    fitted: float
+    theory: tuple[float, ...]
+    first: float
+    last: float
+    points: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorkPrecision:
+    """The study of one scenario.
+
+    Attributes
+    ----------
+    nothing : str
+        Why nothing can be compared, or "".
+    benchmark : Benchmark or None
+        The targets and the exact answers; None where nothing can be compared.
+    absent : tuple of (str, str)
+        Methods that could not be tried, and why.
+    repeats : int
+        Samples of each time.
+    """
+
+    nothing: str
+    benchmark: Benchmark | None
+    runs: tuple[MethodRun, ...]
+    orders: tuple[Order, ...]
+    absent: tuple[tuple[str, str], ...]
+    machine: Machine
+    repeats: int
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What was to be found."""
+        return self.benchmark.quantities if self.benchmark is not None else ()
+
+    @property
+    def tasks(self) -> tuple[MethodTask, ...]:
+        """The motion and, where there is one, the critical point."""
+        return tuple(dict.fromkeys(quantity.task for quantity in self.quantities))
+
+    def runs_of(self, method: str, task: MethodTask) -> tuple[MethodRun, ...]:
+        """The runs of a method on a task, from coarse to fine."""
+        return tuple(run for run in self.runs if (run.method, run.task) == (method, task))
+
+    def best(self, method: str, task: MethodTask, accuracy: float) -> MethodRun | None:
+        """The fastest run of a method on a task that is as accurate as that."""
+        good = (run for run in self.runs_of(method, task) if run.error <= accuracy)
+        return min(good, key=lambda run: run.seconds.median if run.seconds else inf, default=None)
+
+    def as_fast(self) -> list[str]:
+        """Methods that reach the finest accuracy of the last task about as fast as the closed form, from a guess."""
+        task, finest = self.tasks[-1], ACCURACIES[-1]
+        closed = self.best(CLOSED, task, finest)
+        if closed is None or closed.seconds is None:
+            return []
+        others = (name for name in dict.fromkeys(run.method for run in self.runs) if name not in (CLOSED, WHOLE))
+        best = {name: self.best(name, task, finest) for name in others}
+        limit = SAME_LEAGUE * closed.seconds.median
+        return [name for name, run in best.items() if run and run.seconds and run.seconds.median <= limit]
+
+    def without_guess(self) -> MethodRun | None:
+        """The solution of the whole sweep, on the last task."""
+        return self.best(WHOLE, self.tasks[-1], ACCURACIES[0])
+
+    def fastest(self, task: MethodTask, accuracy: float) -> float:
+        """The shortest median time [s] in which a method reaches an accuracy from the guess, infinite where none does.
+
+        The solution of the whole sweep needs no guess and answers more; it does not count.
+        """
+        tried = dict.fromkeys(run.method for run in self.runs if run.method != WHOLE)
+        best = (self.best(name, task, accuracy) for name in tried)
+        return min((run.seconds.median for run in best if run and run.seconds), default=inf)
+
+
+def measure(solution: Solution, repeats: int = 5, progress: Progress | None = None) -> WorkPrecision:
+    """Measure error and run time of every method on a scenario.
+
+    Parameters
+    ----------
+    solution : Solution
+    repeats : int
+        Samples of each time, at least 1.
+    progress : callable, optional
+        Called with each method as it begins.
+
+    Raises
+    ------
+    NumericalError
+        If the reference cannot be computed.
+    """
+    benchmark = benchmark_of(solution)
+    if benchmark is None:
+        reason = "there is no stable admissible 1:1 motion to measure on"
+        return WorkPrecision(reason, None, (), (), (), machine(), repeats)
+    return compare(benchmark, METHODS, repeats, progress)
+
+
+def compare(
+    benchmark: Benchmark, methods: Iterable[Method], repeats: int, progress: Progress | None = None
+) -> WorkPrecision:
+    """Measure given methods; see `measure`."""
+    trials: list[tuple[MethodRun, Callable[[], Any] | None]] = []
+    orders: list[Order] = []
+    absent: list[tuple[str, str]] = []
+    for method in methods:
+        if method.needs and find_spec(method.needs) is None:
+            absent.append((method.name, f"needs the package {method.needs}: {installing(method.needs)}"))
+            continue
+        if progress is not None:
+            progress(f"accuracy: {method.name}")
+        tasks = (
+            (MethodTask.ORBIT, benchmark.motion, method.motion),
+            (MethodTask.CRITICAL, benchmark.critical, method.critical),
+        )
+        for task, target, solver in tasks:
+            if target is not None and solver is not None:
+                ladder = list(_ladder(method, task, target, solver, benchmark))
+                trials += ladder
+                orders += _orders(method, task, [run for run, _ in ladder])
+    spreads = iter(timed_in_turns([call for _, call in trials if call is not None], repeats, progress))
+    runs = tuple(run if call is None else replace(run, seconds=next(spreads)) for run, call in trials)
+    return WorkPrecision("", benchmark, runs, tuple(orders), tuple(absent), machine(), repeats)
+
+
+def _ladder(
+    method: Method,
+    task: MethodTask,
+    target: Target,
+    solver: Callable[[Target, float, Budget], Any],
+    benchmark: Benchmark,
+) -> Iterator[tuple[MethodRun, Callable[[], Any] | None]]:
+    """The runs of a method on a task from coarse to fine, and what is to be timed where they did not fail.
+
+    Finer ones than one that spent the budget are not tried.
+    """
+    exhausted = False
+    for setting in method.settings:
+        budget = Budget(method.most)
+
+        def call(setting: float = setting, budget: Budget = budget) -> Any:
+            budget.spent = 0
+            return solver(target, setting, budget)
+
+        run = MethodRun(method.name, method.knob, setting, task, {}, None, 0)
+        if exhausted:
+            yield replace(run, failed="not tried: a coarser setting spent the budget"), None
+            continue
+        started = perf_counter()
+        errors, failed = _judged(call, benchmark, _limit(method, setting))
+        took = perf_counter() - started
+        run = replace(run, errors=errors, evaluations=budget.spent, failed=failed)
+        yield (replace(run, seconds=Spread(took, took, took)), None) if failed else (run, call)
+        exhausted = budget.spent > budget.most
+
+
+def _judged(call: Callable[[], Any], benchmark: Benchmark, limit: float) -> tuple[dict[str, float], str]:
+    """Errors of what a method finds, or why it failed."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            errors = benchmark.errors(call())
+    except FAILURES as error:
+        return {}, str(error) or type(error).__name__
+    largest = max(errors.values())
+    return ({}, f"found something else, {largest:.2g} away") if largest > limit else (errors, "")
+
+
+def _limit(method: Method, setting: float) -> float:
+    """Error from which a run has found something else; less where nothing but Newton's stop limits it."""
+    return WRONG if method.knob.limits_accuracy else min(WRONG, 3 * max(setting, ELSEWHERE))
+
+
+def _orders(method: Method, task: MethodTask, ladder: list[MethodRun]) -> Iterator[Order]:
+    """Fits over the runs between the first digits and rounding."""
+    good = [run for run in ladder if FLOOR < run.error < ASYMPTOTIC]
+    if method.order is not None:
+        against, sign = ("step", -1) if method.knob is Knob.STEPS else ("tolerance", 1)
+        yield from _fit(method.name, task, against, good, [run.setting for run in good], sign, method.order)
+    if method.cost_order is not None:
+        yield from _fit(
+            method.name, task, "evaluations", good, [float(run.evaluations) for run in good], -1, method.cost_order
+        )
+
+
+def _fit(
+    method: str, task: MethodTask, against: str, runs: list[MethodRun], x: list[float], sign: int, theory: float
+) -> Iterator[Order]:
+    """Least squares of the logarithm of the error."""
+    if len(set(x)) >= LEAST_POINTS:
+        slope = np.polyfit([log10(value) for value in x], [log10(run.error) for run in runs], 1)[0]
+        yield Order(method, task, against, sign * float(slope), (theory,), x[0], x[-1], len(x))
+
+
+def accuracy_data(work: WorkPrecision) -> dict[str, Any]:
+    """Errors and times of every method and setting as plain data, for results.json and accuracy.json.
+
+    Times differ from run to run; nothing else does.
+    """
+    return {
+        "nothing": work.nothing or None,
+        "value": work.benchmark.value if work.benchmark is not None else None,
+        "repeats": work.repeats,
+        "machine": asdict(work.machine),
+        "quantities": [asdict(quantity) for quantity in work.quantities],
+        "runs": [asdict(run) for run in work.runs],
+        "orders": [asdict(order) for order in work.orders],
+        "left_out": [{"method": method, "why": why} for method, why in work.absent],
+    }

@@ -1,0 +1,34 @@
+"""The design point: its motions, their margins, tolerances and yield, and how strongly they hang on each input."""
+
+from vireport.design.devices import FACTOR_OF, devices_off, region_of
+from vireport.design.margins import HIGHEST_RESTITUTION, Margin
+from vireport.design.point import DesignPoint, StableInterval, around_length, design_point, motions_at, stable_ranges
+from vireport.design.proof import prove_again
+from vireport.design.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
+from vireport.design.solution import SMALLEST_LOSS, Solution, solution_of
+from vireport.design.tolerances import Failure, Tolerances, assess_tolerances
+
+__all__ = [
+    "FACTOR_OF",
+    "HIGHEST_RESTITUTION",
+    "SMALLEST_LOSS",
+    "DesignPoint",
+    "Failure",
+    "Margin",
+    "Solution",
+    "StableInterval",
+    "Tolerances",
+    "around_length",
+    "assess_tolerances",
+    "contact_share",
+    "design_point",
+    "devices_off",
+    "input_error",
+    "mass_elasticity",
+    "motions_at",
+    "prove_again",
+    "region_of",
+    "restitution_effect",
+    "solution_of",
+    "stable_ranges",
+]

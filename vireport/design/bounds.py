@@ -1,0 +1,104 @@
+"""Error bounds of all that is stated of a scenario: of its branches, its design point and what these generate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.design.point import DesignPoint, around_length
+from vireport.motions import BifurcationDiagram, Branch, Motions, Sweep, finite, motion_bounds, voltage_bounds
+from vireport.physics import (
+    ROUNDED,
+    UNIT,
+    Device,
+    Dielectric,
+    Membrane,
+    Rounded,
+    Voltages,
+    conversion,
+)
+
+Floats = NDArray[np.float64]
+
+FACTORS = 16
+"""Roundings of the constant factors of an energy, a power or a field, which are computed in doubles, with room."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounds:
+    """Error bounds, by the names of `Motions` and `Voltages`; infinite where there is none.
+
+    Attributes
+    ----------
+    branches : tuple of dict
+        For each branch an array for each of its columns.
+    design : dict or None
+        For the motions at the design point.
+    """
+
+    branches: tuple[dict[str, Floats], ...]
+    design: dict[str, Floats] | None
+
+
+def bounds_of(
+    device: Device, membrane: Membrane | None, diagram: BifurcationDiagram | None, design: DesignPoint | None
+) -> Bounds:
+    """Bound the errors of every motion and voltage along a sweep and at a design point."""
+    sweep, branches = (diagram.sweep, diagram.branches) if diagram is not None else (None, ())
+    along = tuple(_along(membrane, sweep, branch) for branch in branches if sweep is not None)
+    if design is None:
+        return Bounds(along, None)
+    bounds = _of(membrane, around_length(device), design.motions, design.errors)
+    if membrane is not None and design.conversion is not None:
+        bounds |= _conversion_bounds(device, membrane, design, bounds)
+    return Bounds(along, bounds)
+
+
+def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
+    """Bounds of a branch; at its critical points at least those of the points, which may only have been bracketed."""
+    bounds = _of(membrane, sweep, branch.motions, None)
+    for row in range(len(branch.motions)):
+        critical = branch.critical_point(row)
+        if critical is None:
+            continue
+        own = {**critical.point.bounds, "sweep_value": critical.point.error_bound}
+        for name in ("sweep_value", "d", "gbar", "velocity_bottom", "velocity_top"):
+            bounds[name][row] = max(bounds[name][row], own[name])
+        bounds["q"][row] = max(bounds["q"][row], own["u"])
+        bounds["phi_bottom"][row] = max(bounds["phi_bottom"][row], own["phi"])
+    return bounds
+
+
+def _of(
+    membrane: Membrane | None, sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None
+) -> dict[str, Floats]:
+    bounds = motion_bounds(sweep, motions, given)
+    if membrane is None:
+        return bounds
+    return {**bounds, **voltage_bounds(*_speeds(sweep, motions, bounds), membrane)}
+
+
+def _speeds(sweep: Sweep, motions: Motions, bounds: dict[str, Floats]) -> tuple[Rounded, Rounded]:
+    """Speeds of the impacts at the bottom and at the top [m/s]."""
+    # The exact motion has its own force or frequency, and with it its own velocity unit.
+    value = Rounded(motions.sweep_value, bounds["sweep_value"])
+    unit = sweep.device.velocity_unit(sweep.parameter, value)
+    bottom = unit * Rounded(motions.velocity_bottom, bounds["velocity_bottom"])
+    top = unit * Rounded(-motions.velocity_top, bounds["velocity_top"])
+    return bottom, top
+
+
+def _conversion_bounds(
+    device: Device, membrane: Membrane, design: DesignPoint, bounds: dict[str, Floats]
+) -> dict[str, Floats]:
+    """Bound the errors of what a design point's motions convert, by the names of `Conversion`."""
+    volts, dielectric = cast(Voltages, design.voltages), cast(Dielectric, membrane.dielectric)
+    gains = Rounded(volts.bottom_v, bounds["bottom_v"]), Rounded(volts.top_v, bounds["top_v"])
+    speeds = _speeds(around_length(device), design.motions, bounds)
+    with np.errstate(all="ignore"):
+        exact = conversion(gains, speeds, membrane, dielectric, device.restitution, device.period_s, ROUNDED)
+        numbers = {field.name: getattr(exact, field.name) for field in fields(exact)}
+        return finite({name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()})

@@ -1,0 +1,163 @@
+"""The devices that tolerances allow, counted by how far four factors of the motion are between their ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions import Orbits, find_motions
+from vireport.physics import (
+    AFFINE,
+    ARRAYS,
+    Affine,
+    Device,
+    between,
+    magnitude,
+)
+from vireport.scenario import DesignInput, Parameter
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+FACTORS = 4
+"""M/F, s f^2, sin(beta) and r: d is the product of the first two, and gbar that of the first and the third."""
+
+SYMBOLS = 8
+"""Of affine numbers: those of the four factors, three of the motion, and that of time."""
+
+FACTOR_OF = {
+    DesignInput.CAPSULE_MASS: 0,
+    DesignInput.AMPLITUDE: 0,
+    DesignInput.LENGTH: 1,
+    DesignInput.FREQUENCY: 1,
+    DesignInput.INCLINATION: 2,
+    DesignInput.RESTITUTION: 3,
+}
+"""Which factor an input is part of. No two factors share one, so that a box of inputs is a box of factors."""
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """Every device between two.
+
+    A device of the region is counted by four shares, between 0 and 1: how far the inputs of each factor are from their
+    `start` to their `end`, all of a factor alike. As each factor grows with its share, none of its values is missed.
+
+    Attributes
+    ----------
+    design : Device
+    start, end : dict
+        Values of all inputs at either end; the force is the larger one at its start.
+    """
+
+    design: Device
+    start: dict[DesignInput, float]
+    end: dict[DesignInput, float]
+
+    @property
+    def ranges(self) -> dict[DesignInput, tuple[float, float]]:
+        """The least and the largest value of the inputs that vary."""
+        ends = {varied: (self.start[varied], self.end[varied]) for varied in DesignInput}
+        return {varied: (min(pair), max(pair)) for varied, pair in ends.items() if pair[0] != pair[1]}
+
+    @property
+    def design_shares(self) -> Floats:
+        """Where the design is, shape (4, 1)."""
+        shares = np.full((FACTORS, 1), 0.5)
+        low, high = (ends[DesignInput.INCLINATION] for ends in (self.start, self.end))
+        shares[FACTOR_OF[DesignInput.INCLINATION]] = (self.design.inclination_deg - low) / (high - low or 1.0)
+        return shares
+
+    def devices(self, shares: Floats) -> Device:
+        """Devices at shares, shape (4, k), with an array for each input."""
+        values = {}
+        for varied, factor in FACTOR_OF.items():
+            first, last, share = self.start[varied], self.end[varied], shares[factor]
+            values[varied] = np.where(share == 1, last, first + share * (last - first))
+        return self.design.with_values(values)
+
+    def groups(self, low: Floats, high: Floats) -> tuple[Affine, Affine, Affine]:
+        """(d, gbar, r) of all devices in boxes of shares, ends of shape (4, k), Eqs. (2.5), (2.6)."""
+        x: dict[DesignInput, Affine] = {}
+        for varied, factor in FACTOR_OF.items():
+            first, width = self.start[varied], self.end[varied] - self.start[varied]
+            x[varied] = between(first + low[factor] * width, first + high[factor] * width, factor, SYMBOLS)
+        frequency, sine = x[DesignInput.FREQUENCY], AFFINE.sin(AFFINE.pi * x[DesignInput.INCLINATION] / 180)
+        mass_over_force = x[DesignInput.CAPSULE_MASS] / x[DesignInput.AMPLITUDE]
+        d = 4 * mass_over_force * (x[DesignInput.LENGTH] * frequency * frequency)
+        return d, self.design.gravity_m_s2 * mass_over_force * sine, x[DesignInput.RESTITUTION]
+
+    @property
+    def faces(self) -> tuple[Floats, Floats, Floats]:
+        """Boxes that have all of the region's (d, gbar, r): ends as shares, (4, k), and their parts of the whole, (k,).
+
+        M/F scaled up and s f^2 and sin(beta) scaled down alike leave d and gbar as they are, until one of the three is
+        at that end of its range. So the three faces on which one of them is have all there is, and one dimension less;
+        they do not overlap. A factor without a tolerance is at its end already. The parts are areas in (d, gbar).
+        """
+        fixed = [k for k in range(3) if all(self.start[x] == self.end[x] for x, of in FACTOR_OF.items() if of == k)]
+        fixed = fixed[:1] or [0, 1, 2]
+        low, high = np.zeros((FACTORS, len(fixed))), np.ones((FACTORS, len(fixed)))
+        low[fixed, range(len(fixed))] = high[fixed, range(len(fixed))] = np.equal(fixed, 0)
+        if len(fixed) == 1:
+            return low, high, np.ones(1)
+        ends = self.devices(np.tile([0.0, 1.0], (FACTORS, 1)))
+        (mass, length, sine), (to_mass, to_length, to_sine) = np.transpose(
+            [
+                ends.capsule_mass_kg / ends.amplitude_n,
+                ends.length_m * ends.frequency_hz**2,
+                ARRAYS.sin_degrees(ends.inclination_deg),
+            ]
+        )
+        squares = (to_mass**2 - mass**2) / 2
+        areas = np.array(
+            [
+                to_mass**2 * (to_length - length) * (to_sine - sine),
+                length * squares * (to_sine - sine),
+                sine * squares * (to_length - length),
+            ]
+        )
+        return low, high, areas / areas.sum()
+
+
+def region_of(device: Device, half_widths: Mapping[DesignInput, float]) -> Region:
+    """The devices whose inputs are off by no more than their tolerances.
+
+    A capsule inclined below 0 degrees is the mirror image of one above: its bottom is the other end. One beyond 90
+    degrees is one turned about. Both are counted by the inclination of 0 to 90 that is the same.
+    """
+    start, end = {}, {}
+    for varied in DesignInput:
+        value, off = float(getattr(device, varied)), half_widths.get(varied, 0.0)
+        low, high = value - off, value + off
+        if varied is DesignInput.INCLINATION:
+            low, high = max(low, 0.0), min(high, 90.0)
+        start[varied], end[varied] = (high, low) if varied is DesignInput.AMPLITUDE else (low, high)
+    return Region(device, start, end)
+
+
+def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:
+    """All stable admissible motions of devices (arrays), and those that lack up to `slack`: of which, and which."""
+    d, gbar = devices.groups(Parameter.LENGTH, devices.length_m)
+    r = np.asarray(devices.restitution)
+    found = find_motions(d, gbar, r, devices.period_ratio)
+    stable = found.stable(r, slack)
+    return found.cell[stable], found.orbit.select(stable)
+
+
+def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: Floats) -> Device:
+    """Devices whose inputs are off by multiples of their tolerances, shape (tolerances, k).
+
+    The inputs of the device, and the tolerances, may be arrays (k,).
+    """
+    changed = {varied: np.broadcast_to(getattr(device, varied), steps.shape[1]) for varied in DesignInput}
+    for (varied, width), step in zip(half_widths.items(), steps, strict=True):
+        changed[varied] = changed[varied] + width * step
+    inclination = magnitude(changed[DesignInput.INCLINATION])
+    changed[DesignInput.INCLINATION] = np.minimum(inclination, 180 - inclination)
+    return device.with_values(changed)

@@ -1,0 +1,295 @@
+"""Every motion at one design point, how far it is from where the motions change, and where stable motion ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import NumericalError
+from vireport.design.margins import (
+    SAME_POINT,
+    Line,
+    Margin,
+    margin,
+    margins_of,
+    mirrored,
+    nearest_first,
+    reach,
+)
+from vireport.motions import (
+    BifurcationDiagram,
+    Branch,
+    CriticalKind,
+    CriticalPoint,
+    Motions,
+    Sweep,
+    Symmetry,
+    find_motions,
+    motions_of,
+    orbits,
+    polish,
+    value_condition,
+)
+from vireport.physics import (
+    NO_GRAVITY,
+    Conversion,
+    Device,
+    Voltages,
+)
+from vireport.scenario import DesignInput, Parameter, ScalarInput
+
+Floats = NDArray[np.float64]
+
+DOUBLE_ROOT = 1e-7
+"""Error of q and phase of a motion on a fold: the root of rounding, and room."""
+
+ADJOINING = 1e-12
+"""Relative gap between two stable ranges that is rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StableInterval:
+    """Range of an input over which stable 1:1 motion is known to exist, and what ends it on either side.
+
+    Attributes
+    ----------
+    parameter : ScalarInput
+        The swept parameter, or the input that is varied around a design point.
+    start, end : float
+    start_point, end_point : CriticalPoint or None
+        None where it is the sweep, or what the input can be, that ends.
+    """
+
+    parameter: ScalarInput
+    start: float
+    end: float
+    start_point: CriticalPoint | None
+    end_point: CriticalPoint | None
+
+    @property
+    def ends(self) -> tuple[tuple[float, CriticalPoint | None], tuple[float, CriticalPoint | None]]:
+        """Both ends, each with the critical point there."""
+        return (self.start, self.start_point), (self.end, self.end_point)
+
+    def holds(self, value: float) -> bool:
+        """Whether a value of the input is in the range."""
+        return self.start <= value <= self.end
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DesignPoint:
+    """The design point and all 1:1 motions there, admissible or not.
+
+    Attributes
+    ----------
+    parameter : Parameter
+        The swept one, or the length where nothing is swept.
+    value : float
+        Its value at the design point.
+    motions : Motions
+        Zero or more, stable ones first.
+    families : tuple of Symmetry
+        Of each motion.
+    errors : tuple of ndarray
+        Error bounds of q - 1/2 and of the phase of each motion.
+    margins : tuple of Margin
+        Nearest first: to the ends of the stable motions in every input, whatever is swept, and to the other critical
+        points of the sweep.
+    unresolved : tuple of DesignInput
+        Inputs along which rounding does not resolve where the stable motions end.
+    stable : tuple of StableInterval
+        For each other input, the range up to the first of these ends on either side.
+    voltages : Voltages or None
+        Of the motions; None where no energy is evaluated.
+    conversion : Conversion or None
+        Of the motions; None where the membrane's dielectric is not given.
+    """
+
+    parameter: Parameter
+    value: float
+    motions: Motions
+    families: tuple[Symmetry, ...]
+    errors: tuple[Floats, Floats]
+    margins: tuple[Margin, ...]
+    unresolved: tuple[DesignInput, ...]
+    stable: tuple[StableInterval, ...]
+    voltages: Voltages | None = None
+    conversion: Conversion | None = None
+
+    def endings(self, *kinds: CriticalKind) -> list[Margin]:
+        """The margins to the ends of stable motions, nearest first; of some kinds only, where any are given."""
+        return [one for one in self.margins if one.ends_stability and (not kinds or one.kind in kinds)]
+
+
+def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPoint:
+    """Find every motion at a design point, and how far the stable ones are from their ends.
+
+    Parameters
+    ----------
+    device : Device
+        All four parameters given.
+    diagram : BifurcationDiagram or None
+        Of a sweep through it, whose critical points get their margins too.
+    """
+    chosen = diagram.sweep.parameter if diagram is not None else Parameter.LENGTH
+    value = cast(float, getattr(device, chosen))
+    motions, families, errors = motions_at(device, chosen)
+    ends = margins_of(device, motions)
+    margins = list(ends.found) if diagram is not None else _labelled(ends.found)
+    for point in diagram.critical_points if diagram is not None else ():
+        same = [k for k, one in enumerate(margins) if _same_motion(one.point, point)]
+        for k in same:
+            margins[k] = replace(margins[k], point=replace(margins[k].point, label=point.label))
+        if all(margins[k].parameter.sweepable is not chosen for k in same):
+            margins.append(margin(device, DesignInput(chosen), point, False, {}))
+    margins = nearest_first(margins)
+    stable = _stable_ranges(device, margins, ends.unresolved) if motions.stable.any() else ()
+    return DesignPoint(chosen, value, motions, families, errors, tuple(margins), ends.unresolved, stable)
+
+
+def _labelled(margins: Sequence[Margin]) -> list[Margin]:
+    """Number the ends of stable motions along each input, where no sweep has names for them."""
+    counts: dict[tuple[DesignInput, str], int] = {}
+    named = []
+    for one in sorted(margins, key=lambda one: (one.parameter, one.sweep_value)):
+        key = one.parameter, one.kind.letter
+        counts[key] = counts.get(key, 0) + 1
+        named.append(replace(one, point=replace(one.point, label=f"{one.kind.letter}{counts[key]}")))
+    return named
+
+
+def _same_motion(one: CriticalPoint, other: CriticalPoint) -> bool:
+    """Whether two critical points of one restitution are one motion, or mirror images."""
+    a, b = one.point, other.point
+    alike = abs(a.d - b.d) <= SAME_POINT * b.d and abs(a.gbar - b.gbar) <= SAME_POINT * max(b.gbar, NO_GRAVITY)
+    return one.kind is other.kind and alike and abs(abs(a.u) - abs(b.u)) <= SAME_POINT
+
+
+def _stable_ranges(
+    device: Device, margins: list[Margin], unresolved: tuple[DesignInput, ...]
+) -> tuple[StableInterval, ...]:
+    """For each input the range up to the first end of a stable motion on either side, or up to what it can be."""
+    ranges = []
+    for varied in DesignInput:
+        if varied in unresolved:
+            continue
+        ends = [one for one in margins if one.ends_stability and one.parameter is varied]
+        below = min((one for one in ends if one.distance < 0), key=lambda one: -one.distance, default=None)
+        above = min((one for one in ends if one.distance > 0), key=lambda one: one.distance, default=None)
+        low, high = reach(device, varied)
+        ranges.append(
+            StableInterval(
+                varied,
+                below.sweep_value if below is not None else low,
+                above.sweep_value if above is not None else high,
+                below.point if below is not None else None,
+                above.point if above is not None else None,
+            )
+        )
+    return tuple(ranges)
+
+
+def around_length(device: Device) -> Sweep:
+    """A sweep over the length through a design point, whose motions are on its level."""
+    length = cast(float, device.length_m)
+    return Sweep(device, Parameter.LENGTH, length / 2, length * 2)
+
+
+def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Symmetry, ...], tuple[Floats, Floats]]:
+    """All motions at a design point, their families, and the errors of u and of the phase.
+
+    Their `sweep_value` is that of `parameter`.
+    """
+    sweep = around_length(device)
+    n, level = device.period_ratio, sweep.level
+    d, gbar = device.groups(Parameter.LENGTH, device.length_m)
+    guesses = find_motions(np.array([d]), np.array([gbar]), device.restitution, n)
+    at_length = value_condition(sweep, device.length_m)
+    rows = []
+    for u, phi, gap in zip(guesses.orbit.u, guesses.orbit.phi, guesses.wall_gap, strict=True):
+        symmetric = level.horizontal and n % 2 == 1 and bool(u == 0)
+        try:
+            point = polish(sweep, float(u), float(phi), at_length, symmetric=symmetric)
+        except NumericalError:
+            if gap > 0:  # on a fold, to rounding: two motions in one
+                rows.append((symmetric, float(u), float(np.mod(phi, 2 * np.pi)), DOUBLE_ROOT, DOUBLE_ROOT))
+            continue  # else a solution that passes through a membrane, where the equations degenerate
+        if point.velocity_bottom > 0 > point.velocity_top:
+            rows.append((symmetric, point.u, point.phi, point.bounds["u"], point.bounds["phi"]))
+    u, phi, error_u, error_phi = (np.array([row[k] for row in rows], dtype=float) for k in range(1, 5))
+    motions = motions_of(sweep, level, orbits(u, phi, device.restitution, n))
+    motions.sweep_value[:] = getattr(device, parameter)
+    motions.d[:] = d
+    np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
+    order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
+    families = tuple(Symmetry.SYMMETRIC if rows[i][0] else Symmetry.ASYMMETRIC for i in order)
+    return motions.select(order), families, (error_u[order], error_phi[order])
+
+
+def ending_beyond(
+    device: Device, parameter: Parameter, value: float, sign: float, known: DesignPoint | None = None
+) -> CriticalPoint | None:
+    """Where the stable motions at a value of a parameter have all ended, if it grows (sign 1) or falls (-1) from there.
+
+    None where no motion is stable, or where one of them does not end, or is not followed to its end. `known` is a
+    design point of the same device, whose motions need not be followed again where they are the ones.
+    """
+    device = device.with_values({parameter: value})
+    if device.unresolved:
+        return None
+    motions, _, _ = motions_at(device, parameter)
+    varied = DesignInput(parameter)
+    line = next(line for line in Line if varied in line.value)
+    ends = []
+    own = motions.u >= 0 if mirrored(device) and parameter is not Parameter.INCLINATION else True
+    rows = np.flatnonzero(motions.stable & own)
+    onward = [one.point for one in (known.endings() if known is not None else ()) if one.parameter is varied]
+    onward = [one for one in onward if known is not None and sign * (one.point.sweep_value - known.value) > 0]
+    first = min(onward, key=lambda one: sign * one.point.sweep_value, default=None)
+    if len(rows) == 1 and first is not None and sign * (first.point.sweep_value - value) > 0:
+        return first  # the design point's stable motions are all stable here still, where only one is
+    for row in rows:
+        found = margins_of(device, motions.select([row]), [line], (line.sense(varied) * sign,)).found
+        ends.append(next((one.point for one in found if one.parameter is varied), None))
+    if not ends or None in ends:
+        return None
+    return max((end for end in ends if end is not None), key=lambda end: sign * end.point.sweep_value)
+
+
+End = tuple[float, CriticalPoint | None]
+"""A swept value at which something ends, and the critical point there; None where it is the sweep that ends."""
+
+
+def _end(branch: Branch, row: int) -> End:
+    return float(branch.motions.sweep_value[row]), branch.critical_point(row)
+
+
+def _ends(branch: Branch, first: int, last: int) -> tuple[End, End]:
+    """The ends of a stretch of a branch, in the order of the swept value."""
+    low, high = sorted((_end(branch, first), _end(branch, last)), key=_place)
+    return low, high
+
+
+def _place(end: End) -> tuple[float, bool, str]:
+    """Where an end is among others; at one value critical points come in the order of their labels, then the sweep."""
+    value, point = end
+    return value, point is None, point.label if point is not None else ""
+
+
+def stable_ranges(diagram: BifurcationDiagram) -> tuple[StableInterval, ...]:
+    """Ranges of the swept parameter in which there is stable admissible 1:1 motion, ascending and disjoint."""
+    stretches = [
+        _ends(branch, part.first, part.last) for branch in diagram.branches for part in branch.segments() if part.stable
+    ]
+    merged: list[tuple[End, End]] = []
+    for start, end in sorted(stretches, key=lambda ends: (_place(ends[0]), _place(ends[1]))):
+        if merged and start[0] <= merged[-1][1][0] * (1 + ADJOINING):
+            if end[0] > merged[-1][1][0]:
+                merged[-1] = merged[-1][0], end
+        else:
+            merged.append((start, end))
+    return tuple(StableInterval(diagram.sweep.parameter, a[0], b[0], a[1], b[1]) for a, b in merged)

@@ -1,0 +1,119 @@
+"""How strongly the results at a design point hang on what is least well known: the restitution and the ball's mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions import UNSTABLE, Motions, classify, find_motions, orbits
+from vireport.physics import (
+    SMALLEST_RESTITUTION,
+    Device,
+    Membrane,
+    contacts,
+    voltages,
+)
+from vireport.scenario import Parameter
+
+Floats = NDArray[np.float64]
+
+UNSURE = 0.05
+"""Share by which a restitution that was measured with care may be off."""
+
+SMALL = 1e-4
+"""Relative change by which an elasticity is found."""
+
+ROUNDING = float(np.finfo(float).eps)
+"""Relative change of an input that is the smallest there is."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RestitutionEffect:
+    """What a restitution other by `UNSURE` does to the stable motions of a design point.
+
+    Attributes
+    ----------
+    lost_at : float or None
+        Restitution at which a stable motion is lost.
+    elasticity : float
+        Largest relative change of an impact velocity over that of the restitution, where none is lost.
+    """
+
+    lost_at: float | None
+    elasticity: float
+
+
+def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | None:
+    """Follow the stable motions of a design point to a smaller and a larger restitution.
+
+    Parameters
+    ----------
+    device : Device
+        All four parameters given.
+    motions : Motions
+        At the design point.
+
+    Returns
+    -------
+    RestitutionEffect or None
+        None where there is no stable motion, or no restitution to change.
+    """
+    r = device.restitution
+    rows = np.flatnonzero(motions.stable)
+    if not rows.size or r == 0:
+        return None
+    changed = np.array([r * (1 - UNSURE), min(r * (1 + UNSURE), (1 + r) / 2)])
+    d, gbar = (np.full(2, float(group)) for group in device.groups(Parameter.LENGTH, device.length_m))
+    others = find_motions(d, gbar, changed, device.period_ratio)
+    elasticity = 0.0
+    for k, other in enumerate(changed):
+        own = others.cell == k
+        stable = classify(others.trace[own], float(other)) != UNSTABLE
+        velocities = others.orbit.velocity_bottom[own][stable & others.admissible[own]]
+        if velocities.size < rows.size:
+            return RestitutionEffect(float(other), 0.0)
+        for before in motions.velocity_bottom[rows]:
+            change = np.min(np.abs(velocities - before)) / before
+            elasticity = max(elasticity, float(change / abs(other / r - 1)))
+    return RestitutionEffect(None, elasticity)
+
+
+def input_error(device: Device, motions: Motions) -> Floats:
+    """How far one rounding of d and gbar moves q or the phase of each motion of a design point.
+
+    By the inverse of the derivatives of (d, gbar) with respect to (q, phase), which are singular on a fold.
+    """
+    r, n, u, phi = device.restitution, device.period_ratio, motions.u, motions.phi_bottom
+    step = SMALL * (1 - r) / (1 + r)
+
+    def slopes(du: float, dphi: float) -> tuple[Floats, Floats]:
+        ahead, behind = orbits(u + du, phi + dphi, r, n), orbits(u - du, phi - dphi, r, n)
+        return (ahead.d - behind.d) / (2 * step), (ahead.gbar - behind.gbar) / (2 * step)
+
+    (d_u, gbar_u), (d_phi, gbar_phi) = slopes(step, 0.0), slopes(0.0, step)
+    determinant = np.maximum(np.abs(d_u * gbar_phi - d_phi * gbar_u), ROUNDING)
+    of_d, of_gbar = ROUNDING * motions.d, ROUNDING * motions.gbar
+    in_u = (np.abs(gbar_phi) * of_d + np.abs(d_phi) * of_gbar) / determinant
+    in_phi = (np.abs(gbar_u) * of_d + np.abs(d_u) * of_gbar) / determinant
+    return np.asarray(np.minimum(np.maximum(in_u, in_phi), 1.0))
+
+
+def mass_elasticity(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> float:
+    """Largest relative change of U_ave over that of the ball's mass, at impact velocities [m/s] of some motions."""
+    heavier = replace(membrane, ball_mass_kg=membrane.ball_mass_kg * (1 + SMALL))
+    base, more = (voltages(speed_bottom, speed_top, either).average_v for either in (membrane, heavier))
+    usable = base > 0
+    return float(np.max((more[usable] / base[usable] - 1) / SMALL, initial=0.0))
+
+
+def contact_share(speeds: Floats, membrane: Membrane, r: float, frequency_hz: Floats) -> float | None:
+    """Longest contact of impacts at some speeds [m/s] over the forcing period; None where r has no contact law.
+
+    The slower the impact, the longer its contact.
+    """
+    moving = speeds > 0
+    if r < SMALLEST_RESTITUTION or not moving.any():
+        return None
+    return float(np.max(contacts(speeds[moving], membrane, r).duration * frequency_hz[moving]))

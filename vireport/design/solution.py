@@ -1,0 +1,211 @@
+"""All that the analytic theory says of a scenario: what the rest of the package receives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import NumericalError
+from vireport.design.bounds import Bounds, bounds_of
+from vireport.design.margins import mirrored
+from vireport.design.point import (
+    DesignPoint,
+    StableInterval,
+    design_point,
+    ending_beyond,
+    stable_ranges,
+)
+from vireport.motions import (
+    BifurcationDiagram,
+    Branch,
+    CriticalPoint,
+    Motions,
+    Sweep,
+    TableRow,
+    impact_velocities,
+    solve,
+    table,
+)
+from vireport.physics import (
+    Device,
+    Fitting,
+    Membrane,
+    Shaker,
+    Voltages,
+    conversion,
+    fitting,
+    voltages,
+)
+from vireport.scenario import Parameter
+
+Floats = NDArray[np.float64]
+
+SMALLEST_LOSS = 1e-6
+"""1 - r below which the motions are not resolved: they draw together as 1 - r, and det DP = r^4 comes too near to 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The 1:1 motions of a device along a sweep and at a design point.
+
+    Attributes
+    ----------
+    device : Device
+    membrane : Membrane or None
+        None where no energy is evaluated.
+    diagram : BifurcationDiagram or None
+        None where nothing is swept.
+    design : DesignPoint or None
+        None where no design point is given.
+    """
+
+    device: Device
+    membrane: Membrane | None
+    diagram: BifurcationDiagram | None
+    design: DesignPoint | None
+
+    @property
+    def sweep(self) -> Sweep | None:
+        """What is varied."""
+        return self.diagram.sweep if self.diagram is not None else None
+
+    @property
+    def parameter(self) -> Parameter:
+        """The parameter that is varied; the length where none is."""
+        return self.diagram.sweep.parameter if self.diagram is not None else Parameter.LENGTH
+
+    @property
+    def branches(self) -> tuple[Branch, ...]:
+        """Every branch of motions along the sweep."""
+        return self.diagram.branches if self.diagram is not None else ()
+
+    @property
+    def critical_points(self) -> tuple[CriticalPoint, ...]:
+        """Where the type of motion changes along the sweep."""
+        return self.diagram.critical_points if self.diagram is not None else ()
+
+    @cached_property
+    def stable_ranges(self) -> tuple[StableInterval, ...]:
+        """Where along the sweep there is stable admissible motion."""
+        return stable_ranges(self.diagram) if self.diagram is not None else ()
+
+    @cached_property
+    def beyond(self) -> tuple[tuple[CriticalPoint | None, ...], ...]:
+        """Where each stable range would end, below and above, if the sweep went on.
+
+        None where it ends within the sweep, or nowhere that rounding resolves.
+        """
+        return tuple(
+            tuple(
+                None if point is not None else ending_beyond(self.device, self.parameter, value, sign, self.design)
+                for (value, point), sign in zip(part.ends, (-1.0, 1.0), strict=True)
+            )
+            for part in self.stable_ranges
+        )
+
+    @cached_property
+    def table(self) -> tuple[TableRow, ...]:
+        """Table 1 for the sweep."""
+        return table(self.diagram) if self.diagram is not None else ()
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """Error bounds of all motions and voltages."""
+        return bounds_of(self.device, self.membrane, self.diagram, self.design)
+
+    @cached_property
+    def shaker(self) -> Shaker:
+        """What must drive the capsule: at the design point, without one the most that the sweep asks for."""
+        if self.sweep is None or self.design is not None:
+            return self.device.shaker(self.parameter, float(getattr(self.device, self.parameter)))
+        ends = [self.device.shaker(self.parameter, end) for end in (self.sweep.start, self.sweep.end)]
+        return Shaker(*(max(getattr(end, field.name) for end in ends) for field in fields(Shaker)))
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether gravity has no part along the capsule anywhere, and n is odd: motions then have mirror images."""
+        return mirrored(self.device) and self.parameter is not Parameter.INCLINATION
+
+    @property
+    def deepest_m(self) -> float:
+        """Deepest deflection of a membrane in any motion along the sweep or solution at the design point [m]."""
+        return max((float(np.max(depth, initial=0.0)) for depth, _ in self._evaluated()), default=0.0)
+
+    @property
+    def highest_v(self) -> float:
+        """Highest voltage of an impact in those [V]."""
+        return max((float(np.max(volts, initial=0.0)) for _, volts in self._evaluated()), default=0.0)
+
+    @property
+    def within_membrane(self) -> bool:
+        """Whether every deflection is one that the membrane's geometry has, Eqs. (5.3)-(5.5)."""
+        return self.membrane is None or self.deepest_m <= self.membrane.active_radius_m
+
+    @property
+    def fitting(self) -> Fitting | None:
+        """What would bring the deepest deflection within the membrane's geometry; None where it is."""
+        return None if self.membrane is None or self.within_membrane else fitting(self.membrane, self.deepest_m)
+
+    def _evaluated(self) -> Iterator[tuple[Floats, Floats]]:
+        """Deflections and voltages of the admissible motions of the branches, and of the design point's solutions."""
+        for branch in self.branches:
+            if (x := branch.voltages) is not None:
+                inside = branch.motions.admissible
+                yield x.deflection_m[inside], np.maximum(x.bottom_v, x.top_v)[inside]
+        if self.design is not None and (x := self.design.voltages) is not None:
+            yield x.deflection_m, np.maximum(x.bottom_v, x.top_v)
+
+
+def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, design: bool) -> Solution:
+    """Find every 1:1 motion of a device along a sweep, and at its design point.
+
+    Parameters
+    ----------
+    device : Device
+    membrane : Membrane or None
+        For the voltages.
+    sweep : Sweep or None
+        Of that device.
+    design : bool
+        Whether to evaluate the design point, for which all four parameters must be given.
+
+    Raises
+    ------
+    NumericalError
+        If the scenario is outside the theory (restitution 1), or double precision does not resolve it.
+    """
+    if 1 - device.restitution < SMALLEST_LOSS:
+        raise NumericalError(
+            f"device.restitution: {device.restitution!r} means impacts with hardly any loss; for 1 periodic motions "
+            "come in continua and none is asymptotically stable, so that the criteria of Table 1 do not apply "
+            f"(allowed here: at most 1 - {SMALLEST_LOSS:g})"
+        )
+    if unresolved := sweep.unresolved if sweep is not None else device.unresolved:
+        raise NumericalError(unresolved)
+    diagram = solve(sweep) if sweep is not None else None
+    point = design_point(device, diagram) if design else None
+    if membrane is None:
+        return Solution(device, None, diagram, point)
+
+    def of(parameter: Parameter, motions: Motions) -> Voltages:
+        return voltages(*impact_velocities(device, parameter, motions), membrane)
+
+    if diagram is not None:
+        parameter = diagram.sweep.parameter
+        branches = (replace(branch, voltages=of(parameter, branch.motions)) for branch in diagram.branches)
+        diagram = replace(diagram, branches=tuple(branches))
+    if point is not None:
+        volts = of(point.parameter, point.motions)
+        point = replace(point, voltages=volts)
+        if membrane.dielectric is not None:
+            gains, speeds = (volts.bottom_v, volts.top_v), impact_velocities(device, point.parameter, point.motions)
+            with np.errstate(all="ignore"):  # beyond the range of doubles there is no number
+                converted = conversion(
+                    gains, speeds, membrane, membrane.dielectric, device.restitution, device.period_s
+                )
+            point = replace(point, conversion=converted)
+    return Solution(device, membrane, diagram, point)

@@ -1,0 +1,199 @@
+"""What tolerances come to: whether every device works, the worst one where not all do, the yield, and the ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from vireport.base import wilson
+from vireport.design.devices import (
+    FACTORS,
+    Floats,
+    Mask,
+    Region,
+    devices_off,
+    region_of,
+    stable_motions,
+)
+from vireport.design.proof import (
+    BORDER,
+    Leaf,
+    Proof,
+    prove_region,
+)
+from vireport.physics import Device, Membrane, voltages
+from vireport.scenario import DesignInput, Distribution, Parameter
+
+SEED = 0
+"""Of the samples: the same input, the same yield."""
+
+DEVIATIONS = 3.0
+"""Standard deviations of a normal distribution that make a tolerance; what is beyond is sorted out."""
+
+BISECTIONS = 40
+"""Halvings of the way from the design to a device that fails."""
+
+PERCENTILES = {"least": 0, "percentile_5": 5, "median": 50, "percentile_95": 95, "largest": 100}
+"""What is said of the range of a quantity."""
+
+
+class Answer(Enum):
+    """Whether every device within the tolerances has a stable 1:1 motion; the value is its name in results.json."""
+
+    PROVED = "proved"
+    REFUTED = "refuted"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A device within the tolerances that has no stable 1:1 motion.
+
+    Attributes
+    ----------
+    values : dict
+        Of its inputs.
+    share : float
+        Of the way from the design to this device, at which stable motion ends; 0 where the design has none itself.
+    """
+
+    values: dict[DesignInput, float]
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Yield:
+    """How many of the samples have a stable 1:1 motion, and the 95 % interval of that share by Wilson's score."""
+
+    distribution: Distribution
+    stable: int
+    samples: int
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Tolerances:
+    """What tolerances come to.
+
+    Attributes
+    ----------
+    region : Region
+        The devices within them.
+    answer : Answer
+    proof : Proof or None
+        None where the design or a corner fails, so that none was sought.
+    worst : Failure or None
+        Of the devices found to fail, the one towards which stable motion ends first.
+    sampled : Yield
+    ranges : dict
+        `PERCENTILES` over all stable motions of the samples: of `velocity_bottom_m_s`, `velocity_top_m_s` and, where
+        energy is evaluated, `u_ave_v`. Empty where there are none.
+    """
+
+    region: Region
+    answer: Answer
+    proof: Proof | None
+    worst: Failure | None
+    sampled: Yield
+    ranges: dict[str, dict[str, float]]
+
+    @property
+    def proved(self) -> bool:
+        """Whether every device is proved to have a stable 1:1 motion."""
+        return self.answer is Answer.PROVED
+
+
+def assess_tolerances(
+    device: Device,
+    half_widths: Mapping[DesignInput, float],
+    membrane: Membrane | None,
+    distribution: Distribution,
+    samples: int,
+) -> Tolerances:
+    """Decide whether every device within tolerances has a stable 1:1 motion, and estimate how many do.
+
+    Parameters
+    ----------
+    device : Device
+        The design, all four parameters given.
+    half_widths : mapping
+        By how much an input may be off, in its unit.
+    membrane : Membrane or None
+    distribution : Distribution
+        Of the inputs within their tolerances, each for itself.
+    samples : int
+        Devices for the yield, a power of two.
+    """
+    region = region_of(device, half_widths)
+    corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * FACTORS, indexing="ij")).reshape(FACTORS, -1)
+    worst, proof = _worst(region, np.hstack([region.design_shares, corners])), None
+    if worst is None:
+        proof = prove_region(region)
+        worst = _worst(region, proof.failing[:, None]) if proof.failing is not None else None
+    proved = proof is not None and Leaf.OPEN not in proof.halved
+    answer = Answer.REFUTED if worst is not None else Answer.PROVED if proved else Answer.UNDECIDED
+    return Tolerances(region, answer, proof, worst, *_sampled(device, half_widths, membrane, distribution, samples))
+
+
+def _works(region: Region, shares: Floats) -> Mask:
+    """Which devices have a stable motion, or one on the border."""
+    cell, _ = stable_motions(region.devices(shares), BORDER)
+    return np.isin(np.arange(shares.shape[1]), cell)
+
+
+def _worst(region: Region, shares: Floats) -> Failure | None:
+    """Of the devices that fail, the one towards which stable motion ends first; None where none does."""
+    shares = shares[:, ~_works(region, shares)]
+    if not shares.size:
+        return None
+    low, high = np.zeros(shares.shape[1]), np.ones(shares.shape[1])
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        works = _works(region, region.design_shares + middle * (shares - region.design_shares))
+        low, high = np.where(works, middle, low), np.where(works, high, middle)
+    nearest = int(high.argmin())
+    device = region.devices(shares[:, [nearest]])
+    values = {varied: float(getattr(device, varied)[0]) for varied in DesignInput}
+    return Failure(values, float(low[nearest]))
+
+
+def _sampled(
+    device: Device,
+    half_widths: Mapping[DesignInput, float],
+    membrane: Membrane | None,
+    distribution: Distribution,
+    samples: int,
+) -> tuple[Yield, dict[str, dict[str, float]]]:
+    """The share of random devices that have a stable motion, and what such motions come to.
+
+    Scrambled Sobol points vary less than independent ones, for which the interval holds.
+    """
+    from scipy.special import ndtr, ndtri  # type: ignore[import-untyped]
+    from scipy.stats import qmc  # type: ignore[import-untyped]
+
+    points = qmc.Sobol(len(half_widths), rng=np.random.default_rng(SEED)).random(samples).T
+    if distribution is Distribution.NORMAL:
+        below = ndtr(-DEVIATIONS)
+        steps = ndtri(below + points * (1 - 2 * below)) / DEVIATIONS
+    else:
+        steps = 2 * points - 1
+    devices = devices_off(device, half_widths, steps)
+    cell, orbit = stable_motions(devices)
+    stable = len(np.unique(cell))
+    _, low, high = wilson(stable, samples)
+    sampled = Yield(distribution, stable, samples, low, high)
+    if not stable:
+        return sampled, {}
+    unit = devices.velocity_unit(Parameter.LENGTH, devices.length_m)[cell]
+    bottom, top = unit * orbit.velocity_bottom, unit * orbit.velocity_top
+    values = {"velocity_bottom_m_s": bottom, "velocity_top_m_s": top}
+    if membrane is not None:
+        values["u_ave_v"] = voltages(bottom, top, membrane).average_v
+    return sampled, {
+        name: {key: float(np.percentile(each, percent)) for key, percent in PERCENTILES.items()}
+        for name, each in values.items()
+    }

@@ -1,0 +1,193 @@
+"""What is known of each cell of a map, as tables without a NaN: what does not exist is null."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+
+from vireport.maps.cells import (
+    Floats,
+    Ints,
+    MapPlan,
+    cell_values,
+)
+from vireport.motions import (
+    STABILITIES,
+    UNSTABLE,
+    PointwiseMotions,
+    classify,
+    find_motions,
+)
+from vireport.physics import Membrane, voltages
+from vireport.scenario import MapSimulation, Parameter
+
+DECIMALS = 9
+"""Of the impact velocity, up to which two motions are as fast: mirror images differ by rounding alone."""
+
+SEED = 20190301
+"""Of the starts of the simulation, together with the number of the cell: they do not depend on the chunks."""
+
+STABILITY_TYPE = pa.dictionary(pa.int8(), pa.string())
+
+AXIS_UNITS = {
+    "inclination_deg": "deg",
+    Parameter.LENGTH: "m",
+    "amplitude_n": "N",
+    "frequency_hz": "Hz",
+    "restitution": "1",
+    "ball_mass_kg": "kg",
+}
+
+CELL = (
+    ("d", pa.float64(), "1"),
+    ("gbar", pa.float64(), "1"),
+    ("motions", pa.int16(), "1"),
+    ("stable", pa.int16(), "1"),
+)
+"""Known of every cell: the groups, how many admissible 1:1 motions there are, and how many of them are stable."""
+
+MOTION = (
+    ("stability", STABILITY_TYPE, ""),
+    ("q", pa.float64(), "1"),
+    ("phi_bottom_rad", pa.float64(), "rad"),
+    ("velocity_bottom", pa.float64(), "y_c"),
+    ("velocity_top", pa.float64(), "y_c"),
+    ("trace", pa.float64(), "1"),
+    ("multiplier_margin", pa.float64(), "1"),
+    ("period_doubling_margin", pa.float64(), "1"),
+    ("fold_margin", pa.float64(), "1"),
+    ("wall_gap", pa.float64(), "x_c"),
+)
+"""Of the motion of a cell, null where there is none: a stable one before others, then the fastest at the bottom.
+
+With multipliers l1 and l2 the margins are (1 + l1)(1 + l2) = 1 + r^4 + tr, zero at a period doubling,
+(1 - l1)(1 - l2) = 1 + r^4 - tr, zero at a fold or pitchfork, and the smaller of both, positive where the motion is
+stable.
+"""
+
+
+def schema_of(plan: MapPlan) -> pa.Schema:
+    """Columns of a map, with their units."""
+    columns = [(name, pa.float64(), AXIS_UNITS[name]) for name in plan.names]
+    columns += [*CELL, *MOTION]
+    if plan.membrane is not None:
+        columns += [("u_ave_v", pa.float64(), "V"), ("deflection_m", pa.float64(), "m")]
+    if plan.simulate is not None:
+        columns += [("word", pa.string(), ""), ("basin_share", pa.float64(), "1")]
+    return pa.schema([pa.field(name, kind, metadata={"unit": unit} if unit else None) for name, kind, unit in columns])
+
+
+def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
+    """Compute cells of a map.
+
+    Parameters
+    ----------
+    plan : MapPlan
+    numbers : ndarray of int, shape (n,)
+        Which cells.
+
+    Returns
+    -------
+    pyarrow.Table
+        One row for each cell; the columns are those of `schema_of`.
+    """
+    values = dict(zip(plan.names, cell_values(plan, numbers), strict=True))
+    count = len(numbers)
+    varied = {name: value for name, value in values.items() if name not in ("restitution", "ball_mass_kg")}
+    device = replace(plan.device, **varied)  # type: ignore[arg-type]
+    d, gbar = (
+        np.broadcast_to(np.asarray(x, dtype=float), count) for x in device.groups(Parameter.LENGTH, device.length_m)
+    )
+    r = values.get("restitution", np.full(count, plan.device.restitution))
+    columns: dict[str, Any] = {**values, "d": d, "gbar": gbar}
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
+        motions = find_motions(d, gbar, r, plan.device.period_ratio)
+        columns |= _motions(motions, r)
+        if plan.membrane is not None:
+            unit = device.velocity_unit(Parameter.LENGTH, None)
+            columns |= _voltages(plan.membrane, values.get("ball_mass_kg"), unit, columns)
+    if plan.simulate is not None:
+        columns |= _simulated(plan.simulate, numbers, d, gbar, r, motions, plan.device.period_ratio)
+    schema = schema_of(plan)
+    return pa.Table.from_arrays([_column(columns[field.name], field.type) for field in schema], schema=schema)
+
+
+def _column(values: Any, kind: pa.DataType) -> pa.Array:
+    """A column of a table; a number that is not finite, and a code below zero of a type of stability, is null."""
+    if pa.types.is_dictionary(kind):
+        codes = pa.array(values, kind.index_type, mask=values < 0)
+        return pa.DictionaryArray.from_arrays(codes, pa.array([str(word) for word in STABILITIES]))
+    return pa.array(values, kind, mask=~np.isfinite(values) if pa.types.is_floating(kind) else None)
+
+
+def _motions(motions: PointwiseMotions, r: Floats) -> dict[str, Any]:
+    """Columns `motions`, `stable` and `MOTION`; NaN where there is no motion."""
+    real = np.flatnonzero(motions.admissible)
+    cell, trace = motions.cell[real], motions.trace[real]
+    code = classify(trace, r[cell])
+    stable = code != UNSTABLE
+    orbit = motions.orbit
+    order = np.lexsort((orbit.u[real], -np.round(orbit.velocity_bottom[real], DECIMALS), ~stable, cell))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = cell[order][1:] != cell[order][:-1]
+    best = order[first]
+    at, row = cell[best], real[best]
+
+    def column(values: Floats) -> Floats:
+        whole = np.full(len(r), np.nan)
+        whole[at] = values
+        return whole
+
+    tr, limit = trace[best], 1 + r[at] ** 4
+    codes = np.full(len(r), -1, dtype=np.int8)
+    codes[at] = code[best]
+    return {
+        "motions": np.bincount(cell, minlength=len(r)).astype(np.int16),
+        "stable": np.bincount(cell[stable], minlength=len(r)).astype(np.int16),
+        "stability": codes,
+        "q": column(0.5 + orbit.u[row]),
+        "phi_bottom_rad": column(np.mod(orbit.phi[row], 2 * np.pi)),
+        "velocity_bottom": column(orbit.velocity_bottom[row]),
+        "velocity_top": column(orbit.velocity_top[row]),
+        "trace": column(tr),
+        "multiplier_margin": column(limit - np.abs(tr)),
+        "period_doubling_margin": column(limit + tr),
+        "fold_margin": column(limit - tr),
+        "wall_gap": column(motions.wall_gap[row]),
+    }
+
+
+def _voltages(membrane: Membrane, ball_mass_kg: Floats | None, unit: Any, columns: dict[str, Any]) -> dict[str, Floats]:
+    """U_ave of the motion of each cell [V], Eq. (5.1), and the larger deflection of its two impacts [m], Eq. (5.5)."""
+    bottom, top = columns["velocity_bottom"], columns["velocity_top"]
+    at = np.flatnonzero(np.isfinite(bottom))
+    unit = np.broadcast_to(unit, len(bottom))[at]
+    if ball_mass_kg is not None:
+        membrane = replace(membrane, ball_mass_kg=ball_mass_kg[at])  # type: ignore[arg-type]
+    generated = voltages(unit * bottom[at], unit * top[at], membrane)
+    whole = {name: np.full(len(bottom), np.nan) for name in ("u_ave_v", "deflection_m")}
+    whole["u_ave_v"][at], whole["deflection_m"][at] = generated.average_v, generated.deflection_m
+    return whole
+
+
+def _simulated(
+    asked: MapSimulation, numbers: Ints, d: Floats, gbar: Floats, r: Floats, motions: PointwiseMotions, n: int
+) -> dict[str, Any]:
+    """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
+    from vireport.checks import is_one_to_one
+    from vireport.simulation import attractors, random_starts, start_speed
+
+    fastest, orbit, real = np.zeros(len(d)), motions.orbit, motions.admissible
+    np.maximum.at(fastest, motions.cell[real], np.maximum(orbit.velocity_bottom, -orbit.velocity_top)[real])
+    cells = zip(numbers, d, start_speed(r, fastest), strict=True)
+    starts = np.concatenate([random_starts(at, speed, asked.starts, (SEED, int(k))) for k, at, speed in cells])
+    words, shares = [], np.empty(len(d))
+    for k, reached in enumerate(attractors(d, gbar, r, starts, asked.impacts, workers=1)):
+        counts = Counter(attractor.word or attractor.outcome.value for attractor in reached)
+        words.append(min(counts, key=lambda word: (-counts[word], word)))
+        shares[k] = sum(is_one_to_one(attractor, n) for attractor in reached) / len(reached)
+    return {"word": words, "basin_share": shares}

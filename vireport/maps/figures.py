@@ -1,0 +1,255 @@
+"""Heat maps of a grid over two parameters, with the curves along which motions change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq  # type: ignore[import-untyped]
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from vireport.figures import (
+    HALO,
+    LOCI,
+    OUTSIDE,
+    Color,
+    Entry,
+    Look,
+    blank,
+    finished,
+    held_by,
+    prefix,
+    round_ticks,
+    style,
+)
+from vireport.maps.cells import MapPlan, axis_values
+from vireport.maps.loci import Locus, loci_of
+from vireport.motions import STABILITIES, Event, Stability
+from vireport.scenario import Parameter, Sampling
+from vireport.text import PREFIXES, capital, percent
+
+Floats = NDArray[np.float64]
+
+FINEST = 1000
+"""Cells along either axis that a picture shows; of more, every second, third, ... is drawn."""
+
+HEIGHT = 4.7
+"""Of a map with its axes [in]."""
+
+NO_CELL: Look = {"facecolor": "#FFFFFF", "edgecolor": "#999999", "hatch": "////", "linewidth": 0.0}
+"""Where there is no motion: hatched, as white is a shade of the margin too."""
+
+TYPES = {
+    Stability.STABLE_NODE: ("stable node", "#0072B2"),
+    Stability.STABLE_FOCUS: ("stable focus", "#7CC4EE"),
+    Stability.UNSTABLE_NODE: ("only unstable", "#F3DCB0"),
+}
+"""Name and colour of each type, from dark to light so that they are apart in grey as well."""
+
+NO_MOTION = "no 1:1 motion"
+OF_ALL = "Curves: where any of the 1:1 motions changes or ends, also an unstable one beside a stable one"
+
+LINE = 1.4
+"""Width of a curve [pt]."""
+
+OTHER_NAMES = {"restitution": "restitution r [–]", "ball_mass_kg": "ball mass m [kg]"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Raster:
+    """Cells of a map as they are drawn.
+
+    Attributes
+    ----------
+    x, y : ndarray
+        Values of the two axes.
+    columns : dict of str to ndarray, shape (len(y), len(x))
+        NaN where there is nothing; for ``stability`` the index into `kinds.STABILITIES`.
+    """
+
+    x: Floats
+    y: Floats
+    columns: dict[str, Floats]
+
+
+def is_drawn(plan: MapPlan) -> bool:
+    """Whether there are heat maps of a map: of a grid over two parameters."""
+    return plan.sampling is Sampling.GRID and len(plan.axes) == 2
+
+
+def picture_names(plan: MapPlan) -> tuple[str, ...]:
+    """Names of the heat maps of a map."""
+    if not is_drawn(plan):
+        return ()
+    return ("map-stability", "map-margin", *(("map-voltage",) if plan.membrane is not None else ()))
+
+
+def map_figures(plan: MapPlan, result: Path) -> dict[str, Figure]:
+    """Draw the heat maps of a map, by their names.
+
+    Parameters
+    ----------
+    plan : MapPlan
+    result : Path
+        The finished map; it is read piece by piece.
+    """
+    if not is_drawn(plan):
+        return {}
+    raster, loci = _raster(plan, result), loci_of(plan)
+    draw = {"map-stability": _stability, "map-margin": _margin, "map-voltage": _voltage}
+    with style():
+        return {name: draw[name](plan, raster, loci) for name in picture_names(plan)}
+
+
+def _raster(plan: MapPlan, result: Path) -> Raster:
+    """Every cell of the result, or every second, third, ... along either axis."""
+    shape = plan.shape
+    stride = [-(-count // FINEST) for count in shape]
+    indices = [np.arange(0, count, step) for count, step in zip(shape, stride, strict=True)]
+    names = ["multiplier_margin", *(["u_ave_v", "deflection_m"] if plan.membrane is not None else [])]
+    columns = {name: np.full((len(indices[1]), len(indices[0])), np.nan) for name in ("stability", *names)}
+    codes = {word: float(k) for k, word in enumerate(STABILITIES)}
+    first = 0
+    with pq.ParquetFile(result) as file:
+        for batch in file.iter_batches(columns=list(columns)):
+            i, j = np.unravel_index(np.arange(first, first + len(batch)), shape)
+            first += len(batch)
+            chosen = np.flatnonzero((i % stride[0] == 0) & (j % stride[1] == 0))
+            where = j[chosen] // stride[1], i[chosen] // stride[0]
+            for name in names:
+                columns[name][where] = batch.column(name).to_numpy(zero_copy_only=False)[chosen]
+            words = batch.column("stability")
+            code = np.array([codes[word] for word in words.dictionary.to_pylist()] + [np.nan])
+            columns["stability"][where] = code[words.indices.fill_null(len(code) - 1).to_numpy()[chosen]]
+    x, y = (axis_values(axis, index) for axis, index in zip(plan.axes, indices, strict=True))
+    return Raster(x, y, columns)
+
+
+def _stability(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
+    colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
+    figure, axes = _blank(plan, raster)
+    _fill(axes, raster, raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
+    return _with_loci(figure, axes, plan, "Stability of the 1:1 motion", loci, _types(*STABILITIES))
+
+
+def _types(*kinds: Stability) -> list[Entry]:
+    """Entries of the legend for types of motion."""
+    look: Look = {"linewidth": 7.0, "solid_capstyle": "butt"}
+    return [(TYPES[kind][0], look | {"color": TYPES[kind][1]}) for kind in kinds]
+
+
+def _of_stable(
+    plan: MapPlan, raster: Raster, values: Floats, colors: str, ends: tuple[float, float] | None = None
+) -> tuple[Figure, Axes]:
+    """A figure with values where the motion is stable, from the least to the largest where no ends are given."""
+    figure, axes = _blank(plan, raster)
+    code = raster.columns["stability"]
+    unstable = code == Stability.UNSTABLE_NODE.code
+    flat = ListedColormap([TYPES[Stability.UNSTABLE_NODE][1]])
+    _fill(axes, raster, np.where(unstable, 1.0, np.nan), flat, 0.0, 2.0)
+    shown = np.where(np.isfinite(code) & ~unstable, values, np.nan)
+    known = shown[np.isfinite(shown)]
+    low, high = ends or ((float(known.min()), float(known.max())) if known.size else (0.0, 1.0))
+    _fill(axes, raster, shown, colors, low, high if high > low else low + 1.0)
+    return figure, axes
+
+
+def _margin(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
+    percent = 100 * raster.columns["multiplier_margin"] / (1 + _restitutions(plan, raster) ** 4)
+    figure, axes = _of_stable(plan, raster, percent, "viridis", (0.0, 100.0))
+    figure.colorbar(axes.images[-1], ax=axes, label="1 − |tr|/(1 + r⁴) [%]")
+    title = "Stability margin: 0 % where a multiplier reaches 1 or −1"
+    return _with_loci(figure, axes, plan, title, loci, _types(Stability.UNSTABLE_NODE))
+
+
+def _voltage(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
+    volts = raster.columns["u_ave_v"]
+    power = prefix([volts])
+    figure, axes = _of_stable(plan, raster, volts / 10.0**power, "cividis")
+    figure.colorbar(axes.images[-1], ax=axes, label=f"Uₐᵥₑ [{PREFIXES[power]}V]")
+    title, types = "Average voltage generated at an impact", _types(Stability.UNSTABLE_NODE)
+    return _with_loci(figure, axes, plan, title, loci, types, _outside(plan, raster))
+
+
+def _outside(plan: MapPlan, raster: Raster) -> str:
+    """What a reader of voltages must know where deflections exceed the membrane."""
+    deflection = raster.columns["deflection_m"]
+    known = deflection[np.isfinite(deflection)]
+    if plan.membrane is None or not (known > plan.membrane.active_radius_m).any():
+        return ""
+    share = percent(float(np.mean(known > plan.membrane.active_radius_m)), 3)
+    return f"{capital(OUTSIDE)}, at {share} of the cells with a motion"
+
+
+def _restitutions(plan: MapPlan, raster: Raster) -> Any:
+    """R at the cells: a number, a column or a row."""
+    if "restitution" not in plan.names:
+        return plan.device.restitution
+    return raster.x if plan.names.index("restitution") == 0 else raster.y[:, None]
+
+
+def _blank(plan: MapPlan, raster: Raster) -> tuple[Figure, Axes]:
+    """A figure with the axes of a map."""
+    figure, ((axes,),) = blank(1)
+    axes.patch.set(**NO_CELL)
+    for axis, name, values in zip((axes.xaxis, axes.yaxis), plan.names, (raster.x, raster.y), strict=True):
+        edges = _edges(np.sort(values))
+        axis.set_ticks(*round_ticks(edges.min(), edges.max(), HEIGHT))
+        axis.set_label_text(_label(name))
+    return figure, axes
+
+
+def _fill(axes: Axes, raster: Raster, values: Floats, colors: str | ListedColormap, low: float, high: float) -> None:
+    """Colour the cells that have a value; the scale of the colours goes from `low` to `high`."""
+    i, j = np.argsort(raster.x), np.argsort(raster.y)
+    shown = np.ma.masked_invalid(values[np.ix_(j, i)])
+    edges = _edges(raster.x[i]), _edges(raster.y[j])
+    axes.pcolorfast(*edges, shown, cmap=colors, norm=Normalize(low, high), zorder=0.5)
+
+
+def _edges(values: Floats) -> Floats:
+    """Borders between cells: half way between their values."""
+    if len(values) == 1:
+        return np.array([values[0] - 0.5, values[0] + 0.5])
+    middle = (values[1:] + values[:-1]) / 2
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+
+
+def _label(name: str) -> str:
+    if name in tuple(Parameter):
+        swept = Parameter(name)
+        return f"{swept.quantity} {swept.symbol} [{swept.unit}]"
+    return OTHER_NAMES[name]
+
+
+def _with_loci(
+    figure: Figure,
+    axes: Axes,
+    plan: MapPlan,
+    title: str,
+    loci: Sequence[Locus],
+    types: Sequence[Entry],
+    note: str = "",
+) -> Figure:
+    """Draw the curves, white under each so that it shows on any colour, and write the heading."""
+    limits = axes.get_xlim(), axes.get_ylim()
+    for locus in loci:
+        if locus.event is not Event.NODE_FOCUS:
+            axes.plot(*locus.points.T, color="white", linewidth=HALO, zorder=2.0, solid_capstyle="round")
+        look: Look = {"linewidth": LINE, "zorder": 2.5} | LOCI[locus.event][1]
+        axes.plot(*locus.points.T, **look)
+    axes.set(xlim=limits[0], ylim=limits[1])
+    drawn = {locus.event for locus in loci}
+    curves: list[Entry] = [(name, {"linewidth": LINE} | look) for kind, (name, look) in LOCI.items() if kind in drawn]
+    head = ", ".join(held_by(plan.device, plan.names)), f"{title}; hatched: {NO_MOTION}"
+    lines = [(text, Color.BLACK) for text in head]
+    lines += [(note, Color.WARNING)] if note else []
+    if loci:
+        lines.append((OF_ALL, Color.BLACK))
+    return finished(figure, HEIGHT, lines, [types, curves])

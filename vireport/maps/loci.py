@@ -1,0 +1,43 @@
+"""Curves on a map along which 1:1 motions change: where they double, meet, graze or turn from node to focus."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vireport.chart import Plane, chart
+from vireport.maps.cells import Floats, MapPlan, axis_ends
+from vireport.motions import Event, Limits, Sweep, solve
+from vireport.scenario import DesignInput, Parameter
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Locus:
+    """A curve in the plane of a map's two axes, (n, 2), and what happens on it."""
+
+    event: Event
+    points: Floats
+
+
+def loci_of(plan: MapPlan) -> tuple[Locus, ...]:
+    """Every curve on a map over two parameters, of a grid.
+
+    The ball's mass has no part in the motions: over it, curves are straight.
+    """
+    low, high = np.array([axis_ends(axis) for axis in plan.axes]).T
+    inputs = [next((one for one in DesignInput if one.value == name), None) for name in plan.names]
+    at = {one: value for one, value in zip(inputs, low.tolist(), strict=True) if one is not None}
+    device = plan.device.with_values(at)
+    first, second = inputs
+    if first is not None and second is not None:
+        found = chart(Plane(device, (first, second), low, high), Limits(2, device.period_ratio), cuts=0)
+        return tuple(Locus(locus.event, locus.drawn()) for locus in found.loci)
+    k = inputs.index(None)
+    parameter = next((one for one in Parameter if one.value == plan.names[1 - k]), None)
+    if parameter is None:
+        return ()
+    sweep = Sweep(device, parameter, float(low[1 - k]), float(high[1 - k]))
+    values = ((Event(point.kind), point.point.sweep_value) for point in solve(sweep).critical_points)
+    lines = ((event, np.insert(np.full((2, 1), value), k, (low[k], high[k]), axis=1)) for event, value in values)
+    return tuple(Locus(event, points) for event, points in lines)

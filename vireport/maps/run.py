@@ -1,0 +1,149 @@
+"""Makes a map from its file: chunk by chunk, on as many cores or machines as there are, and where it left off."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable
+from contextlib import closing
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vireport.base import NumericalError, installing
+from vireport.maps.cells import MapPlan, map_plan
+from vireport.motions import STABILITIES
+from vireport.scenario import load_map
+
+if TYPE_CHECKING:
+    from vireport.maps.store import StabilityCounts, Store
+
+Progress = Callable[[int, int], None]
+"""Called with how many cells are done, and how many there are."""
+
+
+def run_map(
+    path: str,
+    folder: Path,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    draw: bool = True,
+) -> str:
+    """Compute a map, or what is missing of it, draw it, and return a summary in words.
+
+    The result is the same, bit for bit, however it was computed and however often it was interrupted.
+
+    Parameters
+    ----------
+    path : str
+        The map file.
+    folder : Path
+        Where the results go; created if it is not there.
+    scheduler : str, optional
+        Address of a Dask scheduler, ``tcp://host:8786``, whose workers compute.
+    workers : int, optional
+        Processes on this machine otherwise; by default one for each core.
+    progress : callable, optional
+        Called with cells done and cells in all, now and then; see `terminal_progress`.
+    draw : bool
+        Whether to draw heat maps, where the map is a grid over two parameters.
+
+    Raises
+    ------
+    UsageError, ScenarioError
+        Where the file or the address cannot be used, or the folder holds another map, cannot be written to or has no
+        space for this one.
+    NumericalError
+        Where a map cannot be computed: outside the theory, or a package or the workers are missing.
+    """
+    loaded = load_map(path)
+    plan = map_plan(loaded)
+    _require_packages()
+    from vireport.maps import store as map_store
+    from vireport.maps.workers import require_address
+
+    if scheduler is not None:
+        require_address(scheduler)
+    store = map_store.Store(folder, plan, loaded.sha256, loaded.text)
+    rejected: list[str] = []
+    with map_store.opened(store):
+        counts = map_store.finished_counts(store, rejected)
+        if counts is None:
+            _compute(store, scheduler, workers or cores(), progress or (lambda done, total: None), rejected)
+            with map_store.writing(folder):
+                counts = map_store.merge(store, rejected)
+        map_store.remove_chunks(store)
+        drawn = _draw(store) if draw else []
+    note = "; heat maps are drawn of a grid over two parameters" if draw and not drawn else ""
+    return "\n".join([*rejected, _summary(plan, counts, [store.result, *drawn]) + note])
+
+
+def _require_packages() -> None:
+    missing = [name for name in ("pyarrow", "filelock") if find_spec(name) is None]
+    if missing:
+        raise NumericalError(f"a map needs {' and '.join(missing)}: {installing(missing[0])}")
+
+
+def _compute(store: Store, scheduler: str | None, workers: int, progress: Progress, rejected: list[str]) -> None:
+    """Compute the chunks that are not stored yet."""
+    from vireport.maps.store import require_space, stored_chunks, writing
+    from vireport.maps.workers import compute
+
+    plan = store.plan
+    with writing(store.folder):
+        finished = stored_chunks(store, rejected)
+        require_space(store, finished)
+        done = sum(map(plan.rows, finished))
+        progress(done, plan.cells)
+        todo = deque(chunk for chunk in range(plan.chunks) if chunk not in finished)
+        with closing(compute(store, todo, scheduler, min(workers, len(todo)))) as chunks:
+            for chunk in chunks:
+                done += plan.rows(chunk)
+                progress(done, plan.cells)
+
+
+def cores() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _draw(store: Store) -> list[Path]:
+    """Draw the heat maps that are not there yet."""
+    from vireport.base import write_whole
+    from vireport.figures import png_of
+    from vireport.maps.figures import map_figures, picture_names
+    from vireport.maps.store import writing
+
+    paths = [store.folder / f"{name}.png" for name in picture_names(store.plan)]
+    if not all(path.exists() for path in paths):
+        with writing(store.folder):
+            for name, figure in map_figures(store.plan, store.result).items():
+                write_whole(store.folder / f"{name}.png", png_of(figure))
+    return paths
+
+
+def _summary(plan: MapPlan, counts: StabilityCounts, files: list[Path]) -> str:
+    stable = sum(counts[word] for word in STABILITIES if word.attracts)
+    shares = [f"{100 * part / plan.cells:.3g} %" for part in (stable, counts["unstable node"], counts[None])]
+    return (
+        f"{plan.cells:,} cells ({' x '.join(plan.names)}): {shares[0]} with a stable 1:1 motion, {shares[1]} with an "
+        f"unstable one only, {shares[2]} with none\nwrote {', '.join(map(str, files))}"
+    )
+
+
+def terminal_progress() -> Progress:
+    """A bar with rate and remaining time on standard error."""
+    from tqdm import tqdm  # type: ignore[import-untyped]
+
+    bar: tqdm | None = None
+
+    def show(done: int, total: int) -> None:
+        nonlocal bar
+        if bar is None:
+            bar = tqdm(total=total, initial=done, unit=" cells", unit_scale=True, dynamic_ncols=True, leave=False)
+        bar.update(done - bar.n)
+        if done >= total:
+            bar.close()
+
+    return show

@@ -1,0 +1,424 @@
+"""Where a map is kept: a Parquet file for each chunk while it is computed, and one for all of it when it is done.
+
+Every file says in its metadata which map and which chunk it is and what computed it, and its pages carry checksums.
+So a file is used for what it is, whatever happened to it or to the run that wrote it: one that is damaged, missing or
+in the wrong place is computed again. Files are written under another name and renamed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import stat
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.compute as pc  # type: ignore[import-untyped]
+import pyarrow.parquet as pq  # type: ignore[import-untyped]
+from filelock import FileLock, Timeout
+
+from vireport.base import NumericalError, UsageError, __version__, writable, write_whole
+from vireport.maps.cells import MapPlan
+from vireport.maps.evaluation import evaluate, schema_of
+
+RESULT = "map.parquet"
+UNFINISHED = ".map.parquet.new"
+CHUNKS = ".chunks"
+LOCK = ".lock"
+CHUNK_NAME = re.compile(r"(\d{9})\.parquet")
+
+ROW_GROUP = 131_072
+"""Rows of a row group of the result, at least: readers work on one at a time."""
+
+DICTIONARY = ("motions", "stable", "stability", "gbar", "d", "word")
+"""Columns beside the axes whose values recur. The others are stored plainly: compression would gain little."""
+
+IDENTITY = b"vireport"
+"""Key under which a file says what it is."""
+
+VALUES_CRC32 = b"values_crc32"
+"""Key of the checksum of all its values."""
+
+SAMPLE = 1024
+"""Cells that are evaluated to estimate the size of a map."""
+
+SIMULATED_BYTES = 9
+"""Size in that estimate of what is simulated in a cell: a share, and a word that recurs."""
+
+StabilityCounts = Counter[str | None]
+"""Cells by the type of their motion; None where there is no motion."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What a file of a map is.
+
+    Attributes
+    ----------
+    map_sha256 : str
+        Of the map file.
+    vireport, numpy : str
+        Versions that computed it: results may differ between them in the last bits.
+    cells, chunks : int
+        Of the whole map.
+    chunk : int or None
+        Number of the chunk; None for the whole map.
+    """
+
+    map_sha256: str
+    vireport: str
+    numpy: str
+    cells: int
+    chunks: int
+    chunk: int | None = None
+
+    def metadata(self) -> dict[bytes, bytes]:
+        """As metadata of a Parquet file."""
+        return {IDENTITY: json.dumps(asdict(self)).encode()}
+
+
+def identity_of(plan: MapPlan, map_sha256: str, chunk: int | None) -> Identity:
+    """What is computed here and now."""
+    return Identity(map_sha256, __version__, np.__version__, plan.cells, plan.chunks, chunk)
+
+
+class RejectedFileError(Exception):
+    """A file that is damaged, or is not what its name says; `identity` is what it is, where that can be read."""
+
+    def __init__(self, reason: str, identity: Identity | None = None) -> None:
+        self.identity = identity
+        super().__init__(reason)
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """The folder of a map.
+
+    Attributes
+    ----------
+    folder : Path
+    plan : MapPlan
+    map_sha256 : str
+        Of the map file.
+    text : str
+        The map file, which the result carries along.
+    """
+
+    folder: Path
+    plan: MapPlan
+    map_sha256: str
+    text: str = field(repr=False)
+
+    @property
+    def result(self) -> Path:
+        """The finished map."""
+        return self.folder / RESULT
+
+    @property
+    def chunks(self) -> Path:
+        """Folder of the chunks."""
+        return self.folder / CHUNKS
+
+    def chunk(self, number: int) -> Path:
+        """File of a chunk."""
+        return self.chunks / f"{number:09d}.parquet"
+
+    def identity(self, chunk: int | None = None) -> Identity:
+        """Of the whole map or of a chunk, computed here and now."""
+        return identity_of(self.plan, self.map_sha256, chunk)
+
+
+@contextmanager
+def opened(store: Store) -> Iterator[None]:
+    """Hold the folder of a map for one run: made if it is not there, cleared of what killed runs left unfinished.
+
+    Raises
+    ------
+    UsageError
+        Where another run holds it, it cannot be written to, or something other than a file is where one belongs.
+    """
+    lock = FileLock(store.folder / LOCK, timeout=0)
+    with writing(store.folder):
+        store.folder.mkdir(parents=True, exist_ok=True)
+        for path, kind in ((lock.lock_file, stat.S_IFREG), (store.chunks, stat.S_IFDIR), (store.result, stat.S_IFREG)):
+            _require(Path(path), kind)
+        try:
+            lock.acquire()
+        except Timeout as error:
+            raise UsageError(
+                f"{store.folder}: another run is writing to this folder (wait until it is done)"
+            ) from error
+    try:
+        with writing(store.folder):
+            store.chunks.mkdir(exist_ok=True)
+            temporary = (*store.folder.glob(".map-*.png.*"), *store.chunks.glob(".*.parquet.*"))
+            for path in (store.folder / UNFINISHED, *temporary):
+                path.unlink(missing_ok=True)
+        yield
+    finally:
+        lock.release()
+
+
+KINDS = {stat.S_IFREG: "a file", stat.S_IFDIR: "a folder", stat.S_IFLNK: "a link", stat.S_IFIFO: "a FIFO"}
+
+
+def _require(path: Path, kind: int) -> None:
+    """Refuse a place where there is something, but not what the map keeps there."""
+    with suppress(FileNotFoundError):
+        present = stat.S_IFMT(os.lstat(path).st_mode)
+        if present != kind:
+            raise UsageError(
+                f"{path}: is {KINDS.get(present, 'a device')}, where a map keeps {KINDS[kind]} "
+                "(delete it, or name another folder with --output)"
+            )
+
+
+def writing(folder: Path) -> AbstractContextManager[None]:
+    """Say what to do where something cannot be written.
+
+    Raises
+    ------
+    UsageError, OutputError
+        In the place of an OSError.
+    """
+    return writable(folder, ". What is computed so far is kept: run the same command again to go on")
+
+
+def encoded_chunk(plan: MapPlan, map_sha256: str, chunk: int) -> bytes:
+    """Compute a chunk, as the bytes of its file; a worker on another machine has no folder of the map."""
+    sink = pa.BufferOutputStream()
+    table = evaluate(plan, plan.numbers(chunk))
+    _write(sink, plan, identity_of(plan, map_sha256, chunk).metadata(), [table])
+    return bytes(sink.getvalue())
+
+
+def write_chunk(store: Store, chunk: int) -> None:
+    """Compute a chunk and write its file."""
+    write_whole(store.chunk(chunk), encoded_chunk(store.plan, store.map_sha256, chunk))
+
+
+def _write(sink: Any, plan: MapPlan, metadata: dict[bytes, bytes], row_groups: Iterable[pa.Table]) -> None:
+    """Write a Parquet file with checksums of its pages, and of its values in all."""
+    schema = schema_of(plan).with_metadata(metadata)
+    recurring = [name for name in schema.names if name in plan.names or name in DICTIONARY]
+    checksum = 0
+    with pq.ParquetWriter(
+        sink, schema, compression="none", use_dictionary=recurring, write_page_checksum=True
+    ) as writer:
+        for table in row_groups:
+            checksum = _checksum(table, checksum)
+            writer.write_table(table.replace_schema_metadata(metadata), row_group_size=len(table))
+        writer.add_key_value_metadata({VALUES_CRC32.decode(): str(checksum)})
+
+
+def _checksum(table: pa.Table, value: int) -> int:
+    """CRC-32 of the values of a table after that of others; what is null counts as NaN, of which a map has none."""
+    for column in table.columns:
+        numbers = column
+        if pa.types.is_dictionary(column.type) or pa.types.is_string(column.type):
+            texts = pc.dictionary_encode(column.cast(pa.string()).combine_chunks())
+            value = crc32("\0".join(texts.dictionary.to_pylist()).encode(), value)
+            numbers = pc.fill_null(texts.indices, -1)
+        value = crc32(numbers.to_numpy(), value)
+    return value
+
+
+def read_chunk(store: Store, chunk: int, source: Any) -> pa.Table:
+    """Read and verify a chunk from a file or from a buffer.
+
+    Raises
+    ------
+    RejectedFileError
+    """
+    return pa.concat_tables(_verified(source, store.plan, store.identity(chunk)))
+
+
+def _verified(source: Any, plan: MapPlan, expected: Identity) -> Iterator[pa.Table]:
+    """Read the row groups of a Parquet file; all of them have been read before it is known whether they are right.
+
+    Checksums of pages do not cover the description of the file at its end, so that the values are compared too.
+    """
+    checksum, identity = 0, None
+    try:
+        with pq.ParquetFile(source, page_checksum_verification=True) as file:
+            schema, metadata = file.schema_arrow, file.metadata.metadata
+            identity = _identity_in(metadata)
+            for group in range(file.num_row_groups if identity == expected else 0):
+                table = file.read_row_group(group)
+                checksum = _checksum(table, checksum)
+                yield table
+            complete = metadata.get(VALUES_CRC32) == str(checksum).encode()
+            intact = complete and schema.remove_metadata().equals(schema_of(plan), check_metadata=True)
+    except Exception as error:  # a damaged file may make the library fail in any way
+        raise RejectedFileError("is damaged", identity) from error
+    if identity is not None and identity != expected:
+        raise RejectedFileError("is of another map or version, or another chunk", identity)
+    if not intact:
+        raise RejectedFileError("is damaged", identity)
+
+
+def _identity_in(metadata: dict[bytes, bytes] | None) -> Identity | None:
+    """What a file says it is; None where it is no file of a map, or one of a version that wrote other metadata."""
+    try:
+        return Identity(**json.loads((metadata or {})[IDENTITY]))
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def stored_chunks(store: Store, rejected: list[str]) -> set[int]:
+    """Numbers of the chunks that are there and intact; the others are deleted, for a reason added to `rejected`.
+
+    Raises
+    ------
+    UsageError
+        Where all that can be read is of another map: it may be worth keeping. Or where something other than a file is
+        in the place of a chunk.
+    """
+    stored: set[int] = set()
+    unusable: list[tuple[Path, RejectedFileError]] = []
+    for path in sorted(store.chunks.iterdir()):
+        if (name := CHUNK_NAME.fullmatch(path.name)) is None:
+            continue
+        _require(path, stat.S_IFREG)
+        try:
+            read_chunk(store, int(name[1]), path)
+            stored.add(int(name[1]))
+        except RejectedFileError as error:
+            unusable.append((path, error))
+    others = [reason.identity for _, reason in unusable if reason.identity is not None]
+    if not stored:
+        _refuse_other_map(store, others)
+    for path, reason in unusable:
+        path.unlink()
+        rejected.append(f"{path} {reason}: computed again")
+    return stored
+
+
+def _refuse_other_map(store: Store, identities: list[Identity]) -> None:
+    """Refuse a folder with results of another map, or of this one by other versions."""
+    words = {"map_sha256": "the map file", "vireport": "the version of vireport", "numpy": "the version of numpy"}
+    own = store.identity()
+    for identity in identities:
+        changed = [word for key, word in words.items() if getattr(identity, key) != getattr(own, key)]
+        if changed:
+            raise UsageError(
+                f"{store.folder}: holds the results of another map: {', '.join(changed)} changed since. They are not "
+                "mixed. Name another folder (--output), or delete this one"
+            )
+
+
+def finished_counts(store: Store, rejected: list[str]) -> StabilityCounts | None:
+    """What the finished map holds; None where there is none, or it is damaged, which is added to `rejected`.
+
+    Raises
+    ------
+    UsageError
+        Where there is a file of that name which is another map, or none at all.
+    """
+    if not store.result.exists():
+        return None
+    try:
+        return _counted(store, store.result)
+    except RejectedFileError as error:
+        if error.identity is None:
+            raise UsageError(
+                f"{store.result}: is no map, or damaged beyond recognition (delete it, or name another folder with "
+                "--output)"
+            ) from error
+        _refuse_other_map(store, [error.identity])
+        rejected.append(f"{store.result} {error}: computed again")
+        return None
+
+
+def _counted(store: Store, path: Path) -> StabilityCounts:
+    """Read and verify the whole map, and count its cells by the type of their motion."""
+    counts: StabilityCounts = Counter()
+    for table in _verified(path, store.plan, store.identity()):
+        for pair in table.column("stability").value_counts().to_pylist():
+            counts[pair["values"]] += pair["counts"]
+    return counts
+
+
+def merge(store: Store, rejected: list[str]) -> StabilityCounts:
+    """Put the chunks together as the finished map, and verify it.
+
+    Returns
+    -------
+    Counter
+        Cells by the type of their motion.
+
+    Raises
+    ------
+    NumericalError
+        Where what was written cannot be read again.
+    """
+    unfinished = store.folder / UNFINISHED
+    metadata = store.identity().metadata() | {b"map": store.text.encode()}
+    try:
+        _write(unfinished, store.plan, metadata, _row_groups(store, rejected))
+        with open(unfinished, "rb+") as file:
+            os.fsync(file.fileno())
+        counts = _counted(store, unfinished)
+        os.replace(unfinished, store.result)
+    except RejectedFileError as error:
+        raise NumericalError(f"{store.result} {error} when it is read after writing (is the disk sound?)") from error
+    finally:
+        unfinished.unlink(missing_ok=True)
+    return counts
+
+
+def remove_chunks(store: Store) -> None:
+    """Remove the chunks of a finished map."""
+    for path in store.chunks.iterdir():
+        if CHUNK_NAME.fullmatch(path.name):
+            path.unlink()
+    with suppress(OSError):  # there is something else in it
+        store.chunks.rmdir()
+
+
+def _row_groups(store: Store, rejected: list[str]) -> Iterator[pa.Table]:
+    """Chunks in their order, joined until they make a row group; one that was damaged meanwhile is computed again."""
+    gathered: list[pa.Table] = []
+    for number in range(store.plan.chunks):
+        path = store.chunk(number)
+        try:
+            gathered.append(read_chunk(store, number, path))
+        except RejectedFileError as error:
+            rejected.append(f"{path} {error}: computed again")
+            write_chunk(store, number)
+            gathered.append(read_chunk(store, number, path))
+        if sum(map(len, gathered)) >= ROW_GROUP or number + 1 == store.plan.chunks:
+            yield pa.concat_tables(gathered).unify_dictionaries().combine_chunks()
+            gathered = []
+
+
+def require_space(store: Store, stored: Collection[int]) -> None:
+    """Refuse a map that will not fit on its disk: its chunks, and the finished file that is made of them.
+
+    The size is that of some cells, spread evenly, without their nulls, which take no space.
+
+    Raises
+    ------
+    UsageError
+    """
+    plan = store.plan
+    numbers = np.unique(np.linspace(0, plan.cells - 1, SAMPLE).astype(np.int64))
+    sample = evaluate(replace(plan, simulate=None), numbers)
+    size = sum(column.type.bit_width / 8 * (len(column) - column.null_count) for column in sample.columns)
+    per_cell = size / len(numbers) + (0 if plan.simulate is None else SIMULATED_BYTES)
+    needed = per_cell * (2 * plan.cells - sum(map(plan.rows, stored)))
+    free = shutil.disk_usage(store.folder).free
+    if needed > free:
+        raise UsageError(
+            f"{store.folder}: the map needs about {needed / 1e6:,.0f} MB while it is computed, but only "
+            f"{free / 1e6:,.0f} MB are free (name a folder on another disk with --output)"
+        )

@@ -1,0 +1,34 @@
+"""Membranes with their own stiffness: the motion with long contacts, and the stiff equations of it."""
+
+from vireport.membranes.compliance import Compliance, Grade, compliance, compliance_data
+from vireport.membranes.compliance_tables import (
+    Findings,
+    comparison_with_rigid,
+    factor_text,
+    findings,
+    lost,
+    quantity_label,
+    solvers_on_stiff_membranes,
+    verdict,
+)
+from vireport.membranes.stiff_solvers import ADAPTIVE, FIXED, WRONG, Outcome, SolverRun
+
+__all__ = [
+    "ADAPTIVE",
+    "FIXED",
+    "WRONG",
+    "Compliance",
+    "Findings",
+    "Grade",
+    "Outcome",
+    "SolverRun",
+    "comparison_with_rigid",
+    "compliance",
+    "compliance_data",
+    "factor_text",
+    "findings",
+    "lost",
+    "quantity_label",
+    "solvers_on_stiff_membranes",
+    "verdict",
+]

@@ -1,0 +1,503 @@
+"""How far the rigid-impact model is from compliant membranes.
+
+The `compliant_motion` is followed from the rigid one, where the membranes are infinitely stiff, down a ladder of
+stiffnesses to the scenario's own. A contact lasts in proportion to epsilon = K^(-1/(h+1)), so everything
+should approach the rigid model at that rate. What the scenario's own membranes change is one table of quantities, each
+rigid and compliant; some of them have limits up to which the rigid model is good enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from enum import IntEnum, StrEnum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vireport.base import NumericalError
+from vireport.checks import Floats, stable_motion
+from vireport.design import Solution
+from vireport.membranes.compliant_motion import (
+    CompliantModel,
+    CompliantOrbit,
+    compliant_model,
+    find_critical,
+    find_orbit,
+)
+from vireport.membranes.stiff_solvers import SolverRun, period_of, run_ladder
+from vireport.motions import CriticalKind, CriticalPoint
+from vireport.physics import (
+    Device,
+    Membrane,
+    contacts,
+    deflection,
+    generated_voltage,
+    law_of,
+    wrapped,
+)
+from vireport.scenario import Parameter
+
+if TYPE_CHECKING:
+    from vireport.base import Progress
+
+SHORTEST = 1 / 8
+"""Share of the way in epsilon below which no smaller step is tried where a motion is lost."""
+
+MULTIPLIER = {CriticalKind.PERIOD_DOUBLING: -1.0, CriticalKind.FOLD: 1.0}
+"""Of the critical points that are followed, the preferred kind first."""
+
+FITTED = 3
+"""Rungs, the stiffest, from which a rate of convergence is taken: the softer ones still have terms of higher order."""
+
+FLOOR = 1e-8
+"""Relative distance from the rigid model below which rounding and differences would have a part in a rate."""
+
+SPEED_LIMITS = 0.01, 0.05
+"""Relative shift of an impact velocity: what a careful experiment resolves, and what any does."""
+
+VOLTAGE_LIMITS = 0.05, 0.2
+"""Relative shift of U_ave, which grows with a high power of the velocity."""
+
+MARGIN_LIMITS = 0.1, 0.5
+"""Shift of the critical point over the design point's distance from it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rigid:
+    """The motion with rigid impacts that is followed: where it is, why this one, and its numbers as in `Motions`."""
+
+    parameter: Parameter
+    value: float
+    chosen: str
+    velocity_bottom: float
+    velocity_top: float
+    phase_bottom: float
+    phase_top: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rung:
+    """The compliant model at `factor` times K: the motion, the critical value, and the reason where one is lost."""
+
+    factor: float
+    orbit: CompliantOrbit | None
+    critical_value: float | None
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Convergence:
+    """How one quantity approaches its rigid value.
+
+    Attributes
+    ----------
+    quantity : str
+        ``velocity``, ``phase`` or ``critical value``.
+    distances : tuple of float or None
+        From the rigid value on each rung: relative, but for the phase [rad].
+    exponent : float or None
+        Of K, fitted to the stiffest rungs; None where there are fewer than two above rounding.
+    """
+
+    quantity: str
+    distances: tuple[float | None, ...]
+    exponent: float | None
+
+
+class Grade(IntEnum):
+    """How good the rigid model is here; `words` is the answer for the reader."""
+
+    words: str
+
+    def __new__(cls, number: int, words: str) -> Grade:
+        """Number the members, and give them their words."""
+        member = int.__new__(cls, number)
+        member._value_, member.words = number, words
+        return member
+
+    GOOD = 0, "good enough"
+    CARE = 1, "to be used with care"
+    INSUFFICIENT = 2, "not good enough"
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the compliant membranes contradict the rigid model."""
+        return self is Grade.INSUFFICIENT
+
+
+@dataclass(frozen=True, slots=True)
+class Criterion:
+    """Whether the rigid model is good enough: a relative shift, and sizes up to which it is good, or fair to use."""
+
+    name: str
+    shift: float
+    good: float
+    fair: float
+
+    @property
+    def grade(self) -> Grade:
+        """By the size of the shift."""
+        size = abs(self.shift)
+        return Grade.INSUFFICIENT if size > self.fair else Grade.CARE if size > self.good else Grade.GOOD
+
+
+class Unit(StrEnum):
+    """What a quantity is measured in; the first two are dimensionless units of the model."""
+
+    VELOCITY = "y_c"
+    PHASE = "rad"
+    SHARE = "of the forcing period"
+    RATIO = "1"
+    DEPTH = "m"
+    VOLTAGE = "V"
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A quantity of the motion with rigid and with the scenario's own membranes.
+
+    Attributes
+    ----------
+    unit : Unit or Parameter
+        Of a critical point and the margin to it, the parameter that varies.
+    compliant : float or None
+        None where it is lost.
+    criterion : Criterion or None
+        Where it is one of those that the rigid model is judged by.
+    """
+
+    name: str
+    unit: Unit | Parameter
+    rigid: float
+    compliant: float | None
+    criterion: Criterion | None = None
+
+    @property
+    def shift(self) -> float | None:
+        """From the rigid value: relative, of a phase in rad; None where there is none."""
+        if self.compliant is None or not self.rigid:
+            return None
+        return _shift(self.compliant, self.rigid, self.unit is Unit.PHASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Volts:
+    """U_ave [V] by the rigid velocities, by those of the compliant motion, and by its deflections."""
+
+    rigid: float
+    by_velocity: float
+    by_deflection: float
+
+
+@dataclass(frozen=True, slots=True)
+class Compliance:
+    """What compliant membranes change, and how solvers cope.
+
+    Attributes
+    ----------
+    reason : str
+        Why there is nothing to compare, or "".
+    rigid : Rigid or None
+    critical : CriticalPoint or None
+        Of the rigid model, the one that is followed.
+    varied : Parameter
+        The parameter that varies towards it.
+    design_value : float
+        Of that parameter, where the motion is.
+    order : float
+        1/(h+1), the rate expected.
+    periods : int
+        n, the forcing periods that the motion takes.
+    rungs : tuple of Rung
+        By ascending stiffness.
+    convergence : tuple of Convergence
+    volts : Volts or None
+        With the scenario's own stiffness.
+    quantities : tuple of Compared
+        With the scenario's own stiffness; empty where the motion is lost.
+    runs : tuple of SolverRun
+    """
+
+    reason: str = ""
+    rigid: Rigid | None = None
+    critical: CriticalPoint | None = None
+    varied: Parameter = Parameter.LENGTH
+    design_value: float = 0.0
+    order: float = 0.0
+    periods: int = 1
+    rungs: tuple[Rung, ...] = ()
+    convergence: tuple[Convergence, ...] = ()
+    volts: Volts | None = None
+    quantities: tuple[Compared, ...] = ()
+    runs: tuple[SolverRun, ...] = ()
+
+    @property
+    def own(self) -> Rung | None:
+        """The rung with the scenario's stiffness."""
+        return next((rung for rung in self.rungs if rung.factor == 1), None)
+
+    @property
+    def criteria(self) -> tuple[Criterion, ...]:
+        """What the rigid model is judged by."""
+        return tuple(compared.criterion for compared in self.quantities if compared.criterion is not None)
+
+    @property
+    def grade(self) -> Grade | None:
+        """The worst of the criteria, or that a motion or critical point is lost; None where nothing is compared."""
+        if self.own is None:
+            return None
+        if self.own.orbit is None or not self.own.orbit.stable:
+            return Grade.INSUFFICIENT
+        if self.critical is not None and self.own.critical_value is None:
+            return Grade.INSUFFICIENT
+        return max(criterion.grade for criterion in self.criteria)
+
+
+def compliance(
+    solution: Solution, ladder: Sequence[float], repeats: int = 3, progress: Progress | None = None
+) -> Compliance:
+    """Compare the rigid model with compliant membranes, and try solvers on them.
+
+    Parameters
+    ----------
+    solution : Solution
+    ladder : sequence of float
+        Positive factors of K; 1 is added where it is missing.
+    repeats : int
+        Of each run, for its median time.
+    progress : callable, optional
+        Called with each long step as it begins.
+    """
+    tell = progress or (lambda _: None)
+    membrane = solution.membrane
+    if membrane is None:
+        return Compliance("the contact needs the ball's mass: device.ball_mass_kg is not given")
+    chosen = _rigid_motion(solution)
+    if chosen is None:
+        return Compliance("there is no stable 1:1 motion whose impacts could be compared")
+    rigid, device = chosen
+    try:
+        law_of(membrane.exponent, device.restitution)
+    except NumericalError as error:
+        return Compliance(str(error), rigid)
+    varied, critical = _followed(solution, device)
+    factors = sorted({1.0, *(float(factor) for factor in ladder)})
+    tell("compliant membranes: periodic motions")
+    orbits = _descend(factors, membrane.exponent, *_orbit_at(device, membrane, rigid))
+    tell("compliant membranes: critical points")
+    values = _descend(factors, membrane.exponent, *_critical_at(device, varied, membrane, critical))
+    rungs = tuple(
+        Rung(factor, orbit, value, why or why_not)
+        for factor, (orbit, why), (value, why_not) in zip(factors, orbits, values, strict=True)
+    )
+    comparison = Compliance(
+        rigid=rigid,
+        critical=critical,
+        varied=varied,
+        design_value=float(getattr(device, varied)),
+        order=1 / (membrane.exponent + 1),
+        periods=device.period_ratio,
+        rungs=rungs,
+        convergence=tuple(_convergence(rigid, critical, rungs)),
+        runs=tuple(_solver_runs(device, rigid, membrane, rungs, repeats, tell)),
+    )
+    if comparison.own is None or comparison.own.orbit is None:
+        return comparison
+    model = compliant_model(device, rigid.parameter, rigid.value, membrane)
+    volts = _volts(rigid, comparison.own.orbit, model, membrane)
+    quantities = (*_motion_rows(rigid, comparison.own.orbit, model), *_voltage_rows(volts), *_critical_rows(comparison))
+    return replace(comparison, volts=volts, quantities=quantities)
+
+
+def _solver_runs(
+    device: Device, rigid: Rigid, membrane: Membrane, rungs: Sequence[Rung], repeats: int, tell: Progress
+) -> Iterator[SolverRun]:
+    """Every solver on every rung that has a motion."""
+    for rung in rungs:
+        if rung.orbit is not None:
+            tell(f"compliant membranes: solvers at K times {rung.factor:g}")
+            model = compliant_model(device, rigid.parameter, rigid.value, membrane, rung.factor)
+            yield from run_ladder(period_of(model, rung.orbit), rung.factor, repeats)
+
+
+def _rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
+    """The motion that is followed, and the device that has it."""
+    chosen = stable_motion(solution)
+    if chosen is None:
+        return None
+    design, row = chosen
+    where = "at the design point" if design is solution.design else "in the middle of the first stable range"
+    m = design.motions
+    numbers = (float(a[row]) for a in (m.velocity_bottom, m.velocity_top, m.phi_bottom, m.phi_top))
+    rigid = Rigid(design.parameter, design.value, f"the stable motion {where}", *numbers)
+    return rigid, solution.device.with_values({design.parameter: design.value})
+
+
+def _followed(solution: Solution, device: Device) -> tuple[Parameter, CriticalPoint | None]:
+    """The critical point that is followed, with the parameter that varies: the nearest period doubling, or fold."""
+    own = float(getattr(device, solution.parameter))
+    for kind in MULTIPLIER:
+        points = [point for point in solution.critical_points if point.kind is kind]
+        if points:
+            return solution.parameter, min(points, key=lambda point: abs(point.point.sweep_value - own))
+        if solution.diagram is None and solution.design is not None:
+            for margin in solution.design.endings(kind):
+                if margin.parameter.sweepable is not None:
+                    return margin.parameter.sweepable, margin.point
+    return solution.parameter, None
+
+
+Finder = Callable[[float, Floats], tuple[Any, Floats]]
+"""(factor, guess of the unknowns) -> what is found, and its unknowns."""
+
+
+def _orbit_at(device: Device, membrane: Membrane, rigid: Rigid) -> tuple[Floats, Finder]:
+    """The rigid motion's velocity and phase, and how to find the compliant motion."""
+
+    def find(factor: float, guess: Floats) -> tuple[CompliantOrbit, Floats]:
+        model = compliant_model(device, rigid.parameter, rigid.value, membrane, factor)
+        orbit = find_orbit(model, guess)
+        turns = np.round((guess[1] - orbit.bottom.phase) / (2 * np.pi))
+        return orbit, np.array([orbit.bottom.velocity, orbit.bottom.phase + 2 * np.pi * turns])
+
+    return np.array([rigid.velocity_bottom, rigid.phase_bottom]), find
+
+
+def _critical_at(
+    device: Device, varied: Parameter, membrane: Membrane, critical: CriticalPoint | None
+) -> tuple[Floats | None, Finder]:
+    """The same of the critical point, whose swept value is what is found; without a start where there is none."""
+
+    def find(factor: float, guess: Floats) -> tuple[float, Floats]:
+        assert critical is not None
+        x = find_critical(device, varied, membrane, factor, guess, MULTIPLIER[critical.kind])
+        return float(x[-1]), x
+
+    point = critical.point if critical is not None else None
+    return (None if point is None else np.array([point.velocity_bottom, point.phi, point.sweep_value])), find
+
+
+def _descend(factors: Sequence[float], exponent: float, start: Floats | None, find: Finder) -> list[tuple[Any, str]]:
+    """Follow something from rigid membranes down to each factor, extrapolating in epsilon; what is found, or why not.
+
+    Once it is lost it stays lost on the softer rungs.
+    """
+    if start is None:
+        return [(None, "there is no period doubling and no fold to follow")] * len(factors)
+    (e0, x0), (e1, x1) = (0.0, start), (0.0, start)
+    rungs: list[tuple[Any, str]] = []
+    lost = ""
+    for factor in sorted(factors, reverse=True):
+        goal, reached = float(factor ** (-1 / (exponent + 1))), None
+        step = goal - e1
+        while not lost and reached is None:
+            aim = min(e1 + step, goal)
+            slope = (x1 - x0) / (e1 - e0) if e1 > e0 else np.zeros_like(x1)
+            try:
+                result, x = find(factor if aim == goal else aim ** -(exponent + 1), x1 + slope * (aim - e1))
+            except NumericalError as error:
+                step /= 2
+                if step < SHORTEST * goal:
+                    lost = f"lost at about K times {max(aim, 1e-300) ** -(exponent + 1):.2g}: {error}"
+                continue
+            (e0, x0), (e1, x1) = (e1, x1), (aim, x)
+            reached = result if aim == goal else None
+        rungs.append((reached, lost))
+    return rungs[::-1]
+
+
+def _convergence(rigid: Rigid, critical: CriticalPoint | None, rungs: Sequence[Rung]) -> Iterator[Convergence]:
+    """Distances from the rigid model on all rungs, and the rates at which they vanish."""
+
+    def of_orbit(distance: Callable[[CompliantOrbit], float]) -> tuple[float | None, ...]:
+        return tuple(None if rung.orbit is None else abs(distance(rung.orbit)) for rung in rungs)
+
+    at = critical.point.sweep_value if critical is not None else 1.0
+    distances = {
+        "velocity": of_orbit(lambda orbit: _shift(orbit.bottom.velocity, rigid.velocity_bottom)),
+        "phase": of_orbit(lambda orbit: _shift(orbit.bottom.phase, rigid.phase_bottom, phase=True)),
+        "critical value": tuple(
+            None if rung.critical_value is None else abs(rung.critical_value / at - 1) for rung in rungs
+        ),
+    }
+    for name, values in distances.items():
+        known = [(r.factor, e) for r, e in zip(rungs, values, strict=True) if e is not None and e > FLOOR][-FITTED:]
+        exponent = None
+        if len(known) >= 2:
+            x, y = np.log(np.array(known)).T
+            exponent = float(np.polyfit(x, y, 1)[0])
+        yield Convergence(name, values, exponent)
+
+
+def _shift(value: float, rigid: float, phase: bool = False) -> float:
+    """Relative shift from the rigid value; of phases the difference [rad], in [-pi, pi)."""
+    return float(wrapped(value - rigid)) if phase else value / rigid - 1
+
+
+def _volts(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel, membrane: Membrane) -> Volts:
+    """U_ave with the scenario's own stiffness, Eq. (5.1)."""
+    touches = orbit.bottom, orbit.top
+    depth = model.length_unit * np.array([touch.deflection for touch in touches])
+    speeds = (
+        model.velocity_unit * np.array([rigid.velocity_bottom, rigid.velocity_top]),
+        model.velocity_unit * np.array([touch.velocity for touch in touches]),
+        # The velocity that would press the membrane as deep by (5.5): depth grows as its power 2/(h+1).
+        (depth / deflection(np.array(1.0), membrane)) ** ((membrane.exponent + 1) / 2),
+    )
+    return Volts(*(float(generated_voltage(speed, membrane).mean()) for speed in speeds))
+
+
+def _motion_rows(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel) -> Iterator[Compared]:
+    """What changes at either membrane."""
+    r, length = model.restitution, model.length_unit
+    for name, touch, speed, phase in (
+        ("bottom", orbit.bottom, rigid.velocity_bottom, rigid.phase_bottom),
+        ("top", orbit.top, rigid.velocity_top, rigid.phase_top),
+    ):
+        at, depth = f"at the {name}", float(contacts(np.array(speed), model.membrane, r).elastic_deflection)
+        criterion = Criterion(f"velocity {at}", _shift(touch.velocity, speed), *SPEED_LIMITS)
+        yield Compared(f"velocity {at}", Unit.VELOCITY, speed, touch.velocity, criterion)
+        yield Compared(f"phase {at}", Unit.PHASE, phase, touch.phase)
+        yield Compared(f"contact over forcing period {at}", Unit.SHARE, 0.0, touch.duration / 2)
+        yield Compared(f"deflection {at}", Unit.DEPTH, length * depth, length * touch.deflection)
+        yield Compared(f"restitution with the forcing {at}", Unit.RATIO, r, touch.restitution)
+
+
+def _voltage_rows(volts: Volts) -> Iterator[Compared]:
+    name = "U_ave by the velocities"
+    criterion = Criterion(name, _shift(volts.by_velocity, volts.rigid), *VOLTAGE_LIMITS)
+    yield Compared(name, Unit.VOLTAGE, volts.rigid, volts.by_velocity, criterion)
+    yield Compared("U_ave by the deflections", Unit.VOLTAGE, volts.rigid, volts.by_deflection)
+
+
+def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
+    """Where the critical point is, and the margin to it, judged by the shift over that margin."""
+    if comparison.critical is None or comparison.own is None:
+        return
+    label, at, value = comparison.critical.label, comparison.critical.point.sweep_value, comparison.own.critical_value
+    varied, side = comparison.varied, 1 if comparison.design_value > at else -1
+    margin = side * (comparison.design_value - at)
+    yield Compared(f"{label}, {varied.symbol}", varied, at, value)
+    if value is None or not margin:
+        return
+    criterion = Criterion(label, (value - at) / margin, *MARGIN_LIMITS)
+    yield Compared(f"margin to {label}", varied, margin, side * (comparison.design_value - value), criterion)
+
+
+def compliance_data(comparison: Compliance) -> dict[str, Any]:
+    """The compliant motion beside the rigid one, and every run of a solver, as plain data for JSON."""
+    return {
+        "nothing": comparison.reason or None,
+        "grade": comparison.grade,
+        "rigid": None if comparison.rigid is None else asdict(comparison.rigid),
+        "varied": comparison.varied,
+        "design_value": comparison.design_value,
+        "order": comparison.order,
+        "rungs": [asdict(rung) for rung in comparison.rungs],
+        "convergence": [asdict(convergence) for convergence in comparison.convergence],
+        "volts": None if comparison.volts is None else asdict(comparison.volts),
+        "runs": [asdict(run) for run in comparison.runs],
+        "error_bounds": [None if rung.orbit is None else rung.orbit.error_bound for rung in comparison.rungs],
+        "criteria": [{**asdict(criterion), "grade": criterion.grade} for criterion in comparison.criteria],
+    }

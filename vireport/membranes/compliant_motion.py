@@ -1,0 +1,370 @@
+"""The ball between two compliant membranes: its return map to nearly full accuracy, and the motions on it.
+
+In dimensionless units, Z'' = gbar + cos(pi t + phi) - k delta^h (1 + lambda delta') at the bottom membrane, where
+delta = Z - d/2 > 0, and the mirror image of the last term at the top one. The membranes move with the capsule, which
+does not feel the ball; k = K x_c^h M/(m F). For each contact lambda is set from its impact velocity so that the contact
+alone would have the restitution coefficient r (`physics.contact`).
+
+Flights are those of the simulation, in closed form. Contacts are integrated in units of their own duration and depth,
+in which they look the same however stiff the membrane is. What solvers make of the equation as it stands is in
+`stiff_solvers`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import cos, inf, pi
+from typing import Any
+
+import numpy as np
+
+from vireport.base import NumericalError
+from vireport.checks import Floats, solve
+from vireport.physics import Device, Membrane, contacts
+from vireport.scenario import Parameter
+from vireport.simulation import (
+    BOTTOM,
+    FLIGHT,
+    TOP,
+    VELOCITY,
+    WALL,
+    follow_one,
+)
+
+TOLERANCE = 1e-12
+"""Relative tolerance of the contacts' integration, in units in which everything is of order 1."""
+
+LONGEST_STEP = 0.05
+"""In contact durations: no step can jump over a departure."""
+
+LONGEST_CONTACT = 20.0
+"""In durations of the contact without external force: a ball that stays longer is pressed on, and does not bounce."""
+
+NEARBY = 0.5
+"""Relative change of an unknown beyond which another motion was found than the one asked for."""
+
+CONVERGED, NOISE = 1e-11, 1e-11
+"""Last correction of a motion or critical point, and the irregularity of the return map and of its differences."""
+
+MOST_EVALUATIONS = 60
+"""Of the conditions, before a search is given up; about ten are usual."""
+
+FORWARD = 1e-5
+"""Step of the forward differences that the iteration begins with."""
+
+DIFFERENCE = 2e-3
+"""Step of fourth-order differences of the return map, in its scaled unknowns: truncation and rounding are both near
+1e-10 there."""
+
+
+@dataclass(frozen=True, slots=True)
+class CompliantModel:
+    """The dimensionless model.
+
+    Attributes
+    ----------
+    d, gbar : float
+        As in `Device.groups`.
+    membrane : Membrane
+        Its stiffness is k, so that with mass 1 `contacts` works in dimensionless numbers; the rest is as it was.
+    restitution : float
+        r of a contact alone.
+    period : float
+        2n, the time after which the motion repeats [t_c].
+    length_unit, velocity_unit : float
+        x_c [m], y_c [m/s].
+    """
+
+    d: float
+    gbar: float
+    membrane: Membrane
+    restitution: float
+    period: float
+    length_unit: float
+    velocity_unit: float
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """One contact of a motion, dimensionless.
+
+    Attributes
+    ----------
+    wall : int
+        1 at the bottom, -1 at the top.
+    velocity : float
+        Z' at the touch: positive at the bottom, negative at the top.
+    phase : float
+        Forcing phase at the touch [rad], in [0, 2 pi).
+    duration : float
+        Until the ball leaves [t_c].
+    leaving : float
+        Z' when it leaves.
+    deflection : float
+        Largest [x_c].
+    """
+
+    wall: int
+    velocity: float
+    phase: float
+    duration: float
+    leaving: float
+    deflection: float
+
+    @property
+    def restitution(self) -> float:
+        """Speed after over speed before: r but for what gravity and the forcing do during the contact."""
+        return -self.leaving / self.velocity
+
+
+@dataclass(frozen=True, slots=True)
+class Lap:
+    """From one touch of the bottom to the next, by way of the top: its contacts, times and final velocity."""
+
+    bottom: Touch
+    top: Touch
+    flight_down: float
+    time: float
+    velocity: float
+
+
+@dataclass(frozen=True, slots=True)
+class CompliantOrbit:
+    """A periodic motion with one contact on each membrane.
+
+    Attributes
+    ----------
+    bottom, top : Touch
+    flight_down : float
+        Time from leaving the top to touching the bottom [t_c].
+    residual : float
+        By which the state fails to repeat.
+    trace, determinant : float
+        Of the linearised return map from touch to touch of the bottom.
+    """
+
+    bottom: Touch
+    top: Touch
+    flight_down: float
+    residual: float
+    trace: float
+    determinant: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether both multipliers are inside the unit circle."""
+        return abs(self.trace) < 1 + self.determinant and self.determinant < 1
+
+    @property
+    def multipliers(self) -> tuple[complex, complex]:
+        """Eigenvalues of the linearised return map, the larger first."""
+        root = complex(self.trace**2 / 4 - self.determinant) ** 0.5
+        pair = self.trace / 2 + root, self.trace / 2 - root
+        return pair if abs(pair[0]) >= abs(pair[1]) else pair[::-1]
+
+    @property
+    def error_bound(self) -> float:
+        """Relative error: tolerance and residual over the distance of a multiplier from 1, and room."""
+        return 10 * (TOLERANCE + self.residual) / min(abs(1 - multiplier) for multiplier in self.multipliers)
+
+    @property
+    def longest_contact(self) -> float:
+        """Duration of the longer contact [t_c]."""
+        return max(self.bottom.duration, self.top.duration)
+
+
+def compliant_model(
+    device: Device, parameter: Parameter, value: float, membrane: Membrane, factor: float = 1.0
+) -> CompliantModel:
+    """The dimensionless model of a device where `parameter` has `value`, its membranes' K multiplied by `factor`."""
+    at = device.at(parameter, float(value))
+    d, gbar = device.groups(parameter, float(value))
+    speed = float(device.velocity_unit(parameter, float(value)))
+    length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
+    per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])
+    scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball, ball_mass_kg=1.0)
+    return CompliantModel(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed)
+
+
+def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> Touch:
+    """Integrate one contact from its touch to the departure.
+
+    Parameters
+    ----------
+    model : CompliantModel
+    wall : int
+    velocity : float
+        Z' at the touch, towards the wall [y_c].
+    phase : float
+        Forcing phase there [rad].
+
+    Raises
+    ------
+    NumericalError
+        If the ball does not leave within `LONGEST_CONTACT` durations.
+    """
+    from scipy.integrate import DOP853, solve_ivp  # type: ignore[import-untyped]
+
+    speed = wall * velocity
+    alone = contacts(np.array(speed), model.membrane, model.restitution)
+    time, depth = float(alone.duration), float(alone.deflection)
+    h, gbar = model.membrane.exponent, model.gbar
+    spring = float(np.exp(np.log(model.membrane.stiffness) + (h - 1) * np.log(depth))) * time * time
+    damping, pull = float(alone.damping) * depth / time, wall * time * time / depth
+
+    def acceleration(t: float, y: float, v: float) -> float:
+        push = spring * y**h * max(1 + damping * v, 0.0) if y > 0 else 0.0
+        return pull * (gbar + cos(pi * time * t + phase)) - push
+
+    def in_time(t: float, state: Floats) -> tuple[float, float]:
+        y, v = state
+        return v, acceleration(t, y, v)
+
+    def in_depth(y: float, state: Floats) -> tuple[float, float]:
+        t, v = state
+        return 1 / v, acceleration(t, y, v) / v
+
+    def in_velocity(v: float, state: Floats) -> tuple[float, float]:
+        t, y = state
+        a = acceleration(t, y, v)
+        return 1 / a, v / a
+
+    settings: dict[str, Any] = {"rtol": TOLERANCE, "atol": TOLERANCE}
+    # Nor can a contact last as long as the motion itself.
+    most = min(LONGEST_CONTACT, model.period / time)
+    solver = DOP853(in_time, 0.0, [0.0, speed * time / depth], most, max_step=LONGEST_STEP, **settings)
+    turned = 0.0
+    while solver.status == "running":
+        t, (y, v) = solver.t, solver.y
+        solver.step()
+        # Where a coordinate of the state vanishes, that coordinate is the variable of the last step.
+        if v > 0 >= solver.y[1]:
+            turned = float(solve_ivp(in_velocity, (v, 0.0), [t, y], method="DOP853", **settings).y[1, -1])
+        if solver.y[0] <= 0:
+            end = solve_ivp(in_depth, (y, 0.0), [t, v], method="DOP853", **settings).y[:, -1]
+            away = wall * float(end[1]) * depth / time
+            return Touch(wall, velocity, phase % (2 * pi), float(end[0]) * time, away, turned * depth)
+    raise NumericalError("the ball stays on the membrane instead of bouncing: there is no motion of single impacts")
+
+
+def flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tuple[float, int, float]:
+    """Fly from a membrane to the first touch of either one: time of flight [t_c], wall, and Z' there.
+
+    By the event search of the simulation, which misses none: the ball leaves as from an impact without loss.
+
+    Parameters
+    ----------
+    model : CompliantModel
+    wall : int
+        That is left.
+    leaving : float
+        Z' there, away from the wall [y_c].
+    phase : float
+        Forcing phase there [rad].
+
+    Raises
+    ------
+    NumericalError
+        If no membrane is touched within two periods of the motion.
+    """
+    start = float(wall), 0.0, -leaving, phase % (2 * pi)
+    rows, _ = follow_one(np.array([model.d, model.gbar, 1.0]), start, 1, compiled=False)
+    if len(rows) < 2 or rows[1, FLIGHT] > 2 * model.period:
+        raise NumericalError("no membrane is touched within two periods")
+    return float(rows[1, FLIGHT]), int(rows[1, WALL]), float(rows[1, VELOCITY])
+
+
+def lap(model: CompliantModel, velocity: float, phase: float) -> Lap:
+    """Apply the return map of the motions with one contact on each membrane to a touch of the bottom.
+
+    Raises
+    ------
+    NumericalError
+        If the contacts come in another order.
+    """
+    if not 0 < velocity < inf:
+        raise NumericalError("the ball must strike the bottom membrane with a velocity towards it")
+    touches, elapsed, time = [], 0.0, 0.0
+    for wall in (BOTTOM, TOP):
+        touch = contact(model, wall, velocity, phase + pi * elapsed)
+        touches.append(touch)
+        elapsed += touch.duration
+        time, reached, velocity = flight(model, wall, touch.leaving, phase + pi * elapsed)
+        elapsed += time
+        if reached == wall:
+            raise NumericalError("the ball falls back on the same membrane: not a motion with one impact on each")
+    return Lap(touches[0], touches[1], time, elapsed, velocity)
+
+
+def mismatch(model: CompliantModel, x: Floats) -> Floats:
+    """By how much a state (velocity, phase) at the bottom fails to repeat after the period: zero on a motion."""
+    end = lap(model, float(x[0]), float(x[1]))
+    return np.array([end.velocity - x[0], pi * (end.time - model.period)])
+
+
+def linearised(model: CompliantModel, x: Floats) -> Floats:
+    """Jacobian of the return map in velocity and phase, by differences of fourth order."""
+    columns = []
+    for k in range(2):
+        step = np.zeros(2)
+        step[k] = DIFFERENCE * (x[0] if k == 0 else 1.0)
+        near, far = (mismatch(model, x + s * step) - mismatch(model, x - s * step) for s in (1, 2))
+        columns.append((8 * near - far) / (12 * step[k]))
+    return np.asarray(np.stack(columns, axis=1) + np.eye(2))
+
+
+def find_orbit(model: CompliantModel, guess: Sequence[float] | Floats) -> CompliantOrbit:
+    """Find the periodic motion near a guess of velocity and phase at the bottom; NumericalError if there is none."""
+    x = _solved(partial(mismatch, model), np.asarray(guess, dtype=float))
+    closed, matrix = lap(model, float(x[0]), float(x[1])), linearised(model, x)
+    residual = max(abs(closed.velocity - float(x[0])), abs(pi * (closed.time - model.period)))
+    trace, determinant = float(np.trace(matrix)), float(np.linalg.det(matrix))
+    return CompliantOrbit(closed.bottom, closed.top, closed.flight_down, residual, trace, determinant)
+
+
+def find_critical(
+    device: Device,
+    parameter: Parameter,
+    membrane: Membrane,
+    factor: float,
+    guess: Sequence[float] | Floats,
+    multiplier: float,
+) -> Floats:
+    """Find where a multiplier of the compliant motion is -1 (period doubling) or 1 (fold).
+
+    1 + tr + det = 0 or 1 - tr + det = 0, with the condition of periodicity; det is not r^4 here.
+
+    Parameters
+    ----------
+    device, parameter, membrane, factor
+        As in `compliant_model`; `parameter` is the one that varies.
+    guess : sequence of three floats
+        Velocity, phase at the bottom and value of the parameter, which are returned for the critical point.
+    multiplier : float
+        -1 or 1.
+
+    Raises
+    ------
+    NumericalError
+        If none is found near.
+    """
+
+    def conditions(x: Floats) -> Floats:
+        model = compliant_model(device, parameter, float(x[2]), membrane, factor)
+        shifted = linearised(model, x[:2]) - multiplier * np.eye(2)
+        return np.append(mismatch(model, x[:2]), np.linalg.det(shifted))
+
+    return _solved(conditions, np.asarray(guess, dtype=float))
+
+
+def _solved(conditions: Callable[[Floats], Floats], guess: Floats) -> Floats:
+    """Where a small system vanishes, near a guess; NumericalError if there is no such place."""
+    scale = np.maximum(np.abs(guess), 0.1)
+    x = scale * solve(
+        lambda x: conditions(scale * x), guess / scale, CONVERGED, NOISE, difference=FORWARD, most=MOST_EVALUATIONS
+    )
+    if not np.all(np.abs(x - guess) < NEARBY * scale):
+        raise NumericalError("the iteration on the return map leads to no motion nearby")
+    return np.asarray(x)

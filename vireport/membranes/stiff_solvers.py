@@ -1,0 +1,264 @@
+"""The equation with compliant membranes over one period in one go, by the solvers an engineer would take off the shelf.
+
+Nothing is split at the contacts: the solver meets the membranes as it goes. A ladder of solvers and settings is judged
+by one function: each run starts and ends on the accurate `compliant_motion`, so that its error is known. A solver that
+gives up, overflows or passes a membrane by is a result like any other.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import partial
+from math import cos, hypot, inf, isfinite, pi, sin
+from typing import Any
+
+import numpy as np
+
+from vireport.checks import Floats, timed_in_turns
+from vireport.membranes.compliant_motion import CompliantModel, CompliantOrbit
+from vireport.physics import damping_number, flight
+
+FIXED = "RK4"
+"""The classical fourth-order method with fixed steps."""
+
+ADAPTIVE = ("RK45", "DOP853", "Radau", "BDF", "LSODA", "Radau + J")
+"""Adaptive solvers of scipy, the first two explicit; the last is given the Jacobian, which the others estimate by
+differences where they need one."""
+
+EXPLICIT = (FIXED, "RK45", "DOP853")
+"""Solvers that are explicit throughout; LSODA switches between explicit and implicit formulae."""
+
+RTOLS = (1e-4, 1e-7, 1e-10)
+"""Relative tolerances of the adaptive solvers; the absolute one is the same, of quantities of order 1."""
+
+STEPS = (300, 3_000, 30_000)
+"""Steps per period of RK4: the coarsest takes a few per contact with a membrane as soft as the paper's."""
+
+LADDER = (*((FIXED, float(steps)) for steps in STEPS), *((name, rtol) for name in ADAPTIVE for rtol in RTOLS))
+"""Solvers with their settings."""
+
+MOST_EVALUATIONS = 50_000
+"""After which an adaptive run is broken off: five times what any of them needs where it works."""
+
+WRONG = 1e-2
+"""Error from which a run that reached the end has not followed the motion: the rigid model would be as good."""
+
+Force = Callable[[float, float, float], float]
+"""(t, Z, Z') -> Z''."""
+
+
+class Outcome(StrEnum):
+    """How a run ended."""
+
+    SOLVED = "solved"
+    WRONG = "reached the end of the period, but somewhere else"
+    MISSED = "passed a membrane by without noticing it"
+    STEP = "step size fell below rounding"
+    OVERFLOW = "overflow"
+    BUDGET = f"more than {MOST_EVALUATIONS} evaluations"
+
+
+@dataclass(frozen=True, slots=True)
+class SolverRun:
+    """One solver with one setting on one membrane.
+
+    Attributes
+    ----------
+    solver : str
+    setting : float
+        Relative tolerance, or the number of steps of the fixed-step method.
+    factor : float
+        By which K is multiplied.
+    outcome : Outcome
+    error : float or None
+        Distance of (Z, Z') from the motion at the end of the period, dimensionless; None where the end was not reached.
+    steps, evaluations : int
+        Taken until the end or the failure; rejected steps count as evaluations only.
+    seconds : float
+        Median run time.
+    """
+
+    solver: str
+    setting: float
+    factor: float
+    outcome: Outcome
+    error: float | None
+    steps: int
+    evaluations: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Period:
+    """The equation over one period of a motion, from the middle of the flight down to the bottom membrane.
+
+    Attributes
+    ----------
+    model : CompliantModel
+    phase, position, velocity : float
+        At the start, and on the motion at the end.
+    damping : tuple of float
+        lambda of the bottom and of the top membrane, those of the motion's own touches.
+    """
+
+    model: CompliantModel
+    phase: float
+    position: float
+    velocity: float
+    damping: tuple[float, float]
+
+
+@dataclass(slots=True)
+class Seen:
+    """What a solver has asked for: evaluations, and whether either membrane was pressed in one of them."""
+
+    evaluations: int = 0
+    bottom: bool = False
+    top: bool = False
+
+
+class _ExhaustedError(Exception):
+    """The evaluations are used up."""
+
+
+def period_of(model: CompliantModel, orbit: CompliantOrbit) -> Period:
+    """Start on a motion in mid-flight."""
+    top, half = orbit.top, orbit.flight_down / 2
+    leaves = top.phase + pi * top.duration
+    phase = leaves + pi * half
+    z = -model.d / 2 + flight.displacement(half, top.leaving, sin(leaves), cos(leaves), cos(phase), model.gbar)
+    v = flight.velocity(half, top.leaving, sin(leaves), sin(phase), model.gbar)
+    damping = damping_number(model.restitution)
+    return Period(model, phase, float(z), float(v), (damping / orbit.bottom.velocity, -damping / orbit.top.velocity))
+
+
+def acceleration(period: Period, seen: Seen) -> Force:
+    """Z'' as a function of t, Z and Z'; infinite where the force overflows."""
+    model, phase = period.model, period.phase
+    half, gbar, k, h = model.d / 2, model.gbar, model.membrane.stiffness, model.membrane.exponent
+    bottom, top = period.damping
+
+    def force(t: float, z: float, v: float) -> float:
+        seen.evaluations += 1
+        a = gbar + cos(pi * t + phase)
+        try:
+            if z > half:
+                seen.bottom = True
+                a -= k * (z - half) ** h * max(1 + bottom * v, 0.0)
+            elif z < -half:
+                seen.top = True
+                a += k * (-half - z) ** h * max(1 - top * v, 0.0)
+        except OverflowError:
+            return -inf if z > 0 else inf
+        return a
+
+    return force
+
+
+def jacobian(period: Period) -> Callable[[float, Floats], Floats]:
+    """Derivative of (Z', Z'') in (Z, Z'), as scipy's solvers take it."""
+    model, (bottom, top) = period.model, period.damping
+    half, k, h = model.d / 2, model.membrane.stiffness, model.membrane.exponent
+
+    def matrix(_: float, state: Floats) -> Floats:
+        z, v = state.tolist()
+        depth, damping, inward = (z - half, bottom, v) if z > 0 else (-half - z, top, -v)
+        rate = np.array([[0.0, 1.0], [0.0, 0.0]])
+        if depth > 0 and 1 + damping * inward > 0:
+            rate[1] = -k * h * depth ** (h - 1) * (1 + damping * inward), -k * depth**h * damping
+        return rate
+
+    return matrix
+
+
+def run_ladder(period: Period, factor: float, repeats: int) -> tuple[SolverRun, ...]:
+    """Run every solver with every setting, and time them in turns.
+
+    Parameters
+    ----------
+    period : Period
+    factor : float
+        By which K is multiplied in it.
+    repeats : int
+        Samples of each run's time; fewer of long ones.
+    """
+    ended: dict[tuple[str, float], SolverRun] = {}
+
+    def call(solver: str, setting: float) -> None:
+        ended[solver, setting] = run_once(period, factor, solver, setting)
+
+    times = timed_in_turns([partial(call, *rung) for rung in LADDER], repeats)
+    return tuple(replace(ended[rung], seconds=spread.median) for rung, spread in zip(LADDER, times, strict=True))
+
+
+def run_once(period: Period, factor: float, solver: str, setting: float) -> SolverRun:
+    """Run one solver over the period, and judge how it went; without its time."""
+    seen = Seen()
+    force = acceleration(period, seen)
+    if solver == FIXED:
+        outcome, end, steps = _fixed(period, force, int(setting))
+    else:
+        outcome, end, steps = _adaptive(period, force, seen, solver, setting)
+    error = None
+    if outcome is Outcome.SOLVED:
+        distance = hypot(end[0] - period.position, end[1] - period.velocity)
+        if not isfinite(distance):
+            outcome = Outcome.OVERFLOW
+        else:
+            error = distance
+            met = seen.bottom and seen.top
+            outcome = Outcome.MISSED if not met else Outcome.WRONG if distance >= WRONG else Outcome.SOLVED
+    return SolverRun(solver, setting, factor, outcome, error, steps, seen.evaluations, 0.0)
+
+
+End = tuple[Outcome, tuple[float, float], int]
+"""`SOLVED` where the end was reached, the state there, and the steps taken."""
+
+NOWHERE = (inf, inf)
+
+
+def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float) -> End:
+    from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
+
+    def system(t: float, state: Floats) -> tuple[float, float]:
+        if seen.evaluations >= MOST_EVALUATIONS:
+            raise _ExhaustedError
+        z, v = state.tolist()
+        return v, force(t, z, v)
+
+    start, (method, _, given) = [period.position, period.velocity], solver.partition(" + ")
+    settings: dict[str, Any] = {"rtol": rtol, "atol": rtol} | ({"jac": jacobian(period)} if given else {})
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            run = solve_ivp(system, (0.0, period.model.period), start, method=method, **settings)
+    except _ExhaustedError:
+        return Outcome.BUDGET, NOWHERE, 0
+    except (ValueError, OverflowError, np.linalg.LinAlgError):  # infinities in a matrix
+        return Outcome.OVERFLOW, NOWHERE, 0
+    steps = len(run.t) - 1
+    if run.status != 0:
+        return (Outcome.STEP if np.isfinite(run.y).all() else Outcome.OVERFLOW), NOWHERE, steps
+    z, v = run.y[:, -1].tolist()
+    return Outcome.SOLVED, (z, v), steps
+
+
+def _fixed(period: Period, force: Force, steps: int) -> End:
+    dt, z, v = period.model.period / steps, period.position, period.velocity
+    for n in range(steps):
+        t, middle = n * dt, (n + 0.5) * dt
+        a1 = force(t, z, v)
+        v2 = v + dt / 2 * a1
+        a2 = force(middle, z + dt / 2 * v, v2)
+        v3 = v + dt / 2 * a2
+        a3 = force(middle, z + dt / 2 * v2, v3)
+        v4 = v + dt * a3
+        a4 = force(t + dt, z + dt * v3, v4)
+        z += dt / 6 * (v + 2 * v2 + 2 * v3 + v4)
+        v += dt / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+        if not (isfinite(z) and isfinite(v)):
+            return Outcome.OVERFLOW, NOWHERE, n + 1
+    return Outcome.SOLVED, (z, v), steps

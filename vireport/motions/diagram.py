@@ -1,0 +1,233 @@
+"""The bifurcation diagram of a sweep: its branches of motions, the critical points that divide them, and Table 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions.branches import Branch, CriticalPoint, Mark
+from vireport.motions.kinds import BranchEnd, CriticalKind, Symmetry
+from vireport.motions.level_curve import Curve, curve_of, sample
+from vireport.motions.stability import Stability
+from vireport.motions.sweep import Held, Sweep
+from vireport.motions.tracing import branches_of
+
+Floats = NDArray[np.float64]
+
+SAME_POINT = 1e-9
+"""Relative difference of the swept value below which two critical points of one kind are mirror images."""
+
+SAME_SHARE = 1e-9
+"""Difference from q = 1/2 below which a branch begins at the symmetric motion."""
+
+SAME_ENDS = 1e-6
+"""Difference of d, q and impact velocity up to which two branches are mirror images: both end within rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BifurcationDiagram:
+    """Every 1:1 motion along a sweep.
+
+    Attributes
+    ----------
+    curve : Curve
+        Of the motions on their surface.
+    branches : tuple of Branch
+    critical_points : tuple of CriticalPoint
+        Ordered by their labels' numbers: along d, along the sweep where d is constant.
+    """
+
+    curve: Curve
+    branches: tuple[Branch, ...]
+    critical_points: tuple[CriticalPoint, ...]
+
+    @property
+    def sweep(self) -> Sweep:
+        """What is varied."""
+        return self.curve.sweep
+
+
+def solve(sweep: Sweep) -> BifurcationDiagram:
+    """Find every 1:1 motion of a sweep, with its stability, admissibility and critical points.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        With a restitution below 1.
+    """
+    curve = curve_of(sweep)
+    branches, critical_points = _numbered(curve, branches_of(curve, sample(curve)))
+    return BifurcationDiagram(curve, branches, critical_points)
+
+
+def _numbered(curve: Curve, unordered: list[Branch]) -> tuple[tuple[Branch, ...], tuple[CriticalPoint, ...]]:
+    """Number branches and critical points, and join mirror images."""
+    ordered = sorted(unordered, key=_order)
+    mirrored = _mirrors(curve, ordered)
+    critical: list[CriticalPoint] = []
+    owner: dict[tuple[int, int], int] = {}
+    for i, branch in enumerate(ordered):
+        for row in range(len(branch.motions)):
+            found = branch.critical_point(row)
+            if found is None or not _near_admissible(branch, row):
+                continue
+            twin = next((k for k, other in enumerate(critical) if _is_twin(other, found, mirrored[i])), None)
+            if twin is None:
+                owner[i, row] = len(critical)
+                critical.append(replace(found, branch=i + 1))
+            else:
+                owner[i, row] = twin
+                critical[twin] = replace(critical[twin], mirror=found.point)
+    labels, order = _labels(curve, critical)
+    points = {k: replace(critical[k], label=labels[k]) for k in order}
+    branches = []
+    for i, (branch, mirror) in enumerate(zip(ordered, mirrored, strict=True)):
+        marks: list[Mark] = [
+            points[owner[i, row]] if (i, row) in owner else mark.kind if isinstance(mark, CriticalPoint) else None
+            for row, mark in enumerate(branch.marks)
+        ]
+        for row in (0, -1):
+            if branch.ends[row] is BranchEnd.PITCHFORK:
+                marks[row] = next((point for point in points.values() if _meets(point, branch, row)), None)
+        mirror_of = None if mirror is None else mirror + 1
+        branches.append(replace(branch, number=i + 1, mirror_of=mirror_of, marks=tuple(marks)))
+    return tuple(branches), tuple(points.values())
+
+
+def _order(branch: Branch) -> tuple[bool, bool]:
+    """Symmetric branches first, and of two mirror images the one with the larger q."""
+    return branch.family is Symmetry.ASYMMETRIC, float(branch.motions.q.min()) < 0.5 - SAME_SHARE
+
+
+def _labels(curve: Curve, critical: list[CriticalPoint]) -> tuple[dict[int, str], list[int]]:
+    """Letters and numbers along d (along the sweep where d is constant), and the order they are numbered in."""
+    constant = curve.level.held is Held.D
+    order = sorted(
+        range(len(critical)), key=lambda k: (0.0 if constant else critical[k].point.d, critical[k].point.sweep_value)
+    )
+    counts: dict[str, int] = {}
+    labels = {}
+    for k in order:
+        letter = critical[k].kind.letter
+        counts[letter] = counts.get(letter, 0) + 1
+        labels[k] = f"{letter}{counts[letter]}"
+    return labels, order
+
+
+def _is_twin(other: CriticalPoint, found: CriticalPoint, mirrored: int | None) -> bool:
+    """Whether a critical point is the mirror image of another that was found on the branch `mirrored`."""
+    if mirrored is None or other.branch != mirrored + 1 or other.kind != found.kind or other.mirror is not None:
+        return False
+    value = found.point.sweep_value
+    return abs(other.point.sweep_value - value) <= SAME_POINT * abs(value)
+
+
+def _meets(point: CriticalPoint, branch: Branch, row: int) -> bool:
+    """Whether a critical point is the pitchfork at which an asymmetric branch begins."""
+    apart = abs(point.point.d - float(branch.motions.d[row]))
+    return point.kind is CriticalKind.PITCHFORK and apart <= SAME_POINT * point.point.d
+
+
+def _mirrors(curve: Curve, ordered: list[Branch]) -> list[int | None]:
+    """For each branch of a horizontal capsule, the earlier one whose mirror image it is."""
+    mirrors: list[int | None] = [None] * len(ordered)
+    for i, branch in enumerate(ordered):
+        if curve.horizontal and branch.family is Symmetry.ASYMMETRIC:
+            earlier = (k for k in range(i) if mirrors[k] is None and _reflected(branch, ordered[k]))
+            mirrors[i] = next(earlier, None)
+    return mirrors
+
+
+def _reflected(first: Branch, second: Branch) -> bool:
+    """Whether the ends of two branches are mirror images: q and 1 - q, with the impact velocities exchanged."""
+
+    def ends(branch: Branch, sign: float) -> Floats:
+        m = branch.motions
+        speed = m.velocity_bottom if sign > 0 else -m.velocity_top
+        rows = np.stack([m.d, sign * (m.q - 0.5), speed], axis=1)[[0, -1]]
+        return np.asarray(rows[np.argsort(rows[:, 1])])
+
+    return first.family == second.family and bool(
+        np.allclose(ends(first, 1.0), ends(second, -1.0), rtol=0, atol=SAME_ENDS)
+    )
+
+
+def _near_admissible(branch: Branch, row: int) -> bool:
+    """Whether a motion or a neighbour is admissible; inside an inadmissible stretch nothing is a critical point."""
+    return bool(branch.motions.admissible[max(row - 1, 0) : row + 2].any())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TableRow:
+    """One row of Table 1.
+
+    Attributes
+    ----------
+    family : Symmetry
+    branch : int
+        Number of the branch; mirror images share the row of the first.
+    start_point, end_point : CriticalPoint or None
+        At the ends of the interval; None where it is the sweep or the branch that ends.
+    stability : Stability
+    d_start, d_end : float
+        The interval in d, ascending (at constant d, ordered along the sweep).
+    sweep_start, sweep_end : float
+        The swept parameter at the same two ends.
+    first_row, last_row : int
+        Rows of the branch at these ends.
+    """
+
+    family: Symmetry
+    branch: int
+    start_point: CriticalPoint | None
+    end_point: CriticalPoint | None
+    stability: Stability
+    d_start: float
+    d_end: float
+    sweep_start: float
+    sweep_end: float
+    first_row: int
+    last_row: int
+
+    @property
+    def criteria(self) -> str:
+        """Table 1's criteria for the type."""
+        return self.stability.criteria
+
+
+def table(diagram: BifurcationDiagram) -> tuple[TableRow, ...]:
+    """Rows of Table 1 for the admissible motions of a sweep, by family and branch, ascending in d.
+
+    Source: Table 1; the paper's reference to Figure 1 in it means Figure 2.
+    """
+    constant_d = diagram.curve.level.held is Held.D
+    originals = (branch for branch in diagram.branches if branch.mirror_of is None)
+    return tuple(row for branch in originals for row in _table_rows(branch, constant_d))
+
+
+def _table_rows(branch: Branch, constant_d: bool) -> list[TableRow]:
+    motions = branch.motions
+    key = motions.sweep_value if constant_d else motions.d
+    rows = []
+    for part in branch.segments():
+        if not part.admissible:
+            continue
+        first, last = sorted((part.first, part.last), key=lambda row: float(key[row]))
+        rows.append(
+            TableRow(
+                family=branch.family,
+                branch=branch.number,
+                start_point=branch.critical_point(first),
+                end_point=branch.critical_point(last),
+                stability=part.stability,
+                d_start=float(motions.d[first]),
+                d_end=float(motions.d[last]),
+                sweep_start=float(motions.sweep_value[first]),
+                sweep_end=float(motions.sweep_value[last]),
+                first_row=first,
+                last_row=last,
+            )
+        )
+    return sorted(rows, key=lambda row: row.sweep_start if constant_d else row.d_start)

@@ -1,0 +1,322 @@
+"""Families of motions and the points where they meet: the edges and the vertices of an atlas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from itertools import pairwise
+from math import isfinite, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions.distance import error_bounds
+from vireport.motions.error_bounds import value_bound
+from vireport.motions.motion import Motion
+from vireport.motions.paths import Curve, Event
+from vireport.motions.points import PolishedPoint
+from vireport.motions.stability import Stability
+from vireport.motions.sweep import Sweep
+from vireport.motions.switching import Limits
+from vireport.physics import GROUP_ERROR, UNIT, Rounded, Word
+
+Floats = NDArray[np.float64]
+
+TURNS = 3 * pi
+"""Roundings of a phase from a time [rad per t_c]: of the product with pi, of pi, and of the remainder."""
+ROUNDING = 1e-9
+"""Share of the sweep up to which a value beyond the end of a family is that end."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Vertex:
+    """Where families begin, end or meet.
+
+    Attributes
+    ----------
+    label : str
+        Letter of its kind and number, numbered along the sweep.
+    event : Event
+        `GRAZING` where an impact of one of the families has velocity zero.
+    point : PolishedPoint
+        The motion there, with the touches of a membrane as impacts of velocity zero.
+    families : tuple of int
+        Numbers of the families, in ascending order.
+    """
+
+    label: str
+    event: Event
+    point: PolishedPoint
+    families: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mark:
+    """What happens at a row of a family; the vertex where it is one, and the motion there where it is singled out."""
+
+    row: int
+    event: Event
+    vertex: Vertex | None
+    point: PolishedPoint | None
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Connected motions of one sequence of impacts, ordered along their curve.
+
+    Attributes
+    ----------
+    number : int
+        From 1.
+    sweep : Sweep
+    curve : Curve
+    x : ndarray (n, 2N + 1)
+        Velocities, times and coordinate of each motion.
+    trace : ndarray (n,)
+        Of the product of the flights' Jacobians; nan where a velocity is zero.
+    sweep_value : ndarray (n,)
+        The swept parameter, in its unit.
+    marks : tuple of Mark
+        In order.
+    """
+
+    number: int
+    sweep: Sweep
+    curve: Curve
+    x: Floats
+    trace: Floats
+    sweep_value: Floats
+    marks: tuple[Mark, ...]
+
+    @property
+    def word(self) -> Word:
+        """The impacts of one period."""
+        return self.curve.word
+
+    @property
+    def name(self) -> str:
+        """The word of its motions and their period, such as BBT every forcing period."""
+        return self.word.name
+
+    @property
+    def ends(self) -> tuple[Mark, Mark]:
+        """What it begins and ends with; twice the same on a closed curve."""
+        first, last = self.marks[0], self.marks[-1]
+        return last if first.row else first, last
+
+    @property
+    def velocity(self) -> Floats:
+        """Before each impact of each motion, (n, N) [y_c]."""
+        return self.x[:, : len(self.word)]
+
+    @property
+    def phase(self) -> Floats:
+        """At each impact of each motion, (n, N) [rad], in [0, 2 pi)."""
+        return np.mod(pi * self.time, 2 * pi)
+
+    @property
+    def time(self) -> Floats:
+        """Of each impact of each motion, (n, N) [t_c], from a beginning of the forcing period on."""
+        return self.x[:, len(self.word) : -1]
+
+    @property
+    def d(self) -> Floats:
+        """Distance between the membranes, of each motion."""
+        return np.broadcast_to(self.curve.model.groups(self.x[:, -1])[0], len(self.x))
+
+    @cached_property
+    def segments(self) -> tuple[tuple[int, int, Stability], ...]:
+        """First and last row of each stretch between events, with the type of its motions."""
+        rows = sorted({0, len(self.x) - 1, *(mark.row for mark in self.marks)})
+        return tuple((first, last, self._type(first, last)) for first, last in pairwise(rows))
+
+    def _type(self, first: int, last: int) -> Stability:
+        """Type of the motions between two rows: that of one in the middle, solved for where no row is."""
+        inner = (first + last) // 2
+        trace = float(self.trace[inner])
+        if inner == first:
+            ends = self.x[[first, last]]
+            x = self.curve.at(ends.mean(axis=0), float(ends[:, -1].mean()))
+            trace = float(self.trace[[first, last]].mean()) if x is None else self.curve.trace(x)
+        return self.curve.stability(trace)
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether each motion lies on a stable stretch."""
+        stable = np.zeros(len(self.x), dtype=bool)
+        for first, last, kind in self.segments:
+            stable[first : last + 1] |= kind.attracts
+        return stable
+
+    @property
+    def stable_runs(self) -> list[tuple[int, int]]:
+        """First and last rows of the stretches over which it is stable without a break."""
+        runs: list[tuple[int, int]] = []
+        for first, last, kind in self.segments:
+            if kind.attracts and runs and runs[-1][1] == first:
+                runs[-1] = runs[-1][0], last
+            elif kind.attracts:
+                runs.append((first, last))
+        return runs
+
+    @property
+    def stable_ranges(self) -> list[tuple[float, float]]:
+        """Least and largest value of the swept parameter on each of these."""
+        parts = (self.sweep_value[first : last + 1] for first, last in self.stable_runs)
+        return [(float(part.min()), float(part.max())) for part in parts]
+
+    @property
+    def determinant(self) -> float:
+        """Of the product of the flights' Jacobians, r^(2N)."""
+        return float(self.curve.model.r ** (2 * len(self.word)))
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Of each motion, (n, 2), the one of larger modulus first; nan where a velocity is zero."""
+        return multipliers(self.trace, self.determinant)
+
+    @cached_property
+    def error_bound(self) -> Floats:
+        """How far an exact motion of the family is from each at most, in `x`; inf where it is not known.
+
+        Where families cross it is the point where they do, which was solved for in decimals.
+        """
+        bounds = error_bounds(self.curve, self.x)
+        for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
+            laps, others = divmod(len(self.word), len(point.motion.word))
+            if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound) and not others:
+                motion, exact = self.curve.motion(self.x[row]), point.motion.times(laps)
+                away = motion.distance(exact, mirror=self.curve.model.level.horizontal)
+                bounds[row] = max(away, abs(motion.coordinate - exact.coordinate)) + np.spacing(self.x[row]).max()
+        return bounds
+
+    @cached_property
+    def error_bounds(self) -> dict[str, Floats]:
+        """The same of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]."""
+        bounds, count = self.error_bound, len(self.word)
+        groups = self.curve.model.groups(Rounded(self.x[:, -1], bounds[:, -1]))
+        d, gbar = (x if isinstance(x, Rounded) else Rounded(x, 2 * GROUP_ERROR * abs(x)) for x in groups)
+        phase = pi * bounds[:, count:-1] + TURNS * UNIT * np.abs(self.time)
+        value = value_bound(self.sweep, self.sweep_value, d, gbar)
+        return {"sweep_value": value, "velocity": bounds[:, :count], "phase": phase}
+
+    def at(self, coordinate: float) -> list[Motion]:
+        """Its motions at a value of the coordinate that orders the sweep."""
+        c, found = self.x[:, -1], []
+        nearest = float(np.clip(coordinate, c.min(), c.max()))
+        if abs(coordinate - nearest) < ROUNDING * (self.curve.high - self.curve.low):
+            coordinate = nearest
+        for i in np.flatnonzero((c[:-1] - coordinate) * (c[1:] - coordinate) <= 0):
+            step = c[i + 1] - c[i]
+            share = (coordinate - c[i]) / step if step else 0.5
+            x = self.curve.at(self.x[i] + share * (self.x[i + 1] - self.x[i]), coordinate)
+            if x is not None:
+                found.append(self.curve.motion(x))
+        return found
+
+
+class Claim(StrEnum):
+    """What is claimed of the families of a word."""
+
+    COMPLETE = "complete"
+    """All are found, but for those closer to a found one than the resolution, and in flight times not decided."""
+    SEARCHED = "searched"
+    """All are looked for; those that are smaller than the resolution can be missed."""
+    FOLLOWED = "followed"
+    """Those are found that join others, or that a simulation found."""
+
+
+@dataclass(frozen=True, slots=True)
+class Completeness:
+    """How completely the families of a word are found.
+
+    Attributes
+    ----------
+    word : str
+    claim : Claim
+    resolution : float or None
+        Distance in flight times, as a share of a forcing period.
+    undecided : float or None
+        Share of all flight times that is not decided, the largest over the numbers of forcing periods.
+    """
+
+    word: str
+    claim: Claim
+    resolution: float | None = None
+    undecided: float | None = None
+
+
+def multipliers(trace: Floats, determinant: float) -> NDArray[np.complex128]:
+    """Eigenvalues of matrices, (n, 2), that of larger modulus first; the other from their product, the determinant."""
+    root = np.sqrt(trace.astype(complex) ** 2 - 4 * determinant)
+    large = (trace + np.where(trace < 0, -root, root)) / 2
+    with np.errstate(invalid="ignore"):  # of nan
+        return np.stack([large, determinant / np.where(large == 0, 1, large)], axis=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Atlas:
+    """The families of motions along a sweep, and where they meet.
+
+    Attributes
+    ----------
+    sweep : Sweep
+    limits : Limits
+    families : tuple of Family
+        By number of impacts, word, periods and range.
+    vertices : tuple of Vertex
+        Along the sweep.
+    completeness : tuple of Completeness
+        Of each word that is looked for; all others are `Claim.FOLLOWED`.
+    """
+
+    sweep: Sweep
+    limits: Limits
+    families: tuple[Family, ...]
+    vertices: tuple[Vertex, ...]
+    completeness: tuple[Completeness, ...]
+
+    def at(self, value: float) -> list[tuple[Family, Motion]]:
+        """Every motion at a value of the swept parameter, with its family."""
+        coordinate = float(self.sweep.coordinate_of(value))
+        return [(family, motion) for family in self.families for motion in family.at(coordinate)]
+
+    def named(self, name: str) -> tuple[float, Motion] | None:
+        """The motion of a vertex by its label, or of a word, with the value of the swept parameter.
+
+        Of a word it is the one in the middle of its widest stable stretch, or where none is stable of its widest
+        family.
+        """
+        for vertex in self.vertices:
+            if vertex.label == name:
+                return vertex.point.sweep_value, vertex.point.motion
+        word = Word.of(name, 1).canonical().letters if set(name) <= {"B", "T"} else name
+        families = [family for family in self.families if family.word.canonical().letters == word]
+        stable = [(family, *run) for family in families for run in family.stable_runs]
+        pieces = stable or [(family, 0, len(family.x) - 1) for family in families]
+        parts = [(family, first, family.sweep_value[first : last + 1]) for family, first, last in pieces]
+        if not parts:
+            return None
+        family, first, values = max(parts, key=lambda part: float(np.ptp(part[2])))
+        row = first + int(np.argmin(np.abs(values - (values.min() + values.max()) / 2)))
+        return float(family.sweep_value[row]), family.curve.motion(family.x[row])
+
+    def doubled(self, periods: int) -> list[Family]:
+        """The families that come of the 1:1 motions in some forcing periods by period doublings, one after another."""
+        found = [family for family in self.families if family.word == Word((1, -1), periods)]
+        count = len(found)
+        for parent in found:  # to which their own doubled ones are added on the way
+            for vertex in self.vertices:
+                if vertex.event is Event.PERIOD_DOUBLING and parent.number in vertex.families:
+                    there = (self.families[number - 1] for number in vertex.families)
+                    found += [x for x in there if len(x.word) == 2 * len(parent.word) and x not in found]
+        return found[count:]
+
+    def stable_at(self, value: float) -> list[tuple[Family, Motion]]:
+        """Every stable motion at a value of the swept parameter, with its family."""
+
+        def trace(family: Family, motion: Motion) -> float:
+            return family.curve.trace(family.curve.vector(motion))
+
+        return [pair for pair in self.at(value) if pair[0].curve.stability(trace(*pair)).attracts]

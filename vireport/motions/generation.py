@@ -1,0 +1,108 @@
+"""What the impacts of a family generate, each, on average, and in a second."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions.families import Atlas, Family
+from vireport.physics import Membrane, Word, generated_voltage
+from vireport.scenario import Parameter
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Generation:
+    """What the motions of a family generate.
+
+    Attributes
+    ----------
+    impacts_v : ndarray (n, N)
+        U_imp - Uin of each impact of each motion [V], Eqs. (5.2)-(5.5).
+    average_v : ndarray (n,)
+        U_ave, the mean over the impacts, Eq. (5.1) [V].
+    impacts_per_s : ndarray (n,)
+        N f/k [1/s].
+    """
+
+    impacts_v: Floats
+    average_v: Floats
+    impacts_per_s: Floats
+
+    @property
+    def per_second_v(self) -> Floats:
+        """Sum of U_imp - Uin over the impacts of a second [V/s]."""
+        return self.average_v * self.impacts_per_s
+
+
+def generation(family: Family, membrane: Membrane) -> Generation:
+    """Evaluate Eqs. (5.1)-(5.5) for the motions of a family."""
+    sweep = family.sweep
+    unit = np.broadcast_to(sweep.device.velocity_unit(sweep.parameter, family.sweep_value), len(family.sweep_value))
+    impacts = generated_voltage(unit[:, None] * family.velocity, membrane)
+    return Generation(impacts, impacts.mean(axis=1), impact_rate(family))
+
+
+def impact_rate(family: Family) -> Floats:
+    """Impacts in a second of the motions of a family, N f/k, (n,) [1/s]."""
+    at = family.sweep.device.at(family.sweep.parameter, family.sweep_value)
+    frequency = np.broadcast_to(at[Parameter.FREQUENCY], len(family.x))
+    return np.asarray(len(family.word) / family.word.periods * frequency)
+
+
+@dataclass(frozen=True, slots=True)
+class Rung:
+    """What the stable motions of one sequence of impacts generate at most.
+
+    Attributes
+    ----------
+    sequence : Sequence
+    ranges : tuple of (float, float)
+        Of the swept parameter, over which they are stable, family by family.
+    average_v, average_at : float
+        Largest mean voltage of the impacts [V], and where it is; nan without a membrane.
+    per_second_v, per_second_at : float
+        The same of the sum over the impacts of a second [V/s].
+    impacts_per_s : (float, float)
+        Least and largest [1/s].
+    """
+
+    word: Word
+    ranges: tuple[tuple[float, float], ...]
+    average_v: float
+    average_at: float
+    per_second_v: float
+    per_second_at: float
+    impacts_per_s: tuple[float, float]
+
+
+def ladder(atlas: Atlas, membrane: Membrane | None) -> tuple[Rung, ...]:
+    """The sequences that have stable motions: what generates most per second first, or has the most impacts."""
+    words = dict.fromkeys(family.word for family in atlas.families if family.stable_runs)
+    rungs = (_rung([f for f in atlas.families if f.word == x and f.stable_runs], membrane) for x in words)
+    key = "impacts_per_s" if membrane is None else "per_second_v"
+    return tuple(sorted(rungs, key=lambda rung: getattr(rung, key), reverse=True))
+
+
+def _rung(families: list[Family], membrane: Membrane | None) -> Rung:
+    value, rate = (
+        np.concatenate([values(family)[family.stable] for family in families])
+        for values in (lambda family: family.sweep_value, impact_rate)
+    )
+    average = np.full(len(value), nan)
+    if membrane is not None:
+        average = np.concatenate([generation(family, membrane).average_v[family.stable] for family in families])
+    best, most = int(np.argmax(average)), int(np.argmax(average * rate))
+    return Rung(
+        families[0].word,
+        tuple(sorted(part for family in families for part in family.stable_ranges)),
+        float(average[best]),
+        float(value[best]),
+        float(average[most] * rate[most]),
+        float(value[most]),
+        (float(rate.min()), float(rate.max())),
+    )

@@ -1,0 +1,380 @@
+"""The level curve of a sweep on the surface of motions: cut into strands, evaluated along them, and sampled.
+
+Above each q a level a sin(phi) + b cos(phi) = c has two motions where |c| < (a^2 + b^2)^(1/2), one where they meet,
+none beyond. So a sweep's motions lie above the intervals of q where that holds, on an upper and a lower sheet that
+join smoothly at each end that is a meeting. One parameter w runs over both: q = middle - half cos(w), upper sheet
+for 0 < w < pi, lower for pi < w < 2 pi.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import NumericalError
+from vireport.motions.admissibility import wall_gap
+from vireport.motions.kinds import StrandEvent
+from vireport.motions.orbits import Orbits, coefficients, orbits_above
+from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
+from vireport.motions.stability import (
+    discriminant,
+    focus_border,
+    return_trace,
+    stability_border,
+)
+from vireport.motions.sweep import Level, Sweep, level_terms
+from vireport.physics import FINEST_D
+from vireport.scenario import Parameter
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+EDGE = 0.5
+"""|u| at which one of the two flights has no duration left."""
+
+TINIEST_FEATURE = -18
+"""Decade of u down to which existence is looked for next to the symmetric line; `physics.NO_GRAVITY` lies above."""
+
+EXISTENCE_SECTIONS = 60
+"""Golden sections that find an extremum of the margin of existence: to the last bit."""
+
+FIRST_SAMPLES = 97
+"""Samples of a strand before refinement; odd, so that the symmetric motion q = 1/2 is one of them."""
+
+SMOOTHNESS = 8e-4
+"""Largest distance of the curve from the drawn polyline, as a share of the axes: about half a pixel."""
+
+LONGEST_CHORD = 0.05
+"""Longest step of the polyline as a share of the axes, so that no feature of that size hides between two samples."""
+
+SURFACE = slice(3, 6)
+"""Columns of `Samples.drawn` that say where on the surface of motions a sample is, by its phase and q."""
+
+LONGEST_JUMP = 0.05
+"""Longest step on the surface itself (of phase over 2 pi, and q)."""
+
+SHORTEST_STEP, SHORTEST_STEP_OUTSIDE = 1e-13, 1e-9
+"""Steps of w that are not refined: inside the sweep down to rounding; outside, where nothing is drawn, before that."""
+
+MOST_SAMPLES = 200_000
+"""Samples at which a curve is given up: none that rounding resolves takes a twentieth of that."""
+
+PASSES = 60
+"""Bisections of one first step: enough to come from 1/96 of a strand down to rounding."""
+
+VALIDITY = slice(StrandEvent.BOTTOM_REST, None)
+"""Columns of `event_values` that are positive on what may be a motion."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Strand:
+    """One smooth piece of the level curve.
+
+    Attributes
+    ----------
+    low, high : float
+        Ends of its interval of u = q - 1/2; equal on the symmetric line, where w is the phase itself.
+    start, end : float
+        Range of the parameter w [rad].
+    closed : bool
+        Whether the end is the start.
+    """
+
+    low: float
+    high: float
+    start: float
+    end: float
+    closed: bool
+
+    @property
+    def sheet(self) -> float:
+        """The sheet of a strand that runs from edge to edge on one, 1 or -1; 0 where it runs on both."""
+        if self.low != -EDGE or self.high != EDGE:
+            return 0.0
+        return 1.0 if self.start == 0 else -1.0
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether this is the symmetric line u = 0 of a horizontal capsule."""
+        return self.low == self.high
+
+
+def find_strands(level: Level, r: float, n: int) -> list[Strand]:
+    """Every strand of a level curve over 0 < q < 1.
+
+    Parameters
+    ----------
+    level : Level
+        What the sweep holds.
+    r : float
+        Restitution coefficient, 0 <= r < 1.
+    n : int
+        Forcing periods per motion.
+    """
+    strands = []
+    if level.horizontal and n % 2:
+        strands.append(Strand(0.0, 0.0, -np.pi, np.pi, closed=True))
+    for low, high in _existence(level, r, n):
+        if low == -EDGE and high == EDGE:
+            strands += [Strand(low, high, 0.0, np.pi, False), Strand(low, high, np.pi, 2 * np.pi, False)]
+        elif high == EDGE:
+            strands.append(Strand(low, high, -np.pi, np.pi, False))
+        else:
+            strands.append(Strand(low, high, 0.0, 2 * np.pi, low != -EDGE))
+    return strands
+
+
+def _existence(level: Level, r: float, n: int) -> list[tuple[float, float]]:
+    """Intervals of u in which the level has motions.
+
+    The margin (a^2 + b^2)^(1/2) - |c| is sampled far below its shortest wavelength 1/(2n) and, next to u = 0 and to
+    the edges, where d vanishes, in every decade down to rounding; its zeros are then bisected, and its extrema that
+    come close to zero without crossing it are refined first.
+    """
+
+    def margin(u: Floats) -> Floats:
+        a, b, c = level_terms(level, coefficients(u, r, n), u, r, n)
+        return np.asarray(np.hypot(a, b) - np.abs(c))
+
+    even = np.linspace(-EDGE, EDGE, 256 * n + 1)
+    decades = 10.0 ** np.arange(TINIEST_FEATURE, -2, 0.25)
+    near_edge = EDGE - decades[decades > 1e-12]
+    grid = np.sort(np.concatenate([even, decades, -decades, near_edge, -near_edge]))
+    values = margin(grid)
+    index = np.nonzero(may_hide_zeros(values))[0] + 1
+    if index.size:
+        sign = np.sign(values[index])
+        extra = golden_minimum(lambda u: sign * margin(u), grid[index - 1], grid[index + 1], EXISTENCE_SECTIONS)
+        order = np.argsort(np.concatenate([grid, extra]), kind="stable")
+        grid, values = np.concatenate([grid, extra])[order], np.concatenate([values, margin(extra)])[order]
+    inside = values > 0
+    flips = np.nonzero(inside[1:] != inside[:-1])[0]
+    roots = bracketed_root(margin, grid[flips], grid[flips + 1])
+    ends = np.concatenate([[-EDGE] if inside[0] else [], roots, [EDGE] if inside[-1] else []])
+    return [(float(ends[i]), float(ends[i + 1])) for i in range(0, len(ends), 2)]
+
+
+@lru_cache(maxsize=64)
+def largest_groups(r: float, n: int) -> tuple[float, float]:
+    """Largest d and gbar of any motion, with a little room."""
+    k = coefficients(np.linspace(-EDGE, EDGE, 4096 * n + 1), r, n)
+    d, gbar = np.hypot(k.d_sine, k.d_cosine), np.hypot(k.gbar_sine, k.gbar_cosine)
+    return 1.001 * float(d.max()), 1.001 * float(gbar.max())
+
+
+def evaluate(strands: list[Strand], which: Ints, w: Floats, level: Level, r: float, n: int) -> Orbits:
+    """Motions at parameters `w` of the strands `which`, arrays of one shape."""
+    low = np.array([s.low for s in strands])[which]
+    width = np.array([s.high - s.low for s in strands])[which]
+    half_angle = w / 2
+    near_low = width * np.sin(half_angle) ** 2
+    near_high = width * np.cos(half_angle) ** 2
+    # Measured from the nearer end, so that u keeps its relative accuracy where the sheets meet.
+    u = np.where(near_low <= near_high, low + near_low, low + width - near_high)
+    known = coefficients(u, r, n)
+    a, b, c = level_terms(level, known, u, r, n)
+    norm = np.hypot(a, b)
+    ratio = np.clip(c / np.where(norm == 0, 1.0, norm), -1.0, 1.0)
+    # An open strand ends on one sheet, at an edge where the two do not meet: there w must not be taken modulo 2 pi.
+    own = np.array([s.sheet for s in strands])[which]
+    turned = np.where(np.array([s.closed for s in strands])[which], np.mod(w, 2 * np.pi), w)
+    sheet = np.where(own != 0, own, np.where((turned < 0) | (turned > np.pi), -1.0, 1.0))
+    phi = np.arctan2(a, b) + sheet * np.arccos(ratio)
+    phi = np.where(width == 0, w, phi)
+    return orbits_above(known, u, np.mod(phi, 2 * np.pi), r, n)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """A level curve ready to be evaluated.
+
+    Attributes
+    ----------
+    sweep : Sweep
+    level : Level
+    strands : list of Strand
+    bounds : tuple of float
+        Range of the sweep's coordinate that is looked at: what is asked for, as far as there can be motions and
+        rounding resolves them.
+    """
+
+    sweep: Sweep
+    level: Level
+    strands: list[Strand]
+    bounds: tuple[float, float]
+
+    @property
+    def r(self) -> float:
+        """Restitution coefficient."""
+        return float(self.sweep.device.restitution)
+
+    @property
+    def n(self) -> int:
+        """Forcing periods per motion."""
+        return self.sweep.device.period_ratio
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether gravity has no part along the capsule and n is odd: motions then have mirror images."""
+        return self.level.horizontal and self.n % 2 == 1
+
+    def at(self, which: Ints, w: Floats) -> Orbits:
+        """Motions at parameters `w` of the strands `which`."""
+        return evaluate(self.strands, which, w, self.level, self.r, self.n)
+
+    def on(self, strand: int, w: Floats) -> Orbits:
+        """Motions at parameters `w` of one strand."""
+        return self.at(np.full(len(w), strand), w)
+
+    def event_values(self, orbit: Orbits, with_gap: object = True) -> Floats:
+        """Functions whose zeros are the events of `StrandEvent`; the last four are positive on what may be a motion.
+
+        The gap costs most; it is NaN outside the mask `with_gap` and where there can be no motion.
+        """
+        r, (low, high) = self.r, self.bounds
+        coordinate = self.sweep.coordinate(orbit)
+        with np.errstate(all="ignore"):
+            trace = return_trace(orbit, r)
+        edge, focus, unknown = stability_border(r), focus_border(r), np.full(trace.shape, np.nan)
+        # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
+        foci = [trace + focus, trace - focus] if r > 0 else [unknown, unknown]
+        in_sweep = (coordinate - low) / (high - low), (high - coordinate) / (high - low)
+        validity = orbit.velocity_bottom, -orbit.velocity_top, *in_sweep
+        values = np.array([trace + edge, *foci, trace - edge, unknown, *validity])
+        inside = (values[VALIDITY].min(axis=0) > 0) & with_gap
+        if inside.any():
+            values[StrandEvent.GRAZING, inside] = wall_gap(orbit.select(inside), r, self.n)
+        return values.T
+
+
+def curve_of(sweep: Sweep) -> Curve:
+    """Find the level curve of a sweep."""
+    level, device = sweep.level, sweep.device
+    ends = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
+    least = (min(map(float, group)) for group in zip(*ends, strict=True))
+    largest = largest_groups(device.restitution, device.period_ratio)
+    low, high = sweep.coordinate_range
+    if any(group > most for group, most in zip(least, largest, strict=True)):
+        return Curve(sweep, level, [], (low, high))
+    strands = find_strands(level, device.restitution, device.period_ratio)
+    # A sweep over decades is bounded on the scale of the motions, or else its ends are lost in rounding.
+    if sweep.parameter is Parameter.INCLINATION:
+        return Curve(sweep, level, strands, (low, min(high, largest[1])))
+    return Curve(sweep, level, strands, (max(low, min(device.finest(FINEST_D), high / 2)), min(high, largest[0])))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """Parameters along the strands, in order, and what was evaluated there.
+
+    Attributes
+    ----------
+    which, w : ndarray
+        Strand and parameter of each sample.
+    validity : ndarray
+        The least of the functions that are positive on what may be a motion.
+    drawn : ndarray, shape (len, columns)
+        The sample in the planes that are drawn, each axis scaled to 1.
+    """
+
+    which: Ints
+    w: Floats
+    validity: Floats
+    drawn: Floats
+
+
+def sample(curve: Curve) -> Samples:
+    """Sample every strand, finer wherever the drawn curve bends, jumps, or may enter the sweep unseen.
+
+    Parameters
+    ----------
+    curve : Curve
+
+    Raises
+    ------
+    NumericalError
+        If rounding does not resolve the curve.
+    """
+    which = np.repeat(np.arange(len(curve.strands)), FIRST_SAMPLES)
+    w = np.concatenate([np.linspace(s.start, s.end, FIRST_SAMPLES) for s in curve.strands] or [np.empty(0)])
+    samples = _samples(curve, which, w)
+    active = np.ones(max(len(w) - 1, 0), dtype=bool)
+    for _ in range(PASSES):
+        same = samples.which[1:] == samples.which[:-1]
+        index = np.nonzero(active & same & (_relevant(samples) | _jumps(samples)))[0]
+        if not index.size:
+            break
+        if len(samples.w) > MOST_SAMPLES:
+            raise NumericalError(
+                f"the motions from {curve.sweep.parameter} = {curve.sweep.start:g} to {curve.sweep.end:g} are not "
+                "resolved in double precision: their curve bends on every scale (narrow the sweep, or use a "
+                "restitution further from 1)"
+            )
+        middle = _samples(curve, samples.which[index], (samples.w[index] + samples.w[index + 1]) / 2)
+        coarse = _coarse(samples, index, middle)
+        order = np.argsort(np.concatenate([np.arange(len(samples.w)), index + 0.5]), kind="stable")
+        halves = np.zeros(len(samples.w), dtype=bool)
+        halves[index] = coarse
+        active = np.concatenate([halves, coarse])[order][:-1]
+        samples = Samples(
+            *(np.concatenate([getattr(samples, f.name), getattr(middle, f.name)])[order] for f in fields(Samples))
+        )
+    return samples
+
+
+def _samples(curve: Curve, which: Ints, w: Floats) -> Samples:
+    orbit = curve.at(which, w)
+    events = curve.event_values(orbit, with_gap=False)
+    r, trace = curve.r, events[:, StrandEvent.DOUBLING] - stability_border(curve.r)
+    low, high = curve.bounds
+    speed = 1 + (1 + r) / (1 - r) / np.pi
+    with np.errstate(all="ignore"):
+        root = np.sqrt(np.abs(np.clip(discriminant(trace, r), -4.0, 4.0)))
+        # The trace passes through infinity where an impact velocity vanishes; faded, the eigenvalues are continuous.
+        fade = np.clip(-100 * orbit.velocity_bottom * orbit.velocity_top, -1.0, 1.0) / 3
+        drawn = np.stack(
+            [
+                (curve.sweep.coordinate(orbit) - low) / (high - low),
+                orbit.velocity_bottom / speed,
+                orbit.velocity_top / speed,
+                orbit.cos_phi / (2 * np.pi),
+                orbit.sin_phi / (2 * np.pi),
+                orbit.u,
+                fade * np.clip((trace + root) / 2, -1.5, 1.5),
+                fade * np.clip((trace - root) / 2, -1.5, 1.5),
+            ],
+            axis=-1,
+        )
+    return Samples(which, w, events[:, VALIDITY].min(axis=1), np.nan_to_num(drawn))
+
+
+def _coarse(samples: Samples, index: Ints, middle: Samples) -> NDArray[np.bool_]:
+    """Whether the halves of the steps at `index` have to be halved again."""
+    chord = samples.drawn[index + 1] - samples.drawn[index]
+    bend = middle.drawn - samples.drawn[index] - chord / 2
+    coarse = (np.linalg.norm(bend, axis=1) > SMOOTHNESS) | (np.linalg.norm(chord, axis=1) > LONGEST_CHORD)
+    seen = (middle.validity > 0) | (samples.validity[index] > 0) | (samples.validity[index + 1] > 0)
+    coarse &= np.abs(middle.w - samples.w[index]) > np.where(seen, SHORTEST_STEP, SHORTEST_STEP_OUTSIDE)
+    # A step that jumps along the surface is never left alone: what lies in between may be in the sweep though its
+    # ends are not.
+    return np.asarray(coarse | (np.linalg.norm(chord[:, SURFACE], axis=1) > LONGEST_JUMP))
+
+
+def _jumps(samples: Samples) -> NDArray[np.bool_]:
+    """Steps that are long on the surface of motions, wherever they are in the sweep."""
+    return np.asarray(np.linalg.norm(np.diff(samples.drawn[:, SURFACE], axis=0), axis=1) > LONGEST_JUMP)
+
+
+def _relevant(samples: Samples) -> NDArray[np.bool_]:
+    """Steps that touch a valid sample, leap over the sweep, or next to which the validity may rise above zero."""
+    v, beyond_middle = samples.validity, samples.drawn[:, 0] > 0.5
+    touches = (v[1:] > 0) | (v[:-1] > 0) | (beyond_middle[1:] != beyond_middle[:-1])
+    inner = v[1:-1]
+    rise = 2 * inner - np.minimum(v[:-2], v[2:])  # the peak, if it stands as far above as the lower neighbour below
+    hopeful = (inner < 0) & (inner >= v[:-2]) & (inner >= v[2:]) & (rise > 0)
+    touches[:-1] |= hopeful
+    touches[1:] |= hopeful
+    return np.asarray(touches)

@@ -1,0 +1,180 @@
+"""Periodic motions with any sequence of impacts: what they are, when two are the same, and their turning points.
+
+A motion is known by its impacts. Times are in t_c, half a forcing period, with the forcing phase pi t.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import acos, cos, inf, pi, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.physics import Word, flight
+
+Floats = NDArray[np.float64]
+
+BISECTIONS = 60
+"""Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""
+
+SETTLED = 1e-8
+"""Newton step [t_c] at which a turning point is found: Z' being zero there, its square is what moves the position."""
+
+SAME = 1e-7
+"""Difference of velocity [y_c] and time [t_c] up to which two motions are one: between the error of a solution
+(1e-12) and the distance of different motions at one value of the swept parameter."""
+
+BESIDE = 1e-3
+"""Time [t_c] from an impact without velocity within which a turning point is the same touch: its distance grows with
+the square of the time, and is zero up to 1e-9 at 1e-4 or less."""
+
+IMAGE = 1e-5
+"""The same to a motion's own image, where a family turns back as that: there the equations are singular, and half
+the digits are left."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """A periodic motion (dimensionless).
+
+    Attributes
+    ----------
+    sequence : Sequence
+    velocity : ndarray (N,)
+        Relative velocity just before each impact [y_c]; positive at the bottom, negative at the top.
+    time : ndarray (N,)
+        Of each impact, ascending [t_c]; the forcing phase there is pi times it.
+    coordinate : float
+        What orders the sweep, see `Sweep.coordinate_of`: d, or gbar where the inclination varies.
+    """
+
+    word: Word
+    velocity: Floats
+    time: Floats
+    coordinate: float
+
+    @property
+    def phase(self) -> Floats:
+        """Forcing phase at each impact [rad], in [0, 2 pi)."""
+        return np.mod(pi * self.time, 2 * pi)
+
+    def rotated(self, first: int) -> Motion:
+        """The same motion, with its impacts counted from another one, which is within the first forcing period."""
+        time = np.concatenate([self.time[first:], self.time[:first] + 2 * self.word.periods])
+        velocity = np.concatenate([self.velocity[first:], self.velocity[:first]])
+        return Motion(self.word.rotated(first), velocity, time - 2 * np.floor(time[0] / 2), self.coordinate)
+
+    def canonical(self) -> Motion:
+        """The motion counted from where its word is the alphabetically first one; of several, the fastest impact."""
+        firsts = self.word.firsts(self.word.canonical())
+        return self.rotated(max(firsts, key=lambda i: abs(float(self.velocity[i]))))
+
+    def mirrored(self) -> Motion:
+        """The mirror image, a motion where gravity has no part along the capsule."""
+        return replace(self, word=self.word.mirrored(), velocity=-self.velocity, time=self.time + 1)
+
+    def times(self, count: int) -> Motion:
+        """Several periods of the motion, as one."""
+        period = 2 * self.word.periods
+        time = np.concatenate([self.time + i * period for i in range(count)])
+        word = Word(count * self.word.walls, count * self.word.periods)
+        return Motion(word, np.tile(self.velocity, count), time, self.coordinate)
+
+    def primitive(self) -> Motion:
+        """The motion with the fewest impacts of which this is one period or several."""
+        count = len(self.word)
+        for i in self.word.firsts(self.word)[1:]:
+            if count % i == 0 and self.apart(self.rotated(i)) < IMAGE:
+                word = Word(self.word.walls[:i], self.word.periods * i // count)
+                return Motion(word, self.velocity[:i], self.time[:i], self.coordinate)
+        return self
+
+    def with_impact(self, after: int, wall: int, time: float) -> Motion:
+        """With an impact of velocity zero in the flight after an impact."""
+        walls = (*self.word.walls[: after + 1], wall, *self.word.walls[after + 1 :])
+        return Motion(
+            Word(walls, self.word.periods),
+            np.insert(self.velocity, after + 1, 0.0),
+            np.insert(self.time, after + 1, time),
+            self.coordinate,
+        )
+
+    def without_impacts(self, which: Any) -> Motion:
+        """Without some of its impacts, which have no velocity."""
+        walls = tuple(wall for i, wall in enumerate(self.word.walls) if i not in which)
+        velocity, time = np.delete(self.velocity, which), np.delete(self.time, which)
+        return Motion(Word(walls, self.word.periods), velocity, time, self.coordinate)
+
+    def apart(self, other: Motion) -> float:
+        """Largest difference of velocity and time of the impacts, in the order given; inf for other words."""
+        if self.word != other.word:
+            return inf
+        late = (self.time - other.time).tolist()
+        whole = 2 * round(late[0] / 2)
+        fast = (self.velocity - other.velocity).tolist()
+        return float(max(*map(abs, fast), *(abs(each - whole) for each in late)))
+
+    def distance(self, other: Motion, mirror: bool = False) -> float:
+        """The same, from whichever impact the other is counted; with `mirror`, its mirror image if that is nearer."""
+        others = (other, other.mirrored()) if mirror else (other,)
+        images = (x.rotated(i) for x in others for i in x.word.firsts(self.word))
+        return min(map(self.apart, images), default=inf)
+
+
+class Turn(NamedTuple):
+    """A turning point of the ball: the flight it is in, its time, the wall it is turned towards, and its distance."""
+
+    after: int
+    time: float
+    wall: int
+    gap: float
+
+
+def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
+    """Every turning point of a motion, with its distance from the wall that the ball turns back from.
+
+    The zeros of Z' are bracketed by those of Z'' = gbar + cos(phase), which are known, so that none is missed. The
+    distance is negative where the ball would have passed through the membrane.
+    """
+    lift = acos(-gbar) / pi if gbar < 1 else 1.0
+    swing = sin(pi * lift)
+    still = ((lift, swing), (2 - lift, -swing)) if gbar < 1 else ()
+    walls, times, velocities = motion.word.walls, motion.time.tolist(), motion.velocity.tolist()
+    times.append(times[0] + 2 * motion.word.periods)
+    velocities.append(velocities[0])
+    for i, wall in enumerate(walls):
+        start, end, after, phase = times[i], times[i + 1], flight.reflect(velocities[i], r), pi * times[i]
+        sine, cosine = sin(phase), cos(phase)
+        laps = range(2 * int(start // 2), 2 * int(end // 2) + 1, 2)
+        inner = [(lap + t, there) for lap in laps for t, there in still if start < lap + t < end]
+        speeds = [(t, flight.velocity(t - start, after, sine, there, gbar)) for t, there in inner]
+        for low, high in pairwise([(start, after), *speeds, (end, velocities[i + 1])]):
+            if low[1] * high[1] < 0:
+                time = _rest(low, high, (start, after, sine), gbar)
+                towards = 1 if low[1] > 0 else -1
+                z = wall * d / 2 + flight.displacement(time - start, after, sine, cosine, cos(pi * time), gbar)
+                yield Turn(i, time, towards, d / 2 - towards * z)
+
+
+def _rest(low: tuple[float, float], high: tuple[float, float], flown: tuple[float, float, float], gbar: float) -> float:
+    """Time at which a monotone Z' is zero, between two at which it is given with them.
+
+    `flown` are the time, Z' and the sine of the phase at the beginning of the flight.
+    """
+    start, after, sine = flown
+    (a, before), (b, behind) = low, high
+    # where it would be if Z' were half a wave, as it is where gbar = 0
+    t = a + (b - a) * acos((before + behind) / (behind - before)) / pi
+    for _ in range(BISECTIONS):
+        phase = pi * t
+        value, slope = flight.velocity(t - start, after, sine, sin(phase), gbar), gbar + cos(phase)
+        a, b = (a, t) if (value > 0) == (behind > 0) else (t, b)
+        new = t - value / slope if slope else a
+        if abs(new - t) < SETTLED and slope:
+            return new
+        t = new if a < new < b else (a + b) / 2
+    return t

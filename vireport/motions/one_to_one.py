@@ -1,0 +1,133 @@
+"""Motions as rows of results: what is known of each, in the swept unit and in the dimensionless numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions.admissibility import wall_gap
+from vireport.motions.orbits import Orbits
+from vireport.motions.stability import (
+    STABILITIES,
+    UNSTABLE,
+    classify,
+    discriminant,
+    return_trace,
+)
+from vireport.motions.sweep import Held, Level, Sweep
+from vireport.physics import Device
+from vireport.scenario import Parameter
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motions:
+    """Motions with one bottom and one top impact, as arrays of equal length (dimensionless but for `sweep_value`).
+
+    Attributes
+    ----------
+    sweep_value : ndarray
+        The swept parameter, in its unit.
+    d, gbar : ndarray
+        The dimensionless groups.
+    q : ndarray
+        Share of the period that the ball takes from the bottom to the top.
+    u : ndarray
+        q - 1/2, with the digits that q has no room for.
+    phi_bottom, phi_top : ndarray
+        Forcing phase at the impacts [rad], in [0, 2 pi).
+    velocity_bottom, velocity_top : ndarray
+        Relative velocity just before the impacts; positive at the bottom, negative at the top.
+    trace, discriminant : ndarray
+        Of DP, Eq. (4.3).
+    stability : ndarray of int
+        Codes of `Stability`.
+    wall_gap : ndarray
+        Distance of the nearest turning point to a membrane, see `admissibility.wall_gap`.
+    admissible : ndarray of bool
+        Whether the ball stays between the membranes: the gap is positive.
+    restitution : float
+        r, on which the type of stability rests.
+    """
+
+    sweep_value: Floats
+    d: Floats
+    gbar: Floats
+    q: Floats
+    u: Floats
+    phi_bottom: Floats
+    phi_top: Floats
+    velocity_bottom: Floats
+    velocity_top: Floats
+    trace: Floats
+    discriminant: Floats
+    stability: NDArray[np.int8]
+    wall_gap: Floats
+    admissible: NDArray[np.bool_]
+    restitution: float
+
+    def __len__(self) -> int:
+        """Return the number of motions."""
+        return len(self.d)
+
+    @property
+    def determinant(self) -> Floats:
+        """Of DP: r^4 for every motion, Eq. (A.3)."""
+        return np.full(len(self), self.restitution**4)
+
+    def select(self, index: Any) -> Motions:
+        """The motions picked by an index or mask, or in another order."""
+        names = (field.name for field in fields(self) if field.name != "restitution")
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
+
+    @property
+    def words(self) -> list[str]:
+        """Table 1's words."""
+        return [STABILITIES[code].value for code in self.stability]
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Admissible, and attracting the motions nearby."""
+        return np.asarray(self.admissible & (self.stability != UNSTABLE))
+
+
+def impact_velocities(device: Device, parameter: Parameter, motions: Motions) -> tuple[Floats, Floats]:
+    """Relative velocities at the bottom and at the top impact [m/s], where `parameter` has the motions' sweep value."""
+    unit = np.asarray(device.velocity_unit(parameter, motions.sweep_value))
+    return unit * motions.velocity_bottom, unit * motions.velocity_top
+
+
+def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:
+    """Evaluate everything that is known of the motions on a sweep's level.
+
+    The group that the sweep holds is given its exact value.
+    """
+    r, n = sweep.device.restitution, sweep.device.period_ratio
+    d, gbar = np.array(orbit.d, dtype=float), np.array(orbit.gbar, dtype=float)
+    if level.held is Held.GBAR:
+        gbar[:] = level.value
+    elif level.held is Held.D:
+        d[:] = level.value
+    trace = np.array(return_trace(orbit, r))
+    gap = wall_gap(orbit, r, n)
+    return Motions(
+        sweep_value=np.array(sweep.value(d, gbar), dtype=float),
+        d=d,
+        gbar=gbar,
+        q=0.5 + np.array(orbit.u),
+        u=np.array(orbit.u, dtype=float),
+        phi_bottom=np.mod(orbit.phi, 2 * np.pi),
+        phi_top=np.mod(np.arctan2(orbit.sin_top, orbit.cos_top), 2 * np.pi),
+        velocity_bottom=np.array(orbit.velocity_bottom),
+        velocity_top=np.array(orbit.velocity_top),
+        trace=trace,
+        discriminant=discriminant(trace, r),
+        stability=classify(trace, r),
+        wall_gap=gap,
+        admissible=gap > 0,
+        restitution=r,
+    )

@@ -1,0 +1,564 @@
+"""A family of motions followed along a sweep, by pseudo-arclength, from event to event.
+
+Steps are so short that the trace, on which all types of motion rest, changes by little; every event between two points
+is bracketed and then found on the curve itself.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import cached_property
+from math import atan, copysign, inf, nan, pi, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import NumericalError
+from vireport.motions.motion import IMAGE, Motion
+from vireport.motions.periodicity import Model, linearised, trace
+from vireport.motions.stability import STABILITIES, Stability, classify
+from vireport.physics import Word
+
+Floats = NDArray[np.float64]
+
+FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 1e-3, 0.05, 1e-9
+"""Of the arclength in velocities, times and the share of the sweep."""
+
+LAST_STEP = 1e-6
+"""The same, up to which a velocity may go to zero wherever the trace is."""
+
+AIM, LEAST, MOST = 0.8, 0.08, 2.5
+"""Strain that the next step is to have, and the strains beyond which it changes no further: tenfold, or to a third."""
+
+STEEPEST = 0.35
+"""Most that a step may change arctan(tr/(1 + det)) [rad]; from one border of stability to the other it is pi/2."""
+
+CLOSE = 1e-4
+"""Step that need not be shorter because a velocity or gap is small."""
+
+SHARPEST = 0.1
+"""Most that the direction may change within a step [rad]."""
+
+MOST_POINTS = 4000
+"""Points of one family in one direction."""
+
+CONVERGED, ROUNDING = 1e-12, 1e-10
+"""Newton correction at which a motion is found, and the one up to which rounding may keep it."""
+
+LOCATED, ON_CUBIC = 1e-11, 1e-7
+"""Correction, as a share of a step, at which an event is found on the path, and on a cubic next to it."""
+
+MOST_SECANTS, FREE_SECANTS = 60, 7
+"""More than bisections alone need in one step of four; and those that are usual, before every fourth is one."""
+
+SQUARED = 1e-9
+"""Newton correction at which a motion is found where the next one would be about its square."""
+
+CORRECTIONS = 8
+
+RANK = 1e-7
+"""Singular value over the largest below which a direction is left out where families cross."""
+
+MOST_ASIDE = 1e3
+"""Length of a tangent before it is normalised, at which another curve crosses."""
+
+AT_ZERO = 1e-9
+"""Velocity or gap that is zero where an event says that one is: far above rounding, far below any that differ."""
+
+
+class Event(StrEnum):
+    """What happens at a point of a family.
+
+    From grazing on these end it; a period doubling or a pitchfork does where the family turns back as its own image.
+    The last three are points of loci: where folds and period doublings of the motion with the impact begin at a grazing
+    point; where loci of folds have a cusp, or meet that of the period doubling at which their motions begin.
+    """
+
+    PERIOD_DOUBLING = "period_doubling"
+    FOLD = "fold"
+    PITCHFORK = "pitchfork"
+    NODE_FOCUS = "node_focus"
+    GRAZING = "grazing"
+    ZERO_VELOCITY = "zero_velocity"
+    SWEEP_END = "sweep_end"
+    CLOSED = "closed_curve"
+    LOST = "not_followed"
+    DEGENERATE_GRAZING = "degenerate_grazing"
+    CUSP = "cusp"
+    DEGENERATE_DOUBLING = "degenerate_period_doubling"
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A motion on a path, or a guess at one.
+
+    Attributes
+    ----------
+    path : Path
+    x : ndarray
+        Velocities, times and what varies.
+    tangent : ndarray
+        Direction of the path, by unknowns over their scale.
+    """
+
+    path: Path
+    x: Floats
+    tangent: Floats
+
+    @cached_property
+    def trace(self) -> float:
+        """The trace, see `Path.trace`."""
+        return self.path.trace(self.x)
+
+    @cached_property
+    def margin(self) -> float:
+        """The least of `Path.margins`."""
+        return float(min(self.path.margins(self.x)))
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A step of a path, as the cubic that goes through the motions at both ends in the direction of the path."""
+
+    start: Point
+    end: Point
+
+    @cached_property
+    def length(self) -> float:
+        """Arclength, negative if the end is behind the start; to the fourth order."""
+        way, turned = self._way, self.end.tangent - self.start.tangent
+        return copysign(sqrt(way @ way) * (1 + turned @ turned / 24), way @ self.start.tangent)
+
+    @cached_property
+    def _way(self) -> Floats:
+        return (self.end.x - self.start.x) / self.start.path.scale
+
+    @cached_property
+    def _bend(self) -> tuple[Any, Any]:
+        """Coefficients of the square and the cube of the arclength."""
+        if not self.length:
+            return 0.0, 0.0
+        both, turned = self.start.tangent + self.end.tangent, self.end.tangent - self.start.tangent
+        cube = (self.length * both - 2 * self._way) / self.length**3
+        return turned / (2 * self.length) - 1.5 * self.length * cube, cube
+
+    def at(self, size: float) -> Point:
+        """The cubic at an arclength from the start, its direction not normalised."""
+        path, tangent, (square, cube) = self.start.path, self.start.tangent, self._bend
+        x = self.start.x + path.scale * (size * (tangent + size * (square + size * cube)))
+        return Point(path, x, tangent + size * (2 * square + 3 * size * cube))
+
+    def crossing(self, value: Callable[[Point], float]) -> tuple[float, float]:
+        """Arclength at which a function is zero whose signs differ at the ends, and its slope there."""
+        first, last = value(self.start), value(self.end)
+        slope = (last - first) / self.length
+        return _zero(lambda size: value(self.at(size)), self.length, last > 0, -first / slope, slope, ON_CUBIC)
+
+
+class Path(ABC):
+    """Motions with one condition fewer than they have unknowns: a curve, which is followed from event to event.
+
+    The unknowns are velocities and times of the impacts and what varies of the device.
+    """
+
+    __slots__ = ()
+    word: Word
+    first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
+
+    @property
+    @abstractmethod
+    def scale(self) -> Floats:
+        """What each unknown is measured by."""
+
+    @abstractmethod
+    def linearised(self, x: Floats) -> tuple[Floats, Floats]:
+        """The conditions and their derivatives, by unknowns over their scale."""
+
+    @abstractmethod
+    def motion(self, x: Floats) -> Motion:
+        """The motion of some unknowns."""
+
+    @abstractmethod
+    def trace(self, x: Floats) -> float:
+        """The trace of a motion, or what else may not change much within a step; nan where there is none."""
+
+    @abstractmethod
+    def margins(self, x: Floats) -> Floats | list[float]:
+        """What is positive of a motion that is admissible, and within the range."""
+
+    @abstractmethod
+    def steepness(self, arc: Arc) -> float:
+        """How much what must change little within a step does, as a share of the most for no event to be missed."""
+
+    @abstractmethod
+    def ended(self, arc: Arc) -> tuple[Event, Point]:
+        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
+
+    @abstractmethod
+    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """What happens within a step, in order, and whether the last of it ends the path. Raises as `located`."""
+
+    def strain(self, arc: Arc) -> float:
+        """How long a step is as against the longest in which nothing can be missed.
+
+        To go to zero and come back, a velocity or gap needs a rate that changes; rates change with the direction of
+        the curve and along it, at most by about eight times as much, and what is missed is an eighth of the step times
+        that.
+        """
+        point, new, step = arc.start, arc.end, abs(arc.length)
+        turned = sqrt(2 * max(1 - float(new.tangent @ point.tangent), 0.0))
+        steepest = max(turned / self.sharpest, self.steepness(arc))
+        if steepest > 1 or step <= CLOSE or (least := min(point.margin, new.margin)) <= 0:
+            return steepest
+        return max(steepest, step * (turned + step) / least)
+
+    def reach(self, point: Point) -> float:
+        """Longest step: as `strain` sees what is hidden, it may go with the root of the least velocity or gap."""
+        return max(min(sqrt(max(point.margin, 0.0)) / 2, self.longest), CLOSE)
+
+    def leaves(self, x: Floats, first: Point) -> bool:
+        """Whether nothing happens between a point from which the path begins and a motion next to it."""
+        return True
+
+    def solved(self, guess: Floats, normal: Floats) -> Floats | None:
+        """The motion nearest to a guess in the plane through it with a normal; None where there is none in reach."""
+        return (self._newton(guess, normal, False) or self._newton(guess, normal, True) or (None,))[0]
+
+    def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> tuple[Floats, Floats] | None:
+        """The motion, and the direction of the path, on the side of the normal, at the last correction."""
+        solve: Any = _within_rank if crossing else np.linalg.solve
+        x, scale, size = guess.copy(), self.scale, len(guess)
+        across, bordered, right, last = normal / scale, np.empty((size, size)), np.zeros((size, 2)), 1.0
+        bordered[-1], right[-1, 1] = normal, 1.0
+        for _ in range(CORRECTIONS):
+            right[:-1, 0], bordered[:-1] = self.linearised(x)
+            right[-1, 0] = across @ (x - guess)
+            try:
+                step, along = solve(bordered, right).T
+            except np.linalg.LinAlgError:
+                return None
+            largest = float(np.abs(step).max())
+            if not largest < last:
+                break
+            x, last = x - step * scale, largest
+            if last < (CONVERGED if crossing else SQUARED):
+                return x, along
+        return (x, along) if last < ROUNDING else None
+
+    def nearest(self, guess: Floats) -> Floats | None:
+        """The motion nearest to a guess."""
+        return (self._newton(guess, np.zeros(len(guess)), True) or (None,))[0]
+
+    def point(self, x: Floats, along: Floats) -> Point:
+        """A motion with the direction of the path there, on the side of another direction."""
+        return self._point(x, _within_rank(np.concatenate([self.linearised(x)[1], along[None]]), np.eye(len(x))[-1]))
+
+    def _point(self, x: Floats, along: Floats) -> Point:
+        return Point(self, x, along / sqrt(along @ along))
+
+    def tangent(self, x: Floats) -> Floats:
+        """The direction of the path, of either sign."""
+        return np.asarray(np.linalg.svd(self.linearised(x)[1])[2][-1])
+
+    def beside(self, arc: Arc, size: float) -> Point:
+        """The motion next to a point of an arc, or beyond its end.
+
+        Raises
+        ------
+        NumericalError
+            If none is found.
+        """
+        guess = arc.at(size).x
+        found = self._newton(guess, arc.end.tangent, False)
+        if found is None or not found[1] @ found[1] < MOST_ASIDE**2:
+            found = self._newton(guess, arc.end.tangent, True)
+        if found is None:
+            raise NumericalError(f"a family of {self.word.letters} was lost")
+        return self._point(*found)
+
+    def located(self, arc: Arc, value: Callable[[Point], float]) -> tuple[float, Point]:
+        """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
+        known, (guess, slope) = {}, arc.crossing(value)
+
+        def on_path(size: float) -> float:
+            known[size] = self.beside(arc, size)
+            return value(known[size])
+
+        size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, LOCATED)
+        return abs(size), known[size]
+
+    def reached(self, arc: Arc, which: int, value: float) -> tuple[float, Point]:
+        """Where, along an arc, one of the unknowns of the path has a value that lies between those at its ends.
+
+        Raises
+        ------
+        NumericalError
+            If no motion is found.
+        """
+        size, slope = arc.crossing(lambda point: float(point.x[which]) - value)
+        guess, normal = arc.at(size).x, np.zeros(len(self.scale))
+        guess[which], normal[which] = value, copysign(1, slope)
+        found = self._newton(guess, normal, False)
+        if found is None:
+            raise NumericalError(f"a family of {self.word.letters} was lost")
+        return abs(size), self._point(*found)
+
+    def admits(self, x: Floats) -> bool:
+        """Whether a solution is a motion within the range."""
+        return bool(min(self.margins(x)) > 0)
+
+
+def _zero(
+    function: Callable[[float], float], end: float, rises: bool, start: float, slope: float, tolerance: float
+) -> tuple[float, float]:
+    """Where a function is zero between 0 and an end, and its slope there, by secants from a start and a slope.
+
+    The function is positive at the end if it rises. A bisection replaces a secant that would leave the bracket, and
+    some others. The tolerance of a correction is a share of the end.
+    """
+    # One bracket in Python's numbers: arrays of one number take thirty times as long, some 300 times in an atlas.
+    low, high, x, before = 0.0, end, start, None
+    for count in range(MOST_SECANTS):
+        value = function(x)
+        low, high = (low, x) if (value > 0) == rises else (x, high)
+        if before is not None and value != before[1]:
+            slope = (value - before[1]) / (x - before[0])
+        new, before = x - value / slope, (x, value)
+        if not min(low, high) <= new <= max(low, high) or (count % 4 == 3 and count >= FREE_SECANTS):
+            new = (low + high) / 2
+        if abs(new - x) <= tolerance * abs(end):
+            break
+        x = new
+    return x, slope
+
+
+def _within_rank(matrix: Floats, right: Floats) -> Floats:
+    """Least solution of equations that nearly are too few, as they are where two families cross."""
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=RANK)[0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Strand:
+    """Points along a curve, and what happens at some of them: the last one ends it."""
+
+    points: list[Point]
+    events: list[tuple[int, Event]]
+
+    def reversed(self) -> Strand:
+        """The same, followed the other way."""
+        last = len(self.points) - 1
+        return Strand(self.points[::-1], [(last - i, event) for i, event in self.events[::-1]])
+
+
+def follow(path: Path, start: Point) -> Strand:
+    """Follow a path from a motion, in the direction of its tangent, until something ends it."""
+    strand, arc, step = Strand([start], []), Arc(start, start), path.first
+    while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
+        step = min(step, path.reach(arc.end))
+        try:
+            new = Arc(arc.end, path.beside(arc, arc.length + step))
+            strain = path.strain(new)
+            if strain <= 1:
+                if _advance(path, strand, new):
+                    return strand
+                arc = new
+        except NumericalError:
+            strain = inf
+        step *= AIM / min(max(strain, LEAST), MOST)
+    strand.events.append((len(strand.points) - 1, Event.LOST))
+    return strand
+
+
+def completed(path: Path, start: Point, forward: Strand) -> Strand:
+    """A strand with the other way from its start in front of it."""
+    if forward.events[-1][1] is Event.CLOSED:
+        return forward
+    back = follow(path, replace(start, tangent=-start.tangent)).reversed()
+    shift = len(back.points) - 1
+    events = [*back.events, *((i + shift, event) for i, event in forward.events)]
+    return Strand([*back.points, *forward.points[1:]], events)
+
+
+def _advance(path: Path, strand: Strand, arc: Arc) -> bool:
+    """Add the points of one step to a strand, and return whether it ends there.
+
+    Raises
+    ------
+    NumericalError
+        If what happens on the way is not found.
+    """
+    end, new = path.ended(arc) if arc.end.margin <= 0 else (None, arc.end)
+    happenings, over = path.happenings(Arc(arc.start, new))
+    if end is None and _closes(strand, new):
+        end, new = Event.CLOSED, strand.points[0]
+    for motion, event in happenings if over else [*happenings, (new, end)]:
+        strand.points.append(motion)
+        if event is not None:
+            strand.events.append((len(strand.points) - 1, event))
+    return over or end is not None
+
+
+def _closes(strand: Strand, new: Point) -> bool:
+    """Whether a curve has come back to the motion that it began with."""
+    last, first = strand.points[-1], strand.points[0]
+    way, back = new.x - last.x, first.x - last.x
+    if len(strand.points) < 8 or float(last.tangent @ first.tangent) < 1 - SHARPEST**2 / 2:
+        return False
+    along = float(way @ back) / float(way @ way)
+    return 0 <= along <= 1 and float(np.abs(back - along * way).max()) < 0.1 * float(np.abs(way).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Curve(Path):
+    """The motions of one sequence as a curve, between two values of the coordinate.
+
+    Attributes
+    ----------
+    sequence : Sequence
+    model : Model
+    low, high : float
+        Range of the coordinate.
+    """
+
+    word: Word
+    model: Model
+    low: float
+    high: float
+
+    @cached_property
+    def scale(self) -> Floats:
+        """The sweep's range, and 1 of velocities and times."""
+        return np.append(np.ones(2 * len(self.word)), self.high - self.low)
+
+    @cached_property
+    def borders(self) -> tuple[float, float]:
+        """|tr| at which a multiplier has modulus 1, 1 + r^(2N), and at which Delta = 0, 2 r^N."""
+        decay = self.model.r ** len(self.word)
+        return 1 + decay * decay, 2 * decay
+
+    def vector(self, motion: Motion) -> Floats:
+        """The unknowns of a motion."""
+        return np.concatenate([motion.velocity, motion.time, [motion.coordinate]])
+
+    def motion(self, x: Floats) -> Motion:
+        """The motion of some unknowns."""
+        count = len(self.word)
+        return Motion(self.word, x[:count], x[count:-1], float(x[-1]))
+
+    def linearised(self, x: Floats) -> tuple[Floats, Floats]:
+        """The conditions and their derivatives, the last by the share of the sweep."""
+        values, matrix = linearised(self.word, x, self.model)
+        matrix[:, -1] *= self.high - self.low
+        return values, matrix
+
+    def at(self, guess: Floats, coordinate: float) -> Floats | None:
+        """The motion at a value of the coordinate next to a guess."""
+        x = guess.copy()
+        x[-1] = coordinate
+        return self.solved(x, np.eye(len(x))[-1])
+
+    def trace(self, x: Floats) -> float:
+        """The trace of a motion; nan where a velocity is zero."""
+        row = x.tolist()
+        touches = any(abs(velocity) < AT_ZERO for velocity in row[: len(self.word)])
+        return nan if touches else float(trace(self.word, row, self.model))
+
+    def stability(self, trace: float) -> Stability:
+        """Type of a motion with this trace."""
+        return STABILITIES[int(classify(trace, self.model.r ** (len(self.word) / 2)))]
+
+    def margins(self, x: Floats) -> list[float]:
+        """What is positive of a motion within the sweep: both distances to its ends, velocities, gaps to the walls."""
+        share = (float(x[-1]) - self.low) / (self.high - self.low)
+        gaps = [turn.gap for turn in self.model.turns(self.motion(x))]
+        return [share, 1 - share, *self._speeds(x), *gaps]
+
+    def _speeds(self, x: Floats) -> list[float]:
+        """Velocities of impacts, towards their walls."""
+        return [v * wall for v, wall in zip(x.tolist(), self.word.walls, strict=False)]
+
+    def steepness(self, arc: Arc) -> float:
+        """How much the trace changes within a step, as a share of the most for no event to be missed.
+
+        Where a velocity goes through zero the trace has a pole: the step must be near it, or the last step short.
+        """
+        if min(self._speeds(arc.end.x)) < AT_ZERO:
+            return 0.0 if arc.length < LAST_STEP or self._near_pole(arc.start) else inf
+        change = atan(arc.end.trace / self.borders[0]) - atan(arc.start.trace / self.borders[0])
+        return abs(change) / STEEPEST
+
+    def _near_pole(self, point: Point) -> bool:
+        """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
+        return pi / 2 - abs(atan(point.trace / self.borders[0])) < STEEPEST
+
+    def leaves(self, x: Floats, first: Point) -> bool:
+        """Whether nothing happens between a point from which the curve begins and a motion next to it."""
+        return not (x[: len(self.word)] == 0).any() or self._near_pole(first)
+
+    def ended(self, arc: Arc) -> tuple[Event, Point]:
+        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
+        ends = ((-1, self.low, 1), (-1, self.high, -1))
+        bounds = [*ends, *((i, 0.0, wall) for i, wall in enumerate(self.word.walls))]
+        x = arc.end.x.tolist()
+        passed = [self.reached(arc, i, value) for i, value, side in bounds if side * (x[i] - value) <= 0]
+        if passed:
+            first = min(passed, key=lambda one: one[0])[1]
+            if first.margin > -AT_ZERO:
+                touches = min(map(abs, self._speeds(first.x))) < AT_ZERO
+                return Event.ZERO_VELOCITY if touches else Event.SWEEP_END, first
+        return Event.GRAZING, self.located(arc, lambda point: point.margin)[1]
+
+    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+        """What happens within a step, in order, and whether the last of it ends the family. Raises as `located`."""
+        border, focus = self.borders
+        found: list[tuple[float, Point, Event | None]] = []
+
+        def pass_through(value: Callable[[Point], float]) -> bool:
+            return value(arc.start) * value(arc.end) < 0
+
+        for event, level in (
+            (Event.PERIOD_DOUBLING, -border), (Event.NODE_FOCUS, focus), (Event.NODE_FOCUS, -focus),
+        ):  # fmt: skip
+            if pass_through(_above(level)):
+                found.append((*self.located(arc, _above(level)), event))
+        over, meets = False, pass_through(_above(border))
+        if pass_through(_along):
+            where = self.located(arc, _above(border) if meets else _along)
+            image = None if meets else _turned_back(self, where[1].x)
+            over = image is not None
+            found = [one for one in found if not over or one[0] < where[0]]
+            if meets or over:
+                found.append((*where, image or Event.FOLD))
+        elif meets:
+            where = self.located(arc, _above(border))
+            if _is_symmetric(self, where[1].x):
+                found.append((*where, Event.PITCHFORK))
+        return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over
+
+
+def _above(level: float) -> Callable[[Point], float]:
+    """How far the trace of a motion is above a level."""
+    return lambda point: point.trace - level
+
+
+def _along(point: Point) -> float:
+    """How fast the swept parameter changes along the curve."""
+    return float(point.tangent[-1])
+
+
+def _is_symmetric(curve: Curve, x: Floats) -> bool:
+    """Whether a motion of a horizontal capsule is its own mirror image."""
+    motion = curve.motion(x)
+    return curve.model.level.horizontal and motion.distance(motion.mirrored()) < IMAGE
+
+
+def _turned_back(curve: Curve, x: Floats) -> Event | None:
+    """What a family turns back from as its own image: two periods of another motion, or a symmetric one."""
+    motion = curve.motion(x)
+    if 2 * len(motion.primitive().word) == len(motion.word):
+        return Event.PERIOD_DOUBLING
+    return Event.PITCHFORK if _is_symmetric(curve, x) else None

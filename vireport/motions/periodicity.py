@@ -1,0 +1,193 @@
+"""The conditions of a periodic motion with any sequence of impacts, their derivatives and the multipliers.
+
+For each flight two equations, of the maps P1 to P4 (2.13): velocity (2.11) and position (2.12) at its end. The unknowns
+are the velocities and times of the N impacts and the coordinate of the sweep, so that motions are curves in a space of
+2N + 1 dimensions. The formulae serve every kind of number, see `vireport.physics.numbers`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions.motion import Motion, Turn, turns
+from vireport.motions.stability import Jacobian, flight_jacobian
+from vireport.motions.sweep import Held, Level
+from vireport.physics import FLOATS, Word, flight
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+
+class Grouped(Protocol):
+    """What varies of a device, and how d, gbar and r depend on it."""
+
+    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
+        """The groups d and gbar, and r."""
+
+
+class Varied(Grouped, Protocol):
+    """The same with derivatives."""
+
+    def slopes(self, varied: Sequence[Any]) -> Floats:
+        """Of d, gbar and r, (3, len(varied))."""
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """What a sweep leaves as it is: a line in the plane of d and gbar, and the restitution coefficient.
+
+    As `Plane`, it gives the groups at what varies, which follows the velocities and times among the unknowns.
+    """
+
+    level: Level
+    r: Any
+
+    def groups(self, coordinate: Any) -> tuple[Any, Any]:
+        """The groups d and gbar at a value of the coordinate that orders the sweep."""
+        if self.level.held is Held.D:
+            return self.level.value, coordinate
+        return coordinate, self.level.value if self.level.held is Held.GBAR else coordinate / self.level.value
+
+    @property
+    def slope(self) -> tuple[float, float]:
+        """Derivatives of d and gbar by the coordinate."""
+        if self.level.held is Held.D:
+            return 0.0, 1.0
+        return 1.0, 0.0 if self.level.held is Held.GBAR else 1.0 / self.level.value
+
+    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
+        """The groups d and gbar, and r, where the coordinate is the only entry of `varied`."""
+        return *self.groups(varied[0]), self.r
+
+    def slopes(self, varied: Sequence[Any]) -> Floats:
+        """Their derivatives by it, (3, 1)."""
+        return np.array([[*self.slope, 0.0]]).T
+
+    def representative(self, motion: Motion) -> Motion:
+        """The one of a motion's rotations, and in a horizontal capsule mirror images, that stands for all."""
+        image = motion.mirrored()
+        exchanged = self.level.horizontal and image.word.canonical().letters < motion.word.canonical().letters
+        return (image if exchanged else motion).canonical()
+
+    def turns(self, motion: Motion) -> list[Turn]:
+        """The turning points of a motion."""
+        return list(turns(motion, *self.groups(motion.coordinate), self.r))
+
+
+class Leg(NamedTuple):
+    """One flight: indices of the impacts at its ends, flight time, sines and cosines of the phase there."""
+
+    start: int
+    end: int
+    duration: Any
+    sine_start: Any
+    cosine_start: Any
+    sine_end: Any
+    cosine_end: Any
+
+
+def legs(word: Word, time: Sequence[Any], ops: Any = FLOATS) -> Iterator[Leg]:
+    """The flights of a motion, by the times of its impacts."""
+    count, phases = len(word), [ops.pi * t for t in time]
+    sines, cosines = [ops.sin(phase) for phase in phases], [ops.cos(phase) for phase in phases]
+    for i in range(count):
+        j = (i + 1) % count
+        duration = time[j] - time[i] + (0 if j > i else 2 * word.periods)
+        yield Leg(i, j, duration, sines[i], cosines[i], sines[j], cosines[j])
+
+
+def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> list[Any]:
+    """Velocity and position at the end of each flight, less what the next impact has: zero for a motion.
+
+    Parameters
+    ----------
+    sequence : Sequence
+    x : sequence
+        The N velocities, the N times and what varies.
+    model : Grouped
+        In the kind of number of `ops`.
+    """
+    count, values = len(word), []
+    d, gbar, r = model.at(x[2 * count :])
+    for leg in legs(word, x[count : 2 * count], ops):
+        after, t = flight.reflect(x[leg.start], r), leg.duration
+        way = (word.walls[leg.end] - word.walls[leg.start]) // 2
+        speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar, ops.pi)
+        covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar, ops.pi)
+        values += [speed - x[leg.end], covered - way * d]
+    return values
+
+
+def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
+    """The residuals and their derivatives, arrays (2N,) and (2N, len(x))."""
+    count, row = len(word), x.tolist()
+    d, gbar, r = model.at(row[2 * count :])
+    values, by_impacts, by_groups = [], [], []  # lists, whose entries are written ten times as fast
+    for leg in legs(word, row[count : 2 * count]):
+        i, j, t = leg.start, leg.end, leg.duration
+        after, pull_start, pull_end = flight.reflect(row[i], r), gbar + leg.cosine_start, gbar + leg.cosine_end
+        way = (word.walls[j] - word.walls[i]) // 2
+        speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar)
+        covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar)
+        values += [speed - row[j], covered - way * d]
+        by_impacts += [-r, -pull_start, -r * t, -after - pull_start * t, -1.0, pull_end, speed]
+        by_groups += [0.0, t, -row[i], -way, t * t / 2, -row[i] * t]
+    # with one impact both ends of the flight are the same, and their derivatives are added
+    entries = np.asarray(np.bincount(_places(count, len(row)), by_impacts, 2 * count * len(row)), float)
+    matrix = entries.reshape(2 * count, len(row))
+    matrix[:, 2 * count :] = np.array(by_groups).reshape(-1, 3) @ model.slopes(row[2 * count :])
+    return np.array(values), matrix
+
+
+@lru_cache
+def _places(count: int, width: int) -> Ints:
+    """Entries of the derivatives of each flight by velocity and time of the impacts that begin and that end it."""
+    start = np.arange(count)
+    end, velocity = np.roll(start, -1), 2 * start * width
+    position = velocity + width
+    by_start = velocity + start, velocity + count + start, position + start, position + count + start
+    by_end = velocity + end, velocity + count + end, position + count + end
+    return np.stack([*by_start, *by_end], axis=1).ravel()
+
+
+def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> Any:
+    """Trace of the product of the flights' Jacobians (A.1), (A.2) in their order, whose determinant is r^(2N).
+
+    All velocities must differ from zero.
+    """
+    count = len(word)
+    _, gbar, r = model.at(x[2 * count :])
+    flights = []
+    for leg in legs(word, x[count : 2 * count], ops):
+        pulls = gbar + leg.cosine_start, gbar + leg.cosine_end
+        flights.append(flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, r))
+    return _product_trace(flights)
+
+
+def weighted_trace(word: Word, x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any = FLOATS) -> Any:
+    """The trace times all velocities: it has no pole where a velocity is zero.
+
+    `groups` are d, gbar and r; the times of `x` follow the velocities.
+    """
+    count, (_, gbar, r) = len(word), groups
+    flights = []
+    for leg in legs(word, x[count : 2 * count], ops):
+        start, end, speed = gbar + leg.cosine_start, gbar + leg.cosine_end, x[leg.end]
+        time, velocity = start * leg.duration - r * x[leg.start], r * leg.duration
+        flights.append((time, velocity, time * end - start * speed, velocity * end - r * speed))
+    return _product_trace(flights)
+
+
+def _product_trace(flights: list[Jacobian]) -> Any:
+    """Trace of the product of matrices, the last one on the left."""
+    product = flights[0]
+    for a, b, c, d in flights[1:]:
+        e, f, g, h = product
+        product = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
+    return product[0] + product[3]

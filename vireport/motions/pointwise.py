@@ -1,0 +1,462 @@
+"""All 1:1 motions at many design points at once, without a guess: found, evaluated and sorted out.
+
+Given q, the equations (3.9)-(3.11) are linear in the velocity, sin(phi) and cos(phi). Cramer's rule gives the latter
+two as (gbar a + d b)/Delta with functions a, b and Delta of q alone, and a motion is a zero of the scalar function
+G(u) = |gbar a + d b|^2 - Delta^2, u = q - 1/2. The functions are entire for every restitution, unlike the coefficients
+of the surface in `orbits`, which have poles next to the real line; so one grid of u, made once, serves all design
+points. A change of sign between two samples is a zero; two or three zeros between two samples show in the slopes there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions.admissibility import turning_points, wall_gap
+from vireport.motions.level_curve import largest_groups
+from vireport.motions.orbits import Orbits, coefficients, orbits
+from vireport.motions.roots import cubic_root, secant_root
+from vireport.motions.stability import return_trace, stability_border
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+SAMPLES = 96
+"""Regular samples of G for each forcing period of the motion; its shortest wavelength has half of them."""
+
+PER_DECADE = 8
+"""Samples of each decade of |u| next to the symmetric motion: G varies there with the logarithm of u."""
+
+SCALES = (1.0, 1e-2, 1e-6, 1e-15)
+"""Lower ends of the ranges of gbar that share a grid; the last is `physics.NO_GRAVITY`. The finer a capsule's
+inclination, the nearer to u = 0 its grid has to begin."""
+
+HORIZONTAL = len(SCALES)
+"""In the place of a range of gbar: no gravity along the capsule, and odd n."""
+
+STEP = 1e-30
+"""Imaginary step that gives the derivative of an analytic function to the last digit."""
+
+BLOCK_POINTS, BLOCK_VALUES = 8192, 60_000
+"""Design points whose zeros are finished at once, and samples of G that are held at once: they stay in the processor's
+cache."""
+
+FEWEST_SHARING = 64
+"""Design points with one restitution, on average, from which it pays to tabulate what they share."""
+
+DOUBTFUL = 1e-2
+"""Share of the larger end value that an extremum between two samples must keep to be no pair of zeros. A cubic
+through values and slopes of two samples is wrong by less than a tenth of it."""
+
+LAST_STEP = 2e-16
+"""Step of the search for a zero, as a share of u, at which it ends."""
+
+FLAT = 1e-9
+"""Step of the search for an extremum, as a share of u, at which it ends: half the digits of u give all of G there."""
+
+AT_SYMMETRY = 1e-13
+"""|u| below which a zero that is left after the symmetric family was divided out is a pitchfork, a symmetric motion."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointwiseMotions:
+    """Motions of many design points, ordered by design point and then by q; arrays of one length.
+
+    Attributes
+    ----------
+    cell : ndarray of int
+        Which design point.
+    orbit : Orbits
+        With velocity_bottom > 0 > velocity_top, and the design point's own gbar and d.
+    trace : ndarray
+        Of DP, Eq. (4.3).
+    wall_gap : ndarray
+        See `admissibility.wall_gap`; a solution with a gap of zero or less is no motion.
+    """
+
+    cell: Ints
+    orbit: Orbits
+    trace: Floats
+    wall_gap: Floats
+
+    @property
+    def admissible(self) -> NDArray[np.bool_]:
+        """Whether the ball stays between the membranes."""
+        return np.asarray(self.wall_gap > 0)
+
+    def stable(self, r: Floats, slack: float = 0.0) -> Mask:
+        """Whether motions are stable and admissible, or lack up to `slack` of it; r is that of each design point."""
+        within = np.abs(self.trace.real) < stability_border(r.real[self.cell]) + slack
+        return np.asarray(within & (self.wall_gap.real > -slack))
+
+
+def find_motions(d: Floats, gbar: Floats, r: float | Floats, n: int) -> PointwiseMotions:
+    """Every 1:1 motion at each of many design points, admissible or not.
+
+    Parameters
+    ----------
+    d, gbar : ndarray, shape (cells,)
+        The dimensionless groups; d > 0, gbar zero or above `physics.NO_GRAVITY`.
+    r : float or ndarray
+        Restitution coefficient, 0 <= r < 1. Points that share one take a fifth of the time.
+    n : int
+        Forcing periods per motion, the same for all.
+    """
+    each = np.broadcast_to(np.asarray(r, dtype=float), d.shape)
+    shared = sorted(set(np.ravel(r).tolist()))
+    groups: list[tuple[Ints, float | None]]
+    if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(d):
+        groups = [(np.arange(len(d)), None)]
+    else:
+        groups = [(np.flatnonzero(each == value), value) for value in shared]
+    parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
+    for cells, value in groups:
+        for chosen, points in _portions(cells, d, gbar, each, n, value):
+            which, u, phi = _zeros(points)
+            if points.divided:
+                which, u, phi = _with_symmetric(which, u, phi, points)
+            parts.append((chosen[which], u, phi))
+    cell, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    return _evaluated(cell, u, phi, d, gbar, each, n)
+
+
+def _portions(
+    cells: Ints, d: Floats, gbar: Floats, r: Floats, n: int, shared: float | None
+) -> Iterator[tuple[Ints, Points]]:
+    """Cut design points into portions that fit the cache, each on the grid that its gbar needs."""
+    if shared is not None:
+        largest_d, largest_gbar = largest_groups(shared, n)
+        cells = cells[(d[cells] <= largest_d) & (gbar[cells] <= largest_gbar)]
+    kind = np.searchsorted(-np.array(SCALES), -gbar[cells]) if n % 2 else np.zeros(len(cells), dtype=np.intp)
+    kind[(gbar[cells] == 0) & (n % 2 == 1)] = HORIZONTAL
+    for scale in range(HORIZONTAL + 1):
+        same = cells[kind == scale]
+        for first in range(0, same.size, BLOCK_POINTS):
+            chosen = same[first : first + BLOCK_POINTS]
+            u = _grid(float(r[chosen].max()), n, scale)
+            tables = None if shared is None else _tables(shared, n, scale)
+            yield chosen, Points(u, n, scale == HORIZONTAL, d[chosen], gbar[chosen], r[chosen], tables)
+
+
+def _with_symmetric(which: Ints, u: Floats, phi: Floats, points: Points) -> tuple[Ints, Floats, Floats]:
+    """Add the symmetric motions of a horizontal capsule: d_sine sin + d_cosine cos = d at u = 0 has two phases."""
+    k = coefficients(np.zeros_like(points.d), points.r, points.n)
+    ratio = points.d / np.hypot(k.d_sine, k.d_cosine)
+    here = np.flatnonzero(ratio <= 1)
+    middle, half = np.arctan2(k.d_sine, k.d_cosine)[here], np.arccos(ratio[here])
+    own = np.abs(u) > AT_SYMMETRY
+    return (
+        np.concatenate([which[own], here, here]),
+        np.concatenate([u[own], np.zeros(2 * here.size)]),
+        np.concatenate([phi[own], middle + half, middle - half]),
+    )
+
+
+def _evaluated(cell: Ints, u: Floats, phi: Floats, d: Floats, gbar: Floats, r: Any, n: int) -> PointwiseMotions:
+    """What is known of solutions, in order, those that are none by the sign of a velocity left out."""
+    order = np.lexsort((phi, u, cell))
+    cell = cell[order]
+    orbit = orbits(u[order], phi[order], r[cell], n)
+    right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
+    orbit, cell = orbit.select(right), cell[right]
+    orbit = replace(orbit, gbar=gbar[cell], d=d[cell])
+    trace = np.asarray(return_trace(orbit, r[cell]))
+    return PointwiseMotions(cell, orbit, trace, wall_gap(orbit, r[cell], n))
+
+
+def differentiated_motions(d: Any, gbar: Any, r: Any, n: int) -> PointwiseMotions:
+    """The motions of `find_motions` with their derivatives, exact, as imaginary parts.
+
+    Parameters
+    ----------
+    d, gbar, r : ndarray of complex, shape (cells,)
+        With imaginary parts of the size of `STEP`: over it, they are the derivatives with respect to something.
+    n : int
+
+    Notes
+    -----
+    How (u, phi) move follows from d(u, phi, r) and gbar(u, phi, r) by the implicit function theorem, all else from the
+    formulae. A gap to a membrane changes as the position at the time of the turning point does, where Z' is zero.
+    """
+    found = find_motions(d.real, gbar.real, r.real, n)
+    d, gbar, r, u, phi = d[found.cell], gbar[found.cell], r[found.cell], found.orbit.u, found.orbit.phi
+    along_u, along_phi, at = (
+        orbits(*x, n) for x in ((u + 1j * STEP, phi, r.real), (u, phi + 1j * STEP, r.real), (u + 0j, phi, r))
+    )
+    of_d, of_gbar = d.imag - at.d.imag, gbar.imag - at.gbar.imag
+    with np.errstate(all="ignore"):  # on a fold there is no derivative
+        determinant = (along_u.d.imag * along_phi.gbar.imag - along_phi.d.imag * along_u.gbar.imag) / STEP
+        u = u + 1j * (of_d * along_phi.gbar.imag - of_gbar * along_phi.d.imag) / determinant
+        phi = phi + 1j * (of_gbar * along_u.d.imag - of_d * along_u.gbar.imag) / determinant
+    orbit = replace(orbits(u, phi, r, n), gbar=gbar, d=d)
+    gap = d.copy()
+    for turn in turning_points(found.orbit, r.real, n, nearest=True):
+        way = orbit.flights(r)[0 if turn.upward else 1].select(turn.index)
+        angle = np.pi * turn.time
+        covered = way.covered(turn.time, way.turned(np.sin(angle), np.cos(angle))[1])
+        np.minimum.at(gap, turn.index, np.minimum(covered, way.d - covered))
+    return PointwiseMotions(found.cell, orbit, return_trace(orbit, r), gap)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Forms:
+    """The functions of u in sin(phi) = (gbar sine_gbar + d sine_d)/delta, and likewise for the cosine; arrays."""
+
+    sine_gbar: Any
+    sine_d: Any
+    cosine_gbar: Any
+    cosine_d: Any
+    delta: Any
+
+
+def forms(u: Any, r: Any, n: int, divided: bool = False) -> Forms:
+    """Solve (3.9)-(3.11) for the phase at given q = 1/2 + u, gbar and d.
+
+    Parameters
+    ----------
+    u : array_like
+        q - 1/2; complex where a derivative is wanted.
+    r : array_like
+        Restitution coefficient, 0 <= r < 1.
+    n : int
+        Forcing periods per motion.
+    divided : bool
+        For a horizontal capsule and odd n: all but the coefficients of gbar are divided by u, whose zero is the
+        symmetric family.
+
+    Notes
+    -----
+    With p = (1+r) u - (1-r)/2 and m = Tu Td/(2T), subtracting multiples of the rows leaves
+    Delta = 2 (1+r) [m sin(a)/pi - u (cos(a) - 1)/pi^2]. Everything that vanishes with u does so without cancellation.
+    """
+    pi, period = np.pi, 2 * n
+    half = pi * n * u
+    sin_half, cos_half = np.sin(half), np.cos(half)
+    over_u = pi * n * np.sinc(n * u) if divided else sin_half
+    versine, sin_theta = 2 * sin_half * over_u, 2 * over_u * cos_half
+    own = np.ones_like(u) if divided else u
+    p = (1 + r) * u - (1 - r) / 2
+    reach = period * (1 - 4 * u * u) / 8
+    if n % 2:
+        sin_a, cosine_d = -sin_theta, versine * p - 2 * (1 + r) * own
+        delta = 2 * (1 + r) * (own * (2 * cos_half * cos_half) / (pi * pi) + reach * sin_a / pi)
+        cos_a_less_one = -2 * cos_half * cos_half
+    else:
+        sin_a, cosine_d = sin_theta, -versine * p - (1 - r)
+        delta = 2 * (1 + r) * (u * versine / (pi * pi) + reach * sin_a / pi)
+        cos_a_less_one = -versine
+    sine_d = -p * sin_a
+    if divided:
+        nothing = np.zeros_like(u)
+        return Forms(nothing, sine_d, nothing, cosine_d, delta)
+    kappa = (1 + r) * u * u + (1 - r) * (1 - r) / (4 * (1 + r))
+    sine_gbar = period * (pi * u * delta - p * (cos_a_less_one * (p / (1 + r) - 2 * u) / pi + sin_a * reach))
+    inner = 2 * (1 + r) * u + cos_a_less_one * ((1 + r) * u + (1 - r) / 2)
+    return Forms(sine_gbar, sine_d, -period * (reach * inner + sin_a * kappa / pi), cosine_d, delta)
+
+
+@lru_cache(maxsize=64)
+def _grid(r: float, n: int, scale: int) -> Floats:
+    """Ascending samples of u on which no zero of G is missed, for one range of gbar and restitutions up to `r`.
+
+    Next to u = 0 and for odd n, a gbar + b d = Delta is a balance of gbar a(0) with terms that grow as u: no zero is
+    nearer to u = 0 than where the largest of these would do. Where the symmetric family is divided out, nothing
+    happens there.
+    """
+    even = np.linspace(-0.5, 0.5, 2 * (SAMPLES * n // 2) + 1)
+    spacing = float(even[1] - even[0])
+    smallest = 1.0
+    if scale == HORIZONTAL:
+        smallest = spacing
+    elif n % 2:
+        step = 1e-6
+        at, beside = forms(np.array(0.0), r, n), forms(np.array(step), r, n)
+        growth = (abs(beside.delta) + largest_groups(r, n)[0] * np.hypot(beside.sine_d, beside.cosine_d)) / step
+        smallest = float(SCALES[scale] * np.hypot(at.sine_gbar, at.cosine_gbar) / growth)
+    near_edge = 0.5 - spacing * 10.0 ** np.arange(-4, 0, 0.5)
+    decades = 10.0 ** np.arange(np.floor(np.log10(smallest)), np.log10(PER_DECADE * spacing), 1 / PER_DECADE)
+    return np.array(sorted({*even, *decades, *-decades, *near_edge, *-near_edge}))
+
+
+@lru_cache(maxsize=64)
+def _tables(r: float, n: int, scale: int) -> tuple[Floats, Floats]:
+    """A, B, C, D of G = gbar^2 A + gbar d B + d^2 C - D on the grid, and their slopes: one for all points of one r."""
+    f = forms(_grid(r, n, scale) + 1j * STEP, r, n, scale == HORIZONTAL)
+    cross = 2 * (f.sine_gbar * f.sine_d + f.cosine_gbar * f.cosine_d)
+    terms = np.stack([f.sine_gbar**2 + f.cosine_gbar**2, cross, f.sine_d**2 + f.cosine_d**2, f.delta**2])
+    return terms.real.copy(), terms.imag / STEP
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """Design points (arrays d, gbar, r) that share a grid of u, and tables where they have one restitution.
+
+    `divided` says whether the symmetric family is divided out, see `forms`.
+    """
+
+    u: Floats
+    n: int
+    divided: bool
+    d: Floats
+    gbar: Floats
+    r: Floats
+    tables: tuple[Floats, Floats] | None
+
+    def on_grid(self, part: slice) -> tuple[Floats, Floats]:
+        """G and its slope on the whole grid, of some of the points."""
+        d, gbar = self.d[part], self.gbar[part]
+        if self.tables is None:
+            f = forms(self.u + 1j * STEP, self.r[part, None], self.n, self.divided)
+            sine = gbar[:, None] * f.sine_gbar + d[:, None] * f.sine_d
+            cosine = gbar[:, None] * f.cosine_gbar + d[:, None] * f.cosine_d
+            square = sine * sine + cosine * cosine - f.delta * f.delta
+            return square.real, square.imag / STEP
+        # Not by a matrix product: its last bits may depend on the number of threads, and the results with them.
+        factors = np.stack([gbar * gbar, gbar * d, d * d, np.full(len(d), -1.0)])
+        values, slopes = (np.einsum("ki,kj->ij", factors, table) for table in self.tables)
+        return values, slopes
+
+    def value(self, which: Ints, u: Any) -> tuple[Any, Any, Any, Any]:
+        """G, the two numerators and the denominator, at one u for each of the points `which`."""
+        f = forms(u, self.r[which], self.n, self.divided)
+        d, gbar = self.d[which], self.gbar[which]
+        sine, cosine = d * f.sine_d, d * f.cosine_d
+        if not self.divided:
+            sine, cosine = gbar * f.sine_gbar + sine, gbar * f.cosine_gbar + cosine
+        return sine * sine + cosine * cosine - f.delta * f.delta, sine, cosine, f.delta
+
+    def value_and_slope(self, which: Ints, u: Floats) -> tuple[Floats, Floats]:
+        """G and its derivative."""
+        f = self.value(which, u + 1j * STEP)[0]
+        return f.real, f.imag / STEP
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Brackets:
+    """Intervals of u of the design points `which`, with the values and slopes of G at their ends; arrays."""
+
+    which: Ints
+    low: Floats
+    high: Floats
+    value_low: Floats
+    value_high: Floats
+    slope_low: Floats
+    slope_high: Floats
+
+    def select(self, index: Mask) -> Brackets:
+        """Those picked by an index or mask."""
+        return Brackets(*(getattr(self, field.name)[index] for field in fields(Brackets)))
+
+    def halves(self, u: Floats, value: Floats, slope: Floats) -> list[Brackets]:
+        """The parts below and above a u with that value and slope."""
+        return [
+            replace(self, high=u, value_high=value, slope_high=slope),
+            replace(self, low=u, value_low=value, slope_low=slope),
+        ]
+
+    @property
+    def cubic(self) -> tuple[Floats, Floats, Floats]:
+        """Coefficients of x, x^2 and x^3 of the cubic through values and slopes, x being the share of the interval."""
+        rise, width = self.value_high - self.value_low, self.high - self.low
+        at_low, at_high = self.slope_low * width, self.slope_high * width
+        return at_low, 3 * rise - 2 * at_low - at_high, at_low + at_high - 2 * rise
+
+
+def _joined(parts: list[Brackets]) -> Brackets:
+    return Brackets(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Brackets)))
+
+
+def _zeros(points: Points) -> tuple[Ints, Floats, Floats]:
+    """All zeros of G: the design point that each belongs to, u to the last digit that G has, and the phase."""
+    b = _brackets(points)
+    share, slope = cubic_root(b.value_low, b.value_high - b.value_low, b.cubic)
+    phi, width = np.zeros_like(share), b.high - b.low
+
+    def value(u: Floats, which: Ints) -> Floats:
+        f, sine, cosine, delta = points.value(b.which[which], u)
+        sign = np.where(delta < 0, -1.0, 1.0)
+        phi[which] = np.arctan2(sign * sine, sign * cosine)
+        return np.asarray(f)
+
+    start, chord = b.low + share * width, (slope / width, b.low, b.value_low)
+    u = secant_root(value, (b.low, b.high), start, b.value_high > 0, chord, LAST_STEP)
+    return b.which, u, phi
+
+
+def _brackets(points: Points) -> Brackets:
+    """Every interval of u with one zero of G in it."""
+    crossing: list[Brackets] = []
+    dipping: list[Brackets] = []
+    beside: list[Brackets] = []
+    size = max(BLOCK_VALUES // len(points.u), 1)
+    for first in range(0, len(points.d), size):
+        values, slopes = points.on_grid(slice(first, first + size))
+        crosses, dips, turns = _pattern(values[:, :-1], values[:, 1:], slopes[:, :-1], slopes[:, 1:])
+        near = np.zeros_like(crosses)
+        near[:, 1:] |= crosses[:, :-1]
+        near[:, :-1] |= crosses[:, 1:]
+        near &= ~(crosses | turns)
+        for where, brackets in ((crosses, crossing), (dips, dipping), (near, beside)):
+            k, i = np.divmod(np.flatnonzero(where), where.shape[1])
+            ends = (values[k, i], values[k, i + 1], slopes[k, i], slopes[k, i + 1])
+            brackets.append(Brackets(k + first, points.u[i], points.u[i + 1], *ends))
+    plain, halves = _unfolded(points, _joined(crossing), _joined(beside))
+    crosses, dips, _ = _pattern(halves.value_low, halves.value_high, halves.slope_low, halves.slope_high)
+    cut = _split(points, _joined([*dipping, halves.select(dips)]))
+    return _joined([plain, halves.select(crosses), *cut])
+
+
+def _pattern(low: Floats, high: Floats, slope_low: Floats, slope_high: Floats) -> tuple[Mask, Mask, Mask]:
+    """Where G changes sign; where it has one sign and an extremum that points towards zero; where its slope turns."""
+    positive, rising = high > 0, slope_high > 0
+    crosses = positive != (low > 0)
+    turns = rising != (slope_low > 0)
+    return crosses, turns & (rising == positive) & ~crosses, turns
+
+
+def _unfolded(points: Points, crossing: Brackets, beside: Brackets) -> tuple[Brackets, Brackets]:
+    """Find intervals in which G turns twice, as it does next to a cusp of its zeros, and halve them in between.
+
+    Returns
+    -------
+    Brackets
+        The crossings that do not.
+    Brackets
+        Both halves of those that do, of `crossing` and of the neighbours `beside`, where three zeros are close.
+    """
+    both = _joined([crossing, beside])
+    c1, c2, c3 = both.cubic
+    x = -c2 / np.where(c3 == 0, 1.0, 3 * c3)
+    between = c1 + c2 * x
+    waves = (x > 0) & (x < 1) & (between * c1 < 0) & (between * both.slope_high < 0)
+    b, u = both.select(waves), (both.low + x * (both.high - both.low))[waves]
+    halves = b.halves(u, *points.value_and_slope(b.which, u))
+    return crossing.select(~waves[: len(crossing.which)]), _joined(halves)
+
+
+def _split(points: Points, b: Brackets) -> list[Brackets]:
+    """Cut intervals at the extremum of G, where it has another sign there."""
+    c1, c2, c3 = b.cubic
+    slope_at_end = c1 + 2 * c2 + 3 * c3
+    root = np.sqrt(np.maximum(c2 * c2 - 3 * c3 * c1, 0.0))
+    denominator = c2 + np.where(slope_at_end > c1, root, -root)
+    x = np.clip(-c1 / np.where(denominator == 0, 1.0, denominator), 0.0, 1.0)
+    value = b.value_low + x * (c1 + x * (c2 + x * c3))
+    near = np.sign(b.value_low) * value < DOUBTFUL * np.maximum(np.abs(b.value_low), np.abs(b.value_high))
+    b, u = b.select(near), (b.low + x * (b.high - b.low))[near]
+    chord = ((b.slope_high - b.slope_low) / (b.high - b.low), b.low, b.slope_low)
+
+    def slope(u: Floats, which: Ints) -> Floats:
+        return points.value_and_slope(b.which[which], u)[1]
+
+    u = secant_root(slope, (b.low, b.high), u, b.slope_high > 0, chord, FLAT)
+    value = points.value(b.which, u)[0]
+    across = (value > 0) != (b.value_low > 0)
+    b, u, value = b.select(across), u[across], value[across]
+    return b.halves(u, value, np.zeros_like(u))

@@ -1,0 +1,142 @@
+"""The linearised return map of a motion, and Table 1's types of motion.
+
+Turns motions into the trace of DP = DP2 DP1 and classifies by the trace alone: det DP = r^4 exactly, so the trace
+decides everything, and near Delta = 0 rounded eigenvalues would have lost half their digits.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions.orbits import Orbits
+
+
+class Stability(StrEnum):
+    """Table 1's types of a motion. An unstable focus cannot be: |lambda| = r^2 < 1 where the eigenvalues are complex.
+
+    Arrays hold `code`, the place of a member among the others.
+    """
+
+    STABLE_NODE = "stable node"
+    STABLE_FOCUS = "stable focus"
+    UNSTABLE_NODE = "unstable node"
+
+    @property
+    def code(self) -> int:
+        """Index that stands for the type in an array."""
+        return STABILITIES.index(self)
+
+    @property
+    def attracts(self) -> bool:
+        """Whether motions nearby approach it."""
+        return self is not Stability.UNSTABLE_NODE
+
+    @property
+    def criteria(self) -> str:
+        """Table 1's criteria."""
+        return (
+            f"Delta {'<' if self is Stability.STABLE_FOCUS else '>'} 0 and |lambda_i| {'<' if self.attracts else '>'} 1"
+        )
+
+
+STABILITIES = tuple(Stability)
+"""The types by their codes."""
+
+NODE, FOCUS, UNSTABLE = (kind.code for kind in STABILITIES)
+
+
+Jacobian = tuple[Any, Any, Any, Any]
+"""Entries of a 2 by 2 matrix, row by row."""
+
+
+def flight_jacobian(
+    duration: Any, velocity_before: Any, velocity_end: Any, acceleration_start: Any, acceleration_end: Any, r: Any
+) -> Jacobian:
+    """Jacobian of one flight map (time, velocity) -> (next time, next velocity), row by row.
+
+    Parameters
+    ----------
+    duration : array_like
+        Flight time [t_c].
+    velocity_before, velocity_end : array_like
+        Velocities before the impact that starts the flight, and before the one that ends it [y_c]; the latter not zero.
+    acceleration_start, acceleration_end : array_like
+        gbar + cos(phase) at the two impacts [-].
+    r : float
+        Restitution coefficient.
+
+    Source: Eqs. (A.1) and (A.2), whose denominators are minus the velocity that ends the flight, by (3.8).
+    """
+    time_time = (acceleration_start * duration - r * velocity_before) / velocity_end
+    time_velocity = r * duration / velocity_end
+    return (
+        time_time,
+        time_velocity,
+        time_time * acceleration_end - acceleration_start,
+        time_velocity * acceleration_end - r,
+    )
+
+
+def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
+    """Jacobians of the flight from the bottom to the top impact of a motion, and of the flight back."""
+    bottom, top = orbit.gbar + orbit.cos_phi, orbit.gbar + orbit.cos_top
+    return (
+        flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r),
+        flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, top, bottom, r),
+    )
+
+
+def return_trace(orbit: Orbits, r: Any) -> Any:
+    """Trace of DP = DP2 DP1 of Eq. (4.2), whose determinant is r^4 (A.3)."""
+    return product_trace(*flight_jacobians(orbit, r))
+
+
+def product_trace(first: Jacobian, second: Jacobian) -> Any:
+    """Trace of the second matrix times the first."""
+    (a11, a12, a21, a22), (b11, b12, b21, b22) = first, second
+    return b11 * a11 + b12 * a21 + b21 * a12 + b22 * a22
+
+
+def focus_border(r: Any) -> Any:
+    """|tr| at which Delta = 0, twice the root of the determinant: 2 r^2. Below it a motion is a focus."""
+    return 2 * r * r
+
+
+def stability_border(r: Any) -> Any:
+    """|tr| at which a multiplier has the modulus 1, one more than the determinant: 1 + r^4.
+
+    A fold or pitchfork stands at tr = 1 + r^4, a period doubling at tr = -(1 + r^4).
+    """
+    return 1 + r**4
+
+
+def discriminant(trace: Any, r: Any) -> Any:
+    """Delta = tr^2 - 4 r^4 of Eq. (4.3), as the product (tr - 2 r^2)(tr + 2 r^2) that keeps its digits near zero."""
+    return (trace - focus_border(r)) * (trace + focus_border(r))
+
+
+def eigenvalues(trace: Any, r: float) -> tuple[Any, Any]:
+    """Real eigenvalues, or their real part where Delta < 0, Eq. (4.3); larger first.
+
+    The one that would cancel is taken from the product lambda_1 lambda_2 = r^4.
+
+    Notes
+    -----
+    The paper prints Im(lambda) = sqrt([4 Det - Tr^2]/2); the 2 stands outside the root.
+    """
+    trace = np.asarray(trace, dtype=float)
+    root = np.sqrt(np.maximum(discriminant(trace, r), 0.0))
+    large = (trace + np.copysign(root, trace)) / 2
+    safe = np.where(root > 0, large, 1.0)
+    small = np.where(root > 0, r**4 / safe, large)
+    return np.maximum(large, small), np.minimum(large, small)
+
+
+def classify(trace: Any, r: Any) -> NDArray[np.int8]:
+    """Table 1's type of each motion as the `code` of a `Stability`, from |tr| against both borders."""
+    size = np.abs(trace)
+    return np.where(size < focus_border(r), FOCUS, np.where(size < stability_border(r), NODE, UNSTABLE)).astype(np.int8)

@@ -1,0 +1,141 @@
+"""One parameter of a device that varies, and the level of the surface of motions that it holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from vireport.motions.orbits import Coefficients, Orbits
+from vireport.physics import (
+    ARRAYS,
+    FINEST_D,
+    FINEST_GBAR,
+    Device,
+)
+from vireport.scenario import Parameter
+
+
+class Held(Enum):
+    """What a sweep leaves as it is."""
+
+    GBAR = "gbar"
+    """In a sweep over the length or the frequency, and in any sweep of a horizontal capsule."""
+    RATIO = "d/gbar"
+    """In a sweep over the force."""
+    D = "d"
+    """In a sweep over the inclination."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Level:
+    """What a sweep holds, and its value: a linear condition on (gbar, d), hence a curve on the surface of motions."""
+
+    held: Held
+    value: Any
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether it is gbar = 0 that is held."""
+        return self.held is Held.GBAR and bool(self.value == 0)
+
+
+def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any = ARRAYS) -> tuple[Any, Any, Any]:
+    """Write the level as a sin(phi) + b cos(phi) = c above each q, and return (a, b, c); `k` is of the same u.
+
+    For a horizontal capsule and odd n the factor u, whose zeros are the symmetric family, is divided out.
+    """
+    zero = 0 * k.determinant
+    if level.horizontal and n % 2:
+        p = (1 + r) * u - (1 - r) / 2
+        a = 2 * ops.pi * n * ops.sinc(n * u) * ops.sin(ops.pi * n * u) * p - 2 * (1 + r)
+        return a, -2 * ops.pi * n * ops.sinc(2 * n * u) * p, zero
+    if level.held is Held.GBAR:
+        return k.gbar_sine, k.gbar_cosine, zero + level.value
+    if level.held is Held.RATIO:
+        return k.d_sine - level.value * k.gbar_sine, k.d_cosine - level.value * k.gbar_cosine, zero
+    return k.d_sine, k.d_cosine, zero + level.value
+
+
+def level_residual(level: Level, orbit: Orbits) -> Any:
+    """How far a motion is from the level, in the level's own terms (zero on the curve)."""
+    if level.held is Held.GBAR:
+        return orbit.gbar - level.value
+    if level.held is Held.RATIO:
+        return orbit.d - level.value * orbit.gbar
+    return orbit.d - level.value
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """One parameter of a device that varies.
+
+    Attributes
+    ----------
+    device : Device
+    parameter : Parameter
+        The one that varies.
+    start, end : float
+        Range asked for, in the parameter's unit, in either order.
+    """
+
+    device: Device
+    parameter: Parameter
+    start: float
+    end: float
+
+    @property
+    def level(self) -> Level:
+        """What stays the same along the sweep."""
+        level = self.level_in(ARRAYS)
+        return Level(level.held, float(level.value))
+
+    def level_in(self, ops: Any) -> Level:
+        """The same in another kind of number."""
+        # Of a sweep over the force, both groups are the largest, and best resolved, at its lower end.
+        at = min(self.start, self.end) if self.parameter is Parameter.AMPLITUDE else self.start
+        d, gbar = self.device.groups(self.parameter, at, ops)
+        if self.parameter is Parameter.INCLINATION:
+            return Level(Held.D, d)
+        if self.parameter is Parameter.AMPLITUDE and gbar != 0:
+            return Level(Held.RATIO, d / gbar)
+        return Level(Held.GBAR, gbar)
+
+    @property
+    def coordinate_range(self) -> tuple[float, float]:
+        """Range of the coordinate that orders the sweep (d, or gbar where the inclination varies), ascending."""
+        ends = self.coordinate_of(self.start), self.coordinate_of(self.end)
+        return min(ends), max(ends)
+
+    @property
+    def unresolved(self) -> str:
+        """Why rounding does not resolve the sweep, or ""."""
+        device, (least, most) = self.device, sorted((self.start, self.end))
+        over_gbar = self.parameter is Parameter.INCLINATION
+        if over_gbar:
+            reason = device.too_short(self.parameter, most)
+        else:  # d and gbar are largest at the least force, d at the largest length and frequency
+            at = self.parameter, least if self.parameter is Parameter.AMPLITUDE else most
+            reason = device.too_short(*at) or device.too_light(*at)
+        low, high = self.coordinate_range
+        finest = device.finest(FINEST_GBAR if over_gbar else FINEST_D)
+        if not reason and high - low < finest:
+            name = "gbar = M g sin(beta)/F" if over_gbar else "d = s/x_c"
+            reason = (
+                f"over the sweep {name} only varies from {low:.6g} to {high:.6g}, which rounding does not resolve "
+                f"(allowed: a range of at least {finest:.3g})"
+            )
+        return reason
+
+    def coordinate_of(self, value: Any, ops: Any = ARRAYS) -> Any:
+        """The coordinate at a value of the parameter."""
+        d, gbar = self.device.groups(self.parameter, value, ops)
+        return gbar if self.parameter is Parameter.INCLINATION else d
+
+    def coordinate(self, orbit: Any) -> Any:
+        """The coordinate of motions on the level."""
+        return orbit.gbar if self.parameter is Parameter.INCLINATION else orbit.d
+
+    def value(self, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
+        """The parameter at which a motion with these groups occurs; see `Device.value`."""
+        return self.device.value(self.parameter, d, gbar, ops)

@@ -1,0 +1,157 @@
+"""The families that meet at a point: how to step off from it onto each.
+
+At a grazing point the neighbouring word has an impact of velocity zero; at a period doubling two periods of the motion
+are one of the doubled word; at a pitchfork the symmetric motion meets two that are mirror images of each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import chain, combinations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import UsageError
+from vireport.motions.motion import BESIDE, Motion, Turn
+from vireport.motions.paths import (
+    AT_ZERO,
+    Curve,
+    Event,
+    Path,
+    Point,
+)
+from vireport.physics import Word
+
+Floats = NDArray[np.float64]
+
+STEPS_OFF = 1e-3, 1e-4, 1e-5
+"""From the point, by arclength, the first that leads to a motion: far enough for families to differ, and near enough
+for nothing to happen before."""
+
+
+MOST = 16
+"""Impacts and periods of a motion: there are 4116 words of sixteen impacts, and about twice as many of one more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Impacts of a motion and forcing periods that it takes, at most."""
+
+    impacts: int
+    periods: int
+
+    def __post_init__(self) -> None:
+        """Refuse limits beyond reason.
+
+        Raises
+        ------
+        UsageError
+            If a motion might have more impacts than that, or take more periods.
+        """
+        for most, what in ((self.impacts, "impacts"), (self.periods, "forcing periods")):
+            if not 1 <= most <= MOST:
+                raise UsageError(
+                    f"motions of up to {most} {what} are too many to follow (allowed: 1 to {MOST}): the words of "
+                    "N impacts double with each impact, 4116 of sixteen"
+                )
+
+    def admit(self, word: Word) -> bool:
+        """Whether motions with these impacts are within the limits."""
+        return len(word) <= self.impacts and word.periods <= self.periods
+
+
+def touching(motion: Motion, turns: Iterable[Turn]) -> Motion:
+    """A motion at a grazing point, with every touch among its turning points as an impact of velocity zero."""
+    velocity = motion.velocity.copy()
+    velocity[list(at_rest(motion))] = 0.0
+    motion, rests = replace(motion, velocity=velocity), motion.time[list(at_rest(motion))]
+    for turn in reversed(list(turns)):
+        if abs(turn.gap) < AT_ZERO and not (np.abs(rests - turn.time) < BESIDE).any():
+            motion = motion.with_impact(turn.after, turn.wall, turn.time)
+    return motion
+
+
+def at_rest(motion: Motion) -> tuple[int, ...]:
+    """The impacts of a motion that have no velocity."""
+    return tuple(np.flatnonzero(np.abs(motion.velocity) < AT_ZERO).tolist())
+
+
+Beginning = tuple[Event | None, Curve, Point, Point]
+"""How a family begins at a vertex, its curve, the vertex, and its first motion; None where it goes through."""
+
+
+def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iterator[Beginning]:
+    """The families that meet at a point.
+
+    Parameters
+    ----------
+    curve : Curve
+        Of the family on which the point was found.
+    motion : Motion
+        There; at a grazing point with its touches as impacts, see `touching`.
+    event : Event
+        What happens there.
+    limits : Limits
+        Of the motions.
+    """
+    if event in (Event.GRAZING, Event.ZERO_VELOCITY):
+        yield from _beside_grazing(curve, motion, limits)
+    elif event is Event.PERIOD_DOUBLING:
+        twice = motion.times(2)
+        side = replace(curve, word=twice.word)
+        x = side.vector(twice)
+        away = _across(side, x, mirror=False)
+        yield from ((event, side, *pair) for pair in off(side, x, away))
+        x = curve.vector(motion)
+        yield from ((None, curve, *pair) for pair in off(curve, x, curve.tangent(x)))
+    elif event is Event.PITCHFORK:
+        x = curve.vector(motion)
+        away = _across(curve, x, mirror=True)
+        yield from ((event, curve, *pair) for pair in off(curve, x, away))
+        yield from ((None, curve, *pair) for pair in off(curve, x, _across(curve, x, mirror=True, kept=True)))
+
+
+def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Beginning]:
+    """The families at a grazing point: in each period of some, each touch may be an impact or none."""
+    rests, size = at_rest(motion), len(motion.word)
+    removals = list(chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)))
+    most = min(limits.periods // motion.word.periods, limits.impacts // (size - len(rests)))
+    for count in range(1, most + 1):
+        for choice in product(range(len(removals)), repeat=count):
+            rotations = [choice[i:] + choice[:i] for i in range(1, count)]
+            removed = [i + period * size for period, which in enumerate(choice) for i in removals[which]]
+            if all(choice < other for other in rotations) and count * size - len(removed) <= limits.impacts:
+                own = curve.model.representative(motion.times(count).without_impacts(removed))
+                side = replace(curve, word=own.word)
+                begins = Event.GRAZING if len(removed) == count * len(rests) else Event.ZERO_VELOCITY
+                x = side.vector(own)
+                tangent = side.tangent(x)
+                yield from ((begins, side, *pair) for way in (tangent, -tangent) for pair in off(side, x, way))
+
+
+def off(path: Path, x: Floats, direction: Floats) -> Iterator[tuple[Point, Point]]:
+    """The point and the first motion next to it in a direction, if there is one within the range."""
+    for step in STEPS_OFF:
+        y = path.solved(x + step * path.scale * direction, direction)
+        if y is not None and path.admits(y):
+            first = path.point(y, direction)
+            if path.leaves(x, first) or step == STEPS_OFF[-1]:
+                yield Point(path, x, direction), first
+                return
+
+
+def _image(vector: Floats, mirror: bool) -> Floats:
+    """A change of the unknowns as seen half a period later, with `mirror` in the mirror."""
+    count = len(vector) // 2
+    velocity, time = np.roll(vector[:count], count // 2), np.roll(vector[count:-1], count // 2)
+    return np.concatenate([-velocity if mirror else velocity, time, vector[-1:]])
+
+
+def _across(curve: Curve, x: Floats, mirror: bool, kept: bool = False) -> Floats:
+    """Direction in which the symmetry of a motion is lost, or kept, where families cross."""
+    kernel, sign = np.linalg.svd(curve.linearised(x)[1])[2][-2:], 1 if kept else -1
+    parts = (vector + sign * _image(vector, mirror) for vector in kernel)
+    direction = max(parts, key=lambda part: float(np.linalg.norm(part)))
+    return np.asarray(direction / np.linalg.norm(direction))

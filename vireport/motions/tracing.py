@@ -1,0 +1,396 @@
+"""From the samples of a level curve to branches of motions, with what happens on them.
+
+A strand is cut where it leaves the sweep or an impact velocity vanishes; on what is left, the points are found at
+which the ball grazes a membrane or the type of stability changes; then the motions are evaluated, with the events
+polished.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from math import pi, remainder
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import NumericalError
+from vireport.motions.branches import Branch, CriticalPoint
+from vireport.motions.critical import (
+    CONDITIONS,
+    POLISHED_NUMBERS,
+    PolishedMotion,
+    place_at,
+    polish,
+    polish_grazing,
+    singled_out,
+)
+from vireport.motions.kinds import (
+    BranchEnd,
+    Change,
+    CriticalKind,
+    StrandEvent,
+    Symmetry,
+)
+from vireport.motions.level_curve import (
+    VALIDITY,
+    Curve,
+    Samples,
+    Strand,
+)
+from vireport.motions.one_to_one import Motions, motions_of
+from vireport.motions.orbits import Orbits, orbits
+from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
+from vireport.motions.stability import NODE, UNSTABLE
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+ROUGH = 1e-7
+"""Tolerance of a parameter at which an event is found before it is polished."""
+
+BRACKET = 10 * ROUGH
+"""Distance to either side of an event at which it is evaluated to bound it where the polish does not settle."""
+
+INSET = 1e-7
+"""Share of the first and of the last step by which the search for events stays inside a piece, and by which the
+motions at an impact without velocity stay short of it: there the trace diverges, and the gap is not that of a motion.
+"""
+
+DIP_SECTIONS = 45
+"""Golden sections that find an extremum of the trace: down to the root of rounding, where an extremum is flat."""
+
+CROSSED = 1e-11
+"""Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
+
+TIED = 1e-12
+"""Difference of conditions of validity up to which both fail, as where both impacts lose their velocity at once: the
+end is then that of the one which fails more beyond."""
+
+LARGEST_STEP = 1e6
+"""Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
+
+AT_SYMMETRY = 1e-9
+"""|u| below which a sample of an asymmetric branch of a horizontal capsule is on the symmetric motion."""
+
+BEGINS_AT_SYMMETRY = 1e-12
+"""|u| at the end of a piece below which it begins at the symmetric motion; the end is known to rounding."""
+
+TURN_STEP = 1e-4
+"""Step of w over which a turn of the sweep's coordinate is told from its going on."""
+
+BRACKET_ROUNDING = 1e-12
+"""Relative rounding of what is known of an event that was only bracketed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """A connected run of possible motions inside the sweep, with the events on it.
+
+    Attributes
+    ----------
+    strand : int
+    w : ndarray
+        Parameters, ascending; events are among them.
+    event : ndarray of int
+        A `StrandEvent` for each parameter, -1 for an ordinary sample.
+    """
+
+    strand: int
+    w: Floats
+    event: NDArray[np.int8]
+
+    def event_at(self, row: int) -> StrandEvent | None:
+        """The event at a row."""
+        return None if self.event[row] < 0 else StrandEvent(self.event[row])
+
+    def with_rows(self, w: Floats, event: NDArray[np.int8]) -> Piece:
+        """The piece with more parameters."""
+        merged = np.concatenate([self.w, w])
+        order = np.argsort(merged, kind="stable")
+        return Piece(self.strand, merged[order], np.concatenate([self.event, event])[order])
+
+
+def _pieces(curve: Curve, samples: Samples) -> list[Piece]:
+    """Cut the strands into runs of possible motions and locate the events on them."""
+    runs = [run for k in range(len(curve.strands)) for run in _runs(curve, samples, k)]
+    if not runs:
+        return []
+    pieces = []
+    for run, (first, last) in zip(runs, _locate_ends(curve, runs), strict=True):
+        lead, tail = ([] if run.before is None else [first]), ([] if run.after is None else [last])
+        w = np.concatenate([[end for end, _ in lead], run.w, [end for end, _ in tail]])
+        event = [*(kind for _, kind in lead), *[-1] * len(run.w), *(kind for _, kind in tail)]
+        pieces.append(Piece(run.strand, w, np.array(event, dtype=np.int8)))
+    return _with_inner_events(curve, _with_dips(curve, pieces))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """Valid samples of a strand, and the invalid parameter on either side (None where the strand ends)."""
+
+    strand: int
+    w: Floats
+    before: float | None
+    after: float | None
+
+
+def _runs(curve: Curve, samples: Samples, k: int) -> Iterator[Run]:
+    """The runs of strand k, cut where it passes through the symmetric motion."""
+    strand = curve.strands[k]
+    mine = samples.which == k
+    w, valid = samples.w[mine], samples.validity[mine] > 0
+    if strand.closed and valid[0] and not valid.all():
+        turn = strand.end - strand.start
+        first = int(np.argmin(valid))
+        w = np.concatenate([w[first:-1], w[: first + 1] + turn])
+        valid = np.concatenate([valid[first:-1], valid[: first + 1]])
+    edges = np.nonzero(np.diff(np.concatenate([[False], valid, [False]]).astype(np.int8)))[0]
+    cuts = _symmetric_points(curve, strand)
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        run = w[a:b]
+        inner = [cut for cut in cuts if run[0] < cut < run[-1]]
+        ends = [w[a - 1] if a else None, *[None] * (2 * len(inner)), w[b] if b < len(w) else None]
+        for i, part in enumerate(np.split(run, np.searchsorted(run, inner, side="left"))):
+            lead, tail = inner[max(i - 1, 0) : i], inner[i : i + 1]
+            body = part[~np.isin(part, inner)]
+            yield Run(k, np.concatenate([lead, body, tail]), ends[2 * i], ends[2 * i + 1])
+
+
+def _symmetric_points(curve: Curve, strand: Strand) -> list[float]:
+    """Parameters at which an asymmetric strand of a horizontal capsule passes through the symmetric motion."""
+    if not curve.horizontal or strand.symmetric:
+        return []
+    middle = 2 * np.arcsin(np.sqrt(-strand.low / (strand.high - strand.low)))
+    return [w for w in (-middle, middle, 2 * np.pi - middle) if strand.start < w < strand.end]
+
+
+Ends = tuple[tuple[float, int], tuple[float, int]]
+"""The parameter at which a run begins and ends, and the `StrandEvent` there."""
+
+
+def _locate_ends(curve: Curve, runs: list[Run]) -> list[Ends]:
+    """Where each run ends and which condition fails there."""
+    edges = [(run.strand, w, beyond) for run in runs for w, beyond in ((run.w[0], run.before), (run.w[-1], run.after))]
+    which = np.array([strand for strand, _, _ in edges], dtype=np.intp)
+    good = np.array([w for _, w, _ in edges])
+    bad = np.array([w if beyond is None else beyond for _, w, beyond in edges])
+
+    def conditions(w: Floats) -> Floats:
+        return curve.event_values(curve.at(which, w), with_gap=False)[:, VALIDITY]
+
+    root = bracketed_root(lambda w: np.asarray(conditions(w).min(axis=1)), good, bad)
+    values = conditions(root)
+    tied = values <= values.min(axis=1, keepdims=True) + TIED
+    failing = np.where(tied, conditions(bad), np.inf).argmin(axis=1)
+    ends = [(float(w), int(k) + StrandEvent.BOTTOM_REST) for w, k in zip(root, failing, strict=True)]
+    return list(zip(ends[::2], ends[1::2], strict=True))
+
+
+def _joined(pieces: list[Piece]) -> tuple[Ints, Ints, Floats]:
+    """Strand, piece and parameter of every sample of some pieces, their ends moved inwards by `INSET`."""
+
+    def inside(w: Floats) -> Floats:
+        moved = w.copy()
+        if len(w) > 1:
+            moved[0] += INSET * (w[1] - w[0])
+            moved[-1] += INSET * (w[-2] - w[-1])
+        return moved
+
+    which = np.concatenate([np.full(len(p.w), p.strand) for p in pieces])
+    owner = np.concatenate([np.full(len(p.w), i) for i, p in enumerate(pieces)])
+    return which, owner, np.concatenate([inside(p.w) for p in pieces])
+
+
+def _with_dips(curve: Curve, pieces: list[Piece]) -> list[Piece]:
+    """Add to the pieces the extrema at which the trace crosses a border between two samples and comes back."""
+    which, owner, w = _joined(pieces)
+    value = curve.event_values(curve.at(which, w), with_gap=False)[:, : StrandEvent.GRAZING]
+    with np.errstate(invalid="ignore"):
+        dips = may_hide_zeros(value)
+    row, event = np.nonzero(dips & (owner[2:] == owner[:-2])[:, None])
+    if not row.size:
+        return pieces
+    row = row + 1
+    sign, rows = np.sign(value[row, event]), np.arange(len(row))
+
+    def height(x: Floats) -> Floats:
+        values = curve.event_values(curve.at(which[row], x), with_gap=False)
+        return np.asarray(sign * values[rows, event])
+
+    lowest = golden_minimum(height, w[row - 1], w[row + 1], DIP_SECTIONS)
+    crossing = height(lowest) < -CROSSED
+    extra = [np.array(sorted(set(lowest[crossing & (owner[row] == i)]))) for i in range(len(pieces))]
+    return [p.with_rows(x, np.full(len(x), -1, dtype=np.int8)) for p, x in zip(pieces, extra, strict=True)]
+
+
+def _with_inner_events(curve: Curve, pieces: list[Piece]) -> list[Piece]:
+    """Insert the changes of stability and the grazing points into the pieces."""
+    which, owner, w = _joined(pieces)
+    orbit = curve.at(which, w)
+    values = curve.event_values(orbit)[:, : StrandEvent.GRAZING + 1]
+    # On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing: rounding there is no event.
+    asymmetric = np.array([not strand.symmetric for strand in curve.strands])[which]
+    touching = asymmetric & (np.abs(orbit.u) < AT_SYMMETRY) & curve.horizontal
+    values[touching, StrandEvent.MEETING] = np.nan
+    with np.errstate(invalid="ignore"):
+        crossing = (values[1:] > 0) != (values[:-1] > 0)
+    crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
+    crossing &= np.abs(values[1:]) + np.abs(values[:-1]) < LARGEST_STEP
+    row, event = np.nonzero(crossing)
+    rows, grazing = np.arange(len(row)), event == StrandEvent.GRAZING
+
+    def event_value(w: Floats) -> Floats:
+        return np.asarray(curve.event_values(curve.at(which[row], w), grazing)[rows, event])
+
+    root = bracketed_root(event_value, w[row], w[row + 1], ROUGH)
+    owners = [owner[row] == i for i in range(len(pieces))]
+    return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
+
+
+def branches_of(curve: Curve, samples: Samples) -> list[Branch]:
+    """The branches of a curve with the critical points on them, neither of them numbered yet."""
+    return [_branch(curve, piece) for piece in _pieces(curve, samples)]
+
+
+def _branch(curve: Curve, piece: Piece) -> Branch:
+    found = {int(row): StrandEvent(piece.event[row]) for row in np.nonzero(piece.event >= 0)[0]}
+    orbit = curve.on(piece.strand, piece.w)
+    points = {row: _point(curve, piece, row, event, orbit) for row, event in found.items() if not event.ends_sweep}
+    if at_rest := [row for row, event in found.items() if event.at_rest]:
+        w, inner = piece.w.copy(), [1 if row == 0 else row - 1 for row in at_rest]
+        w[at_rest] += INSET * (piece.w[inner] - piece.w[at_rest])
+        orbit = curve.on(piece.strand, w)
+    u, phi = np.array(orbit.u), np.array(orbit.phi)
+    _polish_ends(curve, piece, u, phi)
+    for row, critical in points.items():
+        if not critical.change.at_rest:
+            u[row], phi[row] = critical.point.u, critical.point.phi
+    at_symmetry = _symmetric_ends(curve, piece, orbit)
+    u[at_symmetry] = 0.0
+    motions = motions_of(curve.sweep, curve.level, orbits(u, phi, curve.r, curve.n))
+    _pin(motions, curve, piece, points, at_symmetry)
+    ends = _why_ends(piece, 0, at_symmetry), _why_ends(piece, -1, at_symmetry)
+    return Branch(0, _family(curve, piece), None, motions, tuple(map(points.get, range(len(motions)))), ends)
+
+
+def _family(curve: Curve, piece: Piece) -> Symmetry:
+    return Symmetry.SYMMETRIC if curve.strands[piece.strand].symmetric else Symmetry.ASYMMETRIC
+
+
+def _end_value(curve: Curve, event: StrandEvent | None) -> float | None:
+    """The swept value of the sweep's end that cuts a strand; None if none does or the curve stops before it."""
+    sweep, last = curve.sweep, event is StrandEvent.END
+    if event is None or not event.ends_sweep or curve.bounds[last] != sweep.coordinate_range[last]:
+        return None
+    return sorted((sweep.start, sweep.end), key=sweep.coordinate_of)[last]
+
+
+def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
+    """Put the motion of the very end of the sweep into the rows where it cuts a piece.
+
+    Along the strand the end is only as well known as the parameter fixes the sweep's coordinate; next to a horizontal
+    capsule that is to a few digits. On a fold the row stays as it is: the polish does not settle there.
+    """
+    symmetric = curve.strands[piece.strand].symmetric
+    for row, inner in ((0, 1), (-1, -2)):
+        value = _end_value(curve, piece.event_at(row))
+        if value is None:
+            continue
+        reach = abs(remainder(phi[row] - phi[inner], 2 * pi))
+        with suppress(NumericalError, ArithmeticError):
+            u[row], phi[row] = place_at(curve.sweep, value, float(u[row]), float(phi[row]), symmetric, reach)
+
+
+def _point(curve: Curve, piece: Piece, row: int, event: StrandEvent, orbit: Orbits) -> CriticalPoint:
+    """The critical point at a row of a piece, whose motions are `orbit`."""
+    try:
+        point = _polished(curve, piece, event, orbit.select([row]))
+    except (NumericalError, ArithmeticError):
+        point = _bracketed(curve, piece, row)
+    family, kind, change = _family(curve, piece), event.kind, event.change
+    symmetric = family is Symmetry.SYMMETRIC
+    if event.at_rest:
+        # Zero by the condition, not what the polish or the bracket leaves of it.
+        own = "velocity_bottom" if event is StrandEvent.BOTTOM_REST else "velocity_top"
+        still = dict.fromkeys(("velocity_bottom", "velocity_top") if symmetric else (own,), 0.0)
+        point = replace(point, **still, bounds={**point.bounds, **still})
+    elif event is StrandEvent.MEETING and symmetric and not _turns(curve, piece, row):
+        kind, change = CriticalKind.PITCHFORK, Change.HANDOVER
+    return CriticalPoint("", kind, family, point, None, 0, change)
+
+
+def _polished(curve: Curve, piece: Piece, event: StrandEvent, orbit: Orbits) -> PolishedMotion:
+    """An event of a piece, polished; `orbit` is the motion as far as it is known (arrays of length one)."""
+    polished = partial(polish, curve.sweep, symmetric=curve.strands[piece.strand].symmetric)
+    if event is StrandEvent.GRAZING:
+        return cast(PolishedMotion, polish_grazing(orbit, curve.r, curve.n, polished))
+    return polished(float(orbit.u[0]), float(orbit.phi[0]), CONDITIONS[event])
+
+
+def _bracketed(curve: Curve, piece: Piece, row: int) -> PolishedMotion:
+    """The event as it was bracketed, where the polish does not settle: its bound is what the bracket leaves open."""
+    orbit = curve.on(piece.strand, piece.w[row] + BRACKET * np.array([0.0, -1.0, 1.0]))
+
+    def spread(values: Floats) -> float:
+        return float(np.max(np.abs(values - values[0])) + BRACKET_ROUNDING * abs(values[0]))
+
+    value = np.asarray(curve.sweep.value(orbit.d, orbit.gbar), dtype=float)
+    numbers = {name: np.asarray(getattr(orbit, name), dtype=float) for name in POLISHED_NUMBERS}
+    middle, bounds = {k: float(x[0]) for k, x in numbers.items()}, {k: spread(x) for k, x in numbers.items()}
+    return singled_out(curve.r, curve.n, middle, bounds, float(value[0]), spread(value))
+
+
+def _turns(curve: Curve, piece: Piece, row: int) -> bool:
+    """Whether the sweep's coordinate has an extremum at an event."""
+    x = curve.sweep.coordinate(curve.on(piece.strand, piece.w[row] + TURN_STEP * np.array([-1.0, 0.0, 1.0])))
+    return bool((x[0] - x[1]) * (x[2] - x[1]) > 0)
+
+
+def _symmetric_ends(curve: Curve, piece: Piece, orbit: Orbits) -> list[int]:
+    """Rows, 0 or -1, at which an asymmetric branch of a horizontal capsule begins at the symmetric motion."""
+    if not curve.horizontal or curve.strands[piece.strand].symmetric:
+        return []
+    return [row for row in (0, -1) if abs(orbit.u[row]) < BEGINS_AT_SYMMETRY]
+
+
+def _pin(
+    motions: Motions, curve: Curve, piece: Piece, points: dict[int, CriticalPoint], at_symmetry: list[int]
+) -> None:
+    """Put into the rows of a branch what is known exactly there.
+
+    Where an impact has no velocity, the trace stays that of `INSET` before it.
+    """
+    sweep = curve.sweep
+    for row in (0, -1):
+        end = _end_value(curve, piece.event_at(row))
+        if end is not None:
+            motions.sweep_value[row] = end
+            motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
+    for row, critical in points.items():
+        point = critical.point
+        motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
+        motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + point.u, point.u, point.phi
+        motions.velocity_bottom[row], motions.velocity_top[row] = point.velocity_bottom, point.velocity_top
+        motions.phi_top[row] = point.phi_top
+        if critical.kind is not CriticalKind.GRAZING:
+            motions.stability[row] = NODE if critical.kind is CriticalKind.NODE_FOCUS else UNSTABLE
+        elif not critical.change.at_rest:
+            motions.wall_gap[row], motions.admissible[row] = 0.0, False
+    motions.stability[at_symmetry] = UNSTABLE
+    np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
+
+
+def _why_ends(piece: Piece, row: int, at_symmetry: list[int]) -> BranchEnd:
+    match piece.event_at(row):
+        case None:
+            return BranchEnd.PITCHFORK if row in at_symmetry else BranchEnd.CLOSED
+        case StrandEvent.BOTTOM_REST:
+            return BranchEnd.BOTTOM_REST
+        case StrandEvent.TOP_REST:
+            return BranchEnd.TOP_REST
+        case _:
+            return BranchEnd.SWEEP

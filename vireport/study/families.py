@@ -1,0 +1,248 @@
+"""The families of motions as plain data, for results.json and branches.csv, and from results.json again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from math import isfinite
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions import (
+    NO_BOUND,
+    Atlas,
+    Claim,
+    Curve,
+    Family,
+    Mark,
+    Model,
+    Motion,
+    PolishedPoint,
+    Sweep,
+    Vertex,
+    generation,
+    impact_rate,
+    rounded_up,
+)
+from vireport.physics import Membrane, Word
+
+Floats = NDArray[np.float64]
+
+
+def motions_data(atlas: Atlas) -> dict[str, Any]:
+    """The limits of the motions, and how completely their families are found."""
+    completeness = [
+        {"word": of.word, "claim": of.claim, "resolution": of.resolution, "undecided": of.undecided}
+        for of in atlas.completeness
+    ]
+    rest = {"word": None, "claim": Claim.FOLLOWED, "resolution": None, "undecided": None}
+    return {
+        "impacts": atlas.limits.impacts, "periods": atlas.limits.periods, "completeness": [*completeness, rest],
+    }  # fmt: skip
+
+
+def families_data(atlas: Atlas, membrane: Membrane | None) -> list[dict[str, Any]]:
+    """Every family, with what happens on it and, where there is a membrane, what its impacts generate."""
+    return [_family(family, membrane) for family in atlas.families]
+
+
+def _family(family: Family, membrane: Membrane | None) -> dict[str, Any]:
+    value = family.sweep_value
+    return {
+        "number": family.number,
+        "word": family.word.letters,
+        "ratio": family.word.ratio,
+        "periods": family.word.periods,
+        "from": float(value.min()),
+        "to": float(value.max()),
+        "begins_with": _end(family, family.ends[0]),
+        "ends_with": _end(family, family.ends[1]),
+        "stable_range": [dict(zip(("from", "to"), pair, strict=True)) for pair in family.stable_ranges],
+        "critical_points": [_point(mark, mark.point) for mark in family.marks if mark.point is not None],
+        "generation": [] if membrane is None else _generation(family, membrane),
+        "determinant": family.determinant,
+        "stable": family.stable.tolist(),
+        "multipliers": {
+            "real": [_finite(row) for row in family.multipliers.real],
+            "imaginary": [_finite(row) for row in family.multipliers.imag],
+        },
+        **_along(family, membrane),
+    }
+
+
+def _along(family: Family, membrane: Membrane | None) -> dict[str, Any]:
+    """What has a value, or a list of them, for each motion."""
+    return {
+        "sweep_value": family.sweep_value.tolist(),
+        "d": family.d.tolist(),
+        "velocity": family.velocity.tolist(),
+        "phase_rad": family.phase.tolist(),
+        "time": family.time.tolist(),
+        "trace": _finite(family.trace),
+        "impacts_per_s": impact_rate(family).tolist(),
+        **({} if membrane is None else _voltages(family, membrane)),
+        "error_bounds": _bounds(family),
+    }
+
+
+def _finite(values: Floats) -> list[float | None]:
+    return [x if isfinite(x) else None for x in values.tolist()]
+
+
+def _voltages(family: Family, membrane: Membrane) -> dict[str, Any]:
+    whole = generation(family, membrane)
+    return {
+        "u_impacts_v": whole.impacts_v.tolist(),
+        "u_ave_v": whole.average_v.tolist(),
+        "u_per_second_v": whole.per_second_v.tolist(),
+    }
+
+
+def _bounds(family: Family) -> dict[str, Any]:
+    bounds = family.error_bounds
+    return {
+        "sweep_value": rounded_up(bounds["sweep_value"][None])[0],
+        "velocity": rounded_up(bounds["velocity"]),
+        "phase_rad": rounded_up(bounds["phase"]),
+        "null_means": NO_BOUND,
+    }
+
+
+def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
+    """Every impact of every motion of a family, by the names of branches.csv: first those of the 1:1 motions."""
+    data, word, size = _family(family, membrane), family.word, len(family.x)
+    volts, bounds, walls = data.get("u_impacts_v"), data["error_bounds"], word.walls
+    gbar = np.broadcast_to(family.curve.model.groups(family.x[:, -1])[1], size).tolist()
+    labels = {mark.row: mark.vertex.label for mark in family.marks if mark.vertex is not None}
+    for row in range(size):
+        for i, wall in enumerate(walls):
+            yield {
+                "sweep_value": data["sweep_value"][row],
+                "d": data["d"][row],
+                "gbar": gbar[row],
+                "trace": data["trace"][row],
+                "determinant": family.determinant,
+                "admissible": True,
+                **({} if volts is None else {"u_ave_v": data["u_ave_v"][row]}),
+                "critical_point": labels.get(row),
+                "word": word.letters,
+                "family_number": family.number,
+                "n": walls.count(1),
+                "m": walls.count(-1),
+                "periods": word.periods,
+                "sample": row,
+                "stable": data["stable"][row],
+                "impact": i,
+                "wall": "bottom" if wall > 0 else "top",
+                "time": data["time"][row][i],
+                "phase_rad": data["phase_rad"][row][i],
+                "velocity": data["velocity"][row][i],
+                **({} if volts is None else {"u_v": volts[row][i]}),
+                "sweep_value_error_bound": bounds["sweep_value"][row],
+                "phase_rad_error_bound": bounds["phase_rad"][row][i],
+                "velocity_error_bound": bounds["velocity"][row][i],
+            }
+
+
+def _end(family: Family, mark: Mark) -> dict[str, Any]:
+    vertex, value = mark.vertex, float(family.sweep_value[mark.row])
+    label = None if vertex is None else vertex.label
+    return {"kind": mark.event, "label": label, "families": _families(vertex), "sweep_value": value}
+
+
+def _families(vertex: Vertex | None) -> list[int]:
+    return [] if vertex is None else list(vertex.families)
+
+
+def _point(mark: Mark, point: PolishedPoint) -> dict[str, Any]:
+    return {
+        "label": None if mark.vertex is None else mark.vertex.label,
+        "kind": mark.event,
+        "sweep_value": point.sweep_value,
+        "error_bound": point.error_bound if isfinite(point.error_bound) else None,
+        "d": point.d,
+        "gbar": point.gbar,
+        "word": point.motion.word.letters,
+        "velocity": point.motion.velocity.tolist(),
+        "phase_rad": point.motion.phase.tolist(),
+        "families": _families(mark.vertex),
+    }
+
+
+def _generation(family: Family, membrane: Membrane) -> list[dict[str, Any]]:
+    """At both ends and in the middle."""
+    whole = generation(family, membrane)
+    rows = dict.fromkeys(int(row) for row in np.linspace(0, len(family.x) - 1, 3))
+    return [
+        {
+            "sweep_value": float(family.sweep_value[row]),
+            "u_impacts_v": whole.impacts_v[row].tolist(),
+            "u_ave_v": float(whole.average_v[row]),
+            "impacts_per_s": float(whole.impacts_per_s[row]),
+            "u_per_second_v": float(whole.per_second_v[row]),
+        }
+        for row in rows
+    ]
+
+
+def families_of(results: Mapping[str, Any], sweep: Sweep) -> list[Family]:
+    """The families in results.json, to find motions on; where it has none, the admissible 1:1 motions.
+
+    Parameters
+    ----------
+    results : mapping
+        Content of a results.json.
+    sweep : Sweep
+        Of its scenario.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If something that is needed is not there.
+    """
+    if results.get("families") is not None:
+        return [
+            _known(sweep, x["number"], Word.of(x["word"], x["periods"]), *(x[name] for name in KNOWN))
+            for x in results["families"]
+        ]
+    periods, found = sweep.device.period_ratio, []
+    for branch in results["branches"]:
+        q, phase = np.array(branch["q"]), np.unwrap(branch["phi_bottom_rad"]) / np.pi
+        time = np.stack([phase, phase + 2 * periods * q], axis=1)
+        velocity = np.stack([branch["velocity_bottom"], branch["velocity_top"]], axis=1)
+        columns = velocity, time, np.array(branch["trace"], dtype=float), np.array(branch["sweep_value"])
+        breaks = np.flatnonzero(np.diff(branch["admissible"], prepend=False, append=False))
+        for first, last in breaks.reshape(-1, 2):
+            of_rows = (column[first:last] for column in columns)
+            found.append(_known(sweep, branch["number"], Word.of("BT", periods), *of_rows))
+    return found
+
+
+KNOWN = "velocity", "time", "trace", "sweep_value"
+"""What a family is made of again."""
+
+
+def _known(sweep: Sweep, number: int, word: Word, velocity: Any, time: Any, trace: Any, value: Any) -> Family:
+    values = np.array(value, dtype=float)
+    x = np.column_stack([velocity, time, sweep.coordinate_of(values)])
+    curve = Curve(word, Model(sweep.level, float(sweep.device.restitution)), *sweep.coordinate_range)
+    return Family(number, sweep, curve, x, np.array(trace, dtype=float), values, ())
+
+
+def motion_data(family: Family, motion: Motion, value: float, membrane: Membrane | None) -> dict[str, Any]:
+    """One motion of a family at a value of the swept parameter, by the names of the families."""
+    x = family.curve.vector(motion)[None]
+    alone = replace(family, x=x, trace=np.array([family.curve.trace(x[0])]), sweep_value=np.array([value]), marks=())
+    data = _along(alone, membrane)
+    bounds = data.pop("error_bounds")
+    return {
+        "family": family.number,
+        "word": family.word.letters,
+        "ratio": family.word.ratio,
+        "periods": family.word.periods,
+        "stability": family.curve.stability(float(alone.trace[0])),
+        **{name: values[0] for name, values in data.items()},
+        "error_bounds": {name: values[0] for name, values in bounds.items() if name != "null_means"},
+    }

@@ -1,0 +1,242 @@
+"""The catalogue of alerts: their codes, what they mean and what to do; `vireport.gate` finds where they are raised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from textwrap import fill
+
+from vireport.base import UsageError
+
+EXPLANATION_WIDTH = 100
+"""Columns of a line of explanation."""
+
+
+class AlertCode(StrEnum):
+    """What alerts are known by, outside of this package too."""
+
+    NO_STABLE_MOTION = "VR001"
+    INADMISSIBLE_SOLUTIONS = "VR002"
+    DESIGN_NOT_STABLE = "VR003"
+    SEVERAL_STABLE_MOTIONS = "VR004"
+    NEAR_CRITICAL_POINT = "VR005"
+    ROUGH_CRITICAL_POINT = "VR006"
+    NEAR_GRAZING = "VR007"
+    ILL_CONDITIONED = "VR008"
+    SENSITIVE_TO_RESTITUTION = "VR009"
+    OUTSIDE_MEMBRANE_GEOMETRY = "VR010"
+    LONG_CONTACT = "VR011"
+    SENSITIVE_TO_BALL_MASS = "VR012"
+    NOT_RIGID = "VR013"
+    ADMISSIBILITY_UNDECIDED = "VR014"
+    IMPLAUSIBLE_INPUT = "VR015"
+    BREAKDOWN = "VR016"
+    SIMULATION_DISAGREES = "VR020"
+    COEXISTING_MOTIONS = "VR021"
+    CHATTER = "VR022"
+
+
+class Severity(StrEnum):
+    """Whether an alert keeps a reader from acting on the numbers, or only tells more about them."""
+
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explanation:
+    """What an alert is known by, why it matters, and what to do."""
+
+    code: AlertCode
+    severity: Severity
+    title: str
+    meaning: str
+    remedy: str
+
+
+CATALOGUE = (
+    Explanation(
+        AlertCode.NO_STABLE_MOTION,
+        Severity.WARNING,
+        "No stable 1:1 motion",
+        "Nowhere in the sweep is there a motion with one impact on each membrane per period that stays between the "
+        "membranes and attracts the motions nearby. The device does something else there: other impact sequences, "
+        "chaos, or rest.",
+        "Widen the sweep, or change length, force, frequency or inclination.",
+    ),
+    Explanation(
+        AlertCode.INADMISSIBLE_SOLUTIONS,
+        Severity.NOTE,
+        "Solutions that are not motions were left out",
+        "The periodicity conditions know only the ends of each flight. Some of their solutions pass through a membrane "
+        "in between; the eigenvalues may even call them stable. They are in the results, marked as not admissible, "
+        "and neither drawn nor counted.",
+        "Nothing to do; the grazing points show where the motions end.",
+    ),
+    Explanation(
+        AlertCode.DESIGN_NOT_STABLE,
+        Severity.WARNING,
+        "The design point has no stable 1:1 motion",
+        "Of all 1:1 solutions at the design point none is both admissible and stable, and no other motion is required.",
+        "Move the design point into a stable range, or require the word of a motion that is stable there.",
+    ),
+    Explanation(
+        AlertCode.SEVERAL_STABLE_MOTIONS,
+        Severity.NOTE,
+        "Several stable motions coexist at the design point",
+        "More than one stable 1:1 motion exists there, with different velocities and voltages; which one the device "
+        "settles on depends on how it is started.",
+        "Check the start, or move to where there is one.",
+    ),
+    Explanation(
+        AlertCode.NEAR_CRITICAL_POINT,
+        Severity.WARNING,
+        "The design point is near the end of stable motion",
+        "A period doubling, fold, pitchfork or grazing point that ends the stable range is closer than 2 % of the "
+        "design value, which is what masses and lengths are commonly made to. Transients are long there, too.",
+        "Keep a larger margin: manufacturing tolerances and the unknown restitution may carry the device across.",
+    ),
+    Explanation(
+        AlertCode.ROUGH_CRITICAL_POINT,
+        Severity.WARNING,
+        "A critical point is known only roughly",
+        "Two conditions nearly coincide there (next to a point of codimension two, or at a restitution within rounding "
+        "of 0), so that it was bracketed rather than polished. Its error bound says how well.",
+        "Use it only as far as its error bound allows.",
+    ),
+    Explanation(
+        AlertCode.NEAR_GRAZING,
+        Severity.WARNING,
+        "The design point is near grazing",
+        "In a flight the ball turns within 2 % of the capsule's length of a membrane without touching it. A small "
+        "change makes it touch there; such an impact has no velocity, the return map has an infinite slope, and "
+        "stability is lost at once rather than gradually.",
+        "Change length or force so that the ball turns farther from the membrane, or does not turn at all.",
+    ),
+    Explanation(
+        AlertCode.ILL_CONDITIONED,
+        Severity.WARNING,
+        "Numbers at the design point are ill-conditioned",
+        "One rounding of the inputs, in their sixteenth digit, moves the motion in its ninth or before: it is next to "
+        "a fold or pitchfork, or the restitution is next to 1. What is known of the inputs decides how much holds.",
+        "Move away from the fold, or use a restitution further from 1; do not act on the digits beyond.",
+    ),
+    Explanation(
+        AlertCode.SENSITIVE_TO_RESTITUTION,
+        Severity.WARNING,
+        "The result is sensitive to the restitution",
+        "The restitution coefficient is rarely known to better than a few per cent. Within 5 % of the value given the "
+        "stable motion of the design point is lost, or its impact velocity changes by more than twice as much as the "
+        "restitution does.",
+        "Measure the restitution; study the design with its least and largest value (--set device.restitution=...).",
+    ),
+    Explanation(
+        AlertCode.OUTSIDE_MEMBRANE_GEOMETRY,
+        Severity.WARNING,
+        "The membrane model is outside its geometry",
+        "The deflection of (5.5) exceeds the active radius of the membrane. The cone-and-cap shape of (5.3) and (5.4) "
+        "cannot hold there, though the formulae still evaluate, to voltages that no membrane would survive.",
+        "Use a lighter ball, a stiffer or larger membrane, or gentler forcing; or measure the membrane's force law "
+        "at such depths.",
+    ),
+    Explanation(
+        AlertCode.LONG_CONTACT,
+        Severity.WARNING,
+        "The contact is long for the rigid model",
+        "The ball is in contact with a membrane for more than 1 % of the forcing period, while the model takes impacts "
+        "as instantaneous. Velocities and phases then shift by about as much, and critical points by more.",
+        "See how far things move with the membrane's own stiffness: vireport accuracy, or an accuracy block in the "
+        "scenario, solves that motion. Or use a stiffer membrane or a lighter ball.",
+    ),
+    Explanation(
+        AlertCode.SENSITIVE_TO_BALL_MASS,
+        Severity.NOTE,
+        "The voltage is sensitive to the ball's mass",
+        "U_ave changes by more than half the share by which the mass of the ball does. The paper does not give that "
+        "mass; published values for this device differ by a factor of six.",
+        "Weigh the ball. Velocities, stability and critical points do not depend on it.",
+    ),
+    Explanation(
+        AlertCode.NOT_RIGID,
+        Severity.WARNING,
+        "The rigid model is not good enough here",
+        "With the membrane's own stiffness the impact velocity moves by more than 5 %, U_ave by more than 20 % or the "
+        "critical point by more than half the margin, or the motion or the critical point is lost.",
+        "Act on the values with compliant membranes; the section on them has the shifts.",
+    ),
+    Explanation(
+        AlertCode.ADMISSIBILITY_UNDECIDED,
+        Severity.WARNING,
+        "Whether a solution at the design point is a motion is undecided",
+        "The ball turns so near a membrane that rounding decides whether it stays clear of it or would pass through: "
+        "the design point is a grazing point as far as double precision can tell.",
+        "Do not act on whether it is called admissible; change length or force so that the ball turns farther from "
+        "the membrane.",
+    ),
+    Explanation(
+        AlertCode.IMPLAUSIBLE_INPUT,
+        Severity.WARNING,
+        "A value may be in another unit",
+        "A value of the scenario is allowed, but is hardly meant: a capsule or membrane of more than 20 m, a ball of "
+        "more than half the capsule's mass, which the capsule would feel, an inclination that is a common angle in "
+        "radians, a frequency that is a round number of hertz in radians per second, or gravity above 50 m/s^2.",
+        "Compare the value with its unit, which stands in its key; if it is meant, nothing is to be done.",
+    ),
+    Explanation(
+        AlertCode.BREAKDOWN,
+        Severity.WARNING,
+        "The electric field exceeds the breakdown field",
+        "A membrane that is charged at its largest deflection and isolated has its highest field, U_imp over its "
+        "thickness, when it is flat again. In a stable motion of the design point that is above the field that the "
+        "material withstands: the membrane would be destroyed before the energy and power given could be taken.",
+        "Lower the bias voltage, use a thicker membrane, or limit the deflection.",
+    ),
+    Explanation(
+        AlertCode.SIMULATION_DISAGREES,
+        Severity.WARNING,
+        "Simulation and solution do not agree",
+        "A simulation begun beside a stable motion did not end on it, or ended off it by more than the tolerance. One "
+        "of the two is wrong there.",
+        "Do not act on the verdict. Look where the differences are; near a critical point widen the tolerance, and "
+        "report anything else.",
+    ),
+    Explanation(
+        AlertCode.COEXISTING_MOTIONS,
+        Severity.NOTE,
+        "Other motions coexist with the stable 1:1 motion",
+        "Where a stable 1:1 motion exists, some simulated starts end on something else.",
+        "See that the device is started within reach of the 1:1 motion.",
+    ),
+    Explanation(
+        AlertCode.CHATTER,
+        Severity.NOTE,
+        "Chatter nearby",
+        "The ball can fall into infinitely many ever smaller impacts on one membrane and then ride on it: simulated "
+        "starts end so, or gravity alone holds it on the bottom (gbar of 1 or more). Such a motion generates little, "
+        "and a fixed-step simulation stalls in it or steps through the membrane.",
+        "Start the device with enough velocity; less inclination or more force if it is gravity.",
+    ),
+)
+"""All alerts, in the order of their codes."""
+
+
+def explanation(code: str | None = None) -> str:
+    """Text on one alert, or on all of them.
+
+    Raises
+    ------
+    UsageError
+        If there is no such code.
+    """
+    if code is None:
+        return "\n".join(map(_explained, CATALOGUE))
+    known = next((known for known in CATALOGUE if known.code == code.strip().upper()), None)
+    if known is None:
+        raise UsageError(f"there is no alert {code!r} (allowed: {', '.join(AlertCode)})")
+    return _explained(known)
+
+
+def _explained(known: Explanation) -> str:
+    paragraphs = (f"Cause: {known.meaning}", f"Remedy: {known.remedy}")
+    lines = [fill(text, EXPLANATION_WIDTH, initial_indent="  ", subsequent_indent="  ") for text in paragraphs]
+    return "\n".join([f"{known.code} ({known.severity}): {known.title}", *lines, ""])
