@@ -7,12 +7,12 @@ import pytest
 from strategies import random_sweeps
 
 from vireport.motions import (
-    CriticalKind,
+    Event,
     Orbits,
     orbits,
     solve,
 )
-from vireport.motions.admissibility import turning_points, wall_gap
+from vireport.motions.admissibility import flight_turns, wall_gap
 from vireport.physics import flight
 
 
@@ -56,7 +56,7 @@ def test_gap_against_dense_sampling(seed: int, n: int) -> None:
 def test_turning_points_are_at_rest_and_inside_their_flight(n: int) -> None:
     o, r = random_motions(11, n)
     count = 0
-    for turn in turning_points(o, r, n):
+    for turn in flight_turns(o, r, n):
         k = turn.index
         before = o.velocity_bottom[k] if turn.upward else o.velocity_top[k]
         sine, cosine = (o.sin_phi[k], o.cos_phi[k]) if turn.upward else (o.sin_top[k], o.cos_top[k])
@@ -86,8 +86,8 @@ def test_a_motion_that_touches_a_membrane_is_none_and_one_that_comes_to_rest_on_
         for branch in solve(sweep).branches:
             for row in range(len(branch.motions)):
                 point = branch.critical_point(row)
-                if point is not None and point.kind is CriticalKind.GRAZING:
-                    kinds.add(point.change.at_rest)
-                    assert (branch.motions.wall_gap[row] > 0) == point.change.at_rest
-                    assert not branch.motions.admissible[row] or point.change.at_rest
+                if point is not None and point.event is Event.GRAZING:
+                    kinds.add(point.rest is not None)
+                    assert (branch.motions.wall_gap[row] > 0) == (point.rest is not None)
+                    assert not branch.motions.admissible[row] or point.rest is not None
     assert kinds == {False, True}

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.atlas.surface import (
-    Motions,
+    Candidates,
     Solution,
+    candidates_above,
     into_range,
-    motions_above,
     onto_sweep,
     room,
     solution,
@@ -172,17 +172,17 @@ class Exclusion:
         masks = np.split(possible, np.cumsum(counts)[:-1])
         return [part[mask] for part, mask in zip(cells, masks, strict=True)]
 
-    def motions(self, cells: Cells) -> tuple[Motions, Floats]:
+    def motions(self, cells: Cells) -> tuple[Candidates, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
         word, level, r, farthest = cells.word, self.model.level, self.model.r, REACH * cells.side
         found, flights = onto_sweep(word, cells.centre, r, level, farthest)
         if not word.one_sided:
             flights = into_range(found, flights, level, farthest, (self.low, self.high))
-            found = motions_above(word, flights, r)
+            found = candidates_above(word, flights, r)
         found, rows = within(self._placed(found), level, self.low, self.high)
         return found, flights[:, rows]
 
-    def _placed(self, motions: Motions) -> Motions:
+    def _placed(self, motions: Candidates) -> Candidates:
         if not motions.word.one_sided:
             return motions
         return replace(motions, d=room(self.model.level, self.high, motions.gbar) + 0 * motions.gbar)
@@ -265,7 +265,7 @@ class Exclusion:
         same share of its flight throughout the cell.
         """
         r, walls = self.model.r, np.array(self.words[0].walls)
-        above = self._placed(motions_above(self.words[0], corner + side / 2, r, period))
+        above = self._placed(candidates_above(self.words[0], corner + side / 2, r, period))
         turns = turning_points(walls, above.velocity, above.time, period, (above.d, above.gbar), r, NEAR_TURN)
         order = np.argsort(-turns.gap, kind="stable")
         farthest = np.full(len(period), -1)

@@ -1,4 +1,4 @@
-"""Motions with two to four impacts in closed form above their flight times.
+"""Candidates with two to four impacts in closed form above their flight times.
 
 At given flight times the conditions are linear and homogeneous in the velocities, the sine and cosine of the phase,
 gbar and d. With three impacts they leave one solution above each pair of flight times, without iteration; with four,
@@ -193,8 +193,8 @@ def _product(a: Sequence[Any], b: Sequence[Any]) -> Any:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motions:
-    """Motions with one sequence of impacts, in arrays; some may only solve the equations.
+class Candidates:
+    """Candidates with one sequence of impacts, in arrays; some may only solve the equations.
 
     Attributes
     ----------
@@ -217,10 +217,10 @@ class Motions:
     excess: Floats
     r: float
 
-    def __getitem__(self, index: Any) -> Motions:
+    def __getitem__(self, index: Any) -> Candidates:
         """Some of them."""
         parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], self.excess[:, index])
-        return Motions(self.word, *parts, self.r)
+        return Candidates(self.word, *parts, self.r)
 
     def coordinate(self, level: Level) -> Floats:
         """What orders a sweep."""
@@ -261,7 +261,7 @@ class Motions:
         return np.asarray(self.gap > 0)
 
 
-def motions_above(word: Word, flights: Floats, r: float, period: Floats | None = None) -> Motions:
+def candidates_above(word: Word, flights: Floats, r: float, period: Floats | None = None) -> Candidates:
     """The motions with three impacts above pairs of flight times, and what may be one with four above triples.
 
     Parameters
@@ -286,7 +286,7 @@ def motions_above(word: Word, flights: Floats, r: float, period: Floats | None =
         start = np.arctan2(scale * x.sine, scale * x.cosine) / np.pi % 2
         groups = scale * x.gbar, scale * (np.nan if x.d is None else x.d)
         excess = scale * np.reshape(x.excess, (len(x.excess), len(scale)))
-        return Motions(word, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, excess, r)
+        return Candidates(word, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, excess, r)
 
 
 def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
@@ -299,7 +299,7 @@ def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
     return gbar * (level.value if level.held is Held.RATIO else largest / level.value)
 
 
-def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Motions, NDArray[np.intp]]:
+def within(motions: Candidates, level: Level, low: float, high: float) -> tuple[Candidates, NDArray[np.intp]]:
     """Those that are admissible and in the range of a sweep's coordinate, and which they are."""
     gap = motions.gap
     if motions.word.one_sided and level.held is Held.GBAR:  # motions at all d that leave the ball its room
@@ -311,7 +311,7 @@ def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Mot
 
 def onto_sweep(
     word: Word, flights: Floats, r: float, level: Level, farthest: float, coordinate: Floats | None = None
-) -> tuple[Motions, Floats]:
+) -> tuple[Candidates, Floats]:
     """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
 
     Parameters
@@ -349,10 +349,12 @@ def onto_sweep(
         settled[rows[near & ends]] = True
         rows = rows[near & ~ends]
     flights = flights[:, settled]
-    return motions_above(word, flights, r), flights
+    return candidates_above(word, flights, r), flights
 
 
-def into_range(motions: Motions, flights: Floats, level: Level, farthest: float, limits: tuple[float, float]) -> Floats:
+def into_range(
+    motions: Candidates, flights: Floats, level: Level, farthest: float, limits: tuple[float, float]
+) -> Floats:
     """Flight times of motions of a sweep, and next to those beyond its range of others of their families inside.
 
     A family may be in the range for less than a cell, and its motion nearest to a start outside.

@@ -29,7 +29,7 @@ from vireport.design.devices import (
     Region,
     stable_motions,
 )
-from vireport.motions import Flight, Orbits, return_trace
+from vireport.motions import TRACE_LEVELS, Event, Flight, Orbits, return_trace
 from vireport.physics import (
     AFFINE,
     AFFINE_ROUNDING,
@@ -89,7 +89,7 @@ def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mas
     with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
         d, gbar, r = region.groups(low, high)
         mapped, orbit, moved = _tube(d, gbar, r, n, guess)
-        trace, border = return_trace(orbit, r), 1 + r**4
+        trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](r * r)
         proved = mapped & (r.upper < 1) & ((border - trace).lower > 0) & ((border + trace).lower > 0)
         proved &= (orbit.velocity_bottom.lower > 0) & (orbit.velocity_top.upper < 0)
         rows = np.flatnonzero(proved)

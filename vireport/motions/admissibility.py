@@ -42,13 +42,13 @@ def wall_gap(orbit: Orbits, r: float | Floats, n: int) -> Floats:
         wall to wall without ever turning back.
     """
     gap = np.array(orbit.d, dtype=float)
-    for turn in turning_points(orbit, r, n, nearest=True):
+    for turn in flight_turns(orbit, r, n, nearest=True):
         np.minimum.at(gap.reshape(-1), turn.index, np.minimum(turn.from_start_wall, turn.from_end_wall))
     return gap
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Turns:
+class FlightTurns:
     """Turning points of one flight of some of the motions, on one side of where each flight is slowest.
 
     Attributes
@@ -83,13 +83,13 @@ def touches(orbit: Orbits, r: float, n: int) -> list[Touch]:
     """The turning points of one motion (arrays of length one) with their distance from either wall, nearest first."""
     return sorted(
         Touch(abs(float(distance)), float(time), turn.upward, at_start)
-        for turn in turning_points(orbit, r, n)
+        for turn in flight_turns(orbit, r, n)
         for at_start, gap in ((True, turn.from_start_wall), (False, turn.from_end_wall))
         for distance, time in zip(gap, turn.time, strict=True)
     )
 
 
-def turning_points(orbit: Orbits, r: float | Floats, n: int, nearest: bool = False) -> Iterator[Turns]:
+def flight_turns(orbit: Orbits, r: float | Floats, n: int, nearest: bool = False) -> Iterator[FlightTurns]:
     """Every turning point of the motions' flights, or those that can be the `nearest` to a wall.
 
     Other parameters are those of `wall_gap`.
@@ -99,7 +99,7 @@ def turning_points(orbit: Orbits, r: float | Floats, n: int, nearest: bool = Fal
     yield from _turns(down, np.arctan2(orbit.sin_top, orbit.cos_top), n, nearest)
 
 
-def _turns(way: Flight, phase: Floats, n: int, nearest: bool) -> Iterator[Turns]:
+def _turns(way: Flight, phase: Floats, n: int, nearest: bool) -> Iterator[FlightTurns]:
     """The turning points of one flight of each motion, from the forcing phase at which it begins.
 
     A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign
@@ -129,7 +129,7 @@ def _turns(way: Flight, phase: Floats, n: int, nearest: bool) -> Iterator[Turns]
     for low, high in ((before, middle), (middle, after)):
         t = _at_rest(part, start, low, high)
         covered = part.covered(t, np.cos(start + np.pi * t))
-        yield Turns(index, way.direction < 0, t, covered, part.d - covered)
+        yield FlightTurns(index, way.direction < 0, t, covered, part.d - covered)
 
 
 def _may_be_nearest(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from itertools import pairwise
 from math import acos, cos, inf, pi, sin
 from typing import Any, NamedTuple
@@ -28,6 +29,9 @@ SAME = 1e-7
 """Difference of velocity [y_c] and time [t_c] up to which two motions are one: between the error of a solution
 (1e-12) and the distance of different motions at one value of the swept parameter."""
 
+AT_ZERO = 1e-9
+"""Velocity or gap that is zero where an event says that one is: far above rounding, far below any that differ."""
+
 BESIDE = 1e-3
 """Time [t_c] from an impact without velocity within which a turning point is the same touch: its distance grows with
 the square of the time, and is zero up to 1e-9 at 1e-4 or less."""
@@ -37,13 +41,20 @@ IMAGE = 1e-5
 the digits are left."""
 
 
+class Symmetry(StrEnum):
+    """Whether a motion is its own mirror image, as some of a horizontal capsule are."""
+
+    SYMMETRIC = "symmetric"
+    ASYMMETRIC = "asymmetric"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
     """A periodic motion (dimensionless).
 
     Attributes
     ----------
-    sequence : Sequence
+    word : Word
     velocity : ndarray (N,)
         Relative velocity just before each impact [y_c]; positive at the bottom, negative at the top.
     time : ndarray (N,)
@@ -62,6 +73,11 @@ class Motion:
         """Forcing phase at each impact [rad], in [0, 2 pi)."""
         return np.mod(pi * self.time, 2 * pi)
 
+    @property
+    def rests(self) -> tuple[int, ...]:
+        """The impacts that have no velocity."""
+        return tuple(np.flatnonzero(np.abs(self.velocity) < AT_ZERO).tolist())
+
     def rotated(self, first: int) -> Motion:
         """The same motion, with its impacts counted from another one, which is within the first forcing period."""
         time = np.concatenate([self.time[first:], self.time[:first] + 2 * self.word.periods])
@@ -76,6 +92,12 @@ class Motion:
     def mirrored(self) -> Motion:
         """The mirror image, a motion where gravity has no part along the capsule."""
         return replace(self, word=self.word.mirrored(), velocity=-self.velocity, time=self.time + 1)
+
+    def representative(self, mirror: bool) -> Motion:
+        """The one of its rotations and, with `mirror`, its mirror images that stands for all."""
+        image = self.mirrored()
+        exchanged = mirror and image.word.canonical().letters < self.word.canonical().letters
+        return (image if exchanged else self).canonical()
 
     def times(self, count: int) -> Motion:
         """Several periods of the motion, as one."""

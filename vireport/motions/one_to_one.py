@@ -75,6 +75,11 @@ class Motions:
         return len(self.d)
 
     @property
+    def decay(self) -> float:
+        """Root of the determinant of DP: r^2, the product of the restitution coefficients over both impacts."""
+        return self.restitution * self.restitution
+
+    @property
     def determinant(self) -> Floats:
         """Of DP: r^4 for every motion, Eq. (A.3)."""
         return np.full(len(self), self.restitution**4)
@@ -125,8 +130,8 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:
         velocity_bottom=np.array(orbit.velocity_bottom),
         velocity_top=np.array(orbit.velocity_top),
         trace=trace,
-        discriminant=discriminant(trace, r),
-        stability=classify(trace, r),
+        discriminant=discriminant(trace, r * r),
+        stability=classify(trace, r * r),
         wall_gap=gap,
         admissible=gap > 0,
         restitution=r,
