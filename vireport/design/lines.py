@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions import Curve, Event, Limits, Motions, PathPoint, follow, motion_at, neighbours
+from vireport.motions import Curve, Event, Limits, Motions, PathPoint, follow, motion_at, neighbours, off
 from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, Device
 from vireport.scenario import DesignInput, Parameter
 
@@ -217,8 +217,10 @@ def _ending(line: Line, curve: Curve, start: PathPoint, sign: float, symmetric: 
 def _taking_over(curve: Curve, x: Floats, sign: float) -> PathPoint | None:
     """The motion next to a pitchfork that is stable beyond it, if there is one."""
     limits = Limits(len(curve.word), curve.word.periods)
-    for _, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, limits):
-        beyond = (first.x[-1] - vertex.x[-1]) * sign > 0
-        if beyond and curve.stability(first.x).attracts:
-            return first
+    for begins, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, limits):
+        # The symmetric motions go through the point, and are begun to one side only.
+        back = off(curve, x, -vertex.tangent) if begins is None else ()
+        for beside in (first, *(start for _, start in back)):
+            if (beside.x[-1] - x[-1]) * sign > 0 and curve.stability(beside.x).attracts:
+                return beside
     return None
