@@ -9,7 +9,7 @@ two on the three.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions import Held, Level, Model, Motion, Turns, trace, turning_points
-from vireport.physics import ARRAYS, Word
+from vireport.motions import SMALLEST_STEP, Held, Level, Model, Motion, Turns, trace, turning_points
+from vireport.physics import ARRAYS, Flight, Word, flight
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -236,11 +236,23 @@ class Candidates:
         x = [*self.velocity, *self.time, self.gbar]
         return np.asarray(trace(self.word, x, Model(Level(Held.D, self.d), self.r), ARRAYS))
 
-    @property
-    def turns(self) -> Turns:
-        """The turning points of the ball."""
-        walls, period = np.array(self.word.walls), 2.0 * self.word.periods
-        return turning_points(walls, self.velocity, self.time, period, (self.d, self.gbar), self.r)
+    def turns(self, period: Any = None, settled: float = SMALLEST_STEP) -> Iterator[tuple[int, Turns]]:
+        """The turning points of the ball, by the impact that begins the flight.
+
+        Parameters
+        ----------
+        period : ndarray (n,), optional
+            Of each motion [t_c], where it is not that of the word.
+        settled : float
+            Newton step at which a turning point is found [t_c].
+        """
+        walls, whole = self.word.walls, 2.0 * self.word.periods if period is None else period
+        ends = [*self.time[1:], self.time[0] + whole]
+        for i, (wall, start, end) in enumerate(zip(walls, self.time, ends, strict=True)):
+            phase, velocity = np.pi * start, flight.reflect(self.velocity[i], self.r)
+            way = Flight(-wall, velocity, np.sin(phase), np.cos(phase), end - start, self.gbar, self.d)
+            for part in turning_points(way, phase, wall == walls[(i + 1) % len(walls)], settled=settled):
+                yield i, part
 
     @property
     def gap(self) -> Floats:
@@ -251,8 +263,8 @@ class Candidates:
         speeds = self.velocity * np.array(self.word.walls)[:, None]
         sound = (speeds > 0).all(axis=0) & (self.d > 0)
         gap, rows = np.where(sound, np.inf, 0.0), np.flatnonzero(sound)
-        turns = self[rows].turns
-        np.minimum.at(gap, rows[turns.motion], turns.gap)
+        for _, part in self[rows].turns():
+            np.minimum.at(gap, rows[part.index], part.gap)
         return gap
 
     @property

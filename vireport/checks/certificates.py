@@ -246,9 +246,9 @@ def _residuals(candidate: Candidate, orbit: Orbits, more: Sequence[Any], r: Any,
         return [-way.pressing(way.cosine)]
     (t,) = more
     sine, cosine = way.turned(ops.sin(ops.pi * t), ops.cos(ops.pi * t))
-    covered = way.covered(t, cosine, ops)
+    covered = way.covered(t, cosine, ops.pi)
     # Divided by the time, the distance to the membrane left is not zero at the start of the flight as well.
-    return [way.speed(t, sine, ops), covered / t if touch.at_start else covered - orbit.d]
+    return [way.speed(t, sine, ops.pi), covered / t if touch.at_start else covered - orbit.d]
 
 
 def _candidates(sweep: Sweep, event: Event, point: OneToOne) -> Iterator[Candidate]:
@@ -265,12 +265,12 @@ def _candidates(sweep: Sweep, event: Event, point: OneToOne) -> Iterator[Candida
         for rest in resting:
             yield Candidate(Condition(Event.ZERO_VELOCITY, (rest,)))
         if not resting:
-            yield from (Candidate(Condition(event), touch) for touch in _touching(orbit, r, n))
+            yield from (Candidate(Condition(event), touch) for touch in _touching(orbit, r))
 
 
-def _touching(orbit: Orbits, r: float, n: int) -> Iterator[Touching]:
+def _touching(orbit: Orbits, r: float) -> Iterator[Touching]:
     """Turning points near a wall, the nearest first, then touches shortly after an impact."""
-    for _, time, upward, at_start in touches(orbit, r, n)[:FIRST_TRIES]:
+    for _, time, upward, at_start in touches(orbit, r)[:FIRST_TRIES]:
         yield Touching(upward, at_start, time)
     for upward, way in zip((True, False), orbit.flights(r), strict=True):
         acceleration, jerk = float(way.pressing(way.cosine)[0]), float(way.jerk(way.sine)[0])

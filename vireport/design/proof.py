@@ -29,11 +29,12 @@ from vireport.design.devices import (
     Region,
     stable_motions,
 )
-from vireport.motions import TRACE_LEVELS, Event, Flight, Orbits, return_trace
+from vireport.motions import TRACE_LEVELS, Event, Orbits, return_trace
 from vireport.physics import (
     AFFINE,
     AFFINE_ROUNDING,
     Affine,
+    Flight,
     between,
 )
 
@@ -176,7 +177,7 @@ def _stays_between(way: Flight, n: int, count: int) -> Mask:
         time = part.duration * between(place / parts, (place + 1) / parts, TIME, SYMBOLS)
         angle = ops.pi * time
         sine, cosine = part.turned(ops.sin(angle), ops.cos(angle))
-        covered, speed, away = part.covered(time, cosine, ops), part.speed(time, sine, ops), part.pressing(cosine)
+        covered, speed, away = part.covered(time, cosine, ops.pi), part.speed(time, sine, ops.pi), part.pressing(cosine)
         left = part.d - covered
         forward, first, last = speed.lower > 0, place == 0, place == parts - 1
         clear = (covered.lower > 0) | (first & (forward | (away.lower > 0)))

@@ -1,6 +1,5 @@
 """Periodic motions of any word: what they are, what happens to them, and those with two impacts in closed form."""
 
-from vireport.motions.admissibility import touches
 from vireport.motions.branches import Branch
 from vireport.motions.conditions import Condition
 from vireport.motions.critical import motion_at, motion_of, place_at, solve_one_to_one
@@ -10,9 +9,9 @@ from vireport.motions.events import CRITICAL, TRACE_LEVELS, Event
 from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark, multipliers
 from vireport.motions.generation import Rung, generation, impact_rate, ladder
 from vireport.motions.level_curve import sample
-from vireport.motions.motion import AT_ZERO, BESIDE, IMAGE, SAME, Motion, Symmetry, Turn, turns
+from vireport.motions.motion import AT_ZERO, BESIDE, IMAGE, SAME, Motion, Symmetry
 from vireport.motions.one_to_one import Motions, impact_velocities, motions_of
-from vireport.motions.orbits import Flight, Orbits, coefficients, orbits
+from vireport.motions.orbits import Orbits, coefficients, orbits
 from vireport.motions.paths import RANK, STEEPEST, Arc, Curve, Path, PathPoint, Trail, completed, follow
 from vireport.motions.periodicity import Model, linearised, residuals, trace, weighted_trace
 from vireport.motions.points import DETAILS, OneToOne, Point, model_of, one_to_one, point_of, polished
@@ -31,7 +30,7 @@ from vireport.motions.stability import (
 )
 from vireport.motions.sweep import Held, Level, Sweep, level_residual
 from vireport.motions.switching import Beginning, Limits, neighbours, off, touching
-from vireport.motions.turning import Turns, turning_points
+from vireport.motions.turning import SMALLEST_STEP, Turn, Turns, flight_turns, touches, turning_points, turns, wall_gap
 
 __all__ = [
     "AT_ZERO",
@@ -44,6 +43,7 @@ __all__ = [
     "NO_BOUND",
     "RANK",
     "SAME",
+    "SMALLEST_STEP",
     "STABILITIES",
     "STEEPEST",
     "TRACE_LEVELS",
@@ -59,7 +59,6 @@ __all__ = [
     "Curve",
     "Event",
     "Family",
-    "Flight",
     "Held",
     "Jacobian",
     "Level",
@@ -91,6 +90,7 @@ __all__ = [
     "find_motions",
     "finite",
     "flight_jacobian",
+    "flight_turns",
     "follow",
     "generation",
     "impact_rate",
@@ -128,5 +128,6 @@ __all__ = [
     "turns",
     "undecided",
     "voltage_bounds",
+    "wall_gap",
     "weighted_trace",
 ]

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from vireport.motions.admissibility import touches
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion
@@ -22,6 +21,7 @@ from vireport.motions.periodicity import Grouped
 from vireport.motions.points import place_of, solved_on_sweep
 from vireport.motions.polish import Equation, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
+from vireport.motions.turning import touches
 from vireport.physics import Word
 
 SHORT = 1e-3
@@ -110,19 +110,19 @@ def solve_one_to_one(
         return solve_motion(grouped, guess, equation, symmetric)
 
     if condition.event is Event.GRAZING:
-        return _solve_grazing(solve, motion, orbit, r, n, symmetric)
+        return _solve_grazing(solve, motion, orbit, r, symmetric)
     return solve(motion, at_condition(condition, motion.word)), ()
 
 
 def _solve_grazing(
-    solve: Solve, motion: Motion, orbit: Orbits, r: float, n: int, symmetric: bool
+    solve: Solve, motion: Motion, orbit: Orbits, r: float, symmetric: bool
 ) -> tuple[Solved, tuple[int, ...]]:
     """Solve for a 1:1 motion that grazes, from the turning point that is nearest to a membrane.
 
     A ball that touches again shortly after an impact has v t = a t^2/2 + j t^3/6 and v = a t + j t^2/2, which give the
     acceleration a = (-8 j v/3)^(1/2) towards the wall that it leaves, and t = -3 a/(2 j).
     """
-    nearest = next(iter(touches(orbit, r, n)), None)
+    nearest = next(iter(touches(orbit, r)), None)
     if nearest is not None and not (nearest.time < SHORT and nearest.at_start):
         return _solve_touch(solve, motion, nearest.upward, nearest.at_start, nearest.time, symmetric)
     flights = orbit.flights(r)

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.motions.admissibility import wall_gap
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.orbits import Orbits, coefficients, orbits_above
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import discriminant, return_trace
 from vireport.motions.sweep import Level, Sweep, level_terms
+from vireport.motions.turning import wall_gap
 from vireport.physics import FINEST_D
 from vireport.scenario import Parameter
 
@@ -259,7 +259,7 @@ class LevelCurve:
         values = np.array([*traced, unknown, orbit.velocity_bottom, -orbit.velocity_top, *in_sweep])
         inside = (values[VALIDITY].min(axis=0) > 0) & with_gap
         if inside.any():
-            values[GRAZING, inside] = wall_gap(orbit.select(inside), r, self.n)
+            values[GRAZING, inside] = wall_gap(orbit.select(inside), r)
         return values.T
 
 

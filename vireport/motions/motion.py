@@ -1,29 +1,21 @@
-"""Periodic motions with any sequence of impacts: what they are, when two are the same, and their turning points.
+"""Periodic motions of any word: what they are, and when two are the same.
 
 A motion is known by its impacts. Times are in t_c, half a forcing period, with the forcing phase pi t.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from itertools import pairwise
-from math import acos, cos, inf, pi, sin
-from typing import Any, NamedTuple
+from math import inf, pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import Word, flight
+from vireport.physics import Word
 
 Floats = NDArray[np.float64]
-
-BISECTIONS = 60
-"""Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""
-
-SETTLED = 1e-8
-"""Newton step [t_c] at which a turning point is found: Z' being zero there, its square is what moves the position."""
 
 SAME = 1e-7
 """Difference of velocity [y_c] and time [t_c] up to which two motions are one: between the error of a solution
@@ -145,58 +137,3 @@ class Motion:
         others = (other, other.mirrored()) if mirror else (other,)
         images = (x.rotated(i) for x in others for i in x.word.firsts(self.word))
         return min(map(self.apart, images), default=inf)
-
-
-class Turn(NamedTuple):
-    """A turning point of the ball: the flight it is in, its time, the wall it is turned towards, and its distance."""
-
-    after: int
-    time: float
-    wall: int
-    gap: float
-
-
-def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
-    """Every turning point of a motion, with its distance from the wall that the ball turns back from.
-
-    The zeros of Z' are bracketed by those of Z'' = gbar + cos(phase), which are known, so that none is missed. The
-    distance is negative where the ball would have passed through the membrane.
-    """
-    lift = acos(-gbar) / pi if gbar < 1 else 1.0
-    swing = sin(pi * lift)
-    still = ((lift, swing), (2 - lift, -swing)) if gbar < 1 else ()
-    walls, times, velocities = motion.word.walls, motion.time.tolist(), motion.velocity.tolist()
-    times.append(times[0] + 2 * motion.word.periods)
-    velocities.append(velocities[0])
-    for i, wall in enumerate(walls):
-        start, end, after, phase = times[i], times[i + 1], flight.reflect(velocities[i], r), pi * times[i]
-        sine, cosine = sin(phase), cos(phase)
-        laps = range(2 * int(start // 2), 2 * int(end // 2) + 1, 2)
-        inner = [(lap + t, there) for lap in laps for t, there in still if start < lap + t < end]
-        speeds = [(t, flight.velocity(t - start, after, sine, there, gbar)) for t, there in inner]
-        for low, high in pairwise([(start, after), *speeds, (end, velocities[i + 1])]):
-            if low[1] * high[1] < 0:
-                time = _rest(low, high, (start, after, sine), gbar)
-                towards = 1 if low[1] > 0 else -1
-                z = wall * d / 2 + flight.displacement(time - start, after, sine, cosine, cos(pi * time), gbar)
-                yield Turn(i, time, towards, d / 2 - towards * z)
-
-
-def _rest(low: tuple[float, float], high: tuple[float, float], flown: tuple[float, float, float], gbar: float) -> float:
-    """Time at which a monotone Z' is zero, between two at which it is given with them.
-
-    `flown` are the time, Z' and the sine of the phase at the beginning of the flight.
-    """
-    start, after, sine = flown
-    (a, before), (b, behind) = low, high
-    # where it would be if Z' were half a wave, as it is where gbar = 0
-    t = a + (b - a) * acos((before + behind) / (behind - before)) / pi
-    for _ in range(BISECTIONS):
-        phase = pi * t
-        value, slope = flight.velocity(t - start, after, sine, sin(phase), gbar), gbar + cos(phase)
-        a, b = (a, t) if (value > 0) == (behind > 0) else (t, b)
-        new = t - value / slope if slope else a
-        if abs(new - t) < SETTLED and slope:
-            return new
-        t = new if a < new < b else (a + b) / 2
-    return t

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.admissibility import wall_gap
 from vireport.motions.orbits import Orbits
 from vireport.motions.stability import (
     STABILITIES,
@@ -18,6 +17,7 @@ from vireport.motions.stability import (
     return_trace,
 )
 from vireport.motions.sweep import Held, Level, Sweep
+from vireport.motions.turning import wall_gap
 from vireport.physics import Device
 from vireport.scenario import Parameter
 
@@ -111,14 +111,14 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:
 
     The group that the sweep holds is given its exact value.
     """
-    r, n = sweep.device.restitution, sweep.device.period_ratio
+    r = sweep.device.restitution
     d, gbar = np.array(orbit.d, dtype=float), np.array(orbit.gbar, dtype=float)
     if level.held is Held.GBAR:
         gbar[:] = level.value
     elif level.held is Held.D:
         d[:] = level.value
     trace = np.array(return_trace(orbit, r))
-    gap = wall_gap(orbit, r, n)
+    gap = wall_gap(orbit, r)
     return Motions(
         sweep_value=np.array(sweep.value(d, gbar), dtype=float),
         d=d,

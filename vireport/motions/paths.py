@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.motions.conditions import Condition
 from vireport.motions.events import TRACE_LEVELS, Event
-from vireport.motions.motion import AT_ZERO, IMAGE, Motion, Turn, turns
+from vireport.motions.motion import AT_ZERO, IMAGE, Motion
 from vireport.motions.periodicity import Variation, linearised, trace
 from vireport.motions.stability import STABILITIES, Stability, classify
+from vireport.motions.turning import Turn, turns
 from vireport.physics import Word
 
 Floats = NDArray[np.float64]

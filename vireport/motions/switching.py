@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from vireport.base import UsageError
 from vireport.motions.events import Event
-from vireport.motions.motion import AT_ZERO, BESIDE, Motion, Turn
+from vireport.motions.motion import AT_ZERO, BESIDE, Motion
 from vireport.motions.paths import Curve, Path, PathPoint
+from vireport.motions.turning import Turn
 from vireport.physics import Word
 
 Floats = NDArray[np.float64]

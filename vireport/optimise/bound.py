@@ -189,7 +189,7 @@ def _may_stay_between(orbit: Orbits, r: Affine, n: int) -> Mask:
         for k in range(SAMPLES * n):
             time = way.duration * ((k + 0.5) / (SAMPLES * n))
             angle = ops.pi * time
-            covered = way.covered(time, way.turned(ops.sin(angle), ops.cos(angle))[1], ops)
+            covered = way.covered(time, way.turned(ops.sin(angle), ops.cos(angle))[1], ops.pi)
             inside &= ~(covered.upper < 0) & ~((way.d - covered).upper < 0)
     return inside
 
