@@ -262,6 +262,9 @@ def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
     groups = tuple(float(group) for group in solved.groups)
     x = np.concatenate([motion.velocity, motion.time, groups])
     condition = Condition(end.event, rests[:1])
+    if end.event is Event.GRAZING and not rests:
+        pressed = np.abs(groups[1] + np.cos(np.pi * motion.time))
+        condition = Condition(end.event, held=int(np.argmin(pressed)))
     _, gradient = condition.linearised(motion.word, x, (groups[0], groups[1], groups[2]), np.eye(3))
     gradients = np.vstack([linearised(motion.word, x, _Groups())[1], gradient])
     if not np.isfinite(gradients).all():

@@ -32,11 +32,15 @@ class Condition:
         loses its velocity. What concerns the trace is of the motion without them.
     sign : int
         Of the trace, where the type changes between node and focus; of the end of a sweep, 1 for the upper one.
+    held : int or None
+        Without restitution, a ball grazes in the very moment of an impact in which the membrane begins to hold it: this
+        impact.
     """
 
     event: Event
     rests: tuple[int, ...] = ()
     sign: int = 1
+    held: int | None = None
 
     def excess(self, trace: Any, decay: Any) -> Any:
         """How far a trace is above that at the event; `decay` as in `TRACE_LEVELS`."""
@@ -63,6 +67,8 @@ class Condition:
         -----
         The trace enters times the velocities of all impacts that have one: so it has no pole where one vanishes.
         """
+        if self.held is not None:
+            return groups[1] + ops.cos(ops.pi * x[len(word) + self.held])
         if self.event in (Event.GRAZING, Event.ZERO_VELOCITY):
             return x[self.rests[0]]
         if self.event is Event.DEGENERATE_GRAZING:
@@ -90,7 +96,7 @@ class Condition:
             Of the groups by what varies.
         """
         own = 2 * len(word)
-        if self.event is Event.GRAZING:
+        if self.event is Event.GRAZING and self.held is None:
             return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
         at = np.append(x[:own], groups)
         steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))

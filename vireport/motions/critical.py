@@ -28,6 +28,10 @@ SHORT = 1e-3
 """Time since the impact, below which a touch is a ball that comes back before it has left. It is found from its
 expansion, for in doubles the distance covered is lost against the length of the capsule."""
 
+AT_ONCE = 1e-9
+"""Time since the impact, below which a touch is as good as the moment in which the membrane begins to hold the ball:
+the expansion is off by a share of the time, so what it says of the acceleration by the square of that."""
+
 Solve = Callable[[Motion, Equation], Solved]
 """Solves the conditions of a motion and an equation, next to a motion."""
 
@@ -136,12 +140,12 @@ def _solve_grazing(
     def pressing(x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
         return wall * (groups[1] + ops.cos(ops.pi * x[2 + leaves])) - ops.exact(acceleration)
 
-    solved = solve(motion, pressing)
-    if acceleration == 0:  # for r = 0 the ball starts at rest, and touches where the membrane begins to hold it
+    solved, elapsed = solve(motion, pressing), -1.5 * acceleration / jerk if acceleration else 0.0
+    if elapsed < AT_ONCE:  # for r = 0 the ball starts at rest, and touches where the membrane begins to hold it
         return solved, ()
     velocity, time = (np.array([float(v) for v in part]) for part in (solved.x[:2], solved.x[2:4]))
     near = Motion(motion.word, velocity, time, float(solved.x[-1]))
-    return _solve_touch(solve, near, upward, True, -1.5 * acceleration / jerk, symmetric)
+    return _solve_touch(solve, near, upward, True, elapsed, symmetric)
 
 
 def _solve_touch(

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import atan, copysign, inf, nan, pi, sqrt
+from math import atan, copysign, inf, isfinite, nan, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from vireport.motions.conditions import Condition
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.motion import AT_ZERO, IMAGE, Motion
 from vireport.motions.periodicity import Variation, linearised, trace
+from vireport.motions.roots import GOLDEN
 from vireport.motions.stability import STABILITIES, Stability, classify
 from vireport.motions.turning import Turn, turns
 from vireport.physics import Word
@@ -71,6 +72,20 @@ MOST_ASIDE = 1e3
 
 PASSED = Condition(Event.PERIOD_DOUBLING), Condition(Event.NODE_FOCUS), Condition(Event.NODE_FOCUS, sign=-1)
 """What a family passes through: where the trace has a value, and the motions go on."""
+
+MEETING = Condition(Event.FOLD)
+"""Where motions meet, in a fold or a pitchfork."""
+
+NEARBY, DOUBTFUL = 0.3, 0.5
+"""Distance of the trace to a border within which it is asked whether it crosses it within a step and comes back; and
+the share of the lesser distance at the ends, below which the parabola has to come for the trace to be looked at."""
+
+SEARCHED, SECTIONS = 0.2, 20
+"""Share of the step to either side of the parabola's extremum, in which that of the trace is looked for, and the golden
+sections that find it, to the root of rounding."""
+
+CROSSED = 1e-11
+"""Depth beyond which the trace crosses a border rather than touches it, as asymmetric motions do at a pitchfork."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -510,18 +525,20 @@ class Curve(Path):
 
     def happenings(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the family. Raises as `located`."""
+        beyond = self._beyond_a_border(arc)
+        if beyond is not None:
+            first, over = self.happenings(Arc(arc.start, beyond))
+            second, ends = ([], True) if over else self.happenings(Arc(beyond, arc.end))
+            return [*first, *second], ends
         found: list[tuple[float, PathPoint, Event | None]] = []
 
         def pass_through(value: Callable[[PathPoint], float]) -> bool:
             return value(arc.start) * value(arc.end) < 0
 
-        def excess(condition: Condition) -> Callable[[PathPoint], float]:
-            return lambda point: float(condition.excess(point.trace, self.decay(point.x)))
-
         for condition in PASSED:
-            if pass_through(excess(condition)):
-                found.append((*self.located(arc, excess(condition)), condition.event))
-        meeting = excess(Condition(Event.FOLD))
+            if pass_through(self._excess(condition)):
+                found.append((*self.located(arc, self._excess(condition)), condition.event))
+        meeting = self._excess(MEETING)
         over, meets = False, pass_through(meeting)
         if pass_through(_along):
             where = self.located(arc, meeting if meets else _along)
@@ -535,6 +552,37 @@ class Curve(Path):
             if _is_symmetric(self, where[1].x):
                 found.append((*where, Event.PITCHFORK))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over
+
+    def _excess(self, condition: Condition) -> Callable[[PathPoint], float]:
+        """How far the trace of a motion is above that of a condition."""
+        return lambda point: float(condition.excess(point.trace, self.decay(point.x)))
+
+    def _beyond_a_border(self, arc: Arc) -> PathPoint | None:
+        """A motion within a step at which the trace has crossed a border to which it comes back, if there is one.
+
+        It is looked for where the parabola through both ends and the middle of the step comes near a border: the trace
+        turns little within a step.
+        """
+        for condition in (*PASSED, MEETING):
+            excess = self._excess(condition)
+            start, end = excess(arc.start), excess(arc.end)
+            near = min(abs(start), abs(end)) < NEARBY * max(1.0, abs(condition.trace(0.0, self.decay(arc.start.x))))
+            if not (start * end > 0 and near and isfinite(start + end)):
+                continue
+            slope, bend = end - start, 2 * (start + end - 2 * excess(arc.at(arc.length / 2)))
+            share = 0.5 - slope / (2 * bend) if bend else 0.0
+            lowest = start + share * (slope - bend) + share * share * bend
+            if not 0 < share < 1 or lowest * copysign(1, start) > DOUBTFUL * min(abs(start), abs(end)):
+                continue
+            low, high = (share - SEARCHED) * arc.length, (share + SEARCHED) * arc.length
+            for _ in range(SECTIONS):
+                inner = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+                values = [abs(start) / start * excess(self.beside(arc, size)) for size in inner]
+                low, high = (low, inner[1]) if values[0] < values[1] else (inner[0], high)
+            deepest = self.beside(arc, (low + high) / 2)
+            if excess(deepest) * start < -CROSSED:
+                return deepest
+        return None
 
 
 def _along(point: PathPoint) -> float:
