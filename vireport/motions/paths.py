@@ -577,10 +577,10 @@ class Curve(Path):
             low, high = (share - SEARCHED) * arc.length, (share + SEARCHED) * arc.length
             for _ in range(SECTIONS):
                 inner = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-                values = [abs(start) / start * excess(self.beside(arc, size)) for size in inner]
+                values = [copysign(1, start) * excess(self.beside(arc, size)) for size in inner]
                 low, high = (low, inner[1]) if values[0] < values[1] else (inner[0], high)
             deepest = self.beside(arc, (low + high) / 2)
-            if excess(deepest) * start < -CROSSED:
+            if copysign(1, start) * excess(deepest) < -CROSSED:
                 return deepest
         return None
 
