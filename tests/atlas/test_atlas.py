@@ -11,7 +11,7 @@ from conftest import first
 from vireport import load, loads
 from vireport.atlas import atlas, motion_of_cycle
 from vireport.motions import Atlas, Event, Family, Limits, Motion, Sweep
-from vireport.motions.paths import follow
+from vireport.motions.paths import completed, follow
 from vireport.motions.points import polished
 from vireport.motions.switching import neighbours
 from vireport.physics import Word
@@ -35,6 +35,9 @@ inclination_deg: {inclination}
 sweep: {{parameter: length_m, from: 0.16, to: 0.6}}
 """
 
+COUNTS = {"inclined": 2, "inclined-forcing": 2, "horizontal": 3}
+"""Families of 1:1 motions in the examples."""
+
 
 def sweep(path, **changes: float) -> Sweep:
     return replace(sweep_of(load(path).scenario), **changes)
@@ -45,23 +48,36 @@ def marks(family: Family, event: Event) -> list[float]:
 
 
 @pytest.mark.parametrize("name", first(1, ["inclined", "inclined-forcing", "horizontal"]))
-def test_families_with_two_impacts_are_the_branches_of_the_1_1_motions(name: str, study_of):
+def test_families_of_1_1_motions_are_what_is_followed_from_one_of_them(name: str, study_of):
     solution = study_of(name).solution
     found = [f for f in atlas(solution.sweep, Limits(2, 1)).families if f.word.letters == "BT"]
-    branches = [b for b in solution.branches if b.mirror_of is None and b.motions.admissible.any()]
-    for branch in branches:
-        motions = branch.motions
-        for row in np.flatnonzero(motions.admissible)[1:-1:7]:
-            coordinate = float(solution.sweep.coordinate(motions)[row])
-            # A horizontal capsule's family stands for its mirror image too.
-            velocities = [v for f in found for m in f.at(coordinate) for v in (m.velocity[0], -m.velocity[1])]
-            assert np.abs(np.array(velocities) - motions.velocity_bottom[row]).min() < 1e-10
+    assert len(found) == COUNTS[name]
+    for family in found:
+        curve, middle = family.curve, family.x[len(family.x) // 2]
+        start = curve.point(middle, curve.tangent(middle))
+        trail = completed(curve, start, follow(curve, start))
+        x = np.array([point.x for point in trail.points])
+        for row in range(1, len(x) - 1, 7):
+            followed = curve.motion(x[row])
+            assert min(followed.distance(motion) for motion in family.at(followed.coordinate)) < 1e-10
+        events = sorted((float(x[row, -1]), event) for row, event in trail.events)
+        known = sorted((float(family.x[mark.row, -1]), mark.event) for mark in family.marks)
+        assert [event for _, event in events] == [event for _, event in known]
+        assert [place for place, _ in events] == pytest.approx([place for place, _ in known], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", first(1, ["inclined", "inclined-forcing", "horizontal"]))
+def test_critical_points_of_1_1_motions_are_vertices_with_the_same_label(name: str, study_of):
+    solution = study_of(name).solution
+    found = atlas(solution.sweep, Limits(2, 1))
+    marks = [mark for family in found.families for mark in family.marks if mark.point is not None]
     for point in solution.critical_points:
-        event = Event.ZERO_VELOCITY if point.rest is not None else point.event
-        at = point.sweep_value
+        (of_label,) = {mark.point for mark in marks if mark.point.label == point.label}
+        assert (of_label.sweep_value, of_label.error_bound) == (point.sweep_value, point.error_bound)
+        assert of_label.event is point.event
         # Where the ball oscillates between both membranes without an impact, there is no vertex.
-        if point.closed.velocity_bottom or point.closed.velocity_top:
-            assert min(abs(value - at) for family in found for value in marks(family, event)) <= 2 * np.spacing(at)
+        if point.event is not Event.NODE_FOCUS and (point.closed.velocity_bottom or point.closed.velocity_top):
+            assert of_label in found.vertices
 
 
 def test_at_a_period_doubling_the_doubled_word_begins(example):
@@ -79,7 +95,7 @@ def test_at_a_period_doubling_the_doubled_word_begins(example):
     ]
     assert aside[1] / aside[0] == pytest.approx(2, abs=0.01)
     # The trace of the doubled motion is that of the square: from 1 + det downward, so that it begins stable.
-    assert child.segments[0][2].attracts
+    assert child.segments[0].stable
     assert vertex.sweep_value in child.stable_ranges[0]
 
 
@@ -159,13 +175,13 @@ def test_every_periodic_attractor_lies_on_a_family(name: str, count: int, apart:
 def test_every_stable_stretch_attracts_from_beside_it(name: str, count: int, example):
     swept, checked = sweep(example(name)), 0
     for family in atlas(swept, Limits(6, 4)).families:
-        for start_row, last, kind in family.segments:
-            if kind.attracts:
-                between = family.x[(start_row + last) // 2 : (start_row + last + 3) // 2].mean(axis=0)
+        for part in family.segments:
+            if part.stable:
+                between = family.x[(part.first + part.last) // 2 : (part.first + part.last + 3) // 2].mean(axis=0)
                 x, checked = family.curve.nearest(between), checked + 1
                 motion = family.curve.motion(x)
                 d, gbar = (float(value) for value in family.curve.model.groups(x[-1]))
-                ends = family.sweep_value[[start_row, last]]
+                ends = family.sweep_value[[part.first, part.last]]
                 aside = min(ASIDE, 0.1 * float(np.ptp(ends) / ends[0]))
                 start = Impact(motion.word.walls[0], float(x[0]) * (1 + aside), float(motion.phase[0]))
                 cycle = find_attractor(d, gbar, family.curve.model.r, start).cycle

@@ -210,7 +210,7 @@ def test_every_motion_with_three_impacts_lies_on_a_family(walls: tuple[int, ...]
     found_atlas = atlas(passing, Limits(3, periods))
     near = [motion.distance(m) for family in found_atlas.families for m in family.at(motion.coordinate)]
     assert min(near) < 1e-8
-    (claim,) = [of for of in found_atlas.completeness if of.word == motion.word.canonical().word]
+    (claim,) = [of for of in found_atlas.completeness if of.word == motion.word.canonical().letters]
     assert claim.claim is Claim.COMPLETE
     assert claim.undecided is not None
     assert claim.undecided < 1e-4

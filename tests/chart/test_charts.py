@@ -111,7 +111,7 @@ def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
     rng, found, checked = np.random.default_rng(5), all_words(), Counter()
     for other in rng.uniform(0.25, 0.6, 2):
         families = atlas(Line(found.plane, 1, float(other)).sweep, Limits(4, 2))
-        points = [(vertex.point, vertex.event) for vertex in families.vertices]
+        points = [(vertex, vertex.event) for vertex in families.vertices]
         marks = (mark for family in families.families for mark in family.marks)
         points += [(mark.point, mark.event) for mark in marks if mark.event is Event.NODE_FOCUS]
         for point, event in points:
@@ -324,7 +324,7 @@ def test_a_simulation_ends_in_the_words_of_its_region_and_in_no_others():
                 cycles = [end.cycle for end in each if end.cycle is not None and not end.cycle.sticks]
                 short = [one for one in cycles if len(one.wall) <= 4 and one.period <= 2]
                 ((stable,),) = [tuple(words[regions[at]])]
-                assert {Word.of(one.word).canonical().word for one in short} == set(stable), (r, length)
+                assert {Word.of(one.word).canonical().letters for one in short} == set(stable), (r, length)
                 checked += 1
     assert checked > 50
 

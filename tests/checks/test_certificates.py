@@ -210,12 +210,10 @@ def test_the_side_is_that_of_the_branch(case) -> None:
                 continue
             word, place = certificate.side.split()
             for branch in study.solution.branches:
-                if certificate.label not in branch.labels or branch.ends[0] == "pitchfork" == branch.ends[1]:
+                m, rows = branch.motions, {point.label: row for row, point in branch.family.critical_points.items()}
+                row = rows.get(certificate.label, 0)
+                if row in (0, len(m) - 1):
                     continue
-                row = branch.labels.index(certificate.label)
-                if row in (0, len(branch.labels) - 1):
-                    continue
-                m = branch.motions
                 for beside in (row - 1, row + 1):
                     above = bool(m.sweep_value[beside] > m.sweep_value[row])
                     inside = word in m.words[beside].replace("unstable", "")
@@ -254,9 +252,9 @@ def test_motions_through_a_membrane_are_proved_to_be_none(example) -> None:
     with precision(128):
         ops, r = BallOps(), ball(study.solution.device.restitution)
         for branch in study.solution.branches:
-            m = branch.motions
+            m, marked = branch.motions, {mark.row for mark in branch.family.marks}
             for row in range(1, len(m) - 1, 5):
-                if branch.marks[row]:
+                if row in marked:
                     continue
                 orbit = orbits(arb(float(m.q[row])) - 0.5, arb(float(m.phi_bottom[row])), r, 1, ops)
                 found = [stays_between(way, None) for way in orbit.flights(r)]

@@ -188,7 +188,8 @@ def test_the_interval_holds_the_share_in_95_of_100_runs(example) -> None:
 def test_overlay_lies_on_the_curves(checked) -> None:
     study = checked["inclined"]
     points = simulated_points(study)
-    main = next(branch.motions for branch in study.solution.branches if "B1" in branch.labels)
+    (doubling,) = (point for point in study.solution.critical_points if point.label == "B1")
+    main = study.solution.branches[doubling.families[0] - 1].motions
     order = np.argsort(main.d)
     stable = points.d > 0.42
     expected = np.interp(points.d[stable], main.d[order], main.velocity_bottom[order])

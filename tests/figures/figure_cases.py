@@ -109,7 +109,7 @@ def rows(study: Study, admissible: bool) -> list[tuple[int, int]]:
     return [
         (branch.number - 1, row)
         for branch in study.solution.branches
-        for part in branch.segments()
+        for part in branch.family.segments
         if part.admissible == admissible
         for row in range(part.first + 1, part.last)
     ]

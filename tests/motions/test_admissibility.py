@@ -86,7 +86,7 @@ def test_a_motion_that_touches_a_membrane_is_none_and_one_that_comes_to_rest_on_
     for sweep in random_sweeps(8, seed=77):
         for branch in solve(sweep).branches:
             for row in range(len(branch.motions)):
-                point = branch.critical_point(row)
+                point = branch.family.critical_points.get(row)
                 if point is not None and point.event is Event.GRAZING:
                     kinds.add(point.rest is not None)
                     assert (branch.motions.wall_gap[row] > 0) == (point.rest is not None)

@@ -100,7 +100,8 @@ def test_nearly_symmetric_branch_of_a_nearly_horizontal_capsule_is_found(angle: 
 def test_branch_across_the_singularity_of_the_printed_form() -> None:
     """Eq. (3.10) as printed divides by r Tu - Td, zero at q = 1/(1+r): nothing happens there."""
     solution = solve(Sweep(Device(0.1245, 0.5, 9.8, 0.75, None, 2.0, 45.0), Parameter.AMPLITUDE, 3.0, 6.0))
-    main = next(b for b in solution.branches if "B1" in b.labels).motions
+    (doubling,) = (point for point in solution.critical_points if point.label == "B1")
+    main = solution.branches[doubling.families[0] - 1].motions
     assert main.q.min() < 2 / 3 < main.q.max()
     inside = np.abs(main.q - 2 / 3) < 0.02
     assert inside.sum() > 3

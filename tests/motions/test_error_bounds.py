@@ -67,8 +67,7 @@ def exact_conversion(device: Device, exact: dict[str, Any]) -> dict[str, Any]:
 
 def ends_of_sweep(branch: Branch) -> set[int]:
     """Rows at which it is the sweep that cuts a branch."""
-    rows = (0, branch.ends[0]), (len(branch.motions) - 1, branch.ends[1])
-    return {row for row, why in rows if why.event is Event.SWEEP_END}
+    return {mark.row for mark in branch.family.marks if mark.event is Event.SWEEP_END}
 
 
 def ratios_of(solution: Solution, chosen: int) -> dict[str, list[float]]:
@@ -161,7 +160,7 @@ def test_a_number_that_passes_zero_has_a_bound() -> None:
     zeros = []
     for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
         for row in range(len(branch.motions)):
-            point = branch.critical_point(row)
+            point = branch.family.critical_points.get(row)
             if point is not None and point.event is Event.NODE_FOCUS:
                 zeros.append(bounds["discriminant"][row])
                 assert abs(branch.motions.discriminant[row]) <= zeros[-1] < 1e-10

@@ -159,11 +159,11 @@ def test_stable_branch_that_passes_through_the_membrane_is_refused() -> None:
     ghosts = [
         part
         for branch in solution.branches
-        for part in branch.segments()
+        for part in branch.family.segments
         if part.stability.attracts and not part.admissible
     ]
     assert ghosts, "the algebra has a branch with |lambda| < 1 below d = 0.124"
-    assert not any(part.stable for branch in solution.branches for part in branch.segments())
+    assert not any(part.stable for branch in solution.branches for part in branch.family.segments)
     grazing = next(c for c in solution.critical_points if c.event == "grazing")
     assert grazing.d == pytest.approx(0.141, abs=5e-4)
 

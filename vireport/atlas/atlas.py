@@ -10,7 +10,6 @@ from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import chain, product
-from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +42,7 @@ from vireport.motions import (
     Point,
     Sweep,
     Trail,
+    admissible_families,
     completed,
     follow,
     neighbours,
@@ -87,22 +87,32 @@ def atlas(
     low, high = (float(end) for end in sweep.coordinate_range)
     model = Model(sweep.level, float(sweep.device.restitution))
     search = _Search(solve(sweep), model, low, high, limits, progress, finest)
+    for family in _one_to_one(search):
+        if not search.known(family.curve.motion(family.x[len(family.x) // 2])):  # nor its mirror image
+            search.take(family)
+    search.follow()
     for motion in chain(_starts(search), simulated):
         search.explore(motion)
     return search.atlas()
 
 
+def _one_to_one(search: _Search) -> Iterator[Family]:
+    """The families of 1:1 motions, from their closed form."""
+    for k in range(1, search.limits.periods + 1) if search.limits.impacts > 1 else ():
+        diagram = search.one_to_one(k)
+        for branch in diagram.branches:
+            for family in admissible_families(branch):
+                if diagram is search.diagram:
+                    yield family
+                else:  # labels are of the sweep's own period ratio
+                    marks = (replace(x, point=x.point and replace(x.point, label="")) for x in family.marks)
+                    yield replace(family, sweep=search.sweep, marks=tuple(marks))
+
+
 def _starts(search: _Search) -> Iterator[Motion]:
-    """The motions that are known in closed form, 1:1 and with one impact, one of each family; then what is found."""
-    for k in range(1, search.limits.periods + 1):
-        for branch in search.one_to_one(k).branches if search.limits.impacts > 1 else ():
-            for part in branch.segments() if branch.mirror_of is None else ():
-                m, i = branch.motions, (part.first + part.last) // 2
-                if part.admissible and m.admissible[i]:
-                    time = m.phi_bottom[i] / pi + np.array([0.0, 2 * k * m.q[i]])
-                    velocity = np.array([m.velocity_bottom[i], m.velocity_top[i]])
-                    yield Motion(Word((1, -1), k), velocity, time, float(search.sweep.coordinate(m)[i]))
-        if not search.model.horizontal:
+    """Motions with one impact, one of each family; then what is found."""
+    if not search.model.horizontal:
+        for k in range(1, search.limits.periods + 1):
             single = one_impact(search.model, search.low, search.high, k)
             yield from (single.motion(i, search.model.level) for i in range(len(single.d)))
     for words in zip(*map(search.excluded, range(1, search.limits.periods + 1)), strict=True):
@@ -114,11 +124,11 @@ def _starts(search: _Search) -> Iterator[Motion]:
 
 @dataclass(slots=True)
 class _Meeting:
-    """A vertex while the search goes on; `motion` has its touches as impacts."""
+    """A vertex while the search goes on; `motion` has its touches as impacts, `point` is where it is known already."""
 
     event: Event
-    curve: Curve
     motion: Motion
+    point: Point | None
     families: set[int] = field(default_factory=set)
 
 
@@ -132,7 +142,6 @@ class _Search:
     progress: Progress | None
     finest: float
     families: list[Family] = field(default_factory=list)
-    events: dict[int, list[tuple[int, Event]]] = field(default_factory=dict)
     meetings: list[_Meeting] = field(default_factory=list)
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
     queue: deque[Beginning] = field(default_factory=deque)
@@ -181,17 +190,21 @@ class _Search:
         if x is not None:
             start = curve.point(x, curve.tangent(x))
             self.queue.append((None, curve, start, start))
+        self.follow()
+
+    def follow(self) -> None:
+        """Follow the families that begin where others meet, and those that they lead to."""
         while self.queue:
             begins, curve, vertex, first = self.queue.popleft()
             if self._wanted(curve, first.x):
                 if self.progress is not None:
                     self.progress(f"following motions of other impact sequences: {curve.word.letters}")
-                strand = follow(curve, first)
+                trail = follow(curve, first)
                 if begins is None:
-                    self._add(curve, completed(curve, first, strand))
+                    self._add(curve, completed(curve, first, trail))
                 else:
-                    events = [(0, begins), *((i + 1, event) for i, event in strand.events)]
-                    self._add(curve, Trail([vertex, *strand.points], events))
+                    events = [(0, begins), *((i + 1, event) for i, event in trail.events)]
+                    self._add(curve, Trail([vertex, *trail.points], events))
 
     def _curve(self, word: Word) -> Curve:
         return Curve(word, self.model, self.low, self.high, self.high - self.low)
@@ -203,8 +216,12 @@ class _Search:
         motion = curve.motion(x)
         if motion.primitive() is not motion:
             return False
-        known = (one for family in self._alike(motion) for one in family.at(float(x[-1])))
-        return not any(self._same(motion, one) for one in known)
+        return not self.known(motion)
+
+    def known(self, motion: Motion) -> bool:
+        """Whether a motion or, where it is one, its mirror image lies on a family."""
+        near = (other for family in self._alike(motion) for other in family.at(motion.coordinate))
+        return any(self._same(motion, other) for other in near)
 
     def excluded(self, periods: int) -> list[Word]:
         """The sequences whose motions are found by leaving out what flight times they cannot have."""
@@ -254,23 +271,29 @@ class _Search:
             words.add(motion.word.mirrored().canonical())
         return (family for family in self.families if family.word.canonical() in words)
 
-    def _add(self, curve: Curve, strand: Trail) -> None:
-        """Take up a family, and what it meets."""
-        x = np.array([point.x for point in strand.points])
-        trace = np.array([point.trace for point in strand.points])
-        number = len(self.families) + 1
+    def _add(self, curve: Curve, trail: Trail) -> None:
+        """Take up a family that was followed."""
+        x = np.array([point.x for point in trail.points])
+        trace = np.array([point.trace for point in trail.points])
         values = np.asarray(self.sweep.value(*(np.broadcast_to(g, len(x)) for g in self.model.groups(x[:, -1]))))
-        self.families.append(Family(number, self.sweep, curve, x, trace, values, ()))
-        self.events[number] = strand.events
-        for row, event in strand.events:
-            meeting = self._meeting(curve.motion(x[row]), event) if event in MEETINGS else None
+        marks = tuple(Mark(row, event) for row, event in trail.events)
+        self.take(Family(0, self.sweep, curve, x, trace, values, np.ones(len(x), dtype=bool), marks))
+
+    def take(self, family: Family) -> None:
+        """Take up a family, and what it meets."""
+        number = len(self.families) + 1
+        self.families.append(replace(family, number=number))
+        for mark in family.marks:
+            meeting = self._meeting(family, mark) if mark.event in MEETINGS else None
             if meeting is not None:
                 meeting.families.add(number)
-                self.at_event[number, row] = meeting
+                self.at_event[number, mark.row] = meeting
 
-    def _meeting(self, motion: Motion, event: Event) -> _Meeting | None:
+    def _meeting(self, family: Family, mark: Mark) -> _Meeting | None:
         """The vertex at an event, a new one with starts of what else comes to it; None where no motion is left."""
-        curve = self._curve(motion.word)
+        motion, event = family.curve.motion(family.x[mark.row]), mark.event
+        if mark.point is not None:
+            motion = mark.point.motion
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion, event = touching(motion, turns(motion, *self.model.at((motion.coordinate,)))), Event.GRAZING
         motion = motion.primitive().representative(self.model.horizontal)
@@ -279,22 +302,24 @@ class _Search:
         for meeting in self.meetings:
             if meeting.event is event and self._same(meeting.motion, motion):
                 return meeting
-        curve = self._curve(motion.word)
-        self.meetings.append(_Meeting(event, curve, motion))
-        self.queue.extend(neighbours(curve, motion, event, self.limits))
+        self.meetings.append(_Meeting(event, motion, mark.point))
+        self.queue.extend(neighbours(self._curve(motion.word), motion, event, self.limits))
         return self.meetings[-1]
 
     def atlas(self) -> Atlas:
         """What was found, with its events solved for in decimals."""
         order = sorted(self.families, key=lambda f: (len(f.word), f.word.letters, f.word.periods, f.number))
         numbers = {family.number: k for k, family in enumerate(order, 1)}
-        points = [(meeting, polished(self.sweep, meeting.motion, meeting.event)) for meeting in self.meetings]
-        points.sort(key=lambda pair: (pair[1].sweep_value, len(pair[0].motion.word)))
-        labels = self._labels(points)
-        vertices = {
-            id(meeting): replace(point, label=label, families=tuple(sorted(numbers[i] for i in meeting.families)))
-            for (meeting, point), label in zip(points, labels, strict=True)
-        }
+        points = [(meeting, self._point(meeting)) for meeting in self.meetings]
+        points.sort(key=lambda pair: (pair[1].sweep_value, len(pair[1].motion.word)))
+        counts = Counter(critical.event.letter for critical in self.diagram.critical_points)
+        vertices = {}
+        for meeting, point in points:
+            letter = point.event.letter
+            counts[letter] += not point.label
+            label = point.label or f"{letter}{counts[letter]}"
+            families = tuple(sorted(numbers[number] for number in meeting.families))
+            vertices[id(meeting)] = replace(point, label=label, families=families)
         marked = (self._marked(family, numbers[family.number], vertices) for family in order)
         return Atlas(self.sweep, self.limits, tuple(marked), tuple(vertices.values()), tuple(self._completeness()))
 
@@ -314,38 +339,29 @@ class _Search:
         for word in self.words(4, self.limits.periods):
             yield Completeness(word.letters, Claim.SEARCHED, side_of(word) / 2)
 
-    def _labels(self, points: list[tuple[_Meeting, Point]]) -> Iterator[str]:
-        """Labels of vertices along the sweep: critical points of the 1:1 motions keep those that they have."""
-        known = list(self.diagram.critical_points)
-        one_to_one = Word((1, -1), self.sweep.device.period_ratio)
-        counts = Counter(critical.event.letter for critical in known)
-        for meeting, point in points:
-            letter, critical = meeting.event.letter, None
-            if any(self.families[number - 1].word == one_to_one for number in meeting.families):
-                near = SAME * abs(point.sweep_value)
-                at = [x for x in known if x.event.letter == letter and abs(x.sweep_value - point.sweep_value) < near]
-                critical = next(iter(at), None)
-            if critical is None:
-                counts[letter] += 1
-                yield f"{letter}{counts[letter]}"
-            else:
-                known.remove(critical)
-                yield critical.label
+    def _point(self, meeting: _Meeting) -> Point:
+        """The point that a vertex is: that of the 1:1 motions where it is one, which keeps its label."""
+        if meeting.point is None:
+            return polished(self.sweep, meeting.motion, meeting.event)
+        return replace(meeting.point, motion=meeting.motion)
 
     def _marked(self, family: Family, number: int, vertices: dict[int, Point]) -> Family:
         """A family with its events, the coordinate of each as it was solved for."""
         marks = []
-        for row, event in self.events[family.number]:
-            meeting = self.at_event.get((family.number, row))
-            point = vertices[id(meeting)] if meeting is not None else None
-            if event is Event.NODE_FOCUS:
-                point = polished(self.sweep, family.curve.motion(family.x[row]), event)
-            if event is Event.SWEEP_END:
+        for mark in family.marks:
+            row, point, meeting = mark.row, mark.point, self.at_event.get((family.number, mark.row))
+            if meeting is not None:
+                point = vertices[id(meeting)]
+            else:
+                if mark.event is Event.NODE_FOCUS and point is None:
+                    point = polished(self.sweep, family.curve.motion(family.x[row]), mark.event)
+                point = point and replace(point, families=(number,))
+            if mark.event is Event.SWEEP_END:
                 ends = self.sweep.start, self.sweep.end
                 family.sweep_value[row] = min(ends, key=lambda end: abs(end - float(family.sweep_value[row])))
             if point is not None:
                 family.sweep_value[row] = point.sweep_value
-            marks.append(Mark(row, event, point))
+            marks.append(Mark(row, mark.event, point))
         return replace(family, number=number, marks=tuple(marks))
 
 

@@ -60,10 +60,7 @@ def bounds_of(
 def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
     """Bounds of a branch; at its critical points at least those of the points, which may only have been bracketed."""
     bounds = _of(membrane, sweep, branch.motions, None)
-    for row in range(len(branch.motions)):
-        critical = branch.critical_point(row)
-        if critical is None:
-            continue
+    for row, critical in branch.family.critical_points.items():
         own = {**critical.closed.bounds, "sweep_value": critical.error_bound}
         for name in ("sweep_value", "d", "gbar", "velocity_bottom", "velocity_top"):
             bounds[name][row] = max(bounds[name][row], own[name])

@@ -260,7 +260,7 @@ End = tuple[float, Point | None]
 
 
 def _end(branch: Branch, row: int) -> End:
-    return float(branch.motions.sweep_value[row]), branch.critical_point(row)
+    return float(branch.motions.sweep_value[row]), branch.family.critical_points.get(row)
 
 
 def _ends(branch: Branch, first: int, last: int) -> tuple[End, End]:
@@ -277,9 +277,8 @@ def _place(end: End) -> tuple[float, bool, str]:
 
 def stable_ranges(diagram: BifurcationDiagram) -> tuple[StableInterval, ...]:
     """Ranges of the swept parameter in which there is stable admissible 1:1 motion, ascending and disjoint."""
-    stretches = [
-        _ends(branch, part.first, part.last) for branch in diagram.branches for part in branch.segments() if part.stable
-    ]
+    parts = ((branch, part) for branch in diagram.branches for part in branch.family.segments)
+    stretches = [_ends(branch, part.first, part.last) for branch, part in parts if part.stable]
     merged: list[tuple[End, End]] = []
     for start, end in sorted(stretches, key=lambda ends: (_place(ends[0]), _place(ends[1]))):
         if merged and start[0] <= merged[-1][1][0] * (1 + ADJOINING):

@@ -253,7 +253,8 @@ def _examine_branches(study: Study) -> Finding:
     assert solution.sweep is not None
     rng, errors = np.random.default_rng(SEED), [0.0]
     for branch in solution.branches:
-        inner = np.array([i for i in range(1, len(branch.motions) - 1) if not branch.marks[i]], dtype=int)
+        marked = {mark.row for mark in branch.family.marks}
+        inner = np.array([i for i in range(1, len(branch.motions) - 1) if i not in marked], dtype=int)
         rows = rng.permutation(inner)[:ROWS]
         errors += motion_errors(branch.motions, rows, solution.device, solution.sweep.parameter, near=True)
     if not solution.stable_ranges and AlertCode.NO_STABLE_MOTION not in {alert.code for alert in study.alerts}:

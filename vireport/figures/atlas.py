@@ -147,15 +147,15 @@ def _looks(atlas: Atlas) -> dict[str, Look]:
 def _draw(axes: Axes, axis: SweepAxis, family: Family, values: Floats, looks: dict[str, Look]) -> None:
     """Draw quantities of a family, an array (n, curves), each stretch as stable or not and with its word's marker."""
     x, look = axis.of(family), looks.get(family.word.letters, {"color": Color.GREY})
-    spans = {(first, last): abs(x[last] - x[first]) for first, last, _ in family.segments}
+    spans = {part: abs(x[part.last] - x[part.first]) for part in family.segments}
     for stable, of_line, of_marker in ((True, STABLE, ON_STABLE), (False, UNSTABLE, ON_UNSTABLE)):
-        parts = [part[:2] for part in family.segments if part[2].attracts == stable]
+        parts = [part for part in family.segments if part.stable == stable]
         longest = max(parts, key=lambda part: spans[part], default=None)
-        for first, last in parts:
-            rows = slice(first, last + 1)
+        for part in parts:
+            rows = slice(part.first, part.last + 1)
             curves = [(x[rows], y[rows]) for y in values.T]
             axes.add_artist(Line2D(*joined(curves), **of_line, color=look["color"]))
-            count = max(round(spans[first, last] / (axis.high - axis.low) / APART), int((first, last) == longest))
+            count = max(round(spans[part] / (axis.high - axis.low) / APART), int(part == longest))
             if "marker" in look and count:
                 on = {"zorder": of_line["zorder"] + 0.1}
                 axes.add_artist(Line2D(*joined([_spaced(curve, count) for curve in curves]), **look | of_marker | on))

@@ -141,7 +141,7 @@ def stretches(solution: Solution) -> list[Stretch]:
     parts = [
         Stretch(branch, slice(part.first, part.last + 1), part.stable, part.stability is Stability.STABLE_FOCUS)
         for branch in solution.branches
-        for part in branch.segments()
+        for part in branch.family.segments
         if part.admissible
     ]
     return sorted(parts, key=lambda part: part.stable)
@@ -151,9 +151,8 @@ def events(solution: Solution) -> list[DrawnPoint]:
     """The critical points with the rows at which they stand."""
     places: dict[Point, list[tuple[Branch, int]]] = {point: [] for point in solution.critical_points}
     for branch in solution.branches:
-        for row in range(len(branch.motions)):
-            if (point := branch.critical_point(row)) is not None:
-                places[point].append((branch, row))
+        for row, point in branch.family.critical_points.items():
+            places[point].append((branch, row))
     return [DrawnPoint(point, tuple(rows)) for point, rows in places.items() if rows]
 
 
@@ -174,13 +173,13 @@ def doubled(study: Study) -> list[Doubled]:
             (family.phase[:, sides] + np.pi * turned) % TURN,
             after[:, sides] / 2,
         )
-        for start, end, kind in family.segments:
-            rows = slice(start, end + 1)
+        for part in family.segments:
+            rows, size = slice(part.first, part.last + 1), part.last + 1 - part.first
             velocity, phase, flight = (x[rows].transpose(2, 1, 0).reshape(2, -1) for x in of_pairs)
             value, d = (np.tile(x[rows], len(first)) for x in (family.sweep_value, family.d))
-            voltages = _paired_voltages(solution, value, velocity, np.tile(np.arange(end + 1 - start), len(first)))
+            voltages = _paired_voltages(solution, value, velocity, np.tile(np.arange(size), len(first)))
             impacts = PairedImpacts(value, d, velocity, phase, flight, voltages)
-            pieces.append(Doubled(impacts, len(first), kind.attracts))
+            pieces.append(Doubled(impacts, len(first), part.stable))
     return sorted(pieces, key=lambda piece: piece.stable)
 
 

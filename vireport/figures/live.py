@@ -112,7 +112,8 @@ def _branch(branch: Branch, drawing: Drawing, pictures: Sequence[Picture]) -> di
     parts = [part.rows for part in drawing.parts if part.branch is branch]
     rows = np.unique(np.concatenate([np.arange(part.start, part.stop) for part in parts]))
     mirror = f", mirror image of branch {branch.mirror_of}" if branch.mirror_of else ""
-    labels = {k: point.label for k, row in enumerate(rows) if (point := branch.critical_point(int(row))) is not None}
+    points = branch.family.critical_points
+    labels = {k: points[row].label for k, row in enumerate(rows.tolist()) if row in points}
     words = branch.motions.words
     return {
         "name": f"branch {branch.number}, {branch.symmetry}{mirror}",

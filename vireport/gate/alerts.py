@@ -98,7 +98,7 @@ def _no_stable_motion(results: Evidence) -> str | None:
 
 def _inadmissible(results: Evidence) -> str | None:
     branches = results.solution.branches
-    discarded = [(part, branch) for branch in branches for part in branch.segments() if not part.admissible]
+    discarded = [(part, branch) for branch in branches for part in branch.family.segments if not part.admissible]
     if not discarded:
         return None
     depth = -min(float(branch.motions.wall_gap[part.first : part.last + 1].min()) for part, branch in discarded)

@@ -510,7 +510,7 @@ def _u_ave_difference(results: Evidence, limit: Limit) -> Outcome:
     bound = 0.0
     for branch, bounds in zip(diagram.branches, solution.bounds.branches, strict=True):
         volts = cast(Voltages, branch.voltages)
-        for first, last in branch.stable_runs():
+        for first, last in branch.family.stable_runs:
             rows = slice(first, last + 1)
             sampled = volts.average_v[rows]
             value, u_ave = with_peaks(branch.motions.sweep_value[rows], sampled)

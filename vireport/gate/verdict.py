@@ -283,7 +283,7 @@ def _times(count: int) -> str:
 def _motion(solution: Solution, instead: str) -> Fact:
     design = solution.design
     if design is None:
-        types = {part.stability for branch in solution.branches for part in branch.segments() if part.stable}
+        types = {part.stability for branch in solution.branches for part in branch.family.segments if part.stable}
         kinds = ", ".join(word for word in Stability if word in types)
         if kinds:
             return Fact(Question.MOTION, "Yes", f"{capital(kinds)} in the sweep", Status.GOOD)
@@ -412,7 +412,7 @@ def _stable_voltages(solution: Solution) -> tuple[np.ndarray, np.ndarray, str]:
         return x.average_v[stable], x.deflection_m[stable], "At the design point"
     volts, depths = [np.empty(0)], [np.empty(0)]
     for branch in solution.branches:
-        for part in branch.segments():
+        for part in branch.family.segments:
             if part.stable and (x := branch.voltages) is not None:
                 volts.append(x.average_v[part.first : part.last + 1])
                 depths.append(x.deflection_m[part.first : part.last + 1])

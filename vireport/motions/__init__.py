@@ -1,47 +1,64 @@
 """Periodic motions of any word: what they are, what happens to them, and those with two impacts in closed form."""
 
-from vireport.motions.branches import Branch
+from vireport.motions.branches import Branch, admissible_families
 from vireport.motions.conditions import Condition
 from vireport.motions.critical import motion_at, motion_of, place_at, solve_one_to_one
 from vireport.motions.diagram import BifurcationDiagram, TableRow, solve, table
 from vireport.motions.error_bounds import NO_BOUND, finite, motion_bounds, rounded_up, undecided, voltage_bounds
-from vireport.motions.events import CRITICAL, Event, TRACE_LEVELS
+from vireport.motions.events import CRITICAL, TRACE_LEVELS, Event
 from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark, multipliers
 from vireport.motions.generation import Rung, generation, impact_rate, ladder
 from vireport.motions.level_curve import sample
-from vireport.motions.motion import AT_ZERO, BESIDE, IMAGE, Motion, SAME, Symmetry
+from vireport.motions.motion import AT_ZERO, BESIDE, IMAGE, SAME, Motion, Symmetry
 from vireport.motions.one_to_one import Motions, impact_velocities, motions_of
 from vireport.motions.orbits import Orbits, coefficients, orbits
-from vireport.motions.paths import Arc, Curve, Path, PathPoint, RANK, STEEPEST, Trail, completed, follow
+from vireport.motions.paths import RANK, STEEPEST, Arc, Curve, Path, PathPoint, Trail, completed, follow
 from vireport.motions.periodicity import Model, linearised, residuals, trace, weighted_trace
-from vireport.motions.points import DETAILS, OneToOne, Point, model_of, one_to_one, point_of, polished
+from vireport.motions.points import OneToOne, Point, model_of, one_to_one, point_of, polished
 from vireport.motions.pointwise import PointwiseMotions, differentiated_motions, find_motions
 from vireport.motions.polish import DECIMALS, FARTHEST, Solved, in_decimals, newton
-from vireport.motions.stability import Jacobian, STABILITIES, Stability, UNSTABLE, classify, eigenvalues, flight_jacobian, product_trace, return_trace
+from vireport.motions.stability import (
+    STABILITIES,
+    UNSTABLE,
+    Jacobian,
+    Stability,
+    classify,
+    eigenvalues,
+    flight_jacobian,
+    product_trace,
+    return_trace,
+)
 from vireport.motions.sweep import Held, Level, Sweep, level_residual
 from vireport.motions.switching import Beginning, Limits, neighbours, off, touching
 from vireport.motions.turning import SMALLEST_STEP, Turn, Turns, flight_turns, touches, turning_points, turns, wall_gap
 
 __all__ = [
     "AT_ZERO",
+    "BESIDE",
+    "CRITICAL",
+    "DECIMALS",
+    "FARTHEST",
+    "IMAGE",
+    "NO_BOUND",
+    "RANK",
+    "SAME",
+    "SMALLEST_STEP",
+    "STABILITIES",
+    "STEEPEST",
+    "TRACE_LEVELS",
+    "UNSTABLE",
     "Arc",
     "Atlas",
-    "BESIDE",
     "Beginning",
     "BifurcationDiagram",
     "Branch",
-    "CRITICAL",
     "Claim",
     "Completeness",
     "Condition",
     "Curve",
-    "DECIMALS",
-    "DETAILS",
     "Event",
-    "FARTHEST",
     "Family",
     "Held",
-    "IMAGE",
     "Jacobian",
     "Level",
     "Limits",
@@ -49,29 +66,22 @@ __all__ = [
     "Model",
     "Motion",
     "Motions",
-    "NO_BOUND",
     "OneToOne",
     "Orbits",
     "Path",
     "PathPoint",
     "Point",
     "PointwiseMotions",
-    "RANK",
     "Rung",
-    "SAME",
-    "SMALLEST_STEP",
-    "STABILITIES",
-    "STEEPEST",
     "Solved",
     "Stability",
     "Sweep",
     "Symmetry",
-    "TRACE_LEVELS",
     "TableRow",
     "Trail",
     "Turn",
     "Turns",
-    "UNSTABLE",
+    "admissible_families",
     "classify",
     "coefficients",
     "completed",

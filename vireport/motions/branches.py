@@ -1,95 +1,85 @@
-"""Branches of motions along a sweep, and the critical points on them."""
+"""1:1 motions along a sweep: families whose motions are known in closed form, admissible or not."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from math import pi
 
-from vireport.motions.conditions import Condition
+import numpy as np
+
 from vireport.motions.events import Event
+from vireport.motions.families import Family, Mark
 from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions
-from vireport.motions.points import Point
-from vireport.motions.stability import STABILITIES, Stability
-from vireport.physics import Voltages
+from vireport.motions.paths import Curve
+from vireport.motions.points import model_of
+from vireport.motions.sweep import Sweep
+from vireport.physics import FLOATS, Voltages, Word
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Segment:
-    """Rows `first` to `last` (inclusive) of a branch, between which nothing changes."""
-
-    first: int
-    last: int
-    stability: Stability
-    admissible: bool
-
-    @property
-    def stable(self) -> bool:
-        """Whether this stretch attracts motions nearby and is a motion at all."""
-        return self.admissible and self.stability.attracts
-
-
-RowMark = Point | Event | None
-"""What a row of a branch is: a critical point, only its event where no motion nearby is admissible, or nothing."""
+ENDS = Event.GRAZING, Event.ZERO_VELOCITY
+"""What motions do not go on beyond, though the closed form does."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Branch:
-    """Motions of one family, connected and ordered along their curve.
+    """A family of 1:1 motions, with what the closed form says of each of them.
 
     Attributes
     ----------
-    number : int
-        From 1, in the order of the results.
+    family : Family
+        Its number is from 1, in the order of the results.
     symmetry : Symmetry
     mirror_of : int or None
         Number of the branch whose mirror image this is.
     motions : Motions
-        On a critical point itself, the type of stability is the less stable side's.
-    marks : tuple of RowMark
-        For each motion the critical point it is.
-    ends : tuple of Condition
-        What the branch begins and ends with.
+        Its rows. On a critical point itself, the type of stability is the less stable side's; where an impact has no
+        velocity, the trace is that just before.
     voltages : Voltages or None
         None where no energy is evaluated.
     """
 
-    number: int
+    family: Family
     symmetry: Symmetry
     mirror_of: int | None
     motions: Motions
-    marks: tuple[RowMark, ...]
-    ends: tuple[Condition, Condition]
     voltages: Voltages | None = None
 
-    def critical_point(self, row: int) -> Point | None:
-        """The critical point that a row is."""
-        mark = self.marks[row]
-        return mark if isinstance(mark, Point) else None
-
     @property
-    def labels(self) -> list[str]:
-        """For each motion the label of the critical point it is, its kind in brackets, or ""."""
-        return [mark.label if isinstance(mark, Point) else f"({mark})" if mark else "" for mark in self.marks]
+    def number(self) -> int:
+        """Of the family."""
+        return self.family.number
 
-    def segments(self) -> list[Segment]:
-        """Stretches between critical points, each of one stability and either admissible or not."""
-        places = [i for i, mark in enumerate(self.marks) if mark or i in (0, len(self.marks) - 1)]
-        segments = []
-        for first, last in pairwise(places):
-            inner = (first + last + 1) // 2
-            if last - first == 1 and self.marks[last] and not self.marks[first]:
-                inner = first
-            stability = STABILITIES[self.motions.stability[inner]]
-            segments.append(Segment(first, last, stability, bool(self.motions.admissible[inner])))
-        return segments
 
-    def stable_runs(self) -> list[tuple[int, int]]:
-        """First and last rows of the stretches over which it is stable without a break."""
-        runs: list[tuple[int, int]] = []
-        for part in self.segments():
-            if part.stable and runs and runs[-1][1] == part.first:
-                runs[-1] = (runs[-1][0], part.last)
-            elif part.stable:
-                runs.append((part.first, part.last))
-        return runs
+def family_of(sweep: Sweep, motions: Motions, marks: Iterable[Mark]) -> Family:
+    """The family that rows of 1:1 motions make, which are connected and in order; its number is 0."""
+    n = sweep.device.period_ratio
+    start = np.unwrap(motions.phi_bottom) / pi
+    velocity = np.stack([motions.velocity_bottom, motions.velocity_top], axis=1)
+    x = np.column_stack([velocity, start, start + 2 * n * (0.5 + motions.u), sweep.coordinate(motions)])
+    trace = np.where((velocity == 0).any(axis=1), np.nan, motions.trace)
+    low, high = sweep.coordinate_range
+    curve = Curve(Word((1, -1), n), model_of(sweep, FLOATS), low, high, high - low)
+    return Family(0, sweep, curve, x, trace, motions.sweep_value, motions.admissible, tuple(marks))
+
+
+def admissible_families(branch: Branch) -> Iterator[Family]:
+    """The stretches of a branch that are motions, as families of their own, not numbered."""
+    family, last = branch.family, len(branch.motions) - 1
+    ends = {mark.row for mark in family.marks if mark.event in ENDS}
+    runs: list[list[int]] = []
+    for part in family.segments:
+        if part.admissible and runs and runs[-1][-1] == part.first and part.first not in ends:
+            runs[-1] += range(part.first + 1, part.last + 1)
+        elif part.admissible:
+            runs.append(list(range(part.first, part.last + 1)))
+    closed = family.ends[0].event is Event.CLOSED
+    if closed and len(runs) > 1 and runs[0][0] == 0 and runs[-1][-1] == last:
+        runs[0] = [*runs.pop()[:-1], *runs[0]]
+    for rows in runs:
+        whole = closed and len(rows) > last
+        row_of = {row: i for i, row in enumerate(rows)}
+        kept = (mark for mark in family.marks if mark.row in row_of and (whole or mark.event is not Event.CLOSED))
+        marks = sorted((replace(mark, row=row_of[mark.row]) for mark in kept), key=lambda mark: mark.row)
+        motions = branch.motions.select(rows)
+        yield replace(family_of(family.sweep, motions, marks), admissible=np.ones(len(rows), dtype=bool))

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.branches import Branch, RowMark
+from vireport.motions.branches import Branch
 from vireport.motions.events import Event
+from vireport.motions.families import Mark
 from vireport.motions.level_curve import LevelCurve, curve_of, sample
 from vireport.motions.motion import Symmetry
 from vireport.motions.points import Point
@@ -69,33 +70,37 @@ def _numbered(curve: LevelCurve, unordered: list[Branch]) -> tuple[tuple[Branch,
     ordered = sorted(unordered, key=_order)
     mirrored = _mirrors(curve, ordered)
     critical: list[Point] = []
-    owner: dict[tuple[int, int], int] = {}
+    owner: dict[Point, int] = {}
     for i, branch in enumerate(ordered):
-        for row in range(len(branch.motions)):
-            found = branch.critical_point(row)
-            if found is None or not _near_admissible(branch, row):
+        for mark in branch.family.marks:
+            point = mark.point
+            if point is None or not _near_admissible(branch, mark.row):
                 continue
-            twin = next((k for k, other in enumerate(critical) if _is_twin(other, found, mirrored[i])), None)
+            twin = next((k for k, other in enumerate(critical) if _is_twin(other, point, mirrored[i])), None)
             if twin is None:
-                owner[i, row] = len(critical)
-                critical.append(replace(found, families=(i + 1,)))
+                owner[point] = len(critical)
+                critical.append(replace(point, families=(i + 1,)))
             else:
-                owner[i, row] = twin
-                critical[twin] = replace(critical[twin], mirror=found)
+                owner[point] = twin
+                critical[twin] = replace(critical[twin], mirror=point)
     labels, order = _labels(curve, critical)
     points = {k: replace(critical[k], label=labels[k]) for k in order}
+    known = {point: points[k] for point, k in owner.items()}
     branches = []
     for i, (branch, mirror) in enumerate(zip(ordered, mirrored, strict=True)):
-        marks: list[RowMark] = [
-            points[owner[i, row]] if (i, row) in owner else mark.event if isinstance(mark, Point) else None
-            for row, mark in enumerate(branch.marks)
-        ]
-        for row in (0, -1):
-            if branch.ends[row].event is Event.PITCHFORK:
-                marks[row] = next((point for point in points.values() if _meets(point, branch, row)), None)
-        mirror_of = None if mirror is None else mirror + 1
-        branches.append(replace(branch, number=i + 1, mirror_of=mirror_of, marks=tuple(marks)))
+        marks = tuple(_labelled(mark, branch, known) for mark in branch.family.marks)
+        family = replace(branch.family, number=i + 1, marks=marks)
+        branches.append(replace(branch, family=family, mirror_of=None if mirror is None else mirror + 1))
     return tuple(branches), tuple(points.values())
+
+
+def _labelled(mark: Mark, branch: Branch, known: dict[Point, Point]) -> Mark:
+    """A mark with the critical point that its point is; an asymmetric branch begins at one of the symmetric one."""
+    if mark.point is not None:
+        return replace(mark, point=known.get(mark.point, mark.point))
+    if mark.event is Event.PITCHFORK:
+        return replace(mark, point=next((point for point in known.values() if _meets(point, branch, mark.row)), None))
+    return mark
 
 
 def _order(branch: Branch) -> tuple[bool, bool]:
@@ -208,10 +213,10 @@ def table(diagram: BifurcationDiagram) -> tuple[TableRow, ...]:
 
 
 def _table_rows(branch: Branch, constant_d: bool) -> list[TableRow]:
-    motions = branch.motions
+    motions, points = branch.motions, branch.family.critical_points
     key = motions.sweep_value if constant_d else motions.d
     rows = []
-    for part in branch.segments():
+    for part in branch.family.segments:
         if not part.admissible:
             continue
         first, last = sorted((part.first, part.last), key=lambda row: float(key[row]))
@@ -219,8 +224,8 @@ def _table_rows(branch: Branch, constant_d: bool) -> list[TableRow]:
             TableRow(
                 symmetry=branch.symmetry,
                 branch=branch.number,
-                start_point=branch.critical_point(first),
-                end_point=branch.critical_point(last),
+                start_point=points.get(first),
+                end_point=points.get(last),
                 stability=part.stability,
                 d_start=float(motions.d[first]),
                 d_end=float(motions.d[last]),

@@ -37,12 +37,27 @@ class Mark:
 
     row: int
     event: Event
-    point: Point | None
+    point: Point | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Rows `first` to `last` (inclusive) of a family, between which nothing happens."""
+
+    first: int
+    last: int
+    stability: Stability
+    admissible: bool
+
+    @property
+    def stable(self) -> bool:
+        """Whether this stretch attracts motions nearby and is a motion at all."""
+        return self.admissible and self.stability.attracts
 
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Connected motions of one sequence of impacts, ordered along their curve.
+    """Connected motions of one word, ordered along their curve.
 
     Attributes
     ----------
@@ -56,6 +71,8 @@ class Family:
         Of the product of the flights' Jacobians; nan where a velocity is zero.
     sweep_value : ndarray (n,)
         The swept parameter, in its unit.
+    admissible : ndarray (n,)
+        Whether the ball stays between the membranes: a closed form has solutions of which some are no motions.
     marks : tuple of Mark
         In order.
     """
@@ -66,6 +83,7 @@ class Family:
     x: Floats
     trace: Floats
     sweep_value: Floats
+    admissible: NDArray[np.bool_]
     marks: tuple[Mark, ...]
 
     @property
@@ -114,38 +132,44 @@ class Family:
         return np.broadcast_to(self.model.groups(self.x[:, -1])[0], len(self.x))
 
     @cached_property
-    def segments(self) -> tuple[tuple[int, int, Stability], ...]:
-        """First and last row of each stretch between events, with the type of its motions."""
-        rows = sorted({0, len(self.x) - 1, *(mark.row for mark in self.marks)})
-        return tuple((first, last, self._type(first, last)) for first, last in pairwise(rows))
+    def critical_points(self) -> dict[int, Point]:
+        """The points on it that have a label, by their rows."""
+        return {mark.row: mark.point for mark in self.marks if mark.point is not None and mark.point.label}
 
-    def _type(self, first: int, last: int) -> Stability:
-        """Type of the motions between two rows: that of one in the middle, solved for where no row is."""
-        inner = (first + last) // 2
-        trace = float(self.trace[inner])
-        if inner == first:
-            ends = self.x[[first, last]]
-            x = self.curve.at(ends.mean(axis=0), float(ends[:, -1].mean()))
-            trace = float(self.trace[[first, last]].mean()) if x is None else self.curve.trace(x)
-        return self.stability(trace)
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """Its stretches between events, each of one type."""
+        rows = sorted({0, len(self.x) - 1, *(mark.row for mark in self.marks)})
+        return tuple(self._segment(first, last) for first, last in pairwise(rows))
+
+    def _segment(self, first: int, last: int) -> Segment:
+        """A stretch between two rows: it is what a motion in its middle is, solved for where no row is."""
+        inner, ends = (first + last) // 2, [first, last]
+        if inner != first:
+            return Segment(first, last, self.stability(float(self.trace[inner])), bool(self.admissible[inner]))
+        trace, admissible = float(self.trace[ends].mean()), bool(self.admissible[ends].all())
+        x = self.curve.at(self.x[ends].mean(axis=0), float(self.x[ends, -1].mean()))
+        if x is not None:
+            trace, admissible = self.curve.trace(x), admissible or self.curve.admits(x)
+        return Segment(first, last, self.stability(trace), admissible)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
         """Whether each motion lies on a stable stretch."""
         stable = np.zeros(len(self.x), dtype=bool)
-        for first, last, kind in self.segments:
-            stable[first : last + 1] |= kind.attracts
+        for part in self.segments:
+            stable[part.first : part.last + 1] |= part.stable
         return stable
 
-    @property
+    @cached_property
     def stable_runs(self) -> list[tuple[int, int]]:
         """First and last rows of the stretches over which it is stable without a break."""
         runs: list[tuple[int, int]] = []
-        for first, last, kind in self.segments:
-            if kind.attracts and runs and runs[-1][1] == first:
-                runs[-1] = runs[-1][0], last
-            elif kind.attracts:
-                runs.append((first, last))
+        for part in self.segments:
+            if part.stable and runs and runs[-1][1] == part.first:
+                runs[-1] = runs[-1][0], part.last
+            elif part.stable:
+                runs.append((part.first, part.last))
         return runs
 
     @property

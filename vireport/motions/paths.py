@@ -85,7 +85,7 @@ SEARCHED, SECTIONS = 0.2, 20
 sections that find it, to the root of rounding."""
 
 CROSSED = 1e-11
-"""Depth beyond which the trace crosses a border rather than touches it, as asymmetric motions do at a pitchfork."""
+"""Depth beyond which the trace crosses a border rather than comes to it and goes back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -580,7 +580,9 @@ class Curve(Path):
                 values = [copysign(1, start) * excess(self.beside(arc, size)) for size in inner]
                 low, high = (low, inner[1]) if values[0] < values[1] else (inner[0], high)
             deepest = self.beside(arc, (low + high) / 2)
-            if copysign(1, start) * excess(deepest) < -CROSSED:
+            # Asymmetric motions touch the border in the symmetric one between them, where rounding may say anything.
+            touches = _is_symmetric(self, deepest.x) and not _is_symmetric(self, arc.start.x)
+            if copysign(1, start) * excess(deepest) < -CROSSED and not touches:
                 return deepest
         return None
 

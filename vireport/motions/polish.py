@@ -191,8 +191,10 @@ def solve_motion(
         # A flight back to the membrane that it left covers nothing in no time either: divided by its duration, the
         # distance only vanishes where the ball has been away. Touches a moment after an impact are lost otherwise.
         for i in back:
-            later = x[count + i + 1] if i + 1 < count else x[count] + 2 * k
-            values[2 * i + 1] /= later - x[count + i]
+            duration = (x[count + i + 1] if i + 1 < count else x[count] + 2 * k) - x[count + i]
+            if not duration:
+                raise NumericalError(f"two impacts of {word.letters} come at one time")
+            values[2 * i + 1] /= duration
         return [*values[: len(y) - 1], equation(x, model.at(x[2 * count :]), ops)]
 
     def jacobian(y: list[float]) -> Floats:

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.motions.branches import Branch
+from vireport.motions.branches import Branch, family_of
 from vireport.motions.conditions import Condition
 from vireport.motions.critical import motion_of, place_at, solve_one_to_one
 from vireport.motions.events import Event
+from vireport.motions.families import Mark
 from vireport.motions.level_curve import COLUMNS, GRAZING, MEETING, TRACED, VALIDITY, LevelCurve, Samples, Strand
 from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions, motions_of
@@ -263,8 +264,20 @@ def _branch(curve: LevelCurve, piece: Piece) -> Branch:
     u[at_symmetry] = 0.0
     motions = motions_of(curve.sweep, curve.level, orbits(u, phi, curve.r, curve.n))
     _pin(motions, curve, piece, points, at_symmetry)
-    ends = _why_ends(piece, 0, at_symmetry), _why_ends(piece, -1, at_symmetry)
-    return Branch(0, _symmetry(curve, piece), None, motions, tuple(map(points.get, range(len(motions)))), ends)
+    marks = _marks(piece, points, at_symmetry)
+    return Branch(family_of(curve.sweep, motions, marks), _symmetry(curve, piece), None, motions)
+
+
+def _marks(piece: Piece, points: dict[int, Point], at_symmetry: list[int]) -> Iterator[Mark]:
+    """What happens on a piece, in order."""
+    last = len(piece.w) - 1
+    beginnings = [row % (last + 1) for row in at_symmetry]
+    for row, k in enumerate(piece.event):
+        event, point = COLUMNS[k].event if k >= 0 else None, points.get(row)
+        if event is None and row in (0, last):
+            event = Event.PITCHFORK if row in beginnings else Event.CLOSED
+        if event is not None:
+            yield Mark(row, event if point is None or event is Event.ZERO_VELOCITY else point.event, point)
 
 
 def _symmetry(curve: LevelCurve, piece: Piece) -> Symmetry:
@@ -379,11 +392,3 @@ def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Po
             motions.wall_gap[row], motions.admissible[row] = 0.0, False
     motions.stability[at_symmetry] = UNSTABLE
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
-
-
-def _why_ends(piece: Piece, row: int, at_symmetry: list[int]) -> Condition:
-    """What a branch begins or ends with."""
-    condition = piece.condition_at(row)
-    if condition is None:
-        return Condition(Event.PITCHFORK if row in at_symmetry else Event.CLOSED)
-    return condition

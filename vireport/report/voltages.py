@@ -98,7 +98,7 @@ def _at(solution: Solution, value: float) -> Iterator[tuple[float, float, float]
     """Motions with which a stable stretch of a branch begins or ends; of mirror images the first."""
     for branch in solution.branches:
         x = branch.motions
-        for part in branch.segments():
+        for part in branch.family.segments:
             for row in (part.first, part.last):
                 if part.stable and branch.mirror_of is None and float(x.sweep_value[row]) == value:
                     yield x.d[row], x.velocity_bottom[row], x.velocity_top[row]

@@ -115,7 +115,7 @@ def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str,
     data, word, size = _family(family, membrane), family.word, len(family.x)
     volts, bounds, walls = data.get("u_impacts_v"), data["error_bounds"], word.walls
     gbar = np.broadcast_to(family.model.groups(family.x[:, -1])[1], size).tolist()
-    labels = {mark.row: mark.point.label for mark in family.marks if mark.point is not None and mark.point.label}
+    labels = {row: point.label for row, point in family.critical_points.items()}
     for row in range(size):
         for i, wall in enumerate(walls):
             yield {
@@ -226,13 +226,14 @@ def _known(sweep: Sweep, number: int, word: Word, velocity: Any, time: Any, trac
     x = np.column_stack([velocity, time, sweep.coordinate_of(values)])
     low, high = sweep.coordinate_range
     curve = Curve(word, model_of(sweep, FLOATS), low, high, high - low)
-    return Family(number, sweep, curve, x, np.array(trace, dtype=float), values, ())
+    return Family(number, sweep, curve, x, np.array(trace, dtype=float), values, np.ones(len(x), dtype=bool), ())
 
 
 def motion_data(family: Family, motion: Motion, value: float, membrane: Membrane | None) -> dict[str, Any]:
     """One motion of a family at a value of the swept parameter, by the names of the families."""
     x = family.curve.vector(motion)[None]
-    alone = replace(family, x=x, trace=np.array([family.curve.trace(x[0])]), sweep_value=np.array([value]), marks=())
+    trace, admissible = np.array([family.curve.trace(x[0])]), np.array([True])
+    alone = replace(family, x=x, trace=trace, sweep_value=np.array([value]), admissible=admissible, marks=())
     data = _along(alone, membrane)
     bounds = data.pop("error_bounds")
     return {

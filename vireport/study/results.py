@@ -24,10 +24,8 @@ from vireport.design import (
 )
 from vireport.gate import SWEEP_END
 from vireport.motions import (
-    DETAILS,
     NO_BOUND,
     Branch,
-    Condition,
     Event,
     Motions,
     Point,
@@ -49,7 +47,7 @@ from vireport.text import inert_cell
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck, Hysteresis, MotionCount
     from vireport.design import Failure, Tolerances
-    from vireport.motions import Atlas
+    from vireport.motions import Atlas, Family, Mark
     from vireport.simulation import Attractor, Course, Jump
     from vireport.study.coexistence import Coexisting
 
@@ -84,7 +82,7 @@ def branches_csv(solution: Solution, atlas: Atlas | None = None) -> bytes:
         columns = {
             **_motions(branch.motions),
             **_voltages(branch.voltages),
-            "critical_point": branch.labels,
+            "critical_point": _labels(branch.family),
             **_undecided(branch.motions, bounds),
         }
         head = ["branch", "family", *columns]
@@ -194,10 +192,19 @@ def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
     return {**named, "null_means": NO_BOUND} if any(None in column for column in columns) else named
 
 
-def _end_of_branch(end: Condition) -> str:
+def _labels(family: Family) -> list[str]:
+    """For each motion of a branch the label of the critical point it is; where it is none, its event in brackets."""
+    labels = [""] * len(family.x)
+    for mark in family.marks:
+        if mark.point is not None:
+            labels[mark.row] = mark.point.label or f"({mark.point.event})"
+    return labels
+
+
+def _end_of_branch(end: Mark) -> str:
     """What a branch begins or ends with, in words."""
-    if end.event is Event.ZERO_VELOCITY:
-        return DETAILS[end.event, end.rests[0]]
+    if end.event is Event.ZERO_VELOCITY and end.point is not None:
+        return end.point.detail
     return {Event.SWEEP_END: "end of the sweep", Event.CLOSED: "closed curve"}.get(end.event) or end.event.words
 
 
@@ -206,10 +213,10 @@ def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
         "number": branch.number,
         "family": branch.symmetry,
         "mirror_of": branch.mirror_of,
-        "ends": [_end_of_branch(end) for end in branch.ends],
+        "ends": [_end_of_branch(end) for end in branch.family.ends],
         **_motions(branch.motions),
         **_voltages(branch.voltages),
-        "critical_point": [label or None for label in branch.labels],
+        "critical_point": [label or None for label in _labels(branch.family)],
         **_undecided(branch.motions, bounds),
         "error_bounds": _bounds(bounds),
     }
