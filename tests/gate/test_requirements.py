@@ -15,21 +15,13 @@ from conftest import markdown
 
 from vireport import analyse, load, loads
 from vireport.cli.app import main
-from vireport.gate.requirements import (
-    REQUIREMENTS,
-    Criterion,
-    Evidence,
-    Limit,
-    LimitKind,
-    assess,
-    held,
-    unmet,
-    with_peaks,
-)
-from vireport.gate.verdict import Question, Status
-from vireport.physics import generated_voltage
+from vireport.gate import REQUIREMENTS, Criterion, Evidence, Limit, Question, Requirement, assess, unmet
+from vireport.gate.evidence import held
+from vireport.gate.ranges import with_peaks
+from vireport.gate.verdict import Status
+from vireport.physics import ROUNDED, Rounded, generated_voltage
 from vireport.report import Report
-from vireport.scenario import Requirements
+from vireport.scenario import LimitKind, Requirements
 from vireport.simulation import attractors, random_starts
 from vireport.study import results
 from vireport.study.plan import Task, plan
@@ -431,16 +423,16 @@ def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
     loaded = load(ROOT / "examples/inclined.yaml", over)
     plain = replace(loaded, scenario=loaded.scenario.model_copy(update={"simulation": None}))
     study = analyse(plain)
-    volt, check = assess(study.loaded, Evidence(study.solution, crosscheck()))
+    volt, check = assess(loaded, Evidence(study.solution, crosscheck()))
     assert volt.passed
     assert check.passed
     assert check.outcome.margin == 1e-9 - 2e-14
-    volt, check = assess(study.loaded, Evidence(study.solution, crosscheck(passed=False, misses=(1,))))
+    volt, check = assess(loaded, Evidence(study.solution, crosscheck(passed=False, misses=(1,))))
     assert not volt.passed
     assert volt.outcome.why == "the simulation does not agree with the solution"
     assert not check.passed
     assert check.outcome.why == "8 of 9 stable orbits found again"
-    volt, check = assess(study.loaded, Evidence(study.solution, crosscheck(orbits=0)))
+    volt, check = assess(loaded, Evidence(study.solution, crosscheck(orbits=0)))
     assert volt.passed
     assert not check.passed
     assert "no stable orbit" in check.outcome.why
@@ -486,3 +478,18 @@ def test_exit_code(name: str, code: int, tmp_path: Path, capfd: pytest.CaptureFi
     assert out == ""
     assert ("Deflection (at most 0.015 m)" in err) is (code == 1)
     assert {file.name for file in tmp_path.iterdir()} == {"branches.csv", "junit.xml", "summary.md"}
+
+
+@pytest.mark.parametrize("requirement", REQUIREMENTS, ids=lambda row: row.key)
+def test_the_documentation_has_each_requirement_by_its_keys_and_title(requirement: Requirement) -> None:
+    rows = (ROOT / "docs/scenario.md").read_text().splitlines()
+    keys = [f"`requirements.{key}`" for key in requirement.keys]
+    assert any(all(key in row for key in keys) and f"| {requirement.title} |" in row for row in rows)
+
+
+@pytest.mark.parametrize(("first", "second", "rounded"), [(5.0, 3.0, False), (3.0, 5.0, False), (5.0, 2.0, True)])
+def test_a_difference_of_near_numbers_is_not_rounded(first: float, second: float, rounded: bool) -> None:
+    distance = ROUNDED.distance(Rounded(first, 1e-9), Rounded(second, 2e-9))
+    assert distance.value == abs(first - second)
+    assert bool(distance.error > 1e-9 + 2e-9) is rounded
+    assert distance.error == pytest.approx(3e-9, rel=1e-6)

@@ -8,7 +8,7 @@ from vireport.design.point import DesignPoint, StableInterval, around_length, de
 from vireport.design.proof import prove_again
 from vireport.design.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 from vireport.design.solution import SMALLEST_LOSS, Solution, solution_of
-from vireport.design.tolerances import Failure, Tolerances, assess_tolerances
+from vireport.design.tolerances import Failure, Tolerances, assess_tolerances, sample_steps
 
 __all__ = [
     "FACTOR_OF",
@@ -32,6 +32,7 @@ __all__ = [
     "prove_again",
     "region_of",
     "restitution_effect",
+    "sample_steps",
     "solution_of",
     "stable_ranges",
 ]

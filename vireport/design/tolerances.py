@@ -161,6 +161,21 @@ def _worst(region: Region, shares: Floats) -> Failure | None:
     return Failure(values, float(low[nearest]))
 
 
+def sample_steps(inputs: int, distribution: Distribution, samples: int) -> Floats:
+    """By how much of its tolerance each input of random devices is off, shape (inputs, samples), from -1 to 1.
+
+    Scrambled Sobol points vary less than independent ones, for which the interval of a yield holds.
+    """
+    from scipy.special import ndtr, ndtri  # type: ignore[import-untyped]
+    from scipy.stats import qmc  # type: ignore[import-untyped]
+
+    points = qmc.Sobol(inputs, rng=np.random.default_rng(SEED)).random(samples).T
+    if distribution is Distribution.NORMAL:
+        below = ndtr(-DEVIATIONS)
+        return np.asarray(ndtri(below + points * (1 - 2 * below)) / DEVIATIONS)
+    return np.asarray(2 * points - 1)
+
+
 def _sampled(
     device: Device,
     half_widths: Mapping[DesignInput, float],
@@ -168,20 +183,8 @@ def _sampled(
     distribution: Distribution,
     samples: int,
 ) -> tuple[Yield, dict[str, dict[str, float]]]:
-    """The share of random devices that have a stable motion, and what such motions come to.
-
-    Scrambled Sobol points vary less than independent ones, for which the interval holds.
-    """
-    from scipy.special import ndtr, ndtri  # type: ignore[import-untyped]
-    from scipy.stats import qmc  # type: ignore[import-untyped]
-
-    points = qmc.Sobol(len(half_widths), rng=np.random.default_rng(SEED)).random(samples).T
-    if distribution is Distribution.NORMAL:
-        below = ndtr(-DEVIATIONS)
-        steps = ndtri(below + points * (1 - 2 * below)) / DEVIATIONS
-    else:
-        steps = 2 * points - 1
-    devices = devices_off(device, half_widths, steps)
+    """The share of random devices that have a stable motion, and what such motions come to."""
+    devices = devices_off(device, half_widths, sample_steps(len(half_widths), distribution, samples))
     cell, orbit = stable_motions(devices)
     stable = len(np.unique(cell))
     _, low, high = wilson(stable, samples)

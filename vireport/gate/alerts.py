@@ -18,7 +18,7 @@ from vireport.design import (
     mass_elasticity,
     restitution_effect,
 )
-from vireport.gate.requirements import Evidence, Question
+from vireport.gate.evidence import Evidence
 from vireport.motions import Symmetry, undecided
 from vireport.physics import Fitting
 from vireport.scenario import DesignInput, Parameter
@@ -115,7 +115,7 @@ def _design_not_stable(results: Evidence) -> str | None:
     design = results.solution.design
     if design is None or design.motions.stable.any():
         return None
-    if any(criterion.question is Question.MOTION and criterion.passed for criterion in results.criteria):
+    if any(criterion.names_motions and criterion.passed for criterion in results.criteria):
         return None  # what is stable there is a motion that was asked for
     count = len(design.motions)
     which = {0: "there is no solution", 1: "the one solution is not admissible and stable"}

@@ -18,12 +18,8 @@ from vireport.design import (
     StableInterval,
 )
 from vireport.gate.alerts import MOST_MOTIONS, NEAR_CRITICAL
-from vireport.gate.requirements import (
-    Criterion,
-    Evidence,
-    Question,
-    unmet,
-)
+from vireport.gate.evidence import Criterion, Evidence, Question
+from vireport.gate.requirements import unmet
 from vireport.motions import (
     Event,
     Stability,
@@ -116,7 +112,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
     reached = _reached(crosscheck) if stable else None
     voltage = _voltage(solution)
     accepted = _accepted(criteria) if criteria else None
-    if instead and any(criterion.passed for criterion in _judged(Question.MOTION, criteria)):
+    if instead and any(criterion.names_motions and criterion.passed for criterion in criteria):
         motion = replace(motion, status=Status.GOOD)
     if instead and where is not None and where.status is Status.BAD:
         where = replace(where, status=Status.NEUTRAL)

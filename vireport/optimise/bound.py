@@ -17,16 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.gate import DISPLACED, RINGS, OfShaker, generated, impacts_of
 from vireport.motions import TRACE_LEVELS, Event, Orbits, orbits, return_trace
-from vireport.optimise.cells import DISPLACED, RINGS
-from vireport.optimise.problem import (
-    DEFLECTION,
-    FIELD,
-    SHAKER,
-    Problem,
-    of_impacts,
-)
-from vireport.physics import AFFINE, Affine, between
+from vireport.optimise.problem import Problem, objectives
+from vireport.physics import AFFINE, ARRAYS, Affine, between
 from vireport.scenario import (
     DesignInput,
     DesignPath,
@@ -76,7 +70,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Picture:
+class PixelPicture:
     """Where stable motions may be, in pixels of (log d, gbar).
 
     Attributes
@@ -117,12 +111,12 @@ class Picture:
                 yield chosen, i[chosen] + di, j[chosen] + dj
 
 
-def picture_of(r: float, n: int, low: Floats, high: Floats) -> Picture:
+def picture_of(r: float, n: int, low: Floats, high: Floats) -> PixelPicture:
     """Draw where devices with a restitution may have stable motions, from one (log d, gbar) to another."""
     pixel = (high - low) / PIXELS
     pixel = np.maximum(pixel, pixel.max() / 4)  # not too fine across a picture that is a line
     shape = (2, *PIXELS)
-    picture = Picture(low, high, pixel, np.full(shape, -np.inf), np.full(shape, np.inf))
+    picture = PixelPicture(low, high, pixel, np.full(shape, -np.inf), np.full(shape, np.inf))
     u, phi = np.linspace(-0.5, 0.5, TILES * n + 1), np.linspace(0, 2 * np.pi * (1 + ROUNDING), TILES * n + 1)
     start = np.stack(np.meshgrid(u[:-1], phi[:-1], indexing="ij")).reshape(2, -1)
     end = np.stack(np.meshgrid(u[1:], phi[1:], indexing="ij")).reshape(2, -1)
@@ -137,7 +131,7 @@ def picture_of(r: float, n: int, low: Floats, high: Floats) -> Picture:
     return picture
 
 
-def _drawn(picture: Picture, start: Floats, end: Floats, r: float, n: int, last: bool) -> Floats:
+def _drawn(picture: PixelPicture, start: Floats, end: Floats, r: float, n: int, last: bool) -> Floats:
     """Draw the tiles that are small enough; both halves of the others that may have a stable motion, (2, 2, k)."""
     size = start.shape[1]
     restitution = between(np.full(size, r), np.full(size, r), 0, SYMBOLS)
@@ -254,7 +248,7 @@ def _bounds(
     others = [_place(problem, low, high, *change) for change in off]
     scenario = problem.loaded.scenario
 
-    def drawn(places: list[tuple[Floats, Floats, Mask]], rows: Any) -> Picture:
+    def drawn(places: list[tuple[Floats, Floats, Mask]], rows: Any) -> PixelPicture:
         corner = np.min([start[:, rows].min(axis=1) for start, _, _ in places], axis=0)
         opposite = np.max([end[:, rows].max(axis=1) for _, end, _ in places], axis=0)
         return picture_of(scenario.device.restitution, scenario.period_ratio, corner, opposite)
@@ -299,18 +293,23 @@ def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowes
     rising = np.array([path in (FALLING, DesignPath.BALL_MASS) for path in problem.paths])[:, None]
     meets = np.ones(low.shape[1], dtype=bool)
     quickest, _ = problem.at(high.T)
-    columns = []
-    for t, speeds in ((np.where(rising, high, low), fastest), (np.where(rising, low, high), slowest)):
+    columns, judged = [], []
+    for t, (bottom, top) in ((np.where(rising, high, low), fastest), (np.where(rising, low, high), slowest)):
         device, membrane = problem.at(t.T)
         period_s = quickest.period_ratio / quickest.frequency_hz
         unit = device.velocity_unit(Parameter.LENGTH, device.length_m)
-        columns.append(of_impacts(speeds[0], speeds[1], speeds[0], unit, membrane, 0.0, period_s))
-    fast, slow = columns
-    shaker = device.shaker(Parameter.LENGTH, device.length_m)
-    slow |= {quantity: getattr(shaker, quantity) for quantity in SHAKER}
-    for quantity, least, limit in problem.limits:
-        if least:
-            meets &= fast[quantity] >= limit * (1 - ROUNDING)
-        elif quantity in (DEFLECTION, FIELD, *SHAKER):
-            meets &= slow[quantity] <= limit * (1 + ROUNDING)
-    return np.broadcast_to(fast[problem.objective], meets.shape), meets
+        speeds = unit * bottom, unit * top
+        output = generated(speeds, membrane, 0.0, period_s)
+        columns.append(objectives(bottom, bottom, *output, period_s))
+        judged.append((impacts_of(speeds, *output, membrane), device.shaker(Parameter.LENGTH, device.length_m)))
+    for quantity, limit in problem.limits:
+        impacts, shaker = judged[0 if limit.is_least else 1]
+        if isinstance(quantity, OfShaker):
+            value = quantity.of(shaker)
+        elif quantity.grows:
+            value = quantity.of(impacts, ARRAYS)
+        else:
+            continue  # at neither end of the speeds is it known to be the least or the largest
+        kept = value >= limit.value * (1 - ROUNDING) if limit.is_least else value <= limit.value * (1 + ROUNDING)
+        meets &= kept
+    return np.broadcast_to(columns[0][problem.objective], meets.shape), meets

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.optimise.cells import corner_slack, evaluate, keeps_motion
+from vireport.gate import keeps_motion
+from vireport.optimise.cells import corner_slack, evaluate
 from vireport.optimise.problem import Problem
 from vireport.scenario import Objective
 
@@ -41,7 +42,7 @@ def evolve(problem: Problem, cells: Floats, widest: float | None) -> Floats | No
     Returns
     -------
     ndarray, shape (inputs,), or None
-        None where no design was met that has stable motion within the limits, and the margins of `cells.keeps_motion`.
+        None where no design was met that has stable motion within the limits and may meet what only a run judges.
     """
     from scipy.optimize import differential_evolution  # type: ignore[import-untyped]
     from scipy.stats import qmc  # type: ignore[import-untyped]
@@ -49,7 +50,7 @@ def evolve(problem: Problem, cells: Floats, widest: float | None) -> Floats | No
     inputs = len(problem.paths)
     cells = cells[: POPULATION // 2]
     spread = qmc.Sobol(inputs, rng=np.random.default_rng(SEED)).random(POPULATION)
-    found = differential_evolution(
+    solution = differential_evolution(
         lambda x: _cost(problem, x.reshape(inputs, -1).T, widest),
         [(0.0, 1.0)] * inputs,
         init=np.vstack([cells, spread[len(cells) :]]),
@@ -60,7 +61,7 @@ def evolve(problem: Problem, cells: Floats, widest: float | None) -> Floats | No
         updating="deferred",
         vectorized=True,
     )
-    return np.asarray(found.x, dtype=float) if found.fun < 0 else None
+    return np.asarray(solution.x, dtype=float) if solution.fun < 0 else None
 
 
 def _cost(problem: Problem, t: Floats, widest: float | None) -> Floats:
@@ -69,14 +70,14 @@ def _cost(problem: Problem, t: Floats, widest: float | None) -> Floats:
     slack = np.nan_to_num(np.hstack([cells.slack, corner_slack(problem, t)]), nan=-1.0)
     cost: Floats = -np.minimum(slack, 0.0).sum(axis=1)
     rows = np.flatnonzero(cost == 0)
+    kept, better = problem.may_meet(t[rows], problem.share), cells.value[rows]
     if problem.objective is Objective.MARGIN:
+        designs = problem.designs(t[rows])
         low, high = np.zeros(len(rows)), np.full(len(rows), 1.5 * widest if widest else 1.0)
         for _ in range(HALVINGS):
             middle = (low + high) / 2
-            kept = keeps_motion(problem, t[rows], middle)
-            low, high = np.where(kept, middle, low), np.where(kept, high, middle)
-        cost[rows] = -low
-    else:
-        kept = keeps_motion(problem, t[rows], problem.share) if problem.share else np.ones(len(rows), dtype=bool)
-        cost[rows] = np.where(kept, -cells.value[rows], 0.0)
+            wide = keeps_motion(designs, middle)
+            low, high = np.where(wide, middle, low), np.where(wide, high, middle)
+        better = low
+    cost[rows] = np.where(kept, -better, 0.0)
     return cost

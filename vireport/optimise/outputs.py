@@ -8,7 +8,9 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any, cast
 
 from vireport.design import Tolerances
-from vireport.optimise.search import Point, Result
+from vireport.gate import OfMotions, OfShaker, Question
+from vireport.optimise.grid import JudgedDesign
+from vireport.optimise.search import SearchResult
 from vireport.scenario import Objective
 from vireport.study import Provenance, Task, json_bytes
 from vireport.text import (
@@ -36,7 +38,7 @@ NAMES = "best.yaml", "optimise.json", "front.png", "report.html", "report.pdf"
 """Files that a search may write, those of `PAGES` the last."""
 
 
-def files(result: Result, provenance: Provenance) -> dict[str, bytes]:
+def files(result: SearchResult, provenance: Provenance) -> dict[str, bytes]:
     """The files of a search by their names; the best design is there where there is one."""
     written = {"optimise.json": optimise_json(result, provenance)}
     if result.best is not None:
@@ -46,12 +48,12 @@ def files(result: Result, provenance: Provenance) -> dict[str, bytes]:
     return written
 
 
-def section(result: Result) -> tuple[tuple[str | Table, ...], tuple[Picture, ...]]:
+def section(result: SearchResult) -> tuple[tuple[str | Table, ...], tuple[Picture, ...]]:
     """What the report on the best design says of the search, and its figure of the front."""
     return tuple(_parts(result)), (picture_front(result),) if len(result.front) > 1 else ()
 
 
-def optimise_json(result: Result, provenance: Provenance) -> bytes:
+def optimise_json(result: SearchResult, provenance: Provenance) -> bytes:
     """The result as JSON, one top-level key a line."""
     problem, evidence = result.problem, result.evidence
     return json_bytes(
@@ -69,6 +71,8 @@ def optimise_json(result: Result, provenance: Provenance) -> bytes:
                 "no_cell_tolerates_percent": None if evidence.tolerances == 1 else 100 * evidence.tolerances,
                 "yield_takes_percent": None if evidence.yielding is None else 100 * evidence.yielding,
                 "judged": evidence.judged,
+                "candidates": evidence.candidates,
+                "candidates_judged": evidence.candidates_judged,
                 "best_cell": evidence.best_cell,
                 "largest_step": evidence.step,
                 "no_cell_has_margin_percent": None if evidence.widest is None else 100 * evidence.widest,
@@ -80,7 +84,7 @@ def optimise_json(result: Result, provenance: Provenance) -> bytes:
     )
 
 
-def _data(result: Result, point: Point | None) -> dict[str, Any] | None:
+def _data(result: SearchResult, point: JudgedDesign | None) -> dict[str, Any] | None:
     if point is None:
         return None
     return {
@@ -92,32 +96,41 @@ def _data(result: Result, point: Point | None) -> dict[str, Any] | None:
     }
 
 
-def shortcoming(result: Result) -> str:
+def shortcoming(result: SearchResult) -> str:
     """What is in the way of the requirements, and by how much; "" where they are met."""
     if result.best is not None:
         return ""
     if result.nearest is None:
         return "no design with a stable 1:1 motion was found in the ranges (more design.cells are a finer grid)"
     failed = [
-        f"{one.title} ({one.limit.text}): {one.outcome.text}"
-        + (f" (margin {one.margin_text})" if one.margin_text else "")
-        for one in result.nearest.study.criteria
-        if not one.passed
+        f"{line.title} ({line.limit.text}): {line.outcome.text}"
+        + (f" (margin {line.margin_text})" if line.margin_text else "")
+        for line in result.nearest.study.criteria
+        if not line.passed
     ]
     if not result.nearest.tolerated:
         failed.append(_beyond_tolerances(cast(Tolerances, result.nearest.study.tolerances)))
-    return f"no design found in the ranges meets the requirements; the nearest fails {'; '.join(failed)}"
+    evidence, nearest = result.evidence, f"the nearest fails {'; '.join(failed)}"
+    if evidence.complete:
+        return f"no design found in the ranges meets the requirements; {nearest}"
+    return (
+        f"none of the {evidence.candidates_judged} designs judged, of {evidence.candidates} candidates on the grid, "
+        f"meets the requirements, and whether another does is open; {nearest}"
+    )
 
 
-def _beyond_tolerances(found: Tolerances) -> str:
+def _beyond_tolerances(tolerances: Tolerances) -> str:
     """How far the tolerances of a design may not go."""
-    if found.worst is None:
-        return f"tolerances: not proved for {percent(found.proof.open_share if found.proof else 1.0)} of their volume"
-    device = ", ".join(f"{one.quantity} {one.show(found.worst.values[one])}" for one in found.region.ranges)
-    return f"tolerances: towards {device} stable motion ends at {percent(found.worst.share)} of them"
+    if tolerances.worst is None:
+        open_share = tolerances.proof.open_share if tolerances.proof else 1.0
+        return f"tolerances: not proved for {percent(open_share)} of their volume"
+    device = ", ".join(
+        f"{varied.quantity} {varied.show(tolerances.worst.values[varied])}" for varied in tolerances.region.ranges
+    )
+    return f"tolerances: towards {device} stable motion ends at {percent(tolerances.worst.share)} of them"
 
 
-def text(result: Result) -> str:
+def text(result: SearchResult) -> str:
     """The result for a terminal."""
     point = result.best if result.best is not None else result.nearest
     alerts = point.study.alerts if point is not None else ()
@@ -125,24 +138,24 @@ def text(result: Result) -> str:
     return plain_text([*_parts(result), *told]) + "\n"
 
 
-def _parts(result: Result) -> Iterator[str | Table]:
+def _parts(result: SearchResult) -> Iterator[str | Table]:
     problem, best = result.problem, result.best
     point = best if best is not None else result.nearest
     if best is None:
         yield f"{capital(shortcoming(result))}."
     else:
         margin = f"; smallest margin {significant(100 * best.margin, 4)} %" if isfinite(best.margin) else ""
-        found = f"{problem.objective.words} {_in_unit(result, best.value, 6)}"
-        yield f"Best design: {found}{'' if problem.objective is Objective.MARGIN else margin}."
+        value = f"{problem.objective.words} {_in_unit(result, best.value, 6)}"
+        yield f"Best design: {value}{'' if problem.objective is Objective.MARGIN else margin}."
     if point is not None:
         rows = tuple(
             (
-                one.path.value,
+                varied.path.value,
                 significant(value, 10),
                 significant(now, 10),
-                *map(significant, sorted((one.from_, one.to))),
+                *map(significant, sorted((varied.from_, varied.to))),
             )
-            for one, value, now in zip(
+            for varied, value, now in zip(
                 problem.design.vary, problem.values(point.t).tolist(), problem.given, strict=True
             )
         )
@@ -153,17 +166,17 @@ def _parts(result: Result) -> Iterator[str | Table]:
         yield _front_table(result)
 
 
-def _in_unit(result: Result, value: float, digits: int) -> str:
+def _in_unit(result: SearchResult, value: float, digits: int) -> str:
     """A value of the objective with its unit."""
     return f"{significant(value, digits)} {result.problem.objective.unit}".rstrip()
 
 
-def _evidence_text(result: Result) -> str:
+def _evidence_text(result: SearchResult) -> str:
     """What was evaluated, what follows from it, and what does not."""
     evidence = result.evidence
     said = (
         f"Evaluated: {' × '.join(map(str, evidence.counts))} designs on a grid, by the closed form; {evidence.stable} "
-        f"have a stable motion, {evidence.within} of them meet the limits on voltage, energy and shaker."
+        f"have a stable motion, {evidence.within} of them meet the limits {_decided(result)}."
     )
     if evidence.yielding is not None:
         said += (
@@ -178,7 +191,10 @@ def _evidence_text(result: Result) -> str:
             f"each design judged in full, {evidence.judged}, the proof over the tolerances was tried."
         )
     if evidence.widest is not None:
-        said += f" None of these has a margin of {significant(100 * evidence.widest, 4)} %."
+        ruled_out = " that may meet the other requirements" if result.problem.rules_out else ""
+        said += f" None of these{ruled_out} has a margin of {significant(100 * evidence.widest, 4)} %."
+    if evidence.candidates:
+        said += f" {_candidates_text(result)}"
     if evidence.best_cell is None:
         return said
     if evidence.bound is not None and result.best is not None:
@@ -198,7 +214,27 @@ def _evidence_text(result: Result) -> str:
     )
 
 
-def _front_table(result: Result) -> Table:
+def _decided(result: SearchResult) -> str:
+    """What the limits are on that every cell is judged by."""
+    usual = {Question.VOLTAGE, Question.SHAKER}
+    exact = (row for row, _ in result.problem.required if isinstance(row.quantity, OfMotions | OfShaker))
+    return "on voltage, energy and shaker" if {row.question for row in exact} <= usual else "that the grid decides"
+
+
+def _candidates_text(result: SearchResult) -> str:
+    """What is known of the cells that only runs could judge."""
+    count, judged = result.evidence.candidates, result.evidence.candidates_judged
+    could = "could meet the requirements" if result.best is None else "could be better than the best design"
+    if judged == count:
+        each = "1 cell" if count == 1 else f"{count} cells"
+        return f"By the grid {each} {could}; judged one by one as a run does, none meets the requirements."
+    return (
+        f"By the grid {count} cells {could}; {judged} of them were judged one by one as a run does, and none of these "
+        f"meets the requirements. The other {count - judged} are open."
+    )
+
+
+def _front_table(result: SearchResult) -> Table:
     """The best designs for rising margins, and what each per cent of margin costs."""
     objective = result.problem.objective
     costs = ("", *(significant(cost, 3) for cost in _costs(result)))
@@ -217,7 +253,7 @@ def _front_table(result: Result) -> Table:
     return Table(caption, numbers(*head, *result.problem.paths), tuple(rows))
 
 
-def _costs(result: Result) -> list[float]:
+def _costs(result: SearchResult) -> list[float]:
     """What a per cent of margin costs between the designs of the front."""
     return [
         (before.value - after.value) / (100 * (after.margin - before.margin))
@@ -225,7 +261,7 @@ def _costs(result: Result) -> list[float]:
     ]
 
 
-def picture_front(result: Result) -> Picture:
+def picture_front(result: SearchResult) -> Picture:
     """The front with its words."""
     from vireport.figures import Picture
 
@@ -240,7 +276,7 @@ def picture_front(result: Result) -> Picture:
     return Picture("figure-front", "What margin costs", caption, alt, figure_front(result))
 
 
-def figure_front(result: Result) -> Figure:
+def figure_front(result: SearchResult) -> Figure:
     """The largest objective against the smallest margin in any input, with the margin that is required."""
     from vireport.figures import (
         Color,

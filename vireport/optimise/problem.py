@@ -15,22 +15,16 @@ from numpy.typing import NDArray
 
 from vireport.base import UsageError
 from vireport.design import DesignPoint
-from vireport.gate import MARGINS
+from vireport.gate import Designs, Limit, OfMargin, OfMotions, OfRun, OfShaker, Requirement, keeps_motion, required
 from vireport.motions import CRITICAL, Event
-from vireport.physics import (
-    Conversion,
-    Device,
-    Membrane,
-    Voltages,
-    conversion,
-    magnitude,
-    voltages,
-)
+from vireport.physics import Conversion, Device, Membrane, Voltages
 from vireport.scenario import (
     Design,
     DesignInput,
     DesignPath,
+    LimitKind,
     Loaded,
+    Need,
     Objective,
     loads,
     to_dict,
@@ -44,30 +38,10 @@ from vireport.study import (
 )
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
-U_DIFFERENCE, DEFLECTION, FIELD = "u_difference", "deflection", "field"
-
-SHAKER = ACCELERATION, STROKE, FORCE = "acceleration_g", "stroke_m", "force_n"
-"""Quantities of `physics.Shaker`, by their names there."""
-
-LIMITS = {
-    "u_ave_at_least_v": (Objective.U_AVE, True),
-    "u_bottom_top_difference_at_most_v": (U_DIFFERENCE, False),
-    "deflection_at_most_m": (DEFLECTION, False),
-    "power_at_least_mw": (Objective.POWER, True),
-    "field_at_most_percent": (FIELD, False),
-    "acceleration_at_most_g": (ACCELERATION, False),
-    "stroke_at_most_m": (STROKE, False),
-    "force_at_most_n": (FORCE, False),
-}
-"""Requirements that every cell of a grid is judged by: their quantity, and whether it is to be at least the limit."""
-
-NEEDED = {
-    "sweep": ("stable_from", "u_ave_difference_at_most_v", "word", "words"),
-    "simulation": ("crosscheck_passed",),
-    "accuracy": (),
-}
-"""Blocks without which some requirements cannot be judged; where none of them is asked for, designs go without."""
+SPARED = "sweep", "simulation", "motions", "accuracy"
+"""Blocks that designs go without where no requirement needs them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,24 +54,67 @@ class Problem:
         The scenario.
     design : Design
         What it says of the search.
+    required : tuple of (Requirement, Limit)
+        What the scenario requires.
     margins : tuple of (tuple of Event, float)
         The margins required, as shares, to critical points of some kinds.
-    limits : tuple of (str, bool, float)
-        Quantities, whether they are to be at least a limit, and the limit.
     tolerated : float
         Share of the tolerances at all corners of which a design must have stable motion.
     """
 
     loaded: Loaded
     design: Design
+    required: tuple[tuple[Requirement, Limit], ...]
     margins: tuple[tuple[tuple[Event, ...], float], ...]
-    limits: tuple[tuple[str, bool, float], ...]
     tolerated: float = 0.0
 
     @property
     def objective(self) -> Objective:
         """What shall be as large as possible."""
         return self.design.maximise
+
+    @property
+    def limits(self) -> list[tuple[OfMotions | OfShaker, Limit]]:
+        """The requirements that arrays of designs are judged by, exactly, with their limits."""
+        pairs = ((requirement.quantity, limit) for requirement, limit in self.required)
+        return [(quantity, limit) for quantity, limit in pairs if isinstance(quantity, OfMotions | OfShaker)]
+
+    @property
+    def is_costly(self) -> bool:
+        """Whether a run of a design follows its motions, simulates it, or proves that all within tolerances work."""
+        demands = [requirement.demand for requirement, _ in self.required]
+        followed = any(demand.kind is LimitKind.WORDS or Need.SIMULATION in demand.needs for demand in demands)
+        return followed or self.loaded.scenario.tolerances is not None
+
+    @property
+    def rules_out(self) -> bool:
+        """Whether cells are ruled out for what only a run judges."""
+        quantities = (requirement.quantity for requirement, _ in self.required)
+        return any(isinstance(quantity, OfRun) and quantity.may_meet is not None for quantity in quantities)
+
+    def may_meet(self, t: Floats, share: float) -> Mask:
+        """Which designs (cells, inputs) may have a margin, and meet what only a run judges; all others do not.
+
+        For a yield, which takes long to refute, stable motion at the corners of the tolerances stands: see `may_yield`.
+        """
+        designs = self.designs(t)
+        kept = keeps_motion(designs, share) if share > 0 else np.ones(len(t), dtype=bool)
+        return self._refuted(designs, kept, of_yield=False)
+
+    def may_yield(self, t: Floats) -> Mask:
+        """Which designs may reach a required yield; all others do not."""
+        return self._refuted(self.designs(t), np.ones(len(t), dtype=bool), of_yield=True)
+
+    def _refuted(self, designs: Designs, kept: Mask, of_yield: bool) -> Mask:
+        """What is left of designs after those are sorted out that surely fail what only a run judges."""
+        for requirement, limit in self.required:
+            judged_by = requirement.quantity
+            if not isinstance(judged_by, OfRun) or judged_by.may_meet is None:
+                continue
+            if of_yield == (Need.TOLERANCES in requirement.demand.needs):
+                rows = np.flatnonzero(kept)
+                kept[rows] = judged_by.may_meet(designs.select(rows), limit)
+        return kept
 
     @property
     def paths(self) -> tuple[DesignPath, ...]:
@@ -120,17 +137,9 @@ class Problem:
         """The margin required to critical points of any kind; 0 where none is."""
         return max((share for kinds, share in self.margins if len(kinds) == len(CRITICAL)), default=0.0)
 
-    def half_widths(self, device: Device) -> dict[DesignInput, Any]:
-        """By how much each input is off at the corners, in its unit, for devices as arrays."""
-        tolerances = self.loaded.scenario.tolerances
-        if tolerances is None or not self.tolerated:
-            return {}
-        off = {varied: tolerances.off(varied) for varied in DesignInput}
-        return {
-            varied: self.tolerated * np.maximum(fixed, getattr(device, varied) * percent / 100)
-            for varied, (fixed, percent) in off.items()
-            if fixed or percent
-        }
+    def half_widths(self, designs: Designs) -> dict[DesignInput, Any]:
+        """By how much each input is off at the corners, in its unit."""
+        return {varied: self.tolerated * off for varied, off in designs.half_widths.items()} if self.tolerated else {}
 
     def with_margin(self, share: float) -> Problem:
         """The same search with another margin required to critical points of any kind."""
@@ -156,6 +165,10 @@ class Problem:
                 membrane = replace(membrane, dielectric=replace(membrane.dielectric, **changed))
         return device, membrane
 
+    def designs(self, t: Floats) -> Designs:
+        """Designs (cells, inputs) with their motions."""
+        return Designs(self.loaded.scenario, *self.at(t), len(t))
+
     def scenario_text(self, t: Floats, lean: bool = False) -> str:
         """The scenario of a design, as YAML; a `lean` one has only what its requirements are judged by."""
         data = to_dict(self.loaded.scenario)
@@ -163,16 +176,24 @@ class Problem:
         for path, value in zip(self.paths, self.values(t), strict=True):
             *blocks, key = path.split(".")
             reduce(dict.__getitem__, blocks, data)[key] = float(value)
-        required = data["requirements"] or {}
-        for block, keys in NEEDED.items() if lean else ():
-            if all(required.get(key) is None for key in keys):
-                data[block] = None
+        data |= dict.fromkeys(self._spared) if lean else {}
         return str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
+
+    @property
+    def _spared(self) -> set[str]:
+        """The blocks without which all requirements can be judged."""
+        demands = [requirement.demand for requirement, _ in self.required]
+        needed = {need.partition(".")[0] for demand in demands for need in demand.needs}
+        followed = {"motions"} if any(demand.kind is LimitKind.WORDS for demand in demands) else set()
+        return set(SPARED) - needed - followed
 
     def study(self, t: Floats) -> Study:
         """The results of a design as a run has them, held against all that is required.
 
-        Further kinds of requirement join here: whatever a run judges, a best design has met.
+        Raises
+        ------
+        ScenarioError, NumericalError
+            Where a run would end with it.
         """
         return analyse(loads(self.scenario_text(t, lean=True), self.loaded.document.name), (Task.JSON,))
 
@@ -182,7 +203,7 @@ class Problem:
         if self.objective is Objective.MARGIN:
             return 100 * smallest_margin(design)
         m = design.motions
-        columns = quantities(m.velocity_bottom, m.wall_gap, design.voltages, design.conversion, period)
+        columns = objectives(m.velocity_bottom, m.wall_gap, design.voltages, design.conversion, period)
         return float(columns[self.objective][m.stable].min())
 
 
@@ -204,49 +225,32 @@ def problem_of(loaded: Loaded) -> Problem:
             f"{loaded.document.name}: requirements: {', '.join(allowed)} cannot be required of a best design, which is "
             "looked for among 1:1 motions only (allow BT as well, or require no word)"
         )
-    given = {} if scenario.requirements is None else to_dict(scenario.requirements)
-    margins = tuple((kinds, given[key] / 100) for key, (_, kinds) in MARGINS.items() if given.get(key) is not None)
-    limits = tuple((*of, given[key]) for key, of in LIMITS.items() if given.get(key) is not None)
-    proved = scenario.tolerances is not None and given.get("yield_at_least_percent") in (None, 100)
-    return Problem(loaded, scenario.design, margins, limits, float(proved))
+    asked = tuple(required(scenario))
+    margins = tuple(
+        (row.quantity.kinds, limit.value / 100) for row, limit in asked if isinstance(row.quantity, OfMargin)
+    )
+    least = None if scenario.requirements is None else scenario.requirements.yield_at_least_percent
+    proved = scenario.tolerances is not None and least in (None, 100)
+    return Problem(loaded, scenario.design, asked, margins, float(proved))
 
 
-def quantities(
+def objectives(
     bottom: Floats, gap: Floats, volts: Voltages | None, converted: Conversion | None, period_s: Any
-) -> dict[str, Floats]:
-    """What objectives and limits are of, for motions as arrays."""
-    columns: dict[str, Floats] = {Objective.VELOCITY_BOTTOM: bottom, Objective.WALL_GAP: gap}
+) -> dict[Objective, Floats]:
+    """What can be maximised, for motions as arrays; but for the margin."""
+    columns = {Objective.VELOCITY_BOTTOM: bottom, Objective.WALL_GAP: gap}
     if volts is not None:
         both = volts.bottom_v + volts.top_v
         columns |= {Objective.U_AVE: volts.average_v, Objective.VOLTAGE_RATE: both / period_s}
         columns |= {Objective.U_BOTTOM: volts.bottom_v, Objective.U_TOP: volts.top_v}
-        columns |= {U_DIFFERENCE: magnitude(volts.bottom_v - volts.top_v), DEFLECTION: volts.deflection_m}
     if converted is not None:
         columns |= {Objective.POWER: converted.power_mw, Objective.EFFICIENCY: converted.efficiency}
     return columns
 
 
-def of_impacts(
-    bottom: Floats, top: Floats, gap: Floats, unit: Any, membrane: Membrane | None, r: Any, period_s: Any
-) -> dict[str, Floats]:
-    """The `quantities` of impacts with dimensionless velocities, `unit` [m/s], and the field over its limit [%].
-
-    All may be arrays, and numbers of the membrane too.
-    """
-    if membrane is None:
-        return quantities(bottom, gap, None, None, period_s)
-    speeds = unit * bottom, unit * top
-    volts, dielectric = voltages(*speeds, membrane), membrane.dielectric
-    if dielectric is None:
-        return quantities(bottom, gap, volts, None, period_s)
-    converted = conversion((volts.bottom_v, volts.top_v), speeds, membrane, dielectric, r, period_s)
-    columns = quantities(bottom, gap, volts, converted, period_s)
-    return columns | {FIELD: 100 * converted.field_v_m / dielectric.breakdown_field_v_m}
-
-
 def smallest_margin(design: DesignPoint) -> float:
     """Least relative distance to an end of stable motion; infinite where it ends in no input."""
-    return min((abs(one.relative) for one in design.endings() if one.relative is not None), default=np.inf)
+    return min((abs(end.relative) for end in design.endings() if end.relative is not None), default=np.inf)
 
 
 def design_input(path: DesignPath) -> DesignInput | None:

@@ -44,7 +44,7 @@ OUTSIDE = -1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Linear:
+class Linearised:
     """Objective and constraints of a design with their gradients; constraints are met from 0 on, margins first."""
 
     value: float
@@ -54,7 +54,7 @@ class Linear:
 
 
 @dataclass(slots=True, eq=False)
-class Search:
+class LocalSearch:
     """A local search: the problem, and the best design that it has met.
 
     Attributes
@@ -73,16 +73,16 @@ class Search:
     lifted: Floats
     best: Floats | None = None
     score: float = -np.inf
-    known: dict[bytes, Linear] = field(default_factory=dict)
+    known: dict[bytes, Linearised] = field(default_factory=dict)
 
-    def linear(self, t: Floats) -> Linear:
+    def linear(self, t: Floats) -> Linearised:
         """Objective and constraints at a design, computed once."""
         key = t.tobytes()
         if key not in self.known:
-            self.known[key] = one = _linear(self.problem, t)
+            self.known[key] = here = _linear(self.problem, t)
             lifted = self.lifted > 0
-            score = float(one.slack[lifted].min()) if lifted.any() else one.value
-            if np.isfinite(score) and score > self.score and bool((one.slack[~lifted] >= 0).all()):
+            score = float(here.slack[lifted].min()) if lifted.any() else here.value
+            if np.isfinite(score) and score > self.score and bool((here.slack[~lifted] >= 0).all()):
                 self.best, self.score = t.copy(), score
         return self.known[key]
 
@@ -116,7 +116,7 @@ def refine(problem: Problem, start: Floats, spacing: Floats, worst_case: bool = 
     lifted = np.full(margins + OF_MOTION + len(problem.limits) + corners, float(worst_case))
     if by_margin:
         lifted[margins - len(SLOTS) : margins] = 1.0  # to critical points of any kind
-    search = Search(problem, lifted)
+    search = LocalSearch(problem, lifted)
     search.linear(start)
     centre = start
     for _ in range(ROUNDS):
@@ -129,7 +129,7 @@ def refine(problem: Problem, start: Floats, spacing: Floats, worst_case: bool = 
     return search.best
 
 
-def _round(search: Search, start: Floats, bounds: tuple[Floats, Floats]) -> None:
+def _round(search: LocalSearch, start: Floats, bounds: tuple[Floats, Floats]) -> None:
     """One run of the solver in a window; what it meets on the way is recorded."""
     from scipy.optimize import minimize  # type: ignore[import-untyped]
 
@@ -139,15 +139,15 @@ def _round(search: Search, start: Floats, bounds: tuple[Floats, Floats]) -> None
     width = bounds[1] - bounds[0]
 
     # In the unit cube of the window, with the auxiliary variable where there is one.
-    def at(x: Floats) -> Linear:
+    def at(x: Floats) -> Linearised:
         t = bounds[0] + width * x[: len(start)]
         return search.linear(np.where(t < AT_END, 0.0, np.where(t > 1 - AT_END, 1.0, t)))
 
     def value(x: Floats) -> tuple[float, Floats]:
         if auxiliary:
             return -float(x[-1]), np.append(np.zeros(len(start)), -1.0)
-        one = at(x)
-        return (-one.value / scale, -one.slope * width / scale) if np.isfinite(one.value) else (0.0, 0 * width)
+        here = at(x)
+        return (-here.value / scale, -here.slope * width / scale) if np.isfinite(here.value) else (0.0, 0 * width)
 
     def slack(x: Floats) -> Floats:
         return at(x).slack - INSIDE - (lifted * x[-1] if auxiliary else 0.0)
@@ -171,7 +171,7 @@ def _round(search: Search, start: Floats, bounds: tuple[Floats, Floats]) -> None
     )
 
 
-def _linear(problem: Problem, t: Floats) -> Linear:
+def _linear(problem: Problem, t: Floats) -> Linearised:
     """Evaluate a design, with exact derivatives."""
     n = len(t)
     stepped = np.vstack([t + 0j, t + 1j * STEP * np.eye(n)])
@@ -181,8 +181,8 @@ def _linear(problem: Problem, t: Floats) -> Linear:
     slack = np.concatenate([margin_slack, columns[0].real])
     slopes = np.concatenate([margin_slopes, columns[1:].imag.T / STEP])
     if not (np.isfinite(slack).all() and np.isfinite(slopes).all()):
-        return Linear(np.nan, np.zeros(n), np.full_like(slack, OUTSIDE), np.zeros_like(slopes))
-    return Linear(float(cells.value[0].real), cells.value[1:].imag / STEP, slack, slopes)
+        return Linearised(np.nan, np.zeros(n), np.full_like(slack, OUTSIDE), np.zeros_like(slopes))
+    return Linearised(float(cells.value[0].real), cells.value[1:].imag / STEP, slack, slopes)
 
 
 def _margins(problem: Problem, t: Floats) -> tuple[Floats, Floats]:
@@ -201,14 +201,14 @@ def _margins(problem: Problem, t: Floats) -> tuple[Floats, Floats]:
         return np.full(count, np.nan), slopes
     for which, (kinds, share) in enumerate(problem.margins):
         slack[which * len(SLOTS) :][: len(SLOTS)] -= share
-        for one in reversed(point.endings(*kinds)):  # the nearest last, so that it is the one that stays
-            if one.relative is None:
+        for end in reversed(point.endings(*kinds)):  # the nearest last, so that it is what stays
+            if end.relative is None:
                 continue
-            sign, value = (1 if one.distance > 0 else -1), float(getattr(device, one.parameter))
-            row = which * len(SLOTS) + SLOTS.index((one.parameter, sign))
-            slack[row] = abs(one.relative) - share
-            own = -one.sweep_value / value
-            derivatives = {**one.derivatives, one.parameter: own}
+            sign, value = (1 if end.distance > 0 else -1), float(getattr(device, end.parameter))
+            row = which * len(SLOTS) + SLOTS.index((end.parameter, sign))
+            slack[row] = abs(end.relative) - share
+            own = -end.sweep_value / value
+            derivatives = {**end.derivatives, end.parameter: own}
             along = [
                 derivatives.get(varied) if varied is not None else 0.0 for varied in map(design_input, problem.paths)
             ]

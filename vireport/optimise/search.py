@@ -1,39 +1,33 @@
-"""The best design: a grid and a global solver over all designs, the best refined, and what is proved of the others."""
+"""The best design: a grid and a global solver over all designs, the best refined, and what is proved of the others.
+
+What arrays of designs are not judged by, a run judges, one design at a time: first the designs that solver and
+refinement find, then every cell that could be better, the best first, until one meets the requirements.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
-from itertools import islice
-from typing import cast
+from dataclasses import dataclass, replace
+from itertools import chain, islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import Progress
-from vireport.design import DesignPoint
-from vireport.gate import Question
+from vireport.gate import OfMargin
+from vireport.motions import CRITICAL
 from vireport.optimise.bound import largest_value
-from vireport.optimise.cells import (
-    Cells,
-    corner_slack,
-    evaluate,
-    keeps_motion,
-)
 from vireport.optimise.evolution import POPULATION, evolve
-from vireport.optimise.problem import Problem, smallest_margin
+from vireport.optimise.grid import APART, CHUNK, DesignGrid, JudgedDesign, grid_of
+from vireport.optimise.problem import Problem
 from vireport.optimise.refine import refine
-from vireport.scenario import WIDEST_MARGIN, Objective
-from vireport.study import Study
+from vireport.scenario import WIDEST_MARGIN
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
-CHUNK = 1024
-"""Cells that are tried at once for a margin."""
-
-STARTS, APART, MOST_REFINED = 2, 4.0, 8
-"""Cells that are refined from at first, how many spacings they are apart, and the most cells."""
+STARTS, MOST_REFINED = 2, 8
+"""Cells that are refined from at first, and the most cells."""
 
 HALVINGS = 12
 """Steps in which the largest margin of the cells, or the share of the tolerances that a yield takes, is bracketed, to
@@ -42,36 +36,14 @@ HALVINGS = 12
 LEVELS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.10, 0.14, 0.20, 0.28, 0.40, 0.55)
 """Margins of the front."""
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Point:
-    """A design, with its results as a run has them, and its objective."""
-
-    t: Floats
-    study: Study
-    value: float
-
-    @property
-    def tolerated(self) -> bool:
-        """Whether every device within the tolerances is proved to work, or as many do as are required."""
-        found = self.study.tolerances
-        enough = any(one.question is Question.TOLERANCES and one.passed for one in self.study.criteria)
-        return found is None or found.proved or enough
-
-    @property
-    def met(self) -> bool:
-        """Whether all requirements are met, and the tolerances."""
-        return self.tolerated and all(criterion.passed for criterion in self.study.criteria)
-
-    @property
-    def margin(self) -> float:
-        """The smallest margin as a share; infinite where stable motion ends in no input."""
-        return smallest_margin(cast(DesignPoint, self.study.solution.design))
+MOST_JUDGED, MOST_COSTLY = 1000, 60
+"""Cells that are judged by runs at most, some minute; where each run follows motions, simulates or proves, some
+minutes. A number, not a time, so that the same search has the same result everywhere."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Evidence:
-    """What the grid says of all designs.
+class SearchEvidence:
+    """What a search says of all designs.
 
     Attributes
     ----------
@@ -89,10 +61,13 @@ class Evidence:
         required; None where none smaller than 100 % is, or it is not reached.
     judged : int
         Designs judged as a run judges them, with the proof over the tolerances, or the yield.
+    candidates, candidates_judged : int
+        Cells that could be better than the best design, or meet the requirements where none is known that does, as far
+        as all cells are judged; and how many of them runs have judged, none of which meets the requirements.
     best_cell : float or None
-        Objective of the best cell that meets all requirements, None where there is none.
+        What no cell that meets all requirements has more of than; None where there is no best design.
     step : float
-        Largest difference of the objective between neighbouring cells within `APART` of the best design.
+        Largest difference of the objective between neighbouring cells within `grid.APART` of the best design.
     widest : float or None
         A margin, as a share, that no cell within the limits has; None where it was not looked for.
     bound : float or None
@@ -109,110 +84,44 @@ class Evidence:
     tolerances: float = 1.0
     yielding: float | None = None
     judged: int = 0
+    candidates: int = 0
+    candidates_judged: int = 0
     best_cell: float | None = None
     step: float = 0.0
     widest: float | None = None
     bound: float | None = None
     elsewhere: int = 0
 
+    @property
+    def complete(self) -> bool:
+        """Whether every cell was judged that could be better."""
+        return self.candidates_judged == self.candidates
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Result:
+class SearchResult:
     """What a search comes to.
 
     Attributes
     ----------
     problem : Problem
-    best : Point or None
+    best : JudgedDesign or None
         None where no design was found that meets the requirements.
-    nearest : Point or None
+    nearest : JudgedDesign or None
         Then the one that comes nearest to it; None where no design has a stable motion.
-    front : tuple of Point
+    front : tuple of JudgedDesign
         The best designs for rising margins.
-    evidence : Evidence
+    evidence : SearchEvidence
     """
 
     problem: Problem
-    best: Point | None
-    nearest: Point | None
-    front: tuple[Point, ...]
-    evidence: Evidence
+    best: JudgedDesign | None
+    nearest: JudgedDesign | None
+    front: tuple[JudgedDesign, ...]
+    evidence: SearchEvidence
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Grid:
-    """The cells of a search: designs t (cells, inputs) on a regular grid, ends included; and what was judged of it."""
-
-    problem: Problem
-    counts: tuple[int, ...]
-    t: Floats
-    cells: Cells
-    judged: list[Point | None] = field(default_factory=list)
-
-    @property
-    def spacing(self) -> Floats:
-        """Between neighbouring cells, as shares of the ranges."""
-        return 1 / (np.array(self.counts) - 1)
-
-    def within(self) -> Ints:
-        """Cells that meet the limits, the best first; in their order where the objective is a margin."""
-        rows = np.flatnonzero(self.cells.stable & (np.nan_to_num(self.cells.slack, nan=-1.0) >= 0).all(axis=1))
-        value = self.cells.value[rows]
-        return rows if np.isnan(value).all() else rows[np.argsort(-value, kind="stable")]
-
-    def tolerated(self, rows: Ints, share: float = 1.0) -> Ints:
-        """Those of some cells that have stable motion at all corners of a share of the tolerances."""
-        slack = corner_slack(self.problem, self.t[rows], share)
-        return rows[(np.nan_to_num(slack, nan=-1.0) >= 0).all(axis=1)]
-
-    def judge(self, t: Floats) -> Point | None:
-        """The results of a design; None where it has no stable motion."""
-        study = self.problem.study(t)
-        design = study.solution.design
-        stable = design is not None and bool(design.motions.stable.any())
-        self.judged.append(Point(t, study, self.problem.value_of(study)) if stable else None)
-        return self.judged[-1]
-
-    @property
-    def best(self) -> Point | None:
-        """The best of the designs judged that meet all requirements."""
-        met = [point for point in self.judged if point is not None and point.met]
-        return max(met, key=lambda point: point.value, default=None)
-
-    def tolerating(self, share: float) -> Grid:
-        """The same with stable motion required at all corners of a share of the tolerances."""
-        return replace(self, problem=replace(self.problem, tolerated=share))
-
-    def near(self, point: Point) -> NDArray[np.bool_]:
-        """Cells within `APART` of a design."""
-        return np.asarray(np.max(np.abs(self.t - point.t) / self.spacing, axis=1) <= APART)
-
-    def changes(self) -> Floats:
-        """For each cell the sum over the inputs of half the largest difference of the objective to a neighbour."""
-        value, total = self.cells.value.reshape(self.counts), np.zeros(self.counts)
-        for axis in range(value.ndim):
-            step = np.nan_to_num(np.abs(np.diff(value, axis=axis)))
-            pad = [(0, 0)] * value.ndim
-            sides = []
-            for side in ((1, 0), (0, 1)):
-                pad[axis] = side
-                sides.append(np.pad(step, pad))
-            total += np.maximum(*sides) / 2
-        return total.ravel()
-
-
-def grid_of(problem: Problem) -> Grid:
-    """Evaluate the cells of a search."""
-    axes = len(problem.paths)
-    count = max(round(problem.design.cells ** (1 / axes)), 3)
-    counts = (count,) * axes
-    t = np.stack(np.meshgrid(*[np.linspace(0, 1, count)] * axes, indexing="ij"), axis=-1).reshape(-1, axes)
-    parts = [evaluate(problem, part) for part in np.array_split(t, max(len(t) // 100_000, 1))]
-    whole = Cells(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("stable", "value", "slack")))
-    return Grid(problem, counts, t, whole)
-
-
-def optimise(problem: Problem, progress: Progress | None = None) -> Result:
+def optimise(problem: Problem, progress: Progress | None = None) -> SearchResult:
     """Find the best design, the evidence that it is, and the front of margin against the objective.
 
     Parameters
@@ -226,101 +135,143 @@ def optimise(problem: Problem, progress: Progress | None = None) -> Result:
     grid = grid_of(problem)
     within = grid.within()
     say("looking for the best design")
-    yielding = None
-    if problem.loaded.scenario.tolerances is not None and not problem.tolerated:
+    yielding, asks_yield = None, problem.loaded.scenario.tolerances is not None and not problem.tolerated
+    if asks_yield:
         yielding = _yielding(grid, within)
         # Where none reaches the yield, the tolerances are in the way, unless no design meets the rest.
-        grid = grid.tolerating(float(len(grid.judged) > 0) if yielding is None else yielding)
+        grid = grid.tolerating(float(grid.judged.count > 0) if yielding is None else yielding)
     order, share = grid.tolerated(within), 1.0
-    by_margin = problem.objective is Objective.MARGIN
-    ranked, widest = _widest(grid, order) if by_margin else (order, None)
+    ranked, widest = _widest(grid, order) if grid.by_margin else (order, None)
     tried, left = _climb(grid, ranked, widest)
-    tolerated = None if yielding is None and not grid.problem.tolerated else len(order)
-    evidence = Evidence(
-        grid.counts, int(grid.cells.stable.sum()), len(within), tolerated, yielding=yielding, widest=widest
-    )
-    if grid.best is None:
+    candidates = _judge_candidates(grid, within if asks_yield else order, say)
+    nearest = None
+    if grid.judged.best is None:
         ranked, widest = _widest(grid, order) if problem.share else (order, None)
         if not order.size:
             ranked, share = _halved(within, 1.0, grid.tolerated)
-        nearest = _nearest(grid, ranked)
-        if grid.best is None:
-            evidence = replace(evidence, widest=widest, tolerances=share, judged=len(grid.judged))
-            return Result(problem, None, nearest, (), evidence)
-    best, evidence = grid.best, replace(evidence, judged=len(grid.judged))
-    if by_margin or not tried:
-        return Result(problem, best, None, (), evidence)
+        nearest, candidates = _nearest(grid, ranked), grid.better(candidates)
+    best, judged = grid.judged.best, len(candidates) - len(grid.unjudged(candidates))
+    evidence = SearchEvidence(
+        grid.counts,
+        int(grid.cells.stable.sum()),
+        len(within),
+        None if yielding is None and not grid.problem.tolerated else len(order),
+        yielding=yielding,
+        judged=grid.judged.count,
+        candidates=len(candidates),
+        candidates_judged=judged,
+        widest=widest,
+    )
+    if best is None:
+        return SearchResult(problem, None, nearest, (), replace(evidence, tolerances=share))
+    if grid.by_margin or not tried:
+        return SearchResult(problem, best, None, (), evidence)
     step = 2 * float(grid.changes()[grid.near(best)].max(initial=0.0))
-    evidence = replace(evidence, best_cell=float(grid.cells.value[tried[0]]), step=step, elsewhere=len(left))
+    best_cell = float(grid.cells.value[tried[0]])
+    if evidence.complete:
+        best_cell = min(best_cell, best.value)
+    evidence = replace(evidence, best_cell=best_cell, step=step, elsewhere=len(left))
     say("bounding what any other design may reach")
     evidence = replace(evidence, bound=largest_value(problem, best.value))
     say("trading the objective for margin")
-    return Result(problem, best, None, _front(grid, order), evidence)
+    return SearchResult(problem, best, None, _front(grid, order), evidence)
 
 
-def _yielding(grid: Grid, within: Ints) -> float | None:
+def _yielding(grid: DesignGrid, within: Ints) -> float | None:
     """The least share of the tolerances at whose corners a design is stable and reaches the required yield, if any is.
 
     With a larger share the best design has a smaller objective, and more of its devices work.
     """
-    low, high, share, found = 0.0, 1.0, 0.0, None
-    by_margin = grid.problem.objective is Objective.MARGIN
+    low, high, share, reached = 0.0, 1.0, 0.0, None
     for _ in range(HALVINGS):
         other = grid.tolerating(share)
         kept = other.tolerated(within)
-        rows = _widest(other, kept)[0] if by_margin else kept
-        row = next(_passing(other, rows, other.problem.share), None)
+        rows = _widest(other, kept)[0] if grid.by_margin else kept
+        row = next(other.passing(rows, other.problem.share), None)
         t = None if row is None else refine(other.problem, grid.t[row], grid.spacing)
         point = None if t is None else other.judge(t)
         if point is None or point.tolerated:
-            high, found = share, found if point is None else share
+            high, reached = share, reached if point is None else share
         else:
             low, within = share, kept
         if high == low:
             break
         share = 1.0 if low == share == 0 else (low + high) / 2
-    return found
+    return reached
 
 
-def _climb(grid: Grid, ranked: Ints, widest: float | None) -> tuple[list[int], list[int]]:
+def _climb(grid: DesignGrid, ranked: Ints, widest: float | None) -> tuple[list[int], list[int]]:
     """Judge designs refined from what the global solver finds and from cells; these, and others that may be better."""
     problem, tried, left = grid.problem, list[int](), list[int]()
-    first = list(islice(_passing(grid, ranked, problem.share), POPULATION // 2))
-    found = evolve(problem, grid.t[first], widest)
-    if found is not None:
-        _refine(grid, found)
+    first = list(islice(grid.passing(ranked, problem.share), POPULATION // 2))
+    fittest = evolve(problem, grid.t[first], widest)
+    if fittest is not None:
+        _refine(grid, fittest)
     starts = _starts(grid, ranked)
     while len(tried) < MOST_REFINED and (row := next(starts, None)) is not None:
         _refine(grid, grid.t[row])
         tried.append(row)
-        best = grid.best if len(tried) >= STARTS else None
+        best = grid.judged.best if len(tried) >= STARTS else None
         if best is not None:
-            left = [] if problem.objective is Objective.MARGIN else _regions(grid, ranked, best, tried)
+            left = [] if grid.by_margin else _regions(grid, ranked, best, tried)
             starts = iter(left[:1])
     return tried, left
 
 
-def _passing(grid: Grid, rows: Ints, share: float) -> Iterator[int]:
-    """Those of some cells that keep stable motion with every input off by a share, in their order."""
-    for first in range(0, len(rows), CHUNK):
-        part = rows[first : first + CHUNK]
-        yield from part if share <= 0 else part[keeps_motion(grid.problem, grid.t[part], share)]
+def _judge_candidates(grid: DesignGrid, rows: Ints, say: Progress) -> Ints:
+    """Judge cells that could be better than the best design, the best first; those that still could in the end.
+
+    Where there are too many to judge each, one half of those that are judged are the best, the other half is spread
+    evenly over the rest: the best that meets the requirements may be far down. One that meets them is refined from, and
+    leaves fewer that could be better.
+    """
+    budget = MOST_COSTLY if grid.problem.is_costly else MOST_JUDGED
+    candidates = grid.candidates(rows)
+    if grid.by_margin:
+        candidates = _widest_first(grid, candidates)
+    chosen = grid.unjudged(candidates)
+    if len(chosen) > budget:
+        chosen = chosen[: budget // 2]
+    while chosen.size:
+        for row in chosen:
+            say(f"judging cells that could be better: at most {budget} of {len(candidates)} to go")
+            point, budget = grid.judge(grid.t[row]), budget - 1
+            if point is not None and point.met():
+                refined = refine(grid.problem, point.t, grid.spacing)
+                if refined is not None:
+                    grid.judge(refined)
+                break
+        # What was left beyond the budget's first half may be all worse than the design just found: it is spread anew.
+        candidates = grid.better(candidates)
+        rest = grid.unjudged(candidates)
+        evenly = np.linspace(0, len(rest) - 1, min(budget, len(rest))).astype(np.intp)
+        chosen = rest[evenly]
+    return candidates
 
 
-def _starts(grid: Grid, ranked: Ints) -> Iterator[int]:
+def _widest_first(grid: DesignGrid, rows: Ints) -> Ints:
+    """Some cells, those first that keep stable motion with the largest of `LEVELS`."""
+    kept = [rows]
+    for share in LEVELS[1:]:
+        kept.append(grid.keeping(kept[-1], share))
+    level = sum(np.isin(rows, cells).astype(int) for cells in kept)
+    return rows[np.argsort(-np.asarray(level), kind="stable")]
+
+
+def _starts(grid: DesignGrid, ranked: Ints) -> Iterator[int]:
     """Cells that keep the margin required and are some cells apart, the best first."""
     starts: list[int] = []
-    for row in islice(_passing(grid, ranked, grid.problem.share), CHUNK):
+    for row in islice(grid.passing(ranked, grid.problem.share), CHUNK):
         away = [np.max(np.abs(grid.t[row] - grid.t[other]) / grid.spacing) for other in starts]
         if all(distance >= APART for distance in away):
             starts.append(row)
             yield row
 
 
-def _widest(grid: Grid, rows: Ints) -> tuple[Ints, float | None]:
+def _widest(grid: DesignGrid, rows: Ints) -> tuple[Ints, float | None]:
     """The cells with the largest margins, to within `HALVINGS` halvings, and a margin that none has."""
     most = WIDEST_MARGIN / 100
-    rows, high = _halved(rows, most, lambda some, share: np.array(list(_passing(grid, some, share)), dtype=np.intp))
+    rows, high = _halved(np.array(list(grid.passing(rows, 0.0)), dtype=np.intp), most, grid.keeping)
     return rows, high if high < most else None
 
 
@@ -337,46 +288,49 @@ def _halved(rows: Ints, most: float, passing: Callable[[Ints, float], Ints]) -> 
     return rows, high
 
 
-def _refine(grid: Grid, start: Floats) -> None:
+def _refine(grid: DesignGrid, start: Floats) -> None:
     """Judge the design refined from one, and that itself if it does not meet all requirements."""
     for t in (refine(grid.problem, start, grid.spacing), start):
         point = None if t is None else grid.judge(t)
-        if point is not None and point.met:
+        if point is not None and point.met():
             break
 
 
-def _nearest(grid: Grid, ranked: Ints) -> Point | None:
-    """The design whose worst requirement is nearest to being met, from the first cell or that nearest to the limits."""
+def _nearest(grid: DesignGrid, ranked: Ints) -> JudgedDesign | None:
+    """The design whose worst requirement is nearest to being met: of those judged, and of one refined to be it.
+
+    That is refined from the first cell, or from the one that is nearest to the limits.
+    """
     stable = np.flatnonzero(grid.cells.stable)
     if not stable.size:
         return None
     start = int(ranked[0] if ranked.size else stable[np.argmax(grid.cells.slack[stable].min(axis=1))])
     refined = refine(grid.problem, grid.t[start], grid.spacing, worst_case=True)
-    return grid.judge(grid.t[start] if refined is None else refined)
+    point, other = grid.judge(grid.t[start] if refined is None else refined), grid.judged.nearest
+    return other if point is None or (other is not None and other.shortfall < point.shortfall) else point
 
 
-def _front(grid: Grid, order: Ints) -> tuple[Point, ...]:
+def _front(grid: DesignGrid, order: Ints) -> tuple[JudgedDesign, ...]:
     """The best designs for rising margins: what a larger one costs.
 
     A cell that fails a margin fails all larger ones, so that each level goes on where the one before has ended.
     """
-    points: list[Point] = []
+    points: list[JudgedDesign] = []
+    traded = frozenset(row.key for row, _ in grid.problem.required if row.quantity == OfMargin(CRITICAL))
     for level in LEVELS:
-        row = next(_passing(grid, order, level), None)
+        row = next(grid.passing(order, level), None)
         if row is None:
             break
         order = order[int(np.flatnonzero(order == row)[0]) :]
         if points and points[-1].margin >= level:
             continue
-        problem = grid.problem.with_margin(level)
-        t = refine(problem, grid.t[row], grid.spacing)
-        point = None if t is None else grid.judge(t)
-        if point is not None and point.tolerated and point.margin >= level:
-            points.append(point)
+        refined = refine(grid.problem.with_margin(level), grid.t[row], grid.spacing)
+        judged = chain((grid.judge(t) for t in (refined, grid.t[row]) if t is not None), [grid.judged.best])
+        points += islice((point for point in judged if point and point.margin >= level and point.met(traded)), 1)
     return tuple(points)
 
 
-def _regions(grid: Grid, order: Ints, best: Point, tried: list[int]) -> list[int]:
+def _regions(grid: DesignGrid, order: Ints, best: JudgedDesign, tried: list[int]) -> list[int]:
     """The best cell of each part of the grid that may hold a better design, where none was refined from yet.
 
     A cell may hold one if it keeps the margin required and the objective, by its differences from the neighbouring
@@ -386,7 +340,7 @@ def _regions(grid: Grid, order: Ints, best: Point, tried: list[int]) -> list[int
 
     value = grid.cells.value
     promising = order[value[order] + grid.changes()[order] > best.value]
-    kept = list(_passing(grid, promising, grid.problem.share))
+    kept = list(grid.passing(promising, grid.problem.share))
     there = np.zeros(len(value), dtype=bool)
     there[kept] = True
     parts = label(there.reshape(grid.counts), np.ones((3,) * len(grid.counts)))[0].ravel()

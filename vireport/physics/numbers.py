@@ -65,6 +65,11 @@ class DoubleOps:
         return np.maximum(x, y)
 
     @staticmethod
+    def distance(x: Any, y: Any) -> Any:
+        """The size of the difference of two."""
+        return magnitude(x - y)
+
+    @staticmethod
     def sqrt(x: Any) -> Any:
         """Square root; of a negative number 0."""
         return np.sqrt(np.maximum(x, 0.0))
@@ -255,6 +260,12 @@ class Rounded:
         """The larger of two, which no error moves by more than the larger error."""
         return Rounded(np.maximum(self.value, other.value), np.maximum(self.error, other.error))
 
+    def distance(self, other: Rounded) -> Rounded:
+        """The size of the difference, which is not rounded where one is at most twice the other (Sterbenz)."""
+        away = np.abs(self.value - other.value)
+        exact = away <= np.minimum(np.abs(self.value), np.abs(other.value))
+        return Rounded(away, self.error + other.error + np.where(exact, 0.0, UNIT * away))
+
 
 def _rounded(x: Any) -> Rounded:
     return x if isinstance(x, Rounded) else Rounded(x)
@@ -283,6 +294,11 @@ class MethodOps:
     def maximum(x: Any, y: Any) -> Any:
         """The larger of two."""
         return x.maximum(y)
+
+    @staticmethod
+    def distance(x: Any, y: Any) -> Any:
+        """The size of the difference of two."""
+        return x.distance(y)
 
 
 ROUNDED = MethodOps(Rounded(np.pi, 1.3e-16))

@@ -2,16 +2,20 @@
 
 from vireport.scenario import blocks
 from vireport.scenario.blocks import (
+    DEMANDS,
     UNIT_OF_SWEPT,
     WIDEST_MARGIN,
     Accuracy,
     Axis,
+    Demand,
     Design,
     DesignPath,
     Direction,
     Distribution,
+    LimitKind,
     Map,
     MapSimulation,
+    Need,
     Objective,
     Requirements,
     Sampling,
@@ -19,6 +23,7 @@ from vireport.scenario.blocks import (
     Simulation,
     inputs,
     to_dict,
+    unit_of,
 )
 from vireport.scenario.loading import Loaded, LoadedMap, load, load_any, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
@@ -26,21 +31,25 @@ from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput, Paramet
 from vireport.scenario.schema import init_text, schema
 
 __all__ = [
+    "DEMANDS",
     "LARGEST",
     "SMALLEST",
     "UNIT_OF_SWEPT",
     "WIDEST_MARGIN",
     "Accuracy",
     "Axis",
+    "Demand",
     "Design",
     "DesignInput",
     "DesignPath",
     "Direction",
     "Distribution",
+    "LimitKind",
     "Loaded",
     "LoadedMap",
     "Map",
     "MapSimulation",
+    "Need",
     "Objective",
     "Parameter",
     "Requirements",
@@ -59,4 +68,5 @@ __all__ = [
     "loads_map",
     "schema",
     "to_dict",
+    "unit_of",
 ]

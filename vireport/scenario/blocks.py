@@ -7,10 +7,12 @@ table of inputs are derived from it. Nothing here reads a file, and nothing know
 from __future__ import annotations
 
 from collections.abc import Iterator
-from enum import StrEnum
+from dataclasses import dataclass
+from enum import Enum, StrEnum
 from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic.fields import FieldInfo
 
 from vireport.scenario.parameters import (
     LARGEST,
@@ -221,6 +223,64 @@ class Simulation(Block):
     )
 
 
+class LimitKind(Enum):
+    """How a value is held against a limit; the value is the text of the limit."""
+
+    AT_LEAST = "at least {0:.12g} {unit}"
+    AT_MOST = "at most {0:.12g} {unit}"
+    RANGE = "from {0:.12g} to {1:.12g} {unit}"
+    AGREEMENT = "every stable orbit found again to {0:.12g}"
+    WORDS = "only {words}"
+
+
+AT_LEAST, AT_MOST, RANGE, AGREEMENT, WORDS = LimitKind
+
+
+class Need(StrEnum):
+    """The path of what a scenario must give for a requirement to be judged; `why` begins the message if it does not."""
+
+    why: str
+
+    def __new__(cls, path: str, why: str = "") -> Self:
+        """Make the member whose value is `path`."""
+        member = str.__new__(cls, path)
+        member._value_, member.why = path, why
+        return member
+
+    SWEEP = "sweep", "a range of the swept parameter, or a motion that is followed along it, needs"
+    BALL_MASS = "device.ball_mass_kg", "voltage and deflection need"
+    DIELECTRIC = "device.membrane.thickness_m", "power and field need"
+    TOLERANCES = "tolerances", "a yield needs"
+    SIMULATION = "simulation", "a cross-check needs"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Demand:
+    """What the keys of a requirement say without being judged: the first half of its row in `gate.requirements`.
+
+    Keys that carry the same object are one requirement: the two ends of a range, or lists that are joined.
+
+    Attributes
+    ----------
+    kind : LimitKind
+    needs : tuple of Need
+    at_design : bool
+        Whether it is judged at the design point, so that a swept parameter needs a design value.
+    over : Parameter or None
+        What a range is of, which itself needs no design value; None for the swept parameter.
+    """
+
+    kind: LimitKind
+    needs: tuple[Need, ...] = ()
+    at_design: bool = True
+    over: Parameter | None = None
+
+
+_STABLE_RANGE = Demand(RANGE, (Need.SWEEP,), at_design=False)
+_INCLINATIONS = Demand(RANGE, over=Parameter.INCLINATION)
+_MOTIONS = Demand(WORDS, (Need.SWEEP,))
+
+
 def _stable(title: str, example: float) -> Any:
     meaning = "End of the range of the swept parameter over which there must be stable 1:1 motion."
     return _key(None, title, UNIT_OF_SWEPT, meaning, example=example)
@@ -248,14 +308,16 @@ WORD = Annotated[str, Field(pattern="^[BT]+$", max_length=LONGEST_WORD, strict=T
 class Requirements(Block):
     """What the design must meet: each is a line of the acceptance table, and one that fails makes the exit code 1."""
 
-    stable_from: float | None = _stable("Stable from", 0.65)
-    stable_to: float | None = _stable("Stable to", 0.75)
-    inclination_from_deg: float | None = _angle("Inclination from", 40.0)
-    inclination_to_deg: float | None = _angle("Inclination to", 50.0)
-    margin_period_doubling_percent: float | None = _percent("Margin to period doubling", "period doubling")
-    margin_grazing_percent: float | None = _percent("Margin to grazing", "grazing point")
-    margin_any_percent: float | None = _percent("Margin", "critical point of any kind")
-    word: WORD | None = _key(
+    stable_from: Annotated[float | None, _STABLE_RANGE] = _stable("Stable from", 0.65)
+    stable_to: Annotated[float | None, _STABLE_RANGE] = _stable("Stable to", 0.75)
+    inclination_from_deg: Annotated[float | None, _INCLINATIONS] = _angle("Inclination from", 40.0)
+    inclination_to_deg: Annotated[float | None, _INCLINATIONS] = _angle("Inclination to", 50.0)
+    margin_period_doubling_percent: Annotated[float | None, Demand(AT_LEAST)] = _percent(
+        "Margin to period doubling", "period doubling"
+    )
+    margin_grazing_percent: Annotated[float | None, Demand(AT_LEAST)] = _percent("Margin to grazing", "grazing point")
+    margin_any_percent: Annotated[float | None, Demand(AT_LEAST)] = _percent("Margin", "critical point of any kind")
+    word: Annotated[WORD | None, _MOTIONS] = _key(
         None,
         "Word",
         "",
@@ -263,7 +325,7 @@ class Requirements(Block):
         "point; one must be.",
         example="BT",
     )
-    words: tuple[WORD, ...] | None = _key(
+    words: Annotated[tuple[WORD, ...] | None, _MOTIONS] = _key(
         None,
         "Words",
         "",
@@ -273,37 +335,39 @@ class Requirements(Block):
         max_length=8,
         strict=False,
     )
-    u_ave_at_least_v: float | None = _positive(
+    u_ave_at_least_v: Annotated[float | None, Demand(AT_LEAST, (Need.BALL_MASS,))] = _positive(
         None, "U_ave at least", "V", "Least U_ave of the stable motions at the design point.", example=1000.0
     )
-    u_ave_difference_at_most_v: float | None = _positive(
+    u_ave_difference_at_most_v: Annotated[
+        float | None, Demand(AT_MOST, (Need.SWEEP, Need.BALL_MASS), at_design=False)
+    ] = _positive(
         None,
         "U_ave difference",
         "V",
         "Largest less least U_ave over the stable range that is required.",
         example=5000.0,
     )
-    u_bottom_top_difference_at_most_v: float | None = _positive(
+    u_bottom_top_difference_at_most_v: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = _positive(
         None, "Bottom to top", "V", "Largest voltage between either end at the design point.", example=30000.0
     )
-    deflection_at_most_m: float | None = _positive(
+    deflection_at_most_m: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = _positive(
         None, "Deflection at most", "m", "Largest deflection of a membrane at the design point.", example=0.02
     )
-    power_at_least_mw: float | None = _positive(
+    power_at_least_mw: Annotated[float | None, Demand(AT_LEAST, (Need.DIELECTRIC,))] = _positive(
         None,
         "Power at least",
         "mW",
         "Least mean electrical power of the stable motions at the design point.",
         example=1,
     )
-    field_at_most_percent: float | None = _positive(
+    field_at_most_percent: Annotated[float | None, Demand(AT_MOST, (Need.DIELECTRIC,))] = _positive(
         None,
         "Field at most",
         "%",
         "Highest electric field in a membrane at the design point, over its breakdown field.",
         example=50.0,
     )
-    acceleration_at_most_g: float | None = _positive(
+    acceleration_at_most_g: Annotated[float | None, Demand(AT_MOST, at_design=False)] = _positive(
         None,
         "Acceleration at most",
         "g",
@@ -311,7 +375,7 @@ class Requirements(Block):
         "over the sweep.",
         example=3.0,
     )
-    stroke_at_most_m: float | None = _positive(
+    stroke_at_most_m: Annotated[float | None, Demand(AT_MOST, at_design=False)] = _positive(
         None,
         "Stroke at most",
         "m",
@@ -319,14 +383,14 @@ class Requirements(Block):
         "over the sweep.",
         example=0.4,
     )
-    force_at_most_n: float | None = _positive(
+    force_at_most_n: Annotated[float | None, Demand(AT_MOST, at_design=False)] = _positive(
         None,
         "Force at most",
         "N",
         "Largest amplitude of the force on the capsule, F, at the design point or, without one, over the sweep.",
         example=5.0,
     )
-    yield_at_least_percent: float | None = _key(
+    yield_at_least_percent: Annotated[float | None, Demand(AT_LEAST, (Need.TOLERANCES,))] = _key(
         None,
         "Yield at least",
         "%",
@@ -336,7 +400,7 @@ class Requirements(Block):
         gt=0.0,
         le=100.0,
     )
-    crosscheck_passed: bool | None = _key(
+    crosscheck_passed: Annotated[bool | None, Demand(AGREEMENT, (Need.SIMULATION,), at_design=False)] = _key(
         None, "Cross-check", "", "Whether the simulation must agree with the solution.", example=True
     )
 
@@ -344,6 +408,19 @@ class Requirements(Block):
     def allowed(self) -> tuple[str, ...]:
         """Words of the motions that may be stable; () where no motion is required."""
         return (*((self.word,) if self.word is not None else ()), *(self.words or ()))
+
+
+def _demands() -> dict[Demand, tuple[str, ...]]:
+    """The requirements that there are, with their keys, in the order of these."""
+    keys: dict[Demand, tuple[str, ...]] = {}
+    for name, key in Requirements.model_fields.items():
+        (demand,) = (part for part in key.metadata if isinstance(part, Demand))
+        keys[demand] = (*keys.get(demand, ()), name)
+    return keys
+
+
+DEMANDS = _demands()
+"""Every requirement, with its keys."""
 
 
 MotionName = Annotated[
@@ -736,6 +813,12 @@ class Input(NamedTuple):
     value: object
 
 
+def unit_of(key: FieldInfo) -> str:
+    """The unit that a key is declared with, "" where it has none."""
+    extra = key.json_schema_extra
+    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+
+
 def inputs(block: Block, path: str = "") -> Iterator[Input]:
     """Every value of a block and of those within it, in the order of the format; what is absent is left out.
 
@@ -746,9 +829,7 @@ def inputs(block: Block, path: str = "") -> Iterator[Input]:
         if isinstance(value, Block):
             yield from inputs(value, f"{here}.")
         elif value is not None and not (isinstance(value, tuple) and any(isinstance(row, Block) for row in value)):
-            extra = key.json_schema_extra
-            unit = extra.get("unit", "") if isinstance(extra, dict) else ""
-            yield Input(here, key.title or "", str(unit), value)
+            yield Input(here, key.title or "", unit_of(key), value)
 
 
 def to_dict(block: Block) -> dict[str, Any]:

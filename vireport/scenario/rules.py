@@ -13,11 +13,14 @@ from enum import Enum, auto
 from typing import Any, NamedTuple, TypeVar
 
 from vireport.scenario.blocks import (
+    DEMANDS,
     AxisPath,
     DesignPath,
     Direction,
+    LimitKind,
     MapFile,
     Membrane,
+    Need,
     Objective,
     Sampling,
     Scenario,
@@ -41,46 +44,28 @@ InputPath = TypeVar("InputPath", AxisPath, DesignPath)
 LARGER = {DesignPath.BALL_MASS: DesignPath.CAPSULE_MASS, DesignPath.BALL_RADIUS: DesignPath.ACTIVE_RADIUS}
 """What an input must be below."""
 
-MARGINS = ("margin_period_doubling_percent", "margin_grazing_percent", "margin_any_percent")
-ELECTRICAL = "power_at_least_mw", "field_at_most_percent"
-WORDS = "word", "words"
-AT_DESIGN = (
-    *MARGINS,
-    *WORDS,
-    *("u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m", "yield_at_least_percent"),
-    *ELECTRICAL,
-)
-"""Requirements that are judged at the design point."""
-
-VOLTAGE = (
-    "u_ave_at_least_v",
-    "u_ave_difference_at_most_v",
-    "u_bottom_top_difference_at_most_v",
-    "deflection_at_most_m",
-)
-NEEDS = {
-    "sweep": (
-        ("stable_from", "stable_to", "u_ave_difference_at_most_v", *WORDS),
-        "a range of the swept parameter, or a motion that is followed along it, needs",
-    ),
-    "device.ball_mass_kg": (VOLTAGE, "voltage and deflection need"),
-    "device.membrane.thickness_m": (ELECTRICAL, "power and field need"),
-    "tolerances": (("yield_at_least_percent",), "a yield needs"),
-    "simulation": (("crosscheck_passed",), "a cross-check needs"),
-}
-"""What must be in the scenario for requirements to be judged, with their keys."""
-
 DIELECTRIC = "thickness_m", "relative_permittivity", "breakdown_field_v_m"
 """Keys of a membrane that are given together."""
 
-STABLE, ANGLES = ("stable_from", "stable_to"), ("inclination_from_deg", "inclination_to_deg")
-RANGES = (STABLE, ANGLES)
+RANGES = tuple(keys for demand, keys in DEMANDS.items() if demand.kind is LimitKind.RANGE)
 """Requirements that are the two ends of a range."""
 
+OF_SWEPT = tuple(key for demand, keys in DEMANDS.items() if keys in RANGES and demand.over is None for key in keys)
+"""The ends of ranges of the swept parameter."""
 
-def judged_at_design(swept: Parameter) -> tuple[str, ...]:
-    """Requirements that need the design value of a parameter that is swept."""
-    return AT_DESIGN if swept is Parameter.INCLINATION else (*AT_DESIGN, *ANGLES)
+SWITCHES = tuple(key for demand, keys in DEMANDS.items() if demand.kind is LimitKind.AGREEMENT for key in keys)
+"""Requirements that are there or not."""
+
+
+def needing(need: Need) -> list[str]:
+    """The keys of requirements that need something to be given."""
+    return [key for demand, keys in DEMANDS.items() if need in demand.needs for key in keys]
+
+
+def judged_at_design(swept: Parameter) -> list[str]:
+    """The keys of requirements that need the design value of a parameter that is swept."""
+    demands = (demand for demand in DEMANDS if demand.at_design and demand.over is not swept)
+    return [key for demand in demands for key in DEMANDS[demand]]
 
 
 class Kind(Enum):
@@ -300,12 +285,13 @@ def _requirements(tree: _Tree) -> Iterator[Finding]:
     if not isinstance(block, dict):
         return
     given = {key: f"requirements.{key}" for key, value in block.items() if value is not None}
-    for needed, (keys, what) in NEEDS.items():
-        for key in keys:
-            if key in given and tree.absent(needed):
-                yield _rule(given[key], f"{what} {needed}, which is not given (give it, or leave this out)")
-    if block.get("crosscheck_passed") is False:
-        yield _rule(given["crosscheck_passed"], "got false, which requires nothing (true, or leave it out)")
+    for need in Need:
+        for key in needing(need):
+            if key in given and tree.absent(need):
+                yield _rule(given[key], f"{need.why} {need}, which is not given (give it, or leave this out)")
+    for key in SWITCHES:
+        if block.get(key) is False:
+            yield _rule(given[key], "got false, which requires nothing (true, or leave it out)")
     yield from _at_design(tree, given)
     yield from _ranges(tree, given)
 
@@ -389,7 +375,7 @@ def _ranges(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
     if start is None or end is None:
         return
     low, high = sorted((start, end))
-    for path in (given[key] for key in STABLE if key in given):
+    for path in (given[key] for key in OF_SWEPT if key in given):
         value = tree.number(path)
         if value is not None and not low <= value <= high:
             allowed = f"a number from {low:.12g} to {high:.12g}"

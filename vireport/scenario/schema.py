@@ -10,13 +10,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vireport.scenario.blocks import Scenario, percent_key
+from vireport.scenario.blocks import Need, Scenario, percent_key
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.scenario.rules import (
     DIELECTRIC,
-    NEEDS,
     RANGES,
+    SWITCHES,
     judged_at_design,
+    needing,
 )
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -145,8 +146,8 @@ def _limits_of_sweep(parameter: Parameter) -> dict[str, Any]:
 def _requirements() -> Iterator[dict[str, Any]]:
     """What is required must be something that the scenario can decide."""
     null = {"type": "null"}
-    for needed, (names, _) in NEEDS.items():
-        yield {"if": {"not": _given(needed)}, "then": _of_requirements(dict.fromkeys(names, null))}
+    for need in Need:
+        yield {"if": {"not": _given(need)}, "then": _of_requirements(dict.fromkeys(needing(need), null))}
     for parameter in Parameter:
         unknown = {"allOf": [_sweeps(parameter), {"not": _given(parameter.path)}]}
         yield {"if": unknown, "then": _of_requirements(dict.fromkeys(judged_at_design(parameter), null))}
@@ -154,7 +155,7 @@ def _requirements() -> Iterator[dict[str, Any]]:
         yield _all_or_none("requirements", ends)
     something = {"anyOf": [null, {"not": {"additionalProperties": null}}]}
     yield {"properties": {"requirements": something}}
-    yield _of_requirements({"crosscheck_passed": {"not": {"const": False}}})
+    yield _of_requirements({key: {"not": {"const": False}} for key in SWITCHES})
 
 
 def _all_or_none(block: str, names: tuple[str, ...]) -> dict[str, Any]:

@@ -1,0 +1,224 @@
+"""Many designs at once: their stable motions by the closed form, what they come to, and which surely lack what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.design import HIGHEST_RESTITUTION
+from vireport.gate.impacts import Impacts, generated, impacts_of
+from vireport.motions import PointwiseMotions, differentiated_motions, find_motions
+from vireport.physics import Conversion, Device, Dielectric, Membrane, Voltages
+from vireport.scenario import DesignInput, Parameter, Scenario
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+RINGS = 1.0, 0.5
+"""Shares of a margin at which a motion is looked for: a device with the margin has one at each."""
+
+DISPLACED = (
+    *((DesignInput.FREQUENCY, sign) for sign in (-1, 1)),
+    *((varied, -1) for varied in (DesignInput.AMPLITUDE, DesignInput.CAPSULE_MASS)),
+    *((varied, sign) for varied in (DesignInput.INCLINATION, DesignInput.RESTITUTION) for sign in (-1, 1)),
+)
+"""Inputs that are moved, and whither. By d = 4 M s f^2/F and gbar = M g sin(beta)/F all others lie between these."""
+
+BORDER = 1e-9
+"""Gap and distance of the trace from its border up to which a motion is not said to be unstable: rounding is far
+less."""
+
+STEPS = 32
+"""Of a range along which stable motion is looked for, a power of 2. What is narrower is left to be found by a run."""
+
+
+@dataclass(frozen=True, eq=False)
+class Designs:
+    """Designs that differ from a scenario in some inputs, as arrays, and their stable 1:1 motions.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        What they have in common.
+    device : Device
+    membrane : Membrane or None
+        Both with numbers, or arrays of shape (count,); complex where derivatives are wanted, see
+        `motions.differentiated_motions`.
+    count : int
+    """
+
+    scenario: Scenario
+    device: Device
+    membrane: Membrane | None
+    count: int
+
+    def select(self, rows: Ints) -> Designs:
+        """Some of the designs."""
+        membrane = None if self.membrane is None else _of_rows(self.membrane, rows)
+        return replace(self, device=_of_rows(self.device, rows), membrane=membrane, count=len(rows))
+
+    def varied(self, values: Mapping[Any, Any]) -> Designs:
+        """The designs with other values of some inputs."""
+        return replace(self, device=self.device.with_values(values))
+
+    @cached_property
+    def restitution(self) -> Floats:
+        """Of each design."""
+        return self._groups[2]
+
+    @cached_property
+    def _groups(self) -> tuple[Floats, Floats, Floats]:
+        r, (d, gbar) = self.device.restitution, self.device.groups(Parameter.LENGTH, self.device.length_m)
+        kind = np.result_type(d, gbar, r, float)
+        d, gbar, r = (np.array(np.broadcast_to(x, self.count), dtype=kind) for x in (d, gbar, r))
+        return d, gbar, r
+
+    @cached_property
+    def motions(self) -> PointwiseMotions:
+        """All motions, stable or not; with derivatives where an input is complex."""
+        d, gbar, r = self._groups
+        shared = np.ndim(self.device.restitution) == 0
+        with np.errstate(all="ignore"):
+            if np.iscomplexobj(d):
+                return differentiated_motions(d, gbar, r, self.device.period_ratio)
+            # A restitution that all share is passed as one number: motions are then found five times as fast.
+            return find_motions(d, gbar, float(self.device.restitution) if shared else r, self.device.period_ratio)
+
+    @cached_property
+    def rows(self) -> Ints:
+        """Which of the motions are stable."""
+        return np.flatnonzero(self.motions.stable(self.restitution))
+
+    @property
+    def cell(self) -> Ints:
+        """The design of each stable motion."""
+        return self.motions.cell[self.rows]
+
+    def has_motion(self, slack: float = 0.0) -> Mask:
+        """Whether designs have a stable motion, or one that lacks up to `slack` of it."""
+        there = np.zeros(self.count, dtype=bool)
+        there[self.motions.cell[self.motions.stable(self.restitution, slack)]] = True
+        return there
+
+    def of_cell(self, x: Any) -> Any:
+        """A number of the designs, or an array of them, as one of their stable motions."""
+        return np.broadcast_to(np.asarray(x), self.count)[self.cell]
+
+    @property
+    def half_widths(self) -> dict[DesignInput, Any]:
+        """By how much each input that has a tolerance may be off, in its unit."""
+        asked = self.scenario.tolerances
+        parts = {} if asked is None else {varied: asked.off(varied) for varied in DesignInput}
+        return {
+            varied: np.maximum(fixed, getattr(self.device, varied) * percent / 100)
+            for varied, (fixed, percent) in parts.items()
+            if fixed or percent
+        }
+
+    @cached_property
+    def speeds(self) -> tuple[Floats, Floats]:
+        """Of the impacts of stable motions at the bottom and at the top [m/s]."""
+        unit = self.of_cell(self.device.velocity_unit(Parameter.LENGTH, self.device.length_m))
+        orbit = self.motions.orbit
+        return unit * orbit.velocity_bottom[self.rows], -(unit * orbit.velocity_top[self.rows])
+
+    @cached_property
+    def period_s(self) -> Floats:
+        """Period of the stable motions [s]."""
+        return np.asarray(self.of_cell(self.device.period_ratio / self.device.frequency_hz))
+
+    @cached_property
+    def generated(self) -> tuple[Voltages | None, Conversion | None]:
+        """What the impacts of stable motions generate."""
+        return generated(self.speeds, self._membranes, self.of_cell(self.device.restitution), self.period_s)
+
+    @cached_property
+    def _membranes(self) -> Membrane | None:
+        """The membrane with an array for each number, of its stable motions."""
+        return None if self.membrane is None else _of_each(self.membrane, self.of_cell)
+
+    @cached_property
+    def impacts(self) -> Impacts:
+        """The impacts of stable motions, and what they come to."""
+        return impacts_of(self.speeds, *self.generated, self._membranes)
+
+    def worst(self, values: Floats, least: bool) -> Floats:
+        """Of numbers of stable motions the least or the largest of each design; NaN where it has none."""
+        return extreme(values, self.cell, self.count, np.minimum if least else np.maximum)
+
+
+def extreme(values: Floats, cell: Ints, count: int, of: np.ufunc) -> Floats:
+    """Least or largest value of the motions of each design, which are in order; NaN where there is none."""
+    whole, first = np.full(count, np.nan, dtype=values.dtype), np.flatnonzero(np.diff(cell, prepend=-1))
+    whole[cell[first]] = of.reduceat(values, first) if cell.size else values
+    return whole
+
+
+def _of_rows(record: Any, rows: Ints) -> Any:
+    """A device or membrane with some elements of its arrays."""
+    parts = {part.name: getattr(record, part.name) for part in fields(record)}
+    picked = {name: x[rows] for name, x in parts.items() if np.ndim(x)}
+    picked |= {name: _of_rows(x, rows) for name, x in parts.items() if isinstance(x, Dielectric)}
+    return replace(record, **picked)
+
+
+def _of_each(membrane: Membrane, of_cell: Callable[[Any], Any]) -> Membrane:
+    """A membrane whose numbers are arrays, one for each motion."""
+    parts = {part.name: getattr(membrane, part.name) for part in fields(Membrane)}
+    dielectric: Dielectric | None = parts.pop("dielectric")
+    if dielectric is not None:
+        dielectric = Dielectric(*(of_cell(getattr(dielectric, part.name)) for part in fields(Dielectric)))
+    return Membrane(**{name: of_cell(x) for name, x in parts.items()}, dielectric=dielectric)
+
+
+def keeps_motion(designs: Designs, share: float | Floats) -> Mask:
+    """Whether designs have stable motion where any one input is off by a share, or each by its own, to either side.
+
+    A design has that margin only if so: where this fails, a stable motion ends on the way.
+    """
+    kept, share = np.ones(designs.count, dtype=bool), np.broadcast_to(share, designs.count)
+    for ring in RINGS:
+        for varied, sign in DISPLACED:
+            rows = np.flatnonzero(kept)
+            part = designs.select(rows)
+            value = np.broadcast_to(getattr(part.device, varied) * (1 + sign * ring * share[rows]), len(rows))
+            high = HIGHEST_RESTITUTION if varied is DesignInput.RESTITUTION else varied.limits[1]
+            moved = np.flatnonzero(value <= high)  # beyond it no margin is looked for
+            kept[rows[moved]] = part.select(moved).varied({varied: value[moved]}).has_motion()
+    return kept
+
+
+def steps_between(low: float, high: float) -> Iterator[Floats]:
+    """Values of a range, its ends first, then those halfway between the ones before: most of what fails does so early.
+
+    Values that are tried at once cost hardly more than one.
+    """
+    # One design takes some 3 ms for all that is done but once, and 0.5 us for each further value.
+    values = np.append(low + (high - low) * np.arange(STEPS) / STEPS, high)
+    yield values[[0, -1]]
+    step = STEPS
+    while step > 1:
+        yield values[step // 2 :: step]
+        step //= 2
+
+
+def along(designs: Designs, parameter: Parameter, values: Floats) -> Designs:
+    """All designs with each of some values of a parameter, the designs together for each value."""
+    rows = np.tile(np.arange(designs.count), len(values))
+    return designs.select(rows).varied({parameter: np.repeat(values, designs.count)})
+
+
+def may_be_stable(designs: Designs, parameter: Parameter, low: float, high: float) -> Mask:
+    """Whether designs may have stable motion over all of a range of a parameter; where not, they surely have not."""
+    kept = np.ones(designs.count, dtype=bool)
+    for values in steps_between(low, high):
+        rows = np.flatnonzero(kept)
+        there = along(designs.select(rows), parameter, values).has_motion(BORDER)
+        kept[rows] = there.reshape(len(values), len(rows)).all(axis=0)
+    return kept

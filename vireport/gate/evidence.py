@@ -1,0 +1,245 @@
+"""What a scenario is judged by, and the lines of its acceptance table: limits, what they come to, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import NumericalError
+from vireport.design import DesignPoint, Solution
+from vireport.motions import impact_velocities
+from vireport.scenario import LimitKind, Parameter, Requirements
+
+if TYPE_CHECKING:
+    from vireport.checks import CrossCheck
+    from vireport.design import Tolerances
+    from vireport.membranes import Compliance
+    from vireport.motions import Atlas, Family, Motion
+
+Floats = NDArray[np.float64]
+
+Remark = tuple[str, ...]
+"""Parts of a sentence; an input among them is its key in a text and its symbol and unit on a page."""
+
+DIGITS = 6
+"""Significant digits of a value; more where it would look like a limit that it is not."""
+
+
+class Question(StrEnum):
+    """What every reader asks."""
+
+    ACCEPTED = "Are the requirements met?"
+    MOTION = "Is there stable motion?"
+    WHERE = "Where is the 1:1 motion stable?"
+    MARGIN = "With what margin?"
+    TOLERANCES = "Do all devices within the tolerances work?"
+    REACHED = "Which starts reach it?"
+    VOLTAGE = "What voltage?"
+    SHAKER = "What must the shaker do?"
+    RIGID = "Is the rigid model good enough?"
+    SIMULATED = "Does the simulation agree?"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Limit:
+    """What is required: a number or the ends of a range, ascending, with their unit, or the words of motions."""
+
+    kind: LimitKind
+    numbers: tuple[float, ...]
+    unit: str
+    words: tuple[str, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """The limit in words, with its unit."""
+        return self.kind.value.format(*self.numbers, unit=self.unit, words=" or ".join(self.words))
+
+    @property
+    def value(self) -> float:
+        """The number of the limit; of a range, its width."""
+        return self.numbers[-1] - self.numbers[0] if self.kind is LimitKind.RANGE else self.numbers[0]
+
+    @property
+    def is_least(self) -> bool:
+        """Whether the least value counts, of several; else the largest does."""
+        return self.kind is LimitKind.AT_LEAST
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judgement:
+    """What a requirement comes to.
+
+    Attributes
+    ----------
+    value : float or None
+        None where there is none, or what is required is not known. Of a range, how much of it is covered.
+    text : str
+        The value, with its unit, or what there is instead.
+    margin : float or None
+        How far the value is on the right side of the limit, in the limit's unit, negative on the wrong one; of a
+        range, how far stable motion goes beyond it.
+    passed : bool
+    remark : tuple of str
+        Where the value comes from, or why the requirement is not met.
+    error_bound : float
+        Of the value, and so of the margin; a requirement that it leaves undecided is not met.
+    """
+
+    value: float | None
+    text: str
+    margin: float | None
+    passed: bool
+    remark: Remark = ()
+    error_bound: float = 0.0
+
+    @property
+    def why(self) -> str:
+        """The remark as a sentence, parameters by their keys."""
+        return "".join(self.remark)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Criterion:
+    """A line of the acceptance table.
+
+    `key` is the first where two belong together; `question` whose answer in the verdict it is held beside; `line` that
+    in the scenario's file, None where the limit was set over the file.
+    """
+
+    key: str
+    title: str
+    question: Question
+    limit: Limit
+    outcome: Judgement
+    line: int | None
+
+    @property
+    def passed(self) -> bool:
+        """Whether the requirement is met."""
+        return self.outcome.passed
+
+    @property
+    def names_motions(self) -> bool:
+        """Whether it says which motions may be stable, so that one that is may be another than the 1:1 motion."""
+        return self.limit.kind is LimitKind.WORDS
+
+    @property
+    def margin_text(self) -> str:
+        """The margin with its sign and unit, "" where there is none."""
+        margin = self.outcome.margin
+        if margin is None:
+            return ""
+        digits = max(3, len(f"{abs(margin):.0f}")) if abs(margin) < 1e6 else 3
+        return f"{margin:+.{digits}g} {self.limit.unit}".rstrip()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The line as results.json has it."""
+        limit, outcome = self.limit, self.outcome
+        return {
+            "key": self.key,
+            "title": self.title,
+            "limit": limit.text,
+            "limit_value": limit.value if limit.numbers else None,
+            "unit": limit.unit,
+            "value": outcome.value,
+            "value_text": outcome.text,
+            "margin": outcome.margin,
+            "passed": outcome.passed,
+            "why": outcome.why,
+            "error_bound": outcome.error_bound,
+            "line": self.line,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
+
+    `criteria` are the requirements that were judged already, `required` those that are being judged.
+    """
+
+    solution: Solution
+    crosscheck: CrossCheck | None = None
+    compliance: Compliance | None = None
+    tolerances: Tolerances | None = None
+    atlas: Atlas | None = None
+    criteria: tuple[Criterion, ...] = ()
+    required: Requirements = field(default_factory=Requirements)
+
+    @cached_property
+    def stable(self) -> list[tuple[Family, Motion]]:
+        """The stable motions that are known at the design point, with their families.
+
+        Raises
+        ------
+        NumericalError
+            Where none were followed there.
+        """
+        design, sweep = self.solution.design, self.solution.sweep
+        if self.atlas is None or design is None or sweep is None:
+            raise NumericalError("no motions were followed")
+        if not min(sweep.start, sweep.end) <= design.value <= max(sweep.start, sweep.end):
+            raise NumericalError("the design point is not within the sweep, along which motions are followed")
+        return self.atlas.stable_at(design.value)
+
+    @property
+    def only_one_to_one(self) -> bool:
+        """Whether no motion but 1:1 is to be judged: no other is allowed, or stable at the design point."""
+        one_to_one = "BT", self.solution.device.period_ratio
+        return not self.required.allowed or all(
+            (family.word.letters, family.word.periods) == one_to_one for family, _ in self.stable
+        )
+
+    @property
+    def design(self) -> DesignPoint:
+        """The design point, with stable motion there.
+
+        Raises
+        ------
+        NumericalError
+            Where there is none.
+        """
+        design = self.solution.design
+        if design is None or not design.motions.stable.any():
+            raise NumericalError("there is no stable 1:1 motion at the design point")
+        return design
+
+    @cached_property
+    def impacts(self) -> tuple[Floats, Floats, Floats]:
+        """Velocities at the bottom and at the top [m/s] and frequencies [Hz] of the stable motions.
+
+        At the design point where there is one, else along the sweep; empty where no motion is stable.
+        """
+        solution = self.solution
+        groups = [branch.motions for branch in solution.branches]
+        columns = [(np.empty(0),) * 3]
+        for motions in groups if solution.design is None else [solution.design.motions]:
+            stable = motions.stable
+            bottom, top = impact_velocities(solution.device, solution.parameter, motions)
+            frequency = solution.device.at(solution.parameter, motions.sweep_value)[Parameter.FREQUENCY]
+            columns.append((bottom[stable], top[stable], np.broadcast_to(frequency, len(stable))[stable]))
+        bottom, top, frequency = (np.concatenate(column) for column in zip(*columns, strict=True))
+        return bottom, top, frequency
+
+
+def held(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) -> Judgement:
+    """Hold a number, known to within a bound, against a limit that it must reach or must not exceed."""
+    required = limit.value
+    margin = value - required if limit.is_least else required - value
+    if margin >= 0 > margin - bound:
+        remark = (f"not decided: known to within {bound:.1g} {limit.unit} only; ", *remark)
+    return Judgement(value, f"{_apart(value, required)} {limit.unit}", margin, margin - bound >= 0, remark, bound)
+
+
+def _apart(value: float, limit: float) -> str:
+    """Print a number with as many digits as it takes to tell it from the limit that it is not."""
+    for digits in range(DIGITS, 18):
+        text = f"{value:.{digits}g}"
+        if value == limit or float(text) != limit:
+            return text
+    return repr(value)

@@ -1,0 +1,156 @@
+"""What the impacts of motions come to, as requirements limit it: of one design with error bounds, or of many."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from functools import reduce
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.design import DesignPoint
+from vireport.gate.evidence import Evidence
+from vireport.physics import (
+    Conversion,
+    Dielectric,
+    Membrane,
+    Rounded,
+    Voltages,
+    conversion,
+    deflection,
+    generated_voltage,
+    voltages,
+)
+from vireport.scenario import Parameter
+
+if TYPE_CHECKING:
+    from vireport.motions import Family
+
+Floats = NDArray[np.float64]
+
+FOLLOWED_ERROR = 1e-9
+"""Relative error of what an impact of a motion that is followed comes to: its velocity is known to some 1e-12, and that
+grows with less than its tenth power."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Impacts:
+    """What the impacts of motions come to, in SI units, in any kind of number (see `physics.numbers`).
+
+    Attributes
+    ----------
+    speeds : tuple
+        Size of the relative velocity at each impact of a period [m/s].
+    gains : tuple
+        U_imp - Uin at each, Eq. (5.2) [V]; () where no energy is evaluated.
+    average_v : array_like or None
+        U_ave, their mean, Eq. (5.1) [V].
+    deflection_m : array_like or None
+        Largest deflection of a membrane, Eq. (5.5) [m].
+    power_mw : array_like or None
+        Mean electrical power [mW]; like the field, None where the membrane's dielectric is not given.
+    field_v_m, breakdown_field_v_m : array_like or None
+        Highest electric field in a membrane, and the one that it withstands [V/m].
+    """
+
+    speeds: tuple[Any, ...]
+    gains: tuple[Any, ...] = ()
+    average_v: Any = None
+    deflection_m: Any = None
+    power_mw: Any = None
+    field_v_m: Any = None
+    breakdown_field_v_m: Any = None
+
+
+def largest(values: tuple[Any, ...], ops: Any) -> Any:
+    """The largest of what impacts come to, in the kind of number whose functions `ops` are."""
+    return reduce(ops.maximum, values)
+
+
+def spread(values: tuple[Any, ...], ops: Any) -> Any:
+    """The largest less the least of what impacts come to, as the largest difference of any two.
+
+    The difference of the two extremes would be known less well: each has the error of any of the impacts.
+    """
+    return largest(tuple(ops.distance(*pair) for pair in combinations(values, 2)), ops)
+
+
+def generated(
+    speeds: tuple[Any, Any], membrane: Membrane | None, restitution: Any, period_s: Any
+) -> tuple[Voltages | None, Conversion | None]:
+    """What impacts at the bottom and at the top generate, as far as the membrane says; arrays, its numbers too."""
+    if membrane is None:
+        return None, None
+    volts = voltages(*speeds, membrane)
+    if membrane.dielectric is None:
+        return volts, None
+    gains = volts.bottom_v, volts.top_v
+    return volts, conversion(gains, speeds, membrane, membrane.dielectric, restitution, period_s)
+
+
+def impacts_of(
+    speeds: tuple[Any, Any], volts: Voltages | None, converted: Conversion | None, membrane: Membrane | None
+) -> Impacts:
+    """Impacts of 1:1 motions, with their speeds at the bottom and at the top, and what they generate."""
+    if volts is None or membrane is None:
+        return Impacts(speeds)
+    gained = (volts.bottom_v, volts.top_v), volts.average_v, volts.deflection_m
+    if converted is None:
+        return Impacts(speeds, *gained)
+    withstood = cast(Dielectric, membrane.dielectric).breakdown_field_v_m
+    return Impacts(speeds, *gained, converted.power_mw, converted.field_v_m, withstood)
+
+
+def at_design(results: Evidence) -> Impacts:
+    """Those of the stable 1:1 motions at the design point, with error bounds.
+
+    Raises
+    ------
+    NumericalError
+        Where there is no such motion.
+    """
+    solution, design = results.solution, results.design
+    device, motions, bounds = solution.device, design.motions, cast(dict[str, Floats], solution.bounds.design)
+
+    def known(values: Any, name: str) -> Rounded:
+        return Rounded(values[motions.stable], bounds[name][motions.stable])
+
+    def all_known(record: Any) -> Any:
+        names = [part.name for part in fields(record)]
+        return type(record)(*(known(getattr(record, name), name) for name in names))
+
+    frequency = {Parameter.FREQUENCY: Rounded(device.frequency_hz)}
+    unit = device.with_values(frequency).velocity_unit(Parameter.LENGTH, device.length_m)
+    bottom, top = known(motions.velocity_bottom, "velocity_bottom"), known(-motions.velocity_top, "velocity_top")
+    volts = None if design.voltages is None else all_known(design.voltages)
+    converted = None if design.conversion is None else all_known(design.conversion)
+    return impacts_of((unit * bottom, unit * top), volts, converted, solution.membrane)
+
+
+def followed(results: Evidence) -> Iterator[tuple[Family, Impacts]]:
+    """Those of each stable motion that is known at the design point, whatever its word, with error bounds.
+
+    Raises
+    ------
+    NumericalError
+        Where none were followed there.
+    """
+    solution = results.solution
+    for family, motion in results.stable:
+        unit = float(solution.device.velocity_unit(solution.parameter, cast(DesignPoint, solution.design).value))
+        yield family, _followed(np.abs(unit * motion.velocity), solution.membrane)
+
+
+def _followed(speeds: Floats, membrane: Membrane | None) -> Impacts:
+    def known(values: Floats) -> tuple[Rounded, ...]:
+        return tuple(Rounded(value, FOLLOWED_ERROR * value) for value in values.tolist())
+
+    if membrane is None:
+        return Impacts(known(speeds))
+    gains, deepest = generated_voltage(speeds, membrane), deflection(speeds, membrane).max()
+    mean = gains.mean()
+    average, depth = (Rounded(value, FOLLOWED_ERROR * value) for value in (float(mean), float(deepest)))
+    return Impacts(known(speeds), known(gains), average, depth)

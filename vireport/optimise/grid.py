@@ -1,0 +1,211 @@
+"""The grid of a search: cells with their values, and what runs have judged of them and of the designs between."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from math import inf
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import NumericalError, ScenarioError
+from vireport.design import DesignPoint
+from vireport.gate import Question, keeps_motion
+from vireport.optimise.cells import CellValues, corner_slack, evaluate
+from vireport.optimise.problem import Problem, smallest_margin
+from vireport.scenario import WIDEST_MARGIN, Objective
+from vireport.study import Study
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+CHUNK = 1024
+"""Cells that are tried at once for a margin, and for what else rules them out."""
+
+SAME_VALUE = 1e-9
+"""Relative difference up to which a cell and a run have the same objective: rounding is far less."""
+
+APART = 4.0
+"""Spacings up to which cells are near a design, and starts are not apart."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JudgedDesign:
+    """A design, with its results as a run has them, and its objective."""
+
+    t: Floats
+    study: Study
+    value: float
+
+    @property
+    def tolerated(self) -> bool:
+        """Whether every device within the tolerances is proved to work, or as many do as are required."""
+        tolerances = self.study.tolerances
+        enough = any(line.question is Question.TOLERANCES and line.passed for line in self.study.criteria)
+        return tolerances is None or tolerances.proved or enough
+
+    def met(self, but: frozenset[str] = frozenset()) -> bool:
+        """Whether all requirements are met, but for some by their keys, and the tolerances."""
+        return self.tolerated and all(line.passed or line.key in but for line in self.study.criteria)
+
+    @property
+    def margin(self) -> float:
+        """The smallest margin as a share; infinite where stable motion ends in no input."""
+        return smallest_margin(cast(DesignPoint, self.study.solution.design))
+
+    @property
+    def shortfall(self) -> float:
+        """By how much the worst requirement is missed, over its limit; infinite where that is no number."""
+        missed = [line for line in self.study.criteria if not line.passed]
+        if not self.tolerated or any(line.outcome.margin is None for line in missed):
+            return inf
+        return max((-cast(float, line.outcome.margin) / line.limit.value for line in missed), default=0.0)
+
+
+@dataclass(slots=True, eq=False)
+class Judged:
+    """What is known of the designs that were judged by runs.
+
+    Attributes
+    ----------
+    count : int
+        How often one was judged.
+    met : dict
+        Whether each meets all requirements, by its bytes.
+    best : JudgedDesign or None
+        Of those that do.
+    nearest : JudgedDesign or None
+        The one that misses the requirements by least.
+    """
+
+    count: int = 0
+    met: dict[bytes, bool] = field(default_factory=dict)
+    best: JudgedDesign | None = None
+    nearest: JudgedDesign | None = None
+
+    def add(self, point: JudgedDesign) -> None:
+        """Take in a design with stable motion."""
+        self.met[point.t.tobytes()] = point.met()
+        if point.met() and (self.best is None or point.value > self.best.value):
+            self.best = point
+        if self.nearest is None or point.shortfall < self.nearest.shortfall:
+            self.nearest = point
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DesignGrid:
+    """The cells of a search: designs t (cells, inputs) on a regular grid, ends included; and what was judged of it."""
+
+    problem: Problem
+    counts: tuple[int, ...]
+    t: Floats
+    cells: CellValues
+    judged: Judged = field(default_factory=Judged)
+
+    @property
+    def spacing(self) -> Floats:
+        """Between neighbouring cells, as shares of the ranges."""
+        return 1 / (np.array(self.counts) - 1)
+
+    @property
+    def by_margin(self) -> bool:
+        """Whether the objective is the margin, of which cells have no value."""
+        return self.problem.objective is Objective.MARGIN
+
+    def within(self) -> Ints:
+        """Cells that meet the limits, the best first; in their order where the objective is a margin."""
+        rows = np.flatnonzero(self.cells.stable & (np.nan_to_num(self.cells.slack, nan=-1.0) >= 0).all(axis=1))
+        value = self.cells.value[rows]
+        return rows if np.isnan(value).all() else rows[np.argsort(-value, kind="stable")]
+
+    def tolerated(self, rows: Ints, share: float = 1.0) -> Ints:
+        """Those of some cells that have stable motion at all corners of a share of the tolerances."""
+        slack = corner_slack(self.problem, self.t[rows], share)
+        return rows[(np.nan_to_num(slack, nan=-1.0) >= 0).all(axis=1)]
+
+    def passing(self, rows: Ints, share: float) -> Iterator[int]:
+        """Those of some cells, in their order, that may have a margin, and meet what only a run judges."""
+        for part in portions(rows):
+            yield from part[self.problem.may_meet(self.t[part], share)]
+
+    def keeping(self, rows: Ints, share: float) -> Ints:
+        """Those of some cells, in their order, that have stable motion where any one input is off by a share."""
+        kept = (part[keeps_motion(self.problem.designs(self.t[part]), share)] for part in portions(rows))
+        return np.concatenate([rows[:0], *kept])
+
+    def better(self, rows: Ints) -> Ints:
+        """Those of some cells that may be better than the best design by the objective, where there is one."""
+        best = self.judged.best
+        if best is None:
+            return rows
+        if best.value == inf:
+            return rows[:0]
+        if self.by_margin:
+            rows = self.keeping(rows, min(best.margin, WIDEST_MARGIN / 100))
+        else:
+            rows = rows[self.cells.value[rows] > best.value * (1 + SAME_VALUE)]
+        return rows[[not self.judged.met.get(self.t[row].tobytes(), False) for row in rows]] if rows.size else rows
+
+    def unjudged(self, rows: Ints) -> Ints:
+        """Those of some cells that no run has judged."""
+        return rows[[self.t[row].tobytes() not in self.judged.met for row in rows]] if rows.size else rows
+
+    def candidates(self, rows: Ints) -> Ints:
+        """Those of some cells, in their order, that may be better than the best design and meet the requirements."""
+        rows = np.array(list(self.passing(self.better(rows), self.problem.share)), dtype=np.intp)
+        return rows[self.problem.may_yield(self.t[rows])]
+
+    def judge(self, t: Floats) -> JudgedDesign | None:
+        """The results of a design; None where it has no stable motion, or a run ends without results."""
+        self.judged.count += 1
+        self.judged.met[t.tobytes()] = False
+        try:
+            study = self.problem.study(t)
+        except (NumericalError, ScenarioError):
+            return None
+        design = study.solution.design
+        if design is None or not design.motions.stable.any():
+            return None
+        point = JudgedDesign(t, study, self.problem.value_of(study))
+        self.judged.add(point)
+        return point
+
+    def tolerating(self, share: float) -> DesignGrid:
+        """The same cells with stable motion required at all corners of a share of the tolerances."""
+        return replace(self, problem=replace(self.problem, tolerated=share))
+
+    def near(self, point: JudgedDesign) -> NDArray[np.bool_]:
+        """Cells within `APART` of a design."""
+        return np.asarray(np.max(np.abs(self.t - point.t) / self.spacing, axis=1) <= APART)
+
+    def changes(self) -> Floats:
+        """For each cell the sum over the inputs of half the largest difference of the objective to a neighbour."""
+        value, total = self.cells.value.reshape(self.counts), np.zeros(self.counts)
+        for axis in range(value.ndim):
+            step = np.nan_to_num(np.abs(np.diff(value, axis=axis)))
+            pad = [(0, 0)] * value.ndim
+            sides = []
+            for side in ((1, 0), (0, 1)):
+                pad[axis] = side
+                sides.append(np.pad(step, pad))
+            total += np.maximum(*sides) / 2
+        return total.ravel()
+
+
+def portions(rows: Ints) -> Iterator[Ints]:
+    """Cells in portions that are tried at once."""
+    for first in range(0, len(rows), CHUNK):
+        yield rows[first : first + CHUNK]
+
+
+def grid_of(problem: Problem) -> DesignGrid:
+    """Evaluate the cells of a search."""
+    axes = len(problem.paths)
+    count = max(round(problem.design.cells ** (1 / axes)), 3)
+    counts = (count,) * axes
+    t = np.stack(np.meshgrid(*[np.linspace(0, 1, count)] * axes, indexing="ij"), axis=-1).reshape(-1, axes)
+    parts = [evaluate(problem, part) for part in np.array_split(t, max(len(t) // 100_000, 1))]
+    columns = (np.concatenate([getattr(part, name) for part in parts]) for name in ("stable", "value", "slack"))
+    return DesignGrid(problem, counts, t, CellValues(*columns))
