@@ -9,18 +9,13 @@ from math import prod
 from pathlib import Path
 
 from vireport.base import Mistake, ScenarioError, UsageError
-from vireport.scenario import (
-    Loaded,
-    as_texts,
-    load,
-    loads,
-)
+from vireport.scenario import Loaded, as_texts, load, loads
 from vireport.study import Study
 
 Item = str | Path | Loaded | Study
 Vary = Sequence[str] | Mapping[str, Sequence[object]]
 
-MOST = 48
+MOST_SCENARIOS = 48
 """Scenarios in one comparison: twelve rows of figures; more are the matter of a map, not of a comparison."""
 
 RESERVED = ("quantity", "group", "unit", "change", "differs", "sentence")
@@ -61,8 +56,8 @@ def variants(
     given = [items] if isinstance(items, str | Path | Loaded | Study) else list(items)
     axes, over = _axes(vary), as_texts(overrides)
     count = len(given) * prod(len(values) for _, values in axes)
-    if count > MOST:
-        raise UsageError(f"{count} scenarios are too many to compare (allowed: at most {MOST})")
+    if count > MOST_SCENARIOS:
+        raise UsageError(f"{count} scenarios are too many to compare (allowed: at most {MOST_SCENARIOS})")
     grid = [
         tuple(f"{path}={text}" for (path, _), text in zip(axes, texts, strict=True))
         for texts in product(*(texts for _, texts in axes))
