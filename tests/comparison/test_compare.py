@@ -8,6 +8,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -37,6 +38,7 @@ from vireport.comparison import (
 from vireport.comparison.figures import compare_figure, compare_pictures
 from vireport.figures import COLORS
 from vireport.report import render_html
+from vireport.scenario import DesignInput
 from vireport.study import Study
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -142,6 +144,28 @@ def test_requirements_come_before_stability_and_stability_before_margin() -> Non
     assert two.headline.startswith(f"plain is best: {reason}")
 
 
+def test_scenarios_are_ranked_by_the_requirements_that_they_miss_and_the_sentence_says_so() -> None:
+    margin, volts = "requirements.margin_any_percent=4", "requirements.u_ave_at_least_v=1"
+    few = study("inclined", "requirements.margin_any_percent=4")
+    more = study("inclined", margin, volts, "requirements.acceleration_at_most_g=0.1")
+    pair = compare([more, few], names=("more", "few"))
+    assert [(x.name, x.passed, len(x.study.criteria)) for x in pair.ranking] == [("few", 1, 1), ("more", 2, 3)]
+    assert "fewer requirements are missed (0 of 1; next more, 1 of 3)" in pair.headline
+    free = compare([more, study("inclined")], names=("more", "free"))
+    assert "fewer requirements are missed (0 of 0; next more, 1 of 3)" in free.headline
+
+
+def test_a_margin_that_is_not_known_is_not_told_as_a_number() -> None:
+    def unresolved(restitution: float) -> Study:
+        known = study("design-point", f"device.restitution={restitution}")
+        design = replace(known.solution.design, unresolved=(DesignInput.LENGTH,))
+        return replace(known, solution=replace(known.solution, design=design))
+
+    headline = compare([unresolved(0.5), unresolved(0.52)], names=("first", "second")).headline
+    assert headline.startswith("first is best: there is stable 1:1 motion at the design point, and of those with a "
+                               "margin that is not known the mean voltage is the highest (43.14 kV; next ")  # fmt: skip
+
+
 def test_voltage_that_costs_margin_is_told() -> None:
     assert [one.name for one in three().ranking] == ["horizontal", "inclined", "inclined-forcing"]
     assert "inclined-forcing has the highest mean voltage (60.67 kV, +66 %) and a margin of 0.20 %" in three().headline
@@ -156,6 +180,7 @@ def test_without_a_design_point_the_widest_stable_range_is_best() -> None:
 def test_a_scenario_without_a_design_point_comes_after_those_with_a_margin() -> None:
     mixed = compare([study("inclined", "device.length_m="), study("inclined")], names=("range", "point"))
     assert [one.name for one in mixed.ranking] == ["point", "range"]
+    assert "(4.7 % in frequency; next range, none)" in mixed.headline
     assert "No design point, and so no margin to compare: range." in mixed.headline
 
 
@@ -177,6 +202,8 @@ def test_equals_share_a_rank_and_where_nothing_is_stable_nothing_is_best() -> No
     assert same.headline.startswith("one and two are equally good")
     none = compare([study("inclined", "inclination_deg=60"), study("inclined", "inclination_deg=75")])
     assert none.headline.startswith("No scenario has stable 1:1 motion at the design point.")
+    steep = [study("inclined", "inclination_deg=60", *more) for more in ((), (), ("requirements.u_ave_at_least_v=1",))]
+    assert "Of them one and two rank first" in compare(steep, names=("one", "two", "three")).headline
 
 
 def test_sentences_have_the_scenarios_and_their_numbers() -> None:
@@ -200,6 +227,23 @@ def test_margins_and_voltages_are_those_of_the_studies() -> None:
     assert volts.values == tuple(study(name).solution.design.voltages.average_v[0] for name in THREE)
     highest, lowest = row_of(three(), "highest U_ave"), row_of(three(), "lowest U_ave")
     assert all(a > b for a, b in zip(highest.values, lowest.values, strict=True))
+
+
+def test_margins_that_would_read_alike_name_the_family() -> None:
+    """Horizontal, the fold is of the symmetric motions; inclined, it is of others."""
+    names = [row.quantity for row in three().quantities]
+    assert len(set(names)) == len(names)
+    above = "margin from the design point to the fold above, in s"
+    symmetric, asymmetric = (
+        row_of(three(), f"{above}, of the {family} motion") for family in ("symmetric", "asymmetric")
+    )
+    assert symmetric.values == (pytest.approx(164.705001043), None, None)
+    assert asymmetric.values == (None, pytest.approx(106.583365932), pytest.approx(244.163312761))
+    assert asymmetric.sentence.startswith(
+        "Margin from the design point to the fold above, in s, of the asymmetric motion:"
+    )
+    alone = compare([study("inclined"), study("inclined-forcing")])
+    assert row_of(alone, above).quantity == above
 
 
 def test_what_was_not_asked_for_is_no_difference() -> None:

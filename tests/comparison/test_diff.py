@@ -127,6 +127,18 @@ def test_what_vanishes_is_told() -> None:
     assert all(x.after is None for x in of("voltage", rows))
 
 
+def test_a_margin_of_another_family_is_told_from_that_which_is_gone() -> None:
+    rows = diff(results("horizontal"), study("inclination_deg=5", name="horizontal"))
+    above = "margin from the design point to the fold above, in s"
+    gone, new = (
+        next(row for row in rows if row.quantity == f"{above}, of the {family} motion")
+        for family in ("symmetric", "asymmetric")
+    )
+    assert (gone.before, gone.after) == (pytest.approx(164.705001043), None)
+    assert new.before is None
+    assert len({row.quantity for row in rows}) == len(rows)
+
+
 def test_another_swept_parameter_is_compared_in_d() -> None:
     rows = diff(results(), study("sweep.parameter=amplitude_n", "sweep.from=3", "sweep.to=6"))
     (moved,) = [x for x in of("critical point", rows) if "B1" in x.quantity]

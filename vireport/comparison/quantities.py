@@ -109,6 +109,10 @@ class ComparedQuantity:
         """Whether it is stated in words or by the scenario, and no number that was computed."""
         return not self.unit
 
+    def with_family(self) -> ComparedQuantity:
+        """The quantity with the family in its name, for where another family has one that reads the same."""
+        return replace(self, subject=f"{self.subject}, of the {self.family} motion")
+
     @property
     def name(self) -> str:
         """What it is, with the symbol that tells it from the same in another unit."""

@@ -42,7 +42,7 @@ class Merit(StrEnum):
         member._value_, member.head, member.reason = words, head, reason
         return member
 
-    REQUIREMENTS = "requirements", "Requirements", Message.MORE_REQUIREMENTS
+    REQUIREMENTS = "requirements", "Requirements", Message.FEWER_MISSED
     STABILITY = "stability", "", Message.STABLE_ALONE
     MARGIN = "smallest margin", "Smallest margin", Message.LARGEST_MARGIN
     RANGE = "stable range", "Stable range", Message.WIDEST_RANGE
@@ -100,7 +100,7 @@ class Ranked:
         value = self.merits[merit]
         if merit is Merit.REQUIREMENTS:
             count = len(self.study.criteria)
-            return Message.PASSED.format(passed=self.passed, count=count) if count else ABSENT
+            return Message.OF_THEM.format(part=self.passed, count=count) if count else ABSENT
         if merit is Merit.RANGE:
             return "; ".join(map(range_text, self.study.solution.stable_ranges)) or ABSENT
         if value is None:
@@ -185,7 +185,8 @@ def _best(ranked: Sequence[Ranked]) -> str:
     reasons = [Message.SAME if following is None else _reason(first, following)]
     if not any(scenario.stable for scenario in ranked):
         none = Message.NONE_STABLE.format(where=where)
-        return none if following is None else f"{none} {Message.FIRST_OF_THEM.format(names=names, reason=reasons[0])}"
+        of_them = Message.FIRST_OF_THEM.format(names=names, s="s" * (len(best) == 1), reason=reasons[0])
+        return none if following is None else f"{none} {of_them}"
     if first.stable:
         reasons.insert(0, Message.STABLE.format(where=where))
     if first.study.criteria and (following is None or _decisive(first, following) is not Merit.REQUIREMENTS):
@@ -208,8 +209,24 @@ def _decisive(better: Ranked, following: Ranked) -> Merit:
 def _reason(better: Ranked, following: Ranked) -> str:
     """What puts a scenario before the following one, with the numbers of both."""
     merit = _decisive(better, following)
-    mine, theirs, margin = better.show(merit), following.show(merit), better.show(Merit.MARGIN)
-    return merit.reason.format(mine=mine, next=following.name, theirs=theirs, margin=margin)
+    mine, theirs = _told(better, merit), _told(following, merit)
+    return merit.reason.format(mine=mine, next=following.name, theirs=theirs, margin=_with_margin(better))
+
+
+def _told(scenario: Ranked, merit: Merit) -> str:
+    """A merit within a reason."""
+    if merit is Merit.REQUIREMENTS:
+        # Those that are missed, not those that are met: 1 of 1 met comes before 3 of 4, and so does nothing required.
+        count = len(scenario.study.criteria)
+        return Message.OF_THEM.format(part=count - scenario.passed, count=count)
+    shown = scenario.show(merit)
+    return Message.NONE if shown == ABSENT else shown
+
+
+def _with_margin(scenario: Ranked) -> str:
+    """The margin within a sentence; where there is stable motion at a design point it may be unlimited or not known."""
+    message = Message.WITH_OTHER_MARGIN if scenario.margin is None else Message.WITH_MARGIN
+    return message.format(margin=scenario.show(Merit.MARGIN))
 
 
 def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
@@ -222,7 +239,7 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
         mine, most = first.merits[merit] or 0.0, top.merits[merit] or 0.0
         if mine > 0 and round(most / mine - 1, RANKED_DIGITS) > 0 and top.name not in told:
             told.add(top.name)
-            more, margin = percent(most / mine - 1, signed=True), top.show(Merit.MARGIN)
+            more, margin = percent(most / mine - 1, signed=True), _with_margin(top)
             yield Message.TRADED.format(name=top.name, merit=merit, voltage=top.show(merit), more=more, margin=margin)
 
 

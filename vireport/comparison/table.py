@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from operator import itemgetter
@@ -140,17 +141,19 @@ def comparison_rows(
         Relative difference that is none; error bounds are added to it.
     """
     compared = {of.identity: of for scenario in scenarios.values() for of in scenario.quantities.values()}
+    alike = Counter(of.name for of in compared.values())
     order = (None, *axes.always, *axes.shared, *DesignInput)
     rows = []
     for of in compared.values():
         cells = {name: scenario.quantity(of) for name, scenario in scenarios.items()}
+        named = of.with_family() if of.family and alike[of.name] > 1 else of
         known = sum(cell.value is not None for cell in cells.values())
         in_an_input = of.group is QuantityGroup.MARGIN and of.along != "d"
         if known and (of.along is None or of.along in axes.always or in_an_input):
-            row = _row(of, cells, tolerance)
+            row = _row(named, cells, tolerance)
         elif known > 1 and of.along in axes.shared:
             # Whether a scenario lacks the point is in the row of d, which all have.
-            row = _row(of, {name: replace(cell, finding=False) for name, cell in cells.items()}, tolerance)
+            row = _row(named, {name: replace(cell, finding=False) for name, cell in cells.items()}, tolerance)
         else:
             continue
         rows.append((_rank(row, of.subject, order.index(of.along)), row))
