@@ -91,7 +91,7 @@ def _require_results(baseline: Any, name: str = "baseline") -> None:
 
 def _require_finite(baseline: Any, name: str) -> None:
     """Raise UsageError where a number is none, or is larger than any double: nothing can be compared with it."""
-    waiting = [("", baseline)]
+    waiting = [("", baseline)]  # a list, as a file may be nested deeper than Python calls
     while waiting:
         path, value = waiting.pop()
         if isinstance(value, Mapping):
@@ -131,6 +131,7 @@ def _changed_rows(
     baseline: Mapping[str, Any], now: Mapping[str, Any], relative: float, name: str = "baseline"
 ) -> tuple[ComparisonRow, ...]:
     try:
+        # Where a damaged baseline overflows, NumPy would warn, go on with inf or nan, and compare these as numbers.
         with np.errstate(all="raise"):
             return changes(baseline, now, relative)
     except (KeyError, TypeError, AttributeError, IndexError, ValueError, ArithmeticError) as error:
@@ -139,7 +140,7 @@ def _changed_rows(
 
 
 def changes(old: Mapping[str, Any], new: Mapping[str, Any], relative: float = RELATIVE) -> tuple[ComparisonRow, ...]:
-    """What is not the same in two results, as data; by groups, of each what changed most first.
+    """Compare two results, as data: what is not the same, by groups, of each what changed most first.
 
     Raises
     ------
@@ -152,7 +153,7 @@ def changes(old: Mapping[str, Any], new: Mapping[str, Any], relative: float = RE
 
 
 def _has_changed(row: ComparisonRow) -> bool:
-    """Whether a row is told; stable motions at the design point are by their names, and not by their number too."""
+    """Tell whether a row has changed; of the stable motions at the design point their names say so, not their count."""
     if row.group is QuantityGroup.DESIGN_POINT and not row.is_statement:
         return False
     new_or_gone = (row.before is None) != (row.after is None)
@@ -160,7 +161,7 @@ def _has_changed(row: ComparisonRow) -> bool:
 
 
 def _since_baseline(row: ComparisonRow) -> ComparisonRow:
-    """A row with its size relative to the value before, and texts of the baseline as inert text."""
+    """Give a row its change relative to the value before and its sentence, with texts of the baseline as inert text."""
     cells = tuple(replace(cell, value=_plain(cell.value)) for cell in row.cells)
     before, after = (cell.value for cell in cells)
     numbers = isinstance(before, float) and isinstance(after, float)
@@ -179,7 +180,7 @@ def _plain(value: Any) -> float | str | None:
 
 
 def _relabelled(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> dict[str, Any]:
-    """The old results with the labels that the same critical points have in the new ones.
+    """Give the critical points of old results the labels that the same points have in the new ones.
 
     A point that is gone keeps its label, unless another point has it now.
     """
@@ -202,7 +203,10 @@ def _name(point: PointData) -> tuple[str, str, str]:
 
 
 def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> list[tuple[PointData, PointData]]:
-    """Which critical point now is which of before: first those in the same place, then those of the same label."""
+    """Pair critical points of before and now: first those in the same place, then those of the same label.
+
+    One more point before them shifts the labels of all that follow, so that a label alone pairs the wrong ones.
+    """
     swept = [(results["scenario"].get("sweep") or {}).get("parameter") for results in (old, new)]
     along = "sweep_value" if swept[0] == swept[1] else "d"
 

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vireport.base import NumericalError, UsageError
-from vireport.comparison.quantities import QuantityGroup, compared_scenarios
+from vireport.comparison.messages import Message
+from vireport.comparison.quantities import NO_MASS, QuantityGroup, compared_scenarios
 from vireport.comparison.ranking import Ranked, best_and_why, rank_studies, ranking_table
 from vireport.comparison.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.comparison.variants import Item, Variant, Vary, variants
@@ -90,7 +91,7 @@ class Comparison:
         return best_and_why(self.ranking)
 
     def to_dict(self) -> dict[str, Any]:
-        """The comparison as plain data, ready for JSON."""
+        """Give the comparison as plain data, ready for JSON."""
         scenarios = [
             {
                 "name": name,
@@ -110,7 +111,7 @@ class Comparison:
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """A row for each quantity, for a data frame; the scenarios are columns by their names."""
+        """Give a row for each quantity, for a data frame; the scenarios are columns by their names."""
         return [
             {"quantity": row.quantity, "group": row.group, "unit": row.unit}
             | dict(zip(self.names, row.values, strict=True))
@@ -180,18 +181,18 @@ def _solved(variant: Variant, say: Progress) -> Study:
 
 
 def left_out(comparison: Comparison, figure: str) -> list[tuple[str, str]]:
-    """The scenarios that a figure, one of `COMPARED_FIGURES`, does not show, and why."""
-    missing = []
+    """List the scenarios that a figure, one of `COMPARED_FIGURES`, does not show, and why."""
+    missing: list[tuple[str, str]] = []
     for name, study in comparison.by_name.items():
         if study.solution.sweep is None:
-            missing.append((name, "it has no sweep"))
+            missing.append((name, Message.HAS_NO_SWEEP))
         elif figure == "figure-7" and study.solution.membrane is None:
-            missing.append((name, "device.ball_mass_kg is not given"))
+            missing.append((name, NO_MASS))
     return missing
 
 
 def columns(count: int) -> list[slice]:
-    """So many columns in groups of nearly one size, none of more than fit beside each other."""
+    """Split so many columns into groups of nearly one size, such as 5 into 3 and 2, each of which fits on a page."""
     groups = -(-count // BESIDE_ONE_ANOTHER)
     ends = [-(-k * count // groups) for k in range(groups + 1)] if groups else []
     return [slice(first, last) for first, last in pairwise(ends)]

@@ -20,13 +20,13 @@ NAMED_PATHS = 5
 
 
 def diff_text(changed: Sequence[ComparisonRow], baseline: str = "the baseline") -> str:
-    """The changes in lines of plain text, grouped; without a newline at the end."""
+    """Write the changes in lines of plain text, grouped; without a newline at the end."""
     lines = (f"  {row.group}: {row.sentence}" for row in changed)
     return "\n".join([_count(changed, visible(baseline)) + (":" if changed else "."), *lines])
 
 
 def changes_table(changed: Sequence[ComparisonRow], baseline: str = "the baseline") -> Table:
-    """The changes as a table, grouped, whose caption counts them; without rows where there are none."""
+    """Set the changes as a table, grouped, whose caption counts them; it has no rows where there are none."""
     rows = tuple(
         (
             row.group,
@@ -41,12 +41,12 @@ def changes_table(changed: Sequence[ComparisonRow], baseline: str = "the baselin
 
 
 def diff_markdown(changed: Sequence[ComparisonRow], baseline: str = "the baseline") -> str:
-    """The changes as a Markdown table, for a comment on a pull request."""
+    """Write the changes as a Markdown table, for a comment on a pull request."""
     return markdown_of(changes_table(changed, baseline))
 
 
 def diff_json(changed: Sequence[ComparisonRow], relative: float = RELATIVE) -> bytes:
-    """The changes as JSON."""
+    """Write the changes as JSON."""
     changes = [
         {
             "group": row.group,
@@ -68,7 +68,7 @@ def _count(changed: Sequence[ComparisonRow], baseline: str) -> str:
 
 
 def rerun_text(baseline: Mapping[str, Any], study: Study, name: str) -> str:
-    """Whether a study gives the very results of an earlier run, or what differs; without a newline at the end.
+    """Tell whether a study gives the very results of an earlier run, or what differs; without a newline at the end.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def rerun_text(baseline: Mapping[str, Any], study: Study, name: str) -> str:
 
 
 def unequal(old: Any, new: Any, path: str = "") -> Iterator[str]:
-    """Paths of the values of two results, as data, that are not exactly the same."""
+    """Find the paths of the values of two results, as data, that are not exactly the same."""
     if isinstance(old, Mapping) and isinstance(new, Mapping):
         for key in dict.fromkeys([*new, *old]):
             if key not in OF_ONE_RUN:

@@ -28,6 +28,7 @@ from vireport.figures import (
     sweep_figure,
     swept_range,
 )
+from vireport.motions import Symmetry
 from vireport.scenario import Parameter
 from vireport.study import Task
 from vireport.text import AlertCode, capital
@@ -50,13 +51,13 @@ def compare_pictures(comparison: Comparison) -> tuple[Picture, ...]:
 
 
 def _overlaid(comparison: Comparison) -> Iterator[Picture]:
-    """All scenarios on one axis, or the best of them."""
+    """Draw all scenarios on one axis, or the best of them; nothing where there are not two to draw."""
     along = comparison.axes.always[0]
     parameter = along if isinstance(along, Parameter) else None
     shown: Columns = {}
     for scenario in comparison.ranking:
         solution = scenario.study.solution
-        # A sweep of the inclination holds d.
+        # A sweep of the inclination holds d: over d it would be a single point.
         if solution.sweep is not None and (parameter or solution.parameter is not Parameter.INCLINATION):
             drawing = _with_stable(drawing_of(scenario.study))
             if drawing.parts and len(shown) < len(COLORS):
@@ -78,7 +79,7 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
 
 
 def _with_stable(drawing: Drawing) -> Drawing:
-    """A drawing without the branches and critical points that have no stable motion, where others have one."""
+    """Leave out branches without stable motion and their critical points, unless no branch has stable motion."""
     branches = {part.branch.number for part in drawing.parts if part.stable}
     if not branches:
         return drawing
@@ -88,6 +89,7 @@ def _with_stable(drawing: Drawing) -> Drawing:
 
 
 def _side_by_side(comparison: Comparison) -> Iterator[Picture]:
+    """Draw the scenarios beside one another, with so many figures of a kind as it takes."""
     return (
         Picture(
             figure if number == 1 else f"{figure}-{number}",
@@ -102,7 +104,7 @@ def _side_by_side(comparison: Comparison) -> Iterator[Picture]:
 
 
 def compare_figure(comparison: Comparison, name: str) -> tuple[Figure, ...]:
-    """One kind of figure of a comparison, for notebooks.
+    """Draw one kind of figure of a comparison, for notebooks.
 
     Parameters
     ----------
@@ -120,7 +122,7 @@ def compare_figure(comparison: Comparison, name: str) -> tuple[Figure, ...]:
 
 
 def _pages(comparison: Comparison, figure: Task) -> Iterator[Columns]:
-    """The scenarios of each figure of one kind, in groups of as many as fit beside one another."""
+    """Part the scenarios of one kind of figure into groups of as many as fit beside one another."""
     skipped = {name for name, _ in left_out(comparison, figure)}
     shown = [(name, study) for name, study in comparison.by_name.items() if name not in skipped]
     for part in columns(len(shown)):
@@ -128,14 +130,14 @@ def _pages(comparison: Comparison, figure: Task) -> Iterator[Columns]:
 
 
 def _ranked(drawing: Drawing) -> Drawing:
-    """A drawing whose branches are named by family, and numbered there if there are several, the stable ones first.
+    """Name the branches of a drawing by family, and number them there, the stable ones first.
 
-    The number of a branch stands for another family in another scenario.
+    The number of a branch stands for another family in another scenario, so that one colour would mean two things.
     """
     stable = {part.branch.number for part in drawing.parts if part.stable}
     families = {part.branch.number: part.branch.family for part in drawing.parts}
     ordered = sorted(
-        drawing.branches, key=lambda number: (families[number] != "symmetric", number not in stable, number)
+        drawing.branches, key=lambda number: (families[number] is not Symmetry.SYMMETRIC, number not in stable, number)
     )
     ranks = {
         number: 1 + [families[other] for other in ordered[:k]].count(families[number])
@@ -145,6 +147,7 @@ def _ranked(drawing: Drawing) -> Drawing:
 
 
 def _figure(figure: Task, shown: Columns) -> Figure:
+    """Draw scenarios beside one another, with what all of them hold above them, and what each holds at its head."""
     common, own = _conditions(list(shown.values()))
     lines = [(common, Color.BLACK)] if common else []
     if figure == Task.FIGURE_7 and (note := _outside(shown)):
@@ -153,13 +156,14 @@ def _figure(figure: Task, shown: Columns) -> Figure:
 
 
 def _conditions(drawings: Sequence[Drawing]) -> tuple[str, list[str]]:
-    """What all scenarios hold, and what each holds beyond that."""
+    """Find what all scenarios hold, and what each holds beyond that."""
     each = [held(drawing.study) for drawing in drawings]
     common = [text for text in each[0] if all(text in texts for texts in each)]
     return ", ".join(common), [", ".join(text for text in texts if text not in common) for texts in each]
 
 
 def _outside(shown: Columns) -> str:
+    """Tell whose voltages are outside the membrane model; "" where none are."""
     names = [name for name, drawing in shown.items() if not drawing.study.solution.within_membrane]
     if not names:
         return ""
@@ -167,6 +171,7 @@ def _outside(shown: Columns) -> str:
 
 
 def _caption(figure: Task, shown: Columns) -> str:
+    """Say what the columns of a figure show, each with the letters of its panels."""
     common, own = _conditions(list(shown.values()))
     columns = [common] if common else []
     for column, (scenario, drawing) in enumerate(shown.items()):
@@ -180,6 +185,7 @@ def _caption(figure: Task, shown: Columns) -> str:
 
 
 def _alt(figure: Task, shown: Columns) -> str:
+    """Describe a figure to those who cannot see it."""
     columns, panels = len(shown), PANELS[figure]
     head = Message.PANELS.format(columns=columns, cs="s" * (columns != 1), panels=panels, ps="s" * (panels != 1))
     columns_in_words = (

@@ -19,7 +19,7 @@ FEWEST_DIGITS = 6
 
 
 class Message(StrEnum):
-    """What is said of comparisons; the names in braces stand for what is filled in."""
+    """What is said of comparisons; names in braces are filled in."""
 
     # A quantity of several scenarios.
     IN = "{number} in {names}"
@@ -87,6 +87,7 @@ class Message(StrEnum):
     NOT_DRAWN = "not drawn: {names}"
     VOLTAGES = "voltages {outside} ({code})"
     LINE_CHARTS = "Line charts of {count} scenarios. {axis}: {overlaid}. Stable ranges: {ranges}."
+    HAS_NO_SWEEP = "it has no sweep"
     SHARED_AXES = ", on axes that the panels of a row share"
     PANELS = "{columns} column{cs} of {panels} panel{ps}."
 
@@ -98,8 +99,8 @@ class Message(StrEnum):
     SCENARIOS = "{count} scenarios"
     RANKING = "Ranking, the best first"
     RANKED_BY = (
-        "Ranked by requirements met, stable 1:1 motion, smallest margin over all inputs and voltage. Mean voltage is "
-        "U_ave of the stable motion at the design point, of several the least; per second, the sum over its impacts."
+        "Ranked by requirements missed, stable 1:1 motion, smallest margin over all inputs and voltage. Mean voltage "
+        "is U_ave of the stable motion at the design point, of several the least; per second, the sum over its impacts."
     )
     MARGINS = "Margins in each input"
     DISTANCES = (
@@ -116,7 +117,7 @@ class Message(StrEnum):
 
 
 def listed(parts: Sequence[str]) -> str:
-    """Words as a list; names of variants of one key are drawn together.
+    """Join words to a list; names of variants of one key are drawn together.
 
     Examples
     --------
@@ -125,6 +126,7 @@ def listed(parts: Sequence[str]) -> str:
     """
     if len(parts) == 1:
         return parts[0]
+    # Only where nothing else in a part could be taken for the next one: a number told with its name has " in ".
     keys = {part.rpartition(" = ")[0] for part in parts}
     if len(keys) == 1 and all(keys) and not any("," in part or " in " in part for part in parts):
         parts = [parts[0], *(part.rpartition(" = ")[2] for part in parts[1:])]
@@ -144,14 +146,15 @@ def printed(value: float, unit: str, digits: int = FEWEST_DIGITS) -> str:
 
 
 def digits_apart(values: Sequence[float], unit: str) -> int:
-    """As many digits as tell apart the numbers that differ."""
+    """Find how many digits tell apart the numbers that differ."""
+    # Numbers that agree to 14 digits differ by rounding, and more digits would make it a difference.
     apart = len({float(f"{value:.14g}") for value in values})
     digits = range(FEWEST_DIGITS, MOST_DIGITS)
     return next((k for k in digits if len({printed(value, unit, k) for value in values}) >= apart), MOST_DIGITS)
 
 
 def side_by_side(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], change: float) -> str:
-    """The numbers of scenarios by their names, and how far they are apart; of many the least and the largest."""
+    """Tell the numbers of scenarios by their names, of many the least and the largest, and how far they are apart."""
     known = {name: cell for name, cell in cells.items() if cell.value is not None}
     digits = digits_apart([cell.value for cell in known.values()], of.unit)
     numbers = {name: printed(cell.value, of.unit, digits) for name, cell in known.items()}
@@ -185,13 +188,13 @@ def side_by_side(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], ch
 
 
 def before_and_after(values: Sequence[float | str | None], unit: str) -> list[str]:
-    """Both sides of a change as text, numbers with so many digits that they differ."""
+    """Print both sides of a change, numbers with so many digits that they differ."""
     digits = digits_apart([value for value in values if isinstance(value, float)], unit)
     return [printed(value, unit, digits) if isinstance(value, float) else value or Message.NONE for value in values]
 
 
 def since_baseline(what: str, values: Sequence[float | str | None], unit: str, change: float | None) -> str:
-    """What is new, gone, or not as it was, in a sentence."""
+    """Tell what is new, gone, or not as it was."""
     before, after = before_and_after(values, unit)
     if values[0] is None:
         return Message.NEW.format(what=what, after=after)

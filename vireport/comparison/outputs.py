@@ -38,7 +38,7 @@ COMPARISON_FILES = {
 
 
 def folder_of(comparison: Comparison, command: str) -> Path:
-    """Where a comparison goes by default: where the same one is already, or else where there is nothing yet.
+    """Choose where a comparison goes by default: where the same one is already, or else where there is nothing yet.
 
     That is `COMPARISON_FOLDER`, with a number where others have been.
     """
@@ -51,7 +51,7 @@ def folder_of(comparison: Comparison, command: str) -> Path:
 
 
 def _compared_in(folder: Path) -> str | None:
-    """SHA-256 of the scenarios that were compared in a folder; None where that cannot be known."""
+    """Read the SHA-256 of the scenarios that were compared in a folder; None where that cannot be known."""
     try:
         with open(folder / "compare.json", "rb") as file:
             digest = json.load(file)["provenance"]["scenario_sha256"]
@@ -61,7 +61,7 @@ def _compared_in(folder: Path) -> str | None:
 
 
 def terminal_summary(comparison: Comparison) -> str:
-    """Which scenario is best and why, the ranking, and a line for each difference."""
+    """Tell which scenario is best and why, set the ranking, and tell each difference in a line."""
     different, count = len(comparison.differences), len(comparison.quantities)
     counted = Message.COUNT.format(different=different, count=count)
     lines = [f"{counted}{':' if different else '.'}", *(row.sentence for row in comparison.differences)]
@@ -76,7 +76,7 @@ def render_comparison(
     say: Progress,
     paper: str = "a4",
 ) -> dict[str, bytes]:
-    """The files of a comparison by their names, in memory; only what they need is imported."""
+    """Make the files of a comparison by their names, in memory; only what they need is imported."""
     provenance, files = comparison_provenance(comparison, command), dict[str, bytes]()
     if formats & {"html", "pdf", "png", "svg"}:
         say("drawing")
@@ -123,11 +123,11 @@ def comparison_provenance(comparison: Comparison, command: str) -> Provenance:
 
 
 def compare_json(comparison: Comparison, provenance: Provenance) -> bytes:
-    """The comparison as JSON, one top-level key a line."""
+    """Write the comparison as JSON, one top-level key a line."""
     return json_bytes(comparison.to_dict(), provenance)
 
 
 def compare_csv(comparison: Comparison) -> bytes:
-    """The comparison as a table: a row for each quantity, a column for each scenario; what there is not is empty."""
+    """Write a row for each quantity, with a column for each scenario; what there is not is empty."""
     head = ["quantity", "group", "unit", *comparison.names, "change", "differs", "sentence"]
     return csv_bytes(head, ([row[name] for name in head] for row in comparison.rows()))

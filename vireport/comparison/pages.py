@@ -132,17 +132,19 @@ class ComparisonReport:
 
 
 def _inert(table: Table) -> Table:
-    """A table whose rows begin with the names of scenarios, which are not markup."""
+    """Make a table whose rows begin with the names of scenarios, which are not markup."""
     return replace(table, rows=tuple((_plain(name), *cells) for name, *cells in table.rows))
 
 
 def _plain(text: str) -> str:
-    """A text in which only U_ave has a subscript: the names of scenarios are not markup."""
+    """Keep all of a text but U_ave from being markup, as the names of scenarios are none."""
+    # The filter `rich` of the templates makes x_c a subscript and *x* a symbol: a word joiner, which has no width, and
+    # another asterisk keep it from that.
     return re.sub(r"(?<!\w)([^\W\d_])_(?!ave\b)", "\\1\u2060_", text.replace("*", "\u2217"))
 
 
 def _side_by_side(comparison: Comparison, title: str, groups: Sequence[QuantityGroup]) -> Iterator[Table]:
-    """The quantities of some groups in a row each, with as many scenarios beside one another as fit."""
+    """Set the quantities of some groups in a row each, with as many scenarios beside one another as fit."""
     names = comparison.names
     chosen = [row for row in comparison.quantities if row.group in groups]
     for part in columns(len(names)) if chosen else ():
@@ -155,12 +157,12 @@ def _side_by_side(comparison: Comparison, title: str, groups: Sequence[QuantityG
 
 
 def _heading(row: ComparisonRow) -> str:
-    """The quantity with its unit."""
+    """Print the quantity with its unit."""
     return capital(row.quantity) + ("" if row.unit == "1" else f" [{row.unit}]")
 
 
 def _numbers(row: ComparisonRow, part: slice) -> Iterator[str]:
-    """What some scenarios have of a quantity, in so many digits that all that differ are told apart."""
+    """Print what some scenarios have of a quantity, in so many digits that all that differ are told apart."""
     digits = digits_apart([value for value in row.values if value is not None], "1")
     for cell in row.cells[part]:
         if cell.value is None:
@@ -171,14 +173,14 @@ def _numbers(row: ComparisonRow, part: slice) -> Iterator[str]:
 
 
 def _apart(row: ComparisonRow) -> str:
-    """How far apart the values are, in words."""
+    """Print how far apart the values are."""
     if row.change is None:
         return Message.ONLY_SOME if row.differs else ABSENT
     return percent(row.change) if row.change or not row.differs else Message.OTHER_TYPE
 
 
 def _dashes(names: Sequence[str], part: slice, rows: Sequence[ComparisonRow]) -> str:
-    """Why there are dashes."""
+    """Tell why there are dashes."""
     reasons: dict[str, dict[str, None]] = {}
     for row in rows:
         for name, cell in zip(names, row.cells[part], strict=True):

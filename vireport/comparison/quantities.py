@@ -70,7 +70,7 @@ class ComparedQuantity:
     bound : float
         Error bound of the value.
     scale : float
-        Size that a relative tolerance is a share of, where that is larger than the value's.
+        Size that a relative tolerance is a share of, where that is larger than the value.
     tolerance : float
         Relative difference that is none, whatever is asked for.
     note : str
@@ -110,7 +110,7 @@ class ComparedQuantity:
         return not self.unit
 
     def with_family(self) -> ComparedQuantity:
-        """The quantity with the family in its name, for where another family has one that reads the same."""
+        """Put the family into the name, for where another family has a quantity that reads the same."""
         return replace(self, subject=f"{self.subject}, of the {self.family} motion")
 
     @property
@@ -177,15 +177,17 @@ class ComparedScenario:
         return {quantity.identity: quantity for quantity in _quantities(self)}
 
     def quantity(self, of: ComparedQuantity) -> ComparedQuantity:
-        """What this scenario has of a quantity of some scenario, or why it has none."""
+        """Find what this scenario has of a quantity of some scenario, or why it has none."""
         own = self.quantities.get(of.identity)
-        if own is not None or of.is_statement:
-            return own or replace(of, value=None)
+        if own is not None:
+            return own
+        if of.is_statement:
+            return replace(of, value=None)
         note, finding, comparable = self._absence(of)
         return replace(of, value=None, note=note, finding=finding, comparable=comparable, bound=0.0, scale=0.0)
 
     def _absence(self, of: ComparedQuantity) -> tuple[str, bool, bool]:
-        """Why there is none, whether that is a finding, and whether the scenario could have it."""
+        """Tell why there is none, whether that is a finding, and whether the scenario could have it."""
         design = self.results["design_point"]
         others = any(own.group is of.group and own.along == of.along for own in self.quantities.values())
         held = self.swept is Parameter.INCLINATION and of.along == "d"
@@ -220,7 +222,7 @@ def compared_scenarios(results: Mapping[str, Mapping[str, Any]]) -> dict[str, Co
 
 
 def are_stable(motions: Mapping[str, Any]) -> list[bool]:
-    """Which motions of a branch or of a design point, as data, are stable and admissible."""
+    """Tell which motions of a branch or of a design point, as data, are stable and admissible."""
     rows = zip(motions["stability"], motions["admissible"], strict=True)
     return [bool(admissible) and Stability(word).attracts for word, admissible in rows]
 
@@ -230,6 +232,7 @@ def _at_design(what: str) -> str:
 
 
 def _quantities(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
+    """Read all that is compared; of two quantities of one identity the later one counts."""
     design = scenario.results["design_point"]
     yield from _stated(scenario.results)
     yield _stable_at_design(design)
@@ -237,13 +240,13 @@ def _quantities(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
         yield from _critical_points(scenario, scenario.swept)
         yield from _stable_ranges(scenario, scenario.swept)
     if design is not None:
-        # Of two motions that end in one way on one side, the nearer counts: it comes last.
+        # Of two motions that end in one way on one side the nearer margin counts, and so comes last.
         yield from reversed(list(_margins(scenario, design["margins"])))
     yield from _voltages(scenario)
 
 
 def _stated(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
-    """What results say that is no number they computed."""
+    """Read what results say that is no number they computed: settings, the types of motions, alerts, requirements."""
     for path, value in _settings(results["scenario"]):
         yield ComparedQuantity(QuantityGroup.SCENARIO, path, value)
     if (design := results["design_point"]) is not None:
@@ -260,7 +263,7 @@ def _stated(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
 
 
 def _settings(scenario: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-    """The values of a scenario by their dotted paths; what is not given, or has no part in results, is left out."""
+    """Read the values of a scenario by their dotted paths, but for what is not given, or has no part in results."""
     for key, value in scenario.items():
         if isinstance(value, list) and value and isinstance(value[0], Mapping):
             value = {str(k): row for k, row in enumerate(value)}
@@ -271,7 +274,7 @@ def _settings(scenario: Mapping[str, Any], path: str = "") -> Iterator[tuple[str
 
 
 def _stable_at_design(design: Mapping[str, Any] | None) -> ComparedQuantity:
-    """How many stable motions there are at the design point."""
+    """Count the stable motions at the design point."""
     if design is None:
         return replace(STABLE_MOTIONS, note=NO_DESIGN)
     words = [word for word, stable in zip(design["stability"], are_stable(design), strict=True) if stable]
@@ -281,11 +284,8 @@ def _stable_at_design(design: Mapping[str, Any] | None) -> ComparedQuantity:
 
 
 def bound_in_d(d: float, value: float, bound: float) -> float:
-    """Error bound of d from that of a swept value.
-
-    It counts twice in proportion: d goes with the square of a frequency, and with the first power of a length or of the
-    inverse of a force.
-    """
+    """Bound the error of d by that of a swept value."""
+    # d = 4 M s f^2/F, Eq. (2.5): a relative error of the frequency counts twice, one of a length or a force once.
     return 2 * bound * abs(d / value) if value else 0.0
 
 
@@ -307,7 +307,7 @@ def _critical_points(scenario: ComparedScenario, swept: Parameter) -> Iterator[C
 
 
 def _stable_ranges(scenario: ComparedScenario, swept: Parameter) -> Iterator[ComparedQuantity]:
-    """The ends of stable ranges, each from its lower one: where d falls as the value grows, they change places."""
+    """Read the ends of stable ranges, the lower one first: where d falls as the value grows, they change places."""
     ranges = [[_end(part, end) for end in ("from", "to")] for part in scenario.results["stable_range"]]
     places: list[tuple[Along, list[list[tuple[float, str, float]]]]] = [(swept, ranges)]
     if swept is not Parameter.INCLINATION:
@@ -326,12 +326,12 @@ def _stable_ranges(scenario: ComparedScenario, swept: Parameter) -> Iterator[Com
 
 
 def _end(part: Mapping[str, Any], end: str) -> tuple[float, str, float]:
-    """Value, reason and error bound of one end of a stable range."""
+    """Read value, reason and error bound of one end of a stable range."""
     return float(part[end]), str(part[f"{end}_reason"]), float(part.get(f"{end}_error_bound") or 0.0)
 
 
 def _margins(scenario: ComparedScenario, margins: Iterable[Mapping[str, Any]]) -> Iterator[ComparedQuantity]:
-    """Distances to the critical points that end the stable motions of the design point, in per cent, nearest first."""
+    """Read the distances [%] to the critical points that end the stable motions of the design point, nearest first."""
     swept = scenario.swept
     for margin in margins:
         varied, kind = DesignInput(margin["parameter"]), CriticalKind(margin["kind"]).words
@@ -352,8 +352,9 @@ def _margins(scenario: ComparedScenario, margins: Iterable[Mapping[str, Any]]) -
                 "%",
                 along=along,
                 family=margin["family"],
-                # The critical value and the design value may both be off; what is compared is their ratio, less 1.
                 bound=100 * float(margin["error_bound"]) / abs(design),
+                # A margin is a ratio less 1. The critical and the design value may both be off by the tolerance, and a
+                # margin of 0.2 % by 500 times as much of itself.
                 scale=200 * abs(critical / design),
             )
 
@@ -392,7 +393,7 @@ def _design_voltage(design: Mapping[str, Any] | None, evaluated: bool) -> Compar
 
 
 def _stable_voltages(branches: Iterable[Mapping[str, Any]]) -> Iterator[float]:
-    """U_ave of the stable motions of branches, and of the critical points beside them."""
+    """Read U_ave of the stable motions of branches, and of the critical points beside them, where stability ends."""
     for branch in branches:
         stable = are_stable(branch)
         for k, (u, label) in enumerate(zip(branch["u_ave_v"], branch["critical_point"], strict=True)):

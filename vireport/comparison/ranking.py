@@ -23,7 +23,7 @@ IMPACTS_PER_PERIOD = 2
 
 
 class Merit(StrEnum):
-    """What scenarios are ranked by, what matters most first; more is better.
+    """What scenarios are ranked by, what matters most first; more of each is better.
 
     Attributes
     ----------
@@ -86,7 +86,8 @@ class Ranked:
 
     @property
     def key(self) -> tuple[float, ...]:
-        """The merits as numbers of which the larger is the better, rounded to digits that matter."""
+        """The merits, rounded; of two scenarios the one with the larger key is better."""
+        # What has no margin, or no voltage, comes after all that have one.
         values = (self.merits[merit] for merit in Merit)
         return tuple(-inf if value is None else float(f"{value:.{RANKED_DIGITS}g}") for value in values)
 
@@ -96,7 +97,7 @@ class Ranked:
         return sum(criterion.passed for criterion in self.study.criteria)
 
     def show(self, merit: Merit) -> str:
-        """Print a merit with its unit; a dash where there is none."""
+        """Print a merit with its unit, or a dash where there is none."""
         value = self.merits[merit]
         if merit is Merit.REQUIREMENTS:
             count = len(self.study.criteria)
@@ -113,7 +114,7 @@ class Ranked:
         return Message.MARGIN_IN.format(share=percent(value), varied=self.margin.parameter.quantity)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
+        """Give plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
         room = self.merits[Merit.MARGIN]
         return {
             "scenario": self.name,
@@ -141,12 +142,12 @@ def rank_studies(studies: Mapping[str, Study]) -> tuple[Ranked, ...]:
 
 
 def _merits(study: Study, alike: bool) -> tuple[Margin | None, dict[Merit, float | None]]:
-    """The margin and the merits of a scenario; `alike` says whether all sweeps are of one parameter."""
+    """Find the margin and the merits of a scenario; `alike` says whether all sweeps are of one parameter."""
     solution, check = study.solution, study.crosscheck
     design = solution.design
     stable = bool(design.motions.stable.any()) if design is not None else bool(solution.stable_ranges)
     margin, room = _room(design) if design is not None and stable else (None, None)
-    # Ranges of different parameters are compared by their width over their middle.
+    # Metres and newtons have no order: ranges of different parameters are compared by their width over their middle.
     widths = [
         (part.end - part.start) / (1.0 if alike else (part.start + part.end) / 2) for part in solution.stable_ranges
     ]
@@ -165,7 +166,8 @@ def _merits(study: Study, alike: bool) -> tuple[Margin | None, dict[Merit, float
 
 
 def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
-    """The nearest end of stable motion and its relative distance, as far as it has one."""
+    """Find the nearest end of stable motion and its relative distance, infinite where there is no end."""
+    # An end that rounding does not resolve may be nearer than all that are known.
     if design.unresolved:
         return None, None
     ends = [(end, abs(end.relative)) for end in design.endings() if end.relative is not None]
@@ -173,7 +175,7 @@ def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
 
 
 def best_and_why(ranked: Sequence[Ranked]) -> str:
-    """Which scenario is best and why, what is traded for it, and which cannot be compared."""
+    """Tell which scenario is best and why, what is traded for it, and which cannot be compared."""
     return " ".join((_best(ranked), *_traded(ranked), *_remarks(ranked)))
 
 
@@ -201,20 +203,20 @@ def _where(scenario: Ranked) -> str:
 
 
 def _decisive(better: Ranked, following: Ranked) -> Merit:
-    """The merit that puts one scenario before another."""
+    """Find the merit that puts one scenario before another."""
     pairs = zip(Merit, better.key, following.key, strict=True)
     return next(merit for merit, mine, theirs in pairs if mine != theirs)
 
 
 def _reason(better: Ranked, following: Ranked) -> str:
-    """What puts a scenario before the following one, with the numbers of both."""
+    """Tell what puts a scenario before the following one, with the numbers of both."""
     merit = _decisive(better, following)
     mine, theirs = _told(better, merit), _told(following, merit)
     return merit.reason.format(mine=mine, next=following.name, theirs=theirs, margin=_with_margin(better))
 
 
 def _told(scenario: Ranked, merit: Merit) -> str:
-    """A merit within a reason."""
+    """Print a merit within a reason."""
     if merit is Merit.REQUIREMENTS:
         # Those that are missed, not those that are met: 1 of 1 met comes before 3 of 4, and so does nothing required.
         count = len(scenario.study.criteria)
@@ -224,13 +226,13 @@ def _told(scenario: Ranked, merit: Merit) -> str:
 
 
 def _with_margin(scenario: Ranked) -> str:
-    """The margin within a sentence; where there is stable motion at a design point it may be unlimited or not known."""
+    """Print the margin of a stable motion at a design point within a sentence; it may be unlimited, or not known."""
     message = Message.WITH_OTHER_MARGIN if scenario.margin is None else Message.WITH_MARGIN
     return message.format(margin=scenario.show(Merit.MARGIN))
 
 
 def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
-    """What gives the most voltage of those that are as good in requirements and stability, and with what margin."""
+    """Tell what gives more voltage than the best, of those as good in requirements and stability, with its margin."""
     first = ranked[0]
     rivals = [scenario for scenario in ranked if scenario.key[:2] == first.key[:2]]
     told = {first.name}
@@ -244,7 +246,7 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
 
 
 def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
-    """What cannot be compared, or only with reserve."""
+    """Tell what cannot be compared, or only with reserve."""
     for message, concerned in (
         (Message.NOT_STABLE, [scenario for scenario in ranked if not scenario.stable]),
         (Message.NO_DESIGN_POINT, [scenario for scenario in ranked if scenario.study.solution.design is None]),
@@ -259,7 +261,7 @@ def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
 
 
 def ranking_table(ranked: Sequence[Ranked]) -> Table:
-    """The ranking with the numbers that it rests on."""
+    """Set the ranking with the numbers that it rests on."""
     shown = [merit for merit in RANKING_COLUMNS if any(scenario.show(merit) != ABSENT for scenario in ranked)]
     rows = tuple(
         (scenario.name, str(scenario.rank), scenario.study.verdict.word, *map(scenario.show, shown))
@@ -270,7 +272,7 @@ def ranking_table(ranked: Sequence[Ranked]) -> Table:
 
 
 def margins_table(ranked: Sequence[Ranked]) -> Table | None:
-    """The nearest end of stable motion along each input; None where no scenario has one."""
+    """Set the nearest end of stable motion along each input; None where no scenario has stable motion."""
     designs = [(scenario.name, scenario.study.solution.design) for scenario in ranked]
     rows = tuple(
         (name, *_ends(design)) for name, design in designs if design is not None and design.motions.stable.any()
@@ -282,6 +284,7 @@ def margins_table(ranked: Sequence[Ranked]) -> Table | None:
 
 
 def _ends(design: DesignPoint) -> Iterator[str]:
+    """Print the nearest end of stable motion along each input, with the letter of its kind."""
     for varied in DesignInput:
         along = (end for end in design.endings() if end.parameter is varied)
         nearest = min(along, key=lambda end: abs(end.distance), default=None)
@@ -289,7 +292,7 @@ def _ends(design: DesignPoint) -> Iterator[str]:
             yield Message.NOT_KNOWN
         elif nearest is None:
             yield Message.NONE
-        elif nearest.relative is None:
+        elif nearest.relative is None:  # the design value is zero, as the inclination of a horizontal capsule is
             yield f"{'+' if nearest.distance > 0 else ''}{varied.show(nearest.distance, 3)} {nearest.kind.letter}"
         else:
             yield f"{percent(nearest.relative, signed=True)} {nearest.kind.letter}"

@@ -82,7 +82,7 @@ class ComparisonRow:
         return tuple(cell.note for cell in self.cells)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data, ready for JSON."""
+        """Give plain data, ready for JSON."""
         return {
             "quantity": self.quantity,
             "group": self.group,
@@ -129,7 +129,7 @@ def comparison_rows(
 ) -> tuple[ComparisonRow, ...]:
     """Compare all that can be compared, by groups: in each what only some scenarios have first, then what changed most.
 
-    Statements are in the order of the scenarios, alerts in that of their codes.
+    Settings and requirements keep the order of the scenarios, and alerts have that of their codes.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def comparison_rows(
         if known and (of.along is None or of.along in axes.always or in_an_input):
             row = _row(named, cells, tolerance)
         elif known > 1 and of.along in axes.shared:
-            # Whether a scenario lacks the point is in the row of d, which all have.
+            # Places in a parameter that only some sweep stand beside those in d, which say what a scenario lacks.
             row = _row(named, {name: replace(cell, finding=False) for name, cell in cells.items()}, tolerance)
         else:
             continue
@@ -161,7 +161,7 @@ def comparison_rows(
 
 
 def _rank(row: ComparisonRow, subject: str, place: int) -> tuple[int, bool, bool, float, str, int]:
-    """Place in the table: by groups; in each what only some scenarios have, what changed most, what did not."""
+    """Order rows by groups; in each what only some scenarios have, then what changed most, then what did not."""
     group = list(QuantityGroup).index(row.group)
     if row.is_statement:
         return group, False, False, 0.0, subject if row.group is QuantityGroup.ALERT else "", 0
@@ -170,6 +170,7 @@ def _rank(row: ComparisonRow, subject: str, place: int) -> tuple[int, bool, bool
 
 
 def _row(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], tolerance: float) -> ComparisonRow:
+    """Compare what the scenarios have of one quantity."""
     entries = tuple(cells.values())
     if of.is_statement:
         differs = not all(same_statement(entries[0].value, cell.value) for cell in entries)
@@ -178,6 +179,7 @@ def _row(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], tolerance:
     values = [cell.value for cell in known]
     absent = any(cell.finding for cell in entries)
     spread, size = max(values) - min(values), max(map(abs, values))
+    # Any two values may be off by both their bounds: of more than two, the largest two bounds hold for every pair.
     scale, bounds = max(size, *(cell.scale for cell in known)), sum(sorted(cell.bound for cell in known)[-2:])
     apart = spread > max(tolerance, of.tolerance) * scale + bounds
     share = spread / size if apart else 0.0
@@ -188,7 +190,8 @@ def _row(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], tolerance:
 
 
 def same_statement(value: Any, other: Any) -> bool:
-    """Whether two values of a scenario, or statements, are the same but for rounding."""
-    if any(isinstance(x, bool) or not isinstance(x, int | float) for x in (value, other)):
+    """Tell whether two values of a scenario, or statements, are the same but for rounding."""
+    # True is 1 in Python, but a switch is no number: neither may pass for the other.
+    if any(isinstance(side, bool) or not isinstance(side, int | float) for side in (value, other)):
         return bool(value == other)
     return bool(abs(other - value) <= SAME_INPUT * max(abs(value), abs(other)))
