@@ -135,7 +135,7 @@ def _ranked(drawing: Drawing) -> Drawing:
     The number of a branch stands for another family in another scenario, so that one colour would mean two things.
     """
     stable = {part.branch.number for part in drawing.parts if part.stable}
-    families = {part.branch.number: part.branch.family for part in drawing.parts}
+    families = {part.branch.number: part.branch.symmetry for part in drawing.parts}
     ordered = sorted(
         drawing.branches, key=lambda number: (families[number] is not Symmetry.SYMMETRIC, number not in stable, number)
     )

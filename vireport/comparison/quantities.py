@@ -12,7 +12,7 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Any, Literal
 
-from vireport.motions import CriticalKind, Stability
+from vireport.motions import Event, Stability
 from vireport.physics import Device
 from vireport.scenario import DesignInput, Parameter, ScalarInput
 
@@ -297,7 +297,7 @@ def _place(group: QuantityGroup, subject: str, along: Along, missing: str) -> Co
 def _critical_points(scenario: ComparedScenario, swept: Parameter) -> Iterator[ComparedQuantity]:
     held = HELD if swept is Parameter.INCLINATION else ""
     for point in scenario.results["critical_points"]:
-        kind, value, d = CriticalKind(point["kind"]).words, float(point["sweep_value"]), float(point["d"])
+        kind, value, d = Event(point["kind"]).words, float(point["sweep_value"]), float(point["d"])
         bound, subject = float(point["error_bound"]), f"{point['label']}, {kind} of the {point['family']} motion"
         in_swept, in_d = (
             _place(QuantityGroup.CRITICAL_POINT, subject, along, "none in the sweep of") for along in (swept, "d")
@@ -334,7 +334,7 @@ def _margins(scenario: ComparedScenario, margins: Iterable[Mapping[str, Any]]) -
     """Read the distances [%] to the critical points that end the stable motions of the design point, nearest first."""
     swept = scenario.swept
     for margin in margins:
-        varied, kind = DesignInput(margin["parameter"]), CriticalKind(margin["kind"]).words
+        varied, kind = DesignInput(margin["parameter"]), Event(margin["kind"]).words
         critical = float(margin["sweep_value"])
         design = critical - float(margin["distance"])
         if not margin["ends_stability"] or margin["relative"] is None:

@@ -126,7 +126,7 @@ class Ranked:
             "smallest_margin": room if room is not None and isfinite(room) else None,
             "margin_limited": None if room is None else isfinite(room),
             "margin_parameter": None if self.margin is None else str(self.margin.parameter),
-            "margin_kind": None if self.margin is None else str(self.margin.kind),
+            "margin_kind": None if self.margin is None else str(self.margin.event),
             "u_ave_v": self.merits[Merit.VOLTAGE],
             "u_per_second_v": self.merits[Merit.RATE],
             "stable_range": [[part.start, part.end] for part in self.study.solution.stable_ranges],
@@ -293,6 +293,6 @@ def _ends(design: DesignPoint) -> Iterator[str]:
         elif nearest is None:
             yield Message.NONE
         elif nearest.relative is None:  # the design value is zero, as the inclination of a horizontal capsule is
-            yield f"{'+' if nearest.distance > 0 else ''}{varied.show(nearest.distance, 3)} {nearest.kind.letter}"
+            yield f"{'+' if nearest.distance > 0 else ''}{varied.show(nearest.distance, 3)} {nearest.event.letter}"
         else:
-            yield f"{percent(nearest.relative, signed=True)} {nearest.kind.letter}"
+            yield f"{percent(nearest.relative, signed=True)} {nearest.event.letter}"
