@@ -8,6 +8,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -20,17 +21,25 @@ from PIL import Image
 
 import vireport
 from vireport import analyse, load
-from vireport.base.errors import NumericalError, ScenarioError, UsageError
-from vireport.comparison.comparison import Comparison, compare, left_out
-from vireport.comparison.differences import Difference, listed
+from vireport.base import NumericalError, ScenarioError, UsageError
+from vireport.comparison import (
+    Comparison,
+    ComparisonReport,
+    ComparisonRow,
+    Merit,
+    QuantityGroup,
+    compare,
+    comparison_provenance,
+    left_out,
+    listed,
+    render_comparison,
+    terminal_summary,
+)
 from vireport.comparison.figures import compare_figure, compare_pictures
-from vireport.comparison.outputs import comparison_provenance, render_comparison, summary
-from vireport.comparison.pages import ComparisonReport
-from vireport.comparison.quantities import Group
-from vireport.comparison.ranking import Merit
 from vireport.figures import COLORS
 from vireport.report import render_html
-from vireport.study.study import Study
+from vireport.scenario import DesignInput
+from vireport.study import Study
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 THREE = ("horizontal", "inclined", "inclined-forcing")
@@ -52,26 +61,26 @@ def inclinations() -> Comparison:
     return compare(EXAMPLES / "inclined.yaml", vary={"inclination_deg": [0, 5, 15, 30, 45]})
 
 
-def found(comparison: Comparison, start: str, end: str = "") -> Difference:
-    (one,) = [x for x in comparison.quantities if x.quantity.startswith(start) and x.quantity.endswith(end)]
-    return one
+def row_of(comparison: Comparison, start: str, end: str = "") -> ComparisonRow:
+    (row,) = [x for x in comparison.quantities if x.quantity.startswith(start) and x.quantity.endswith(end)]
+    return row
 
 
 # Numbers
 
 
 def test_the_papers_critical_points_stand_side_by_side_in_d() -> None:
-    b1 = found(three(), "B1, period doubling", ", d")
+    b1 = row_of(three(), "B1, period doubling", ", d")
     np.testing.assert_allclose(b1.values, [0.1870532313, 0.4179595416, 0.2792918143], rtol=1e-9)
     assert b1.change == pytest.approx(1 - 0.1870532313 / 0.4179595416, rel=1e-8)
-    c1 = found(three(), "C1, pitchfork", ", d")
+    c1 = row_of(three(), "C1, pitchfork", ", d")
     assert c1.values == (pytest.approx(0.2634315843, rel=1e-9), None, None)
     assert c1.differs
     assert c1.change is None
 
 
 def test_swept_values_are_compared_only_where_the_same_parameter_is_swept() -> None:
-    in_s = found(three(), "B1, period doubling", ", s")
+    in_s = row_of(three(), "B1, period doubling", ", s")
     assert in_s.unit == "m"
     assert in_s.values[:2] == (pytest.approx(0.281707, abs=1e-6), pytest.approx(0.629457, abs=1e-6))
     assert in_s.values[2] is None
@@ -84,7 +93,7 @@ def test_swept_values_are_compared_only_where_the_same_parameter_is_swept() -> N
 
 def test_d_stands_beside_the_swept_value_where_it_is_another_multiple_of_it() -> None:
     heavier = compare([study("inclined"), study("inclined", "excitation.amplitude_n=3.3")])
-    length, d = found(heavier, "B1", ", s"), found(heavier, "B1", ", d")
+    length, d = row_of(heavier, "B1", ", s"), row_of(heavier, "B1", ", d")
     ratio = np.divide(d.values, length.values)
     assert ratio[0] == pytest.approx(1.1 * ratio[1], rel=1e-9)
 
@@ -100,7 +109,7 @@ def test_a_scenario_is_no_different_from_itself() -> None:
 def test_what_matters_comes_first_and_of_it_what_only_some_have_and_what_changed_most() -> None:
     groups = [x.group for x in three().quantities]
     assert list(dict.fromkeys(groups)) == ["design point", "stable range", "margin", "voltage", "critical point"]
-    assert groups == sorted(groups, key=list(Group).index)
+    assert groups == sorted(groups, key=list(QuantityGroup).index)
     changes = [x.change for x in three().differences if x.group == "critical point"]
     assert changes[:6] == [None] * 6  # A1, A2, A3, C1, G1, G2
     assert changes[6:] == sorted(changes[6:], reverse=True)
@@ -135,6 +144,28 @@ def test_requirements_come_before_stability_and_stability_before_margin() -> Non
     assert two.headline.startswith(f"plain is best: {reason}")
 
 
+def test_scenarios_are_ranked_by_the_requirements_that_they_miss_and_the_sentence_says_so() -> None:
+    margin, volts = "requirements.margin_any_percent=4", "requirements.u_ave_at_least_v=1"
+    few = study("inclined", "requirements.margin_any_percent=4")
+    more = study("inclined", margin, volts, "requirements.acceleration_at_most_g=0.1")
+    pair = compare([more, few], names=("more", "few"))
+    assert [(x.name, x.passed, len(x.study.criteria)) for x in pair.ranking] == [("few", 1, 1), ("more", 2, 3)]
+    assert "fewer requirements are missed (0 of 1; next more, 1 of 3)" in pair.headline
+    free = compare([more, study("inclined")], names=("more", "free"))
+    assert "fewer requirements are missed (0 of 0; next more, 1 of 3)" in free.headline
+
+
+def test_a_margin_that_is_not_known_is_not_told_as_a_number() -> None:
+    def unresolved(restitution: float) -> Study:
+        known = study("design-point", f"device.restitution={restitution}")
+        design = replace(known.solution.design, unresolved=(DesignInput.LENGTH,))
+        return replace(known, solution=replace(known.solution, design=design))
+
+    headline = compare([unresolved(0.5), unresolved(0.52)], names=("first", "second")).headline
+    assert headline.startswith("first is best: there is stable 1:1 motion at the design point, and of those with a "
+                               "margin that is not known the mean voltage is the highest (43.14 kV; next ")  # fmt: skip
+
+
 def test_voltage_that_costs_margin_is_told() -> None:
     assert [one.name for one in three().ranking] == ["horizontal", "inclined", "inclined-forcing"]
     assert "inclined-forcing has the highest mean voltage (60.67 kV, +66 %) and a margin of 0.20 %" in three().headline
@@ -149,6 +180,7 @@ def test_without_a_design_point_the_widest_stable_range_is_best() -> None:
 def test_a_scenario_without_a_design_point_comes_after_those_with_a_margin() -> None:
     mixed = compare([study("inclined", "device.length_m="), study("inclined")], names=("range", "point"))
     assert [one.name for one in mixed.ranking] == ["point", "range"]
+    assert "(4.7 % in frequency; next range, none)" in mixed.headline
     assert "No design point, and so no margin to compare: range." in mixed.headline
 
 
@@ -160,7 +192,7 @@ def test_of_two_stable_motions_the_one_with_less_voltage_counts() -> None:
     both = compare([one, study("horizontal")])
     (ranked,) = [x for x in both.ranking if x.study is one]
     assert (ranked.merits[Merit.VOLTAGE], ranked.merits[Merit.RATE]) == (volts.min(), 4 * volts.min())  # twice 2 Hz
-    of = found(both, "U_ave of the stable motion at the design point")
+    of = row_of(both, "U_ave of the stable motion at the design point")
     assert (of.values[0], of.notes[0]) == (volts.min(), "the least of 2")
 
 
@@ -170,38 +202,57 @@ def test_equals_share_a_rank_and_where_nothing_is_stable_nothing_is_best() -> No
     assert same.headline.startswith("one and two are equally good")
     none = compare([study("inclined", "inclination_deg=60"), study("inclined", "inclination_deg=75")])
     assert none.headline.startswith("No scenario has stable 1:1 motion at the design point.")
+    steep = [study("inclined", "inclination_deg=60", *more) for more in ((), (), ("requirements.u_ave_at_least_v=1",))]
+    assert "Of them one and two rank first" in compare(steep, names=("one", "two", "three")).headline
 
 
 def test_sentences_have_the_scenarios_and_their_numbers() -> None:
-    b1 = found(three(), "B1, period doubling", ", d").sentence
+    b1 = row_of(three(), "B1, period doubling", ", d").sentence
     assert "d = 0.187053 in horizontal, 0.417960 in inclined and 0.279292 in inclined-forcing" in b1
     assert "55 % apart" in b1
-    assert found(three(), "C1").sentence.endswith("d = 0.263432 in horizontal; none in the sweep of inclined and "
+    assert row_of(three(), "C1").sentence.endswith("d = 0.263432 in horizontal; none in the sweep of inclined and "
                                                   "inclined-forcing.")  # fmt: skip
-    assert "42.84 kV in inclined" in found(three(), "U_ave of the stable").sentence
-    assert "stable focus" in found(three(), "stable 1:1 motions").sentence
+    assert "42.84 kV in inclined" in row_of(three(), "U_ave of the stable").sentence
+    assert "stable focus" in row_of(three(), "stable 1:1 motions").sentence
     assert [x for x in three().differences if x.group == "design point"]  # a focus and two nodes
 
 
 def test_margins_and_voltages_are_those_of_the_studies() -> None:
-    margin = found(three(), "margin from the design point to the period doubling below", "in d")
+    margin = row_of(three(), "margin from the design point to the period doubling below", "in d")
     for value, name in zip(margin.values, THREE, strict=True):
         points = study(name).solution.critical_points
         b1 = next(x.d for x in points if x.label == "B1")
         assert value == pytest.approx(100 * (b1 / float(study(name).solution.design.motions.d[0]) - 1), rel=1e-9)
-    volts = found(three(), "U_ave of the stable")
+    volts = row_of(three(), "U_ave of the stable")
     assert volts.values == tuple(study(name).solution.design.voltages.average_v[0] for name in THREE)
-    highest, lowest = found(three(), "highest U_ave"), found(three(), "lowest U_ave")
+    highest, lowest = row_of(three(), "highest U_ave"), row_of(three(), "lowest U_ave")
     assert all(a > b for a, b in zip(highest.values, lowest.values, strict=True))
+
+
+def test_margins_that_would_read_alike_name_the_family() -> None:
+    """Horizontal, the fold is of the symmetric motions; inclined, it is of others."""
+    names = [row.quantity for row in three().quantities]
+    assert len(set(names)) == len(names)
+    above = "margin from the design point to the fold above, in s"
+    symmetric, asymmetric = (
+        row_of(three(), f"{above}, of the {family} motion") for family in ("symmetric", "asymmetric")
+    )
+    assert symmetric.values == (pytest.approx(164.705001043), None, None)
+    assert asymmetric.values == (None, pytest.approx(106.583365932), pytest.approx(244.163312761))
+    assert asymmetric.sentence.startswith(
+        "Margin from the design point to the fold above, in s, of the asymmetric motion:"
+    )
+    alone = compare([study("inclined"), study("inclined-forcing")])
+    assert row_of(alone, above).quantity == above
 
 
 def test_what_was_not_asked_for_is_no_difference() -> None:
     lacking = compare([study("inclined"), study("inclined", "device.ball_mass_kg=")])
-    volts = found(lacking, "U_ave of the stable")
+    volts = row_of(lacking, "U_ave of the stable")
     assert volts.notes[1] == "device.ball_mass_kg is not given"
     assert not [x for x in lacking.differences if x.group == "voltage"]
     point = compare([study("design-point"), study("inclined")])
-    b1 = found(point, "B1, period doubling of")
+    b1 = row_of(point, "B1, period doubling of")
     assert b1.values[0] is None
     assert not b1.differs
 
@@ -210,8 +261,8 @@ def test_stable_ranges_have_numbers_where_a_scenario_has_several() -> None:
     tilted = compare([study("horizontal", "inclination_deg=15", f"device.restitution={r}") for r in (0.5, 0.4)])
     ranges = [study.solution.stable_ranges for study in tilted.studies]
     assert [len(parts) for parts in ranges] == [2, 1]
-    assert found(tilted, "stable range 1 from").values == tuple(parts[0].start for parts in ranges)
-    second = found(tilted, "stable range 2 to")
+    assert row_of(tilted, "stable range 1 from").values == tuple(parts[0].start for parts in ranges)
+    second = row_of(tilted, "stable range 2 to")
     assert second.values == (ranges[0][1].end, None)
     assert second.notes[1] == "no further stable range"
 
@@ -220,7 +271,7 @@ def test_losing_stable_motion_stands_at_the_top() -> None:
     lost = compare([study("inclined"), study("inclined", "inclination_deg=60")])
     assert lost.quantities[0].quantity == "stable 1:1 motions at the design point"
     assert lost.quantities[0].sentence.endswith("none in inclined, inclination_deg = 60.")
-    assert found(lost, "stable range from").notes[1] == "no stable 1:1 motion"
+    assert row_of(lost, "stable range from").notes[1] == "no stable 1:1 motion"
 
 
 # Variants
@@ -234,7 +285,7 @@ def test_two_varied_keys_make_a_grid() -> None:
     )
     pairs = [(x.scenario.device.restitution, x.scenario.inclination_deg) for x in grid.studies]
     assert pairs == [(0.4, 30), (0.4, 45), (0.5, 30), (0.5, 45)]
-    assert {setting.path for setting in grid.settings} == {"device.restitution", "inclination_deg"}
+    assert {setting.quantity for setting in grid.settings} == {"device.restitution", "inclination_deg"}
     assert compare_pictures(grid) == ()  # no sweep, nothing to draw along
     assert left_out(grid, "figure-2") == [(name, "it has no sweep") for name in grid.names]
 
@@ -415,7 +466,7 @@ def test_captions_have_the_conditions_of_the_papers_captions() -> None:
 
 
 def test_the_files_read_back() -> None:
-    assert "0.417960 in inclined" in summary(three())
+    assert "0.417960 in inclined" in terminal_summary(three())
     formats = {"json", "csv", "markdown"}
     files = render_comparison(three(), formats, "vireport compare a b c", None, lambda what: None)
     assert sorted(files) == ["compare.csv", "compare.json", "summary.md"]
@@ -449,7 +500,7 @@ def test_the_report_says_what_differs_and_is_the_same_every_time() -> None:
 def test_every_quantity_that_a_scenario_has_is_in_a_table_of_whole_rows() -> None:
     report = ComparisonReport(three(), {}, comparison_provenance(three(), ""))
     compared = [*report.critical_points(), *report.quantities()]
-    given = [x for x in three().quantities if any(one.value is not None or one.finding for one in x.entries)]
+    given = [x for x in three().quantities if any(cell.value is not None or cell.finding for cell in x.cells)]
     assert sum(len(table.rows) for table in compared) == len(given) > 20
     for table in [*compared, report.ranking(), report.margins(), report.alerts()]:
         assert {len(row) for row in table.rows} == {len(table.columns)}
@@ -515,7 +566,7 @@ def test_studies_and_comparisons_show_themselves() -> None:
 
 
 def test_rows_are_the_motions_by_the_names_of_the_files() -> None:
-    from vireport.study.results import branches_csv
+    from vireport.study import branches_csv
 
     rows = study("inclined").rows()
     read = list(csv.DictReader(io.StringIO(branches_csv(study("inclined").solution).decode())))

@@ -14,17 +14,18 @@ from pages import Page, squeeze
 from pypdf import PdfReader
 
 from vireport import analyse, diff, load
-from vireport.base.errors import UsageError
+from vireport.base import UsageError
 from vireport.cli import main
-from vireport.comparison.baseline import (
-    Change,
+from vireport.comparison import (
+    ComparisonRow,
     changes,
+    changes_table,
     diff_json,
     diff_markdown,
     diff_text,
     read_baseline,
 )
-from vireport.study.study import Study
+from vireport.study import Study
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -43,8 +44,8 @@ def results(name: str = "inclined") -> dict[str, Any]:
     return json.loads(_results(name))
 
 
-def of(group: str, found: tuple[Change, ...]) -> list[Change]:
-    return [change for change in found if change.group == group]
+def of(group: str, rows: tuple[ComparisonRow, ...]) -> list[ComparisonRow]:
+    return [change for change in rows if change.group == group]
 
 
 @pytest.mark.parametrize("name", ["horizontal", "inclined", "inclined-forcing", "design-point"])
@@ -79,28 +80,28 @@ def test_a_moved_critical_point_is_found_and_rounding_is_not() -> None:
 
 
 def test_a_changed_scenario_tells_cause_and_effect() -> None:
-    found = diff(results(), study("device.restitution=0.52"))
-    assert [(x.what, x.before, x.after) for x in of("scenario", found)] == [("device.restitution", 0.5, 0.52)]
-    (moved,) = of("critical point", found)
-    (start,) = of("stable range", found)
+    rows = diff(results(), study("device.restitution=0.52"))
+    assert [(x.quantity, x.before, x.after) for x in of("scenario", rows)] == [("device.restitution", 0.5, 0.52)]
+    (moved,) = of("critical point", rows)
+    (start,) = of("stable range", rows)
     assert moved.after == start.after == study("device.restitution=0.52").solution.critical_points[0].sweep_value
-    before = {x.what: x.before for x in of("margin", found)}
+    before = {x.quantity: x.before for x in of("margin", rows)}
     for symbol, share in (("s", -9.2216), ("f", -4.7223)):
         name = f"margin from the design point to the period doubling below, in {symbol}"
         assert before[name] == pytest.approx(share, abs=1e-4)
-    assert {x.unit for x in of("voltage", found)} == {"V"}
-    assert len(of("voltage", found)) == 3
+    assert {x.unit for x in of("voltage", rows)} == {"V"}
+    assert len(of("voltage", rows)) == 3
 
 
 def test_a_point_that_appears_does_not_rename_the_others() -> None:
     wide = study("sweep.from=0.02", "sweep.to=0.75", name="horizontal")
-    found = diff(results("horizontal"), wide)
+    rows = diff(results("horizontal"), wide)
     before = {(x["kind"], round(x["d"], 9)) for x in results("horizontal")["critical_points"]}
     now = {(x.event, round(x.d, 9)) for x in wide.solution.critical_points}
     assert before < now
-    assert len(of("critical point", found)) == len(now - before)
-    assert all(x.before is None for x in of("critical point", found))
-    assert not of("margin", found)
+    assert len(of("critical point", rows)) == len(now - before)
+    assert all(x.before is None for x in of("critical point", rows))
+    assert not of("margin", rows)
 
 
 def test_a_point_that_is_gone_is_told_apart_from_one_that_has_its_label_now() -> None:
@@ -110,36 +111,48 @@ def test_a_point_that_is_gone_is_told_apart_from_one_that_has_its_label_now() ->
     for point in (b1, *(x for x in baseline["design_point"]["margins"] if x["label"] == "B1")):
         point["label"] = "B2"
     (gone,) = diff(baseline, study())
-    assert gone.what == "B1 of the baseline, period doubling of the asymmetric motion, s"
+    assert gone.quantity == "B1 of the baseline, period doubling of the asymmetric motion, s"
     assert (gone.before, gone.after) == (0.6, None)
 
 
 def test_what_vanishes_is_told() -> None:
-    found = diff(results(), study("inclination_deg=60"))
-    assert [x.after for x in of("design point", found)] == ["none"]
-    (gone,) = of("critical point", found)
+    rows = diff(results(), study("inclination_deg=60"))
+    assert [x.after for x in of("design point", rows)] == ["none"]
+    (gone,) = of("critical point", rows)
     assert gone.after is None
     assert "gone" in gone.sentence
     ends = [0.6294571410117573, 0.75]
-    assert [(x.before, x.after) for x in of("stable range", found)] == [(pytest.approx(end), None) for end in ends]
-    assert {x.what.split()[0] for x in of("alert", found)} >= {"VR001", "VR003"}
-    assert all(x.after is None for x in of("voltage", found))
+    assert [(x.before, x.after) for x in of("stable range", rows)] == [(pytest.approx(end), None) for end in ends]
+    assert {x.quantity.split()[0] for x in of("alert", rows)} >= {"VR001", "VR003"}
+    assert all(x.after is None for x in of("voltage", rows))
+
+
+def test_a_margin_of_another_family_is_told_from_that_which_is_gone() -> None:
+    rows = diff(results("horizontal"), study("inclination_deg=5", name="horizontal"))
+    above = "margin from the design point to the fold above, in s"
+    gone, new = (
+        next(row for row in rows if row.quantity == f"{above}, of the {family} motion")
+        for family in ("symmetric", "asymmetric")
+    )
+    assert (gone.before, gone.after) == (pytest.approx(164.705001043), None)
+    assert new.before is None
+    assert len({row.quantity for row in rows}) == len(rows)
 
 
 def test_another_swept_parameter_is_compared_in_d() -> None:
-    found = diff(results(), study("sweep.parameter=amplitude_n", "sweep.from=3", "sweep.to=6"))
-    (moved,) = [x for x in of("critical point", found) if "B1" in x.what]
-    assert moved.unit == ""
-    assert moved.what.endswith(", d")
+    rows = diff(results(), study("sweep.parameter=amplitude_n", "sweep.from=3", "sweep.to=6"))
+    (moved,) = [x for x in of("critical point", rows) if "B1" in x.quantity]
+    assert moved.unit == "1"
+    assert moved.quantity.endswith(", d")
     assert moved.before == pytest.approx(0.4179595416, rel=1e-9)
-    assert [x.what for x in of("stable range", found)] == ["stable range from, d", "stable range to, d"]
+    assert [x.quantity for x in of("stable range", rows)] == ["stable range from, d", "stable range to, d"]
 
 
 def test_what_a_sweep_of_the_inclination_cannot_have_in_d_is_not_gone() -> None:
-    found = diff(results(), study("sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=80"))
-    assert not of("stable range", found)
-    assert not of("margin", found)
-    assert len(of("critical point", found)) == 2
+    rows = diff(results(), study("sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=80"))
+    assert not of("stable range", rows)
+    assert not of("margin", rows)
+    assert len(of("critical point", rows)) == 2
 
 
 def test_what_error_bounds_leave_open_is_no_change() -> None:
@@ -161,17 +174,17 @@ def test_a_requirement_that_is_not_met_any_more_is_told() -> None:
 
 
 def test_texts_have_the_numbers() -> None:
-    found = diff(results(), study("device.restitution=0.52"))
-    text = diff_text(found, "old.json")
-    assert text.startswith(f"{len(found)} changes since old.json:")
+    rows = diff(results(), study("device.restitution=0.52"))
+    text = diff_text(rows, "old.json")
+    assert text.startswith(f"{len(rows)} changes since old.json:")
     assert "0.629457 m to 0.624644 m" in text
-    table = diff_markdown(found, "old|.json")
+    table = diff_markdown(rows, "old|.json")
     assert "old\\|.json" in table
     lines = [line for line in table.splitlines() if line.startswith("|")]
-    assert len(lines) == len(found) + 2
-    data = json.loads(diff_json(found))
+    assert len(lines) == len(rows) + 2
+    data = json.loads(diff_json(rows))
     assert data["changed"] is True
-    assert [x["after"] for x in data["changes"]] == [x.after for x in found]
+    assert [x["after"] for x in data["changes"]] == [x.after for x in rows]
     assert set(data["changes"][0]) == {"group", "what", "before", "after", "unit", "change"}
 
 
@@ -179,7 +192,7 @@ def test_numbers_are_told_with_the_digits_in_which_they_differ() -> None:
     baseline = results()
     baseline["critical_points"][0]["sweep_value"] *= 1 + 2e-6
     (change,) = diff(baseline, study())
-    before, after = change.sides
+    ((_, _, before, after, _),) = changes_table([change]).rows
     assert before != after
     assert before.startswith("0.62945")
 
@@ -263,12 +276,12 @@ def test_text_of_a_baseline_is_text(tmp_path: Path, capsys) -> None:
 def test_a_baseline_of_a_scenario_that_cannot_be_is_refused_or_compared(place, value) -> None:
     data = results()
     data["scenario"][place] = value
-    found: tuple[Change, ...] | str
+    outcome: tuple[ComparisonRow, ...] | str
     try:
-        found = diff(data, study())
+        outcome = diff(data, study())
     except UsageError as error:
-        found = str(error)
-    assert found
+        outcome = str(error)
+    assert outcome
 
 
 @pytest.mark.slow
@@ -286,10 +299,10 @@ def test_a_report_tells_what_has_changed_since_a_baseline(tmp_path: Path, capsys
         assert ("No change beyond tolerance" in told) != bool(more)
     assert files["changed"] == files["again"]
     row = ("scenario", "device.restitution", "0.5", "0.52", "+4 %")
-    found = diff(results("design-point"), study(*changed[1:], name="design-point"))
-    table = Page(files["changed"]["report.html"]).tables[f"{len(found)} changes since the baseline"]
+    rows = diff(results("design-point"), study(*changed[1:], name="design-point"))
+    table = Page(files["changed"]["report.html"]).tables[f"{len(rows)} changes since the baseline"]
     assert table.columns("Group", "What", "Before", "Now", "Change")[0] == row
-    assert len(table.rows) == len(found) + 1
+    assert len(table.rows) == len(rows) + 1
     assert f"| {' | '.join(row)} |" in files["changed"]["summary.md"].decode()
     for name, words in (("changed", "".join(row)), ("same", "No change beyond tolerance since the baseline.")):
         sheets = PdfReader(io.BytesIO(files[name]["report.pdf"])).pages

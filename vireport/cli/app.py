@@ -318,20 +318,20 @@ def compare(
     _refuse_files_beside_json(json, "comparison", output, format_)
     from vireport.base import require_writable
     from vireport.cli.outputs import compare_outcome, file_names
+    from vireport.comparison import COMPARISON_FILES, COMPARISON_FOLDER, compare_json, comparison_provenance, folder_of
     from vireport.comparison import compare as compare_scenarios
-    from vireport.comparison import comparison_provenance, outputs
 
     options = (("--vary", vary), ("--json", json), ("--set", set_), ("--format", format_))
     command, formats = _command("compare", scenarios, *options, _paper(paper)), _formats(format_)
     if not json:
-        require_writable(output or Path(outputs.FOLDER), file_names(formats, outputs.NAMES))
+        require_writable(output or Path(COMPARISON_FOLDER), file_names(formats, COMPARISON_FILES))
     with progress(quiet) as say:
         comparison = compare_scenarios(scenarios, vary or None, overrides=set_ or (), progress=say)
         if not json:
             outcome = compare_outcome(comparison, formats, command, templates, say, paper)
     if json:
-        outcome = Outcome(outputs.compare_json(comparison, comparison_provenance(comparison, command)))
-    deliver(outcome, output or outputs.folder_of(comparison, command), quiet)
+        outcome = Outcome(compare_json(comparison, comparison_provenance(comparison, command)))
+    deliver(outcome, output or folder_of(comparison, command), quiet)
 
 
 @app.command()
@@ -349,18 +349,19 @@ def diff(
     quiet: QuietCheck = False,
 ) -> None:
     """Say what has changed since earlier results. The exit code is 1 if anything has, beyond the tolerance."""
-    from vireport.comparison import baseline as earlier
+    from vireport.comparison import diff as changes_since
+    from vireport.comparison import diff_json, diff_markdown, diff_text
     from vireport.study import Task, analyse
 
     before = _baseline(baseline, scenario)
     loaded = _loaded(scenario, set_)
     with progress(quiet) as say:
-        changes = earlier.diff(before, analyse(loaded, (Task.JSON,), say), relative=tolerance)
+        changes = changes_since(before, analyse(loaded, (Task.JSON,), say), relative=tolerance)
     printed: str | bytes
     if json:
-        printed = earlier.diff_json(changes, tolerance)
+        printed = diff_json(changes, tolerance)
     else:
-        render = earlier.diff_markdown if markdown else earlier.diff_text
+        render = diff_markdown if markdown else diff_text
         printed = render(changes, "standard input" if baseline == "-" else Path(baseline).name).rstrip("\n") + "\n"
     deliver(Outcome("" if quiet else printed, exit_code=1 if changes else 0))
 
@@ -464,11 +465,11 @@ def portrait(
     """Draw the motions behind a point of a diagram. With a velocity, only the one that is nearest to it."""
     _refuse_files_beside_json(json, "motions", output, None)
     from vireport.cli.portrait_outputs import NAMES, portrait_outcome
-    from vireport.comparison import baseline
+    from vireport.comparison import read_baseline
 
     run = Path(results).resolve().parent.name if Path(results).name == "results.json" else results
     folder = _writable_folder(output, run, "-portrait", json, NAMES)
-    outcome = portrait_outcome(baseline.read_baseline(results), Path(results).name, at, json)
+    outcome = portrait_outcome(read_baseline(results), Path(results).name, at, json)
     deliver(outcome, folder, quiet)
 
 
@@ -538,20 +539,20 @@ def _baseline(baseline: str, scenario: str) -> dict[str, Any]:
     """The results of an earlier run; read before the scenario, so that nothing is computed where they are none."""
     if baseline == scenario == "-":
         raise UsageError("standard input can be the results or the scenario, not both")
-    from vireport.comparison import baseline as earlier
+    from vireport.comparison import read_baseline
 
-    return earlier.read_baseline(baseline)
+    return read_baseline(baseline)
 
 
 def _carried(path: str) -> Carried | None:
     """What a report carries; None where the path is none of a report."""
     if Path(path).suffix.lower() not in (".html", ".pdf") or not Path(path).is_file():
         return None
-    from vireport.comparison import baseline
+    from vireport.comparison import require_comparable
     from vireport.report import read_carried
 
     carried = read_carried(path)
-    baseline.check(carried.results, carried.report)
+    require_comparable(carried.results, carried.report)
     return carried
 
 

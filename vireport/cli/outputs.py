@@ -107,10 +107,10 @@ def run_outcome(
         printed += github(study)
     summary, changes = study.verdict.headline, None
     if baseline is not None:
-        from vireport.comparison import baseline as earlier
+        from vireport.comparison import changes_table, diff, diff_text
 
-        changed = earlier.diff(baseline, study)
-        summary, changes = f"{summary}\n{earlier.diff_text(changed)}", earlier.changes_table(changed)
+        changed = diff(baseline, study)
+        summary, changes = f"{summary}\n{diff_text(changed)}", changes_table(changed)
     outcome = _judged(study, printed, run_files(study, command, templates, say, changes, paper), summary)
     others = [task for task in NAMES if task not in formats]
     return replace(_again(outcome, study, carried), stale=file_names(formats), beside=file_names(others))
@@ -174,12 +174,12 @@ def compare_outcome(
     paper: str,
 ) -> Outcome:
     """The files of a comparison, and what differs."""
-    from vireport.comparison import outputs
+    from vireport.comparison import COMPARISON_FILES, render_comparison, terminal_summary
 
-    files = outputs.render_comparison(comparison, set(formats), command, templates, say, paper)
-    stale = file_names(formats, outputs.NAMES)
-    beside = file_names([task for task in outputs.NAMES if task not in formats], outputs.NAMES)
-    return Outcome(files=files, stale=stale, beside=beside, summary=outputs.summary(comparison))
+    files = render_comparison(comparison, set(formats), command, templates, say, paper)
+    stale = file_names(formats, COMPARISON_FILES)
+    beside = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
+    return Outcome(files=files, stale=stale, beside=beside, summary=terminal_summary(comparison))
 
 
 def _judged(study: Study, printed: str | bytes, files: dict[str, bytes] | None = None, summary: str = "") -> Outcome:
@@ -192,9 +192,9 @@ def _again(outcome: Outcome, study: Study, carried: Carried | None) -> Outcome:
     """The outcome with what differs from the results of the report that the scenario comes from, if it does."""
     if carried is None:
         return outcome
-    from vireport.comparison import baseline
+    from vireport.comparison import rerun_text
 
-    lines = (outcome.summary or outcome.failure, baseline.rerun_text(carried.results, study, carried.report))
+    lines = (outcome.summary or outcome.failure, rerun_text(carried.results, study, carried.report))
     return replace(outcome, summary="\n".join(filter(None, lines)))
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from sys import float_info
@@ -18,91 +18,28 @@ from typing import Any
 import numpy as np
 
 from vireport.base import UsageError
-from vireport.comparison.differences import differences, digits_apart, printed
-from vireport.comparison.quantities import (
-    Axes,
-    Group,
-    axes_of,
-    quantities_of,
-    same_setting,
-    settings_of,
-)
-from vireport.motions import Stability
+from vireport.comparison.messages import Message, since_baseline
+from vireport.comparison.quantities import QuantityGroup, bound_in_d, compared_scenarios
+from vireport.comparison.table import Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.study import SCHEMA_VERSION, Study
-from vireport.text import (
-    ABSENT,
-    Table,
-    exact,
-    markdown_of,
-    numbers,
-    percent,
-    texts,
-    visible,
-)
+from vireport.text import visible
 
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""
 
-LARGEST = 1 << 30
+LARGEST_BASELINE = 1 << 30
 """Bytes of a baseline beyond which it is no results.json."""
 
-LONGEST = 200
+LONGEST_TEXT = 200
 """Characters of a text of a baseline that are shown."""
 
-OF_ONE_RUN = ("provenance", "overrides", "left_out", "machine", "seconds")
-"""Keys that are not compared value by value: where results come from, what formats leave out, and measured times."""
+REQUIRED_KEYS = (
+    *("schema_version", "scenario", "branches", "critical_points"),
+    *("stable_range", "design_point", "alerts"),
+)
 
-FEW = 5
-"""Values that are named one by one."""
-
-NEEDED = ("schema_version", "scenario", "branches", "critical_points", "stable_range", "design_point", "alerts")
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """One thing that is not as it was.
-
-    Attributes
-    ----------
-    group : Group
-    what : str
-        Which quantity.
-    before, after : float, str or None
-        None where there was or is none.
-    unit : str
-        Of the numbers, or "".
-    change : float or None
-        Relative to the value before, where both are numbers and that is not zero.
-    """
-
-    group: Group
-    what: str
-    before: float | str | None
-    after: float | str | None
-    unit: str = ""
-    change: float | None = None
-
-    @property
-    def sides(self) -> tuple[str, str]:
-        """Both sides as text, numbers with so many digits that they differ."""
-        sides = (self.before, self.after)
-        numbers = [value for value in sides if isinstance(value, float)]
-        digits = digits_apart(numbers, self.unit or "1")
-        before, after = (
-            printed(value, self.unit or "1", digits) if isinstance(value, float) else value or "none" for value in sides
-        )
-        return before, after
-
-    @property
-    def sentence(self) -> str:
-        """The change in words."""
-        before, after = self.sides
-        if self.before is None:
-            return f"{self.what}: new, {after}."
-        if self.after is None:
-            return f"{self.what}: gone, was {before}."
-        size = f" ({percent(self.change, signed=True)})" if self.change is not None else ""
-        return f"{self.what}: {before} to {after}{size}."
+PointData = Mapping[str, Any]
+"""A critical point, or the margin to one, as results.json has it."""
 
 
 def read_baseline(path: str | Path) -> dict[str, Any]:
@@ -118,43 +55,43 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     name = "standard input" if str(path) == "-" else str(path)
     try:
         if str(path) == "-":
-            data = sys.stdin.buffer.read(LARGEST + 1)
+            data = sys.stdin.buffer.read(LARGEST_BASELINE + 1)
         else:
             with open(path, "rb") as file:
-                data = file.read(LARGEST + 1)
-        if len(data) > LARGEST:
+                data = file.read(LARGEST_BASELINE + 1)
+        if len(data) > LARGEST_BASELINE:
             raise UsageError(f"{name}: too large for a results.json")
         baseline = json.loads(data)
     except OSError as error:
         raise UsageError(f"{name}: cannot be read ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{name}: is no JSON ({error}); the results.json of a run is meant") from error
-    check(baseline, name)
+    require_comparable(baseline, name)
     return dict(baseline)
 
 
-def check(baseline: Any, name: str) -> None:
+def require_comparable(baseline: Any, name: str) -> None:
     """Raise UsageError unless a baseline can be compared, found out on itself: what is missing may lie deep inside."""
     _require_results(baseline, name)
-    _compared(baseline, baseline, RELATIVE, name)
+    _changed_rows(baseline, baseline, RELATIVE, name)
 
 
 def _require_results(baseline: Any, name: str = "baseline") -> None:
     """Raise UsageError, saying what is missing, unless this is results.json of a version that is understood."""
     if not isinstance(baseline, Mapping):
         raise UsageError(f"{name}: is no results.json (a block of keys)")
-    if missing := [key for key in NEEDED if key not in baseline]:
+    if missing := [key for key in REQUIRED_KEYS if key not in baseline]:
         raise UsageError(f"{name}: is no results.json of vireport: {', '.join(missing)} missing")
     version = baseline["schema_version"]
     if version != SCHEMA_VERSION:
-        shown = visible(repr(version), LONGEST)
+        shown = visible(repr(version), LONGEST_TEXT)
         raise UsageError(f"{name}: schema_version {shown} is not understood (allowed: {SCHEMA_VERSION})")
     _require_finite(baseline, name)
 
 
 def _require_finite(baseline: Any, name: str) -> None:
     """Raise UsageError where a number is none, or is larger than any double: nothing can be compared with it."""
-    waiting = [("", baseline)]
+    waiting = [("", baseline)]  # a list, as a file may be nested deeper than Python calls
     while waiting:
         path, value = waiting.pop()
         if isinstance(value, Mapping):
@@ -163,11 +100,11 @@ def _require_finite(baseline: Any, name: str) -> None:
             waiting += [(f"{path}[{k}]", entry) for k, entry in enumerate(value)]
         elif isinstance(value, int | float) and not -float_info.max <= value <= float_info.max:
             shown = visible(repr(value) if isinstance(value, float) else "an integer beyond all doubles")
-            raise UsageError(f"{name}: {visible(path, LONGEST)} is {shown} (results have finite numbers only)")
+            raise UsageError(f"{name}: {visible(path, LONGEST_TEXT)} is {shown} (results have finite numbers only)")
 
 
-def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) -> tuple[Change, ...]:
-    """What changed beyond tolerance since a baseline.
+def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) -> tuple[ComparisonRow, ...]:
+    """What changed beyond tolerance since a baseline: rows with the value before and the value now.
 
     Parameters
     ----------
@@ -187,97 +124,72 @@ def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) 
     if not 0 <= relative < inf:
         raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")
     _require_results(baseline)
-    return _compared(baseline, study.to_dict(), relative)
+    return _changed_rows(baseline, study.to_dict(), relative)
 
 
-def _compared(
+def _changed_rows(
     baseline: Mapping[str, Any], now: Mapping[str, Any], relative: float, name: str = "baseline"
-) -> tuple[Change, ...]:
+) -> tuple[ComparisonRow, ...]:
     try:
+        # Where a damaged baseline overflows, NumPy would warn, go on with inf or nan, and compare these as numbers.
         with np.errstate(all="raise"):
             return changes(baseline, now, relative)
     except (KeyError, TypeError, AttributeError, IndexError, ValueError, ArithmeticError) as error:
-        what = visible(f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error), LONGEST)
+        what = visible(f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error), LONGEST_TEXT)
         raise UsageError(f"{name}: is no results.json of vireport: {what}") from error
 
 
-def changes(old: Mapping[str, Any], new: Mapping[str, Any], relative: float = RELATIVE) -> tuple[Change, ...]:
-    """What is not the same in two results, as data; by groups, of each what changed most first.
+def changes(old: Mapping[str, Any], new: Mapping[str, Any], relative: float = RELATIVE) -> tuple[ComparisonRow, ...]:
+    """Compare two results, as data: what is not the same, by groups, of each what changed most first.
 
     Raises
     ------
     KeyError, TypeError, ValueError
         Where one lacks what results.json has.
     """
-    order = list(Group)
-    changed = [*_changed_numbers(old, new, relative), *_changed_statements(old, new)]
-    return tuple(sorted(changed, key=lambda x: (order.index(x.group), x.what if x.group is Group.ALERT else "")))
+    scenarios = compared_scenarios({"before": _relabelled(old, new, relative), "after": new})
+    always = Axes(axes_of(scenarios.values(), relative).always)
+    return tuple(_since_baseline(row) for row in comparison_rows(scenarios, always, relative) if _has_changed(row))
 
 
-def _changed_numbers(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> Iterator[Change]:
-    members = quantities_of({"before": _relabelled(old, new, relative), "after": new})
-    axes = axes_of(members.values(), relative)
-    for difference in differences(members, Axes(axes.always), relative):
-        before, after = difference.values
-        gone_or_new = (before is None) != (after is None) and all(entry.comparable for entry in difference.entries)
-        if difference.group is not Group.DESIGN_POINT and (difference.differs or gone_or_new):
-            unit = "" if difference.unit == "1" else difference.unit
-            size = None if difference.group is Group.MARGIN else _relative(before, after)
-            yield Change(difference.group, visible(difference.quantity, LONGEST), before, after, unit, size)
+def _has_changed(row: ComparisonRow) -> bool:
+    """Tell whether a row has changed; of the stable motions at the design point their names say so, not their count."""
+    if row.group is QuantityGroup.DESIGN_POINT and not row.is_statement:
+        return False
+    new_or_gone = (row.before is None) != (row.after is None)
+    return row.differs or (new_or_gone and all(cell.comparable for cell in row.cells))
 
 
-def _changed_statements(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
-    before, after = dict(_statements(old)), dict(_statements(new))
-    for key in dict.fromkeys([*before, *after]):
-        group, what = key[0], (after.get(key) or before[key])[0]
-        was, now = (statements[key][1] if key in statements else None for statements in (before, after))
-        if not same_setting(was, now):
-            values = _plain(was), _plain(now)
-            yield Change(group, visible(what, LONGEST), *values, "", _relative(*values))
-
-
-def _statements(results: Mapping[str, Any]) -> Iterator[tuple[tuple[Group, str], tuple[str, Any]]]:
-    """What results say that is no quantity: by its group and key, what it is in words and its value."""
-    for path, value in settings_of(results["scenario"]).items():
-        yield (Group.SCENARIO, path), (path, value)
-    if (design := results["design_point"]) is not None:
-        rows = zip(design["family"], design["stability"], design["admissible"], strict=True)
-        stable = [f"{family} {word}" for family, word, admissible in rows if admissible and Stability(word).attracts]
-        what = "stable 1:1 motion at the design point"
-        yield (Group.DESIGN_POINT, ""), (what, ", ".join(sorted(stable)) or "none")
-    for alert in results["alerts"]:
-        yield (Group.ALERT, alert["code"]), (f"{alert['code']} {alert['title']}", alert["severity"])
-    for criterion in (results.get("requirements") or {}).get("criteria", ()):
-        what = f"requirements.{criterion['key']}"
-        yield (Group.REQUIREMENT, criterion["key"]), (what, "met" if criterion["passed"] else "not met")
+def _since_baseline(row: ComparisonRow) -> ComparisonRow:
+    """Give a row its change relative to the value before and its sentence, with texts of the baseline as inert text."""
+    cells = tuple(replace(cell, value=_plain(cell.value)) for cell in row.cells)
+    before, after = (cell.value for cell in cells)
+    numbers = isinstance(before, float) and isinstance(after, float)
+    change = (after - before) / abs(before) if numbers and before and row.group is not QuantityGroup.MARGIN else None
+    what = visible(row.quantity, LONGEST_TEXT)
+    sentence = since_baseline(what, (before, after), row.unit, change)
+    return replace(row, quantity=what, cells=cells, change=change, differs=True, sentence=sentence)
 
 
 def _plain(value: Any) -> float | str | None:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
     if isinstance(value, list | tuple):
-        return visible(", ".join(map(str, value)), LONGEST)
-    return None if value is None else visible(str(value), LONGEST)
-
-
-def _relative(before: float | str | None, after: float | str | None) -> float | None:
-    return (after - before) / abs(before) if isinstance(before, float) and isinstance(after, float) and before else None
-
-
-Point = Mapping[str, Any]
+        return visible(", ".join(map(str, value)), LONGEST_TEXT)
+    return None if value is None else visible(str(value), LONGEST_TEXT)
 
 
 def _relabelled(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> dict[str, Any]:
-    """The old results with the labels that the same critical points have in the new ones.
+    """Give the critical points of old results the labels that the same points have in the new ones.
 
     A point that is gone keeps its label, unless another point has it now.
     """
     taken = [_name(point) for point in new["critical_points"]]
     clashing = [point["label"] for point in old["critical_points"] if _name(point) in taken]
-    labels = {label: f"{label} of the baseline" for label in clashing}
+    labels = {label: Message.OF_BASELINE.format(label=label) for label in clashing}
     labels |= {point["label"]: match["label"] for point, match in _paired(old, new, relative)}
 
-    def named(points: Sequence[Point]) -> list[Point]:
+    def named(points: Sequence[PointData]) -> list[PointData]:
         return [{**point, "label": labels.get(point["label"], point["label"])} for point in points]
 
     relabelled = {**old, "critical_points": named(old["critical_points"])}
@@ -286,26 +198,28 @@ def _relabelled(old: Mapping[str, Any], new: Mapping[str, Any], relative: float)
     return relabelled
 
 
-def _name(point: Point) -> tuple[str, str, str]:
+def _name(point: PointData) -> tuple[str, str, str]:
     return point["label"], point["kind"], point["family"]
 
 
-def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> list[tuple[Point, Point]]:
-    """Which critical point now is which of before: first those in the same place, then those of the same label."""
+def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> list[tuple[PointData, PointData]]:
+    """Pair critical points of before and now: first those in the same place, then those of the same label.
+
+    One more point before them shifts the labels of all that follow, so that a label alone pairs the wrong ones.
+    """
     swept = [(results["scenario"].get("sweep") or {}).get("parameter") for results in (old, new)]
-    axis = "sweep_value" if swept[0] == swept[1] else "d"
+    along = "sweep_value" if swept[0] == swept[1] else "d"
 
-    def bound(point: Point) -> float:
-        """In d, which goes with the square of a frequency at the most, a bound counts twice in proportion."""
+    def bound(point: PointData) -> float:
         value, error = float(point["sweep_value"]), float(point["error_bound"])
-        return error if axis == "sweep_value" else 2 * error * abs(float(point["d"]) / value) if value else 0.0
+        return error if along == "sweep_value" else bound_in_d(float(point["d"]), value, error)
 
-    def same_place(point: Point, other: Point) -> bool:
-        x, y = float(point[axis]), float(other[axis])
+    def same_place(point: PointData, other: PointData) -> bool:
+        x, y = float(point[along]), float(other[along])
         return abs(y - x) <= relative * max(abs(x), abs(y)) + bound(point) + bound(other)
 
     left, right = list(old["critical_points"]), list(new["critical_points"])
-    pairs: list[tuple[Point, Point]] = []
+    pairs: list[tuple[PointData, PointData]] = []
     for same in (same_place, lambda point, other: _name(point) == _name(other)):
         for point in list(left):
             alike = (other for other in right if _name(other)[1:] == _name(point)[1:])
@@ -315,66 +229,3 @@ def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> 
                 left.remove(point)
                 right.remove(match)
     return pairs
-
-
-def unequal(old: Any, new: Any, path: str = "") -> Iterator[str]:
-    """Paths of the values of two results, as data, that are not exactly the same."""
-    if isinstance(old, Mapping) and isinstance(new, Mapping):
-        for key in dict.fromkeys([*new, *old]):
-            if key not in OF_ONE_RUN:
-                yield from unequal(old.get(key), new.get(key), f"{path}.{key}" if path else key)
-    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        for k, values in enumerate(zip(old, new, strict=True)):
-            yield from unequal(*values, f"{path}[{k}]")
-    elif old != new:
-        yield path
-
-
-def rerun_text(baseline: Mapping[str, Any], study: Study, name: str) -> str:
-    """Whether a study gives the very results of an earlier run, or what differs; without a newline at the end.
-
-    Raises
-    ------
-    UsageError
-        As `diff` does.
-    """
-    paths = list(unequal(baseline, json.loads(json.dumps(study.to_dict()))))
-    if not paths:
-        return f"identical to the results in {visible(name)}"
-    first = ", ".join(visible(path, LONGEST) for path in paths[:FEW]) + (", ..." if len(paths) > FEW else "")
-    count = f"{len(paths)} value{'s' * (len(paths) != 1)}"
-    changed = diff(baseline, study, relative=0.0)
-    listed = [diff_text(changed, name)] if changed else []
-    return "\n".join([f"not identical to the results in {visible(name)}: {count} ({first})", *listed])
-
-
-def diff_text(changed: Sequence[Change], baseline: str = "the baseline") -> str:
-    """The changes in lines of plain text, grouped; without a newline at the end."""
-    lines = (f"  {change.group}: {change.sentence}" for change in changed)
-    return "\n".join([_headline(changed, visible(baseline)) + (":" if changed else "."), *lines])
-
-
-def changes_table(changed: Sequence[Change], baseline: str = "the baseline") -> Table:
-    """The changes as a table, grouped, whose caption counts them; without rows where there are none."""
-    sizes = (ABSENT if change.change is None else percent(change.change, signed=True) for change in changed)
-    rows = tuple((change.group, change.what, *change.sides, size) for change, size in zip(changed, sizes, strict=True))
-    columns = (*texts("Group", "What"), *numbers("Before", "Now", "Change"))
-    note = f"Numbers are the same within a relative difference of {exact(RELATIVE)} and their error bounds."
-    return Table(_headline(changed, baseline), columns, rows, note)
-
-
-def diff_markdown(changed: Sequence[Change], baseline: str = "the baseline") -> str:
-    """The changes as a Markdown table, for a comment on a pull request."""
-    return markdown_of(changes_table(changed, baseline))
-
-
-def _headline(changed: Sequence[Change], baseline: str) -> str:
-    if not changed:
-        return f"No change beyond tolerance since {baseline}"
-    return f"{len(changed)} change{'s' * (len(changed) != 1)} since {baseline}"
-
-
-def diff_json(changed: Sequence[Change], relative: float = RELATIVE) -> bytes:
-    """The changes as JSON."""
-    data = {"changed": bool(changed), "tolerance": relative, "changes": [asdict(change) for change in changed]}
-    return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()

@@ -15,26 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vireport.base import NumericalError, UsageError
-from vireport.comparison.differences import SAME, Difference, differences
-from vireport.comparison.quantities import (
-    Axes,
-    axes_of,
-    quantities_of,
-    same_setting,
-    settings_of,
-)
-from vireport.comparison.ranking import (
-    Ranked,
-    headline,
-    ranking,
-    ranking_table,
-)
-from vireport.comparison.variants import (
-    Item,
-    Variant,
-    Vary,
-    variants,
-)
+from vireport.comparison.messages import Message
+from vireport.comparison.quantities import NO_MASS, QuantityGroup, compared_scenarios
+from vireport.comparison.ranking import Ranked, best_and_why, rank_studies, ranking_table
+from vireport.comparison.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
+from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.scenario import to_dict
 from vireport.study import SCHEMA_VERSION, Study, analyse
 from vireport.text import html_table
@@ -42,33 +27,17 @@ from vireport.text import html_table
 if TYPE_CHECKING:
     from vireport.base import Progress
 
-FIGURES = ("figure-2", "figure-4", "figure-7")
+COMPARED_FIGURES = ("figure-2", "figure-4", "figure-7")
 """Those of each scenario, beside one another."""
 
 OVERLAY = "figure-variants"
 """All scenarios on one axis."""
 
-ACROSS = 4
+BESIDE_ONE_ANOTHER = 4
 """Scenarios beside one another in a table or a figure; of more there are several."""
 
 FEW_NAMES = 3
 """Files up to which their names stand in the provenance, and scenarios up to which theirs stand in the title."""
-
-
-@dataclass(frozen=True, slots=True)
-class Setting:
-    """A value that the scenarios do not share.
-
-    Attributes
-    ----------
-    path : str
-        Dotted, as in a scenario.
-    values : tuple
-        Plain values, one for each scenario; None where it is not given.
-    """
-
-    path: str
-    values: tuple[Any, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,35 +51,47 @@ class Comparison:
     studies : tuple of Study
     axes : Axes
         In what places along the sweeps are compared.
-    quantities : tuple of Difference
+    table : tuple of ComparisonRow
         All that is compared, by groups; in each what changed most first.
-    settings : tuple of Setting
-        The values by which the scenarios differ.
     """
 
     names: tuple[str, ...]
     studies: tuple[Study, ...]
     axes: Axes
-    quantities: tuple[Difference, ...]
-    settings: tuple[Setting, ...]
+    table: tuple[ComparisonRow, ...]
+
+    @property
+    def by_name(self) -> dict[str, Study]:
+        """The studies by the names of the scenarios."""
+        return dict(zip(self.names, self.studies, strict=True))
 
     @cached_property
-    def differences(self) -> tuple[Difference, ...]:
+    def quantities(self) -> tuple[ComparisonRow, ...]:
+        """The rows of numbers that were computed."""
+        return tuple(row for row in self.table if not row.is_statement)
+
+    @cached_property
+    def differences(self) -> tuple[ComparisonRow, ...]:
         """The quantities that differ by more than rounding."""
-        return tuple(quantity for quantity in self.quantities if quantity.differs)
+        return tuple(row for row in self.quantities if row.differs)
+
+    @cached_property
+    def settings(self) -> tuple[ComparisonRow, ...]:
+        """The values by which the scenarios differ; the quantity of a row is the dotted path."""
+        return tuple(row for row in self.table if row.group is QuantityGroup.SCENARIO and row.differs)
 
     @cached_property
     def ranking(self) -> tuple[Ranked, ...]:
         """The scenarios, the best first."""
-        return ranking(self.names, self.studies)
+        return rank_studies(self.by_name)
 
     @property
     def headline(self) -> str:
         """Which scenario is best, and why."""
-        return headline(self.ranking)
+        return best_and_why(self.ranking)
 
     def to_dict(self) -> dict[str, Any]:
-        """The comparison as plain data, ready for JSON."""
+        """Give the comparison as plain data, ready for JSON."""
         scenarios = [
             {
                 "name": name,
@@ -119,24 +100,23 @@ class Comparison:
                 "overrides": list(study.loaded.overrides),
                 "scenario": to_dict(study.scenario),
             }
-            for name, study in zip(self.names, self.studies, strict=True)
+            for name, study in self.by_name.items()
         ]
         return {
             "schema_version": SCHEMA_VERSION,
             "scenarios": scenarios,
-            "settings": [{"path": setting.path, "values": list(setting.values)} for setting in self.settings],
-            "ranking": [one.to_dict() for one in self.ranking],
-            "quantities": [quantity.to_dict() for quantity in self.quantities],
+            "settings": [{"path": row.quantity, "values": list(row.values)} for row in self.settings],
+            "ranking": [scenario.to_dict() for scenario in self.ranking],
+            "quantities": [row.to_dict() for row in self.quantities],
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """A row for each quantity, for a data frame; the scenarios are columns by their names."""
-        plain = [quantity.to_dict() for quantity in self.quantities]
+        """Give a row for each quantity, for a data frame; the scenarios are columns by their names."""
         return [
-            {name: row[name] for name in ("quantity", "group", "unit")}
-            | dict(zip(self.names, row["values"], strict=True))
-            | {name: row[name] for name in ("change", "differs", "sentence")}
-            for row in plain
+            {"quantity": row.quantity, "group": row.group, "unit": row.unit}
+            | dict(zip(self.names, row.values, strict=True))
+            | {"change": row.change, "differs": row.differs, "sentence": row.sentence}
+            for row in self.quantities
         ]
 
     def _repr_html_(self) -> str:
@@ -186,11 +166,11 @@ def compare(
     for number, variant in enumerate(chosen, 1):
         say(f"solving {number} of {len(chosen)}: {variant.name}")
         studies.append(variant.study or _solved(variant, say))
-    results = {variant.name: study.to_dict() for variant, study in zip(chosen, studies, strict=True)}
-    members = quantities_of(results)
-    axes = axes_of(members.values(), SAME)
-    settings = _settings([data["scenario"] for data in results.values()])
-    return Comparison(tuple(members), tuple(studies), axes, differences(members, axes), settings)
+    scenarios = compared_scenarios(
+        {variant.name: study.to_dict() for variant, study in zip(chosen, studies, strict=True)}
+    )
+    axes = axes_of(scenarios.values(), NO_DIFFERENCE)
+    return Comparison(tuple(scenarios), tuple(studies), axes, comparison_rows(scenarios, axes))
 
 
 def _solved(variant: Variant, say: Progress) -> Study:
@@ -200,29 +180,19 @@ def _solved(variant: Variant, say: Progress) -> Study:
         raise NumericalError(f"{variant.name}: {error}") from error
 
 
-def _settings(scenarios: Sequence[Mapping[str, Any]]) -> tuple[Setting, ...]:
-    """The values by which scenarios differ, in the order of the scenario format."""
-    flat = [settings_of(scenario) for scenario in scenarios]
-    paths = dict.fromkeys(path for values in flat for path in values)
-    columns = ((path, tuple(values.get(path) for values in flat)) for path in paths)
-    return tuple(
-        Setting(path, values) for path, values in columns if not all(same_setting(values[0], value) for value in values)
-    )
-
-
 def left_out(comparison: Comparison, figure: str) -> list[tuple[str, str]]:
-    """The scenarios that a figure, one of `FIGURES`, does not show, and why."""
-    missing = []
-    for name, study in zip(comparison.names, comparison.studies, strict=True):
+    """List the scenarios that a figure, one of `COMPARED_FIGURES`, does not show, and why."""
+    missing: list[tuple[str, str]] = []
+    for name, study in comparison.by_name.items():
         if study.solution.sweep is None:
-            missing.append((name, "it has no sweep"))
+            missing.append((name, Message.HAS_NO_SWEEP))
         elif figure == "figure-7" and study.solution.membrane is None:
-            missing.append((name, "device.ball_mass_kg is not given"))
+            missing.append((name, NO_MASS))
     return missing
 
 
 def columns(count: int) -> list[slice]:
-    """So many columns in groups of nearly one size, none of more than fit beside each other."""
-    groups = -(-count // ACROSS)
+    """Split so many columns into groups of nearly one size, such as 5 into 3 and 2, each of which fits on a page."""
+    groups = -(-count // BESIDE_ONE_ANOTHER)
     ends = [-(-k * count // groups) for k in range(groups + 1)] if groups else []
     return [slice(first, last) for first, last in pairwise(ends)]

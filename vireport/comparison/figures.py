@@ -7,13 +7,8 @@ from dataclasses import replace
 
 from matplotlib.figure import Figure
 
-from vireport.comparison.comparison import (
-    OVERLAY,
-    Comparison,
-    columns,
-    left_out,
-)
-from vireport.comparison.differences import listed
+from vireport.comparison.comparison import OVERLAY, Comparison, columns, left_out
+from vireport.comparison.messages import Message, listed
 from vireport.comparison.ranking import Merit
 from vireport.figures import (
     ABOUT,
@@ -33,13 +28,12 @@ from vireport.figures import (
     sweep_figure,
     swept_range,
 )
+from vireport.motions import Symmetry
 from vireport.scenario import Parameter
 from vireport.study import Task
 from vireport.text import AlertCode, capital
 
-ROWS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
-
-SHARED = ", on axes that the panels of a row share"
+PANELS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 
 Columns = dict[str, Drawing]
 """The scenarios of one figure by their names."""
@@ -57,37 +51,35 @@ def compare_pictures(comparison: Comparison) -> tuple[Picture, ...]:
 
 
 def _overlaid(comparison: Comparison) -> Iterator[Picture]:
-    """All scenarios on one axis, or the best of them."""
+    """Draw all scenarios on one axis, or the best of them; nothing where there are not two to draw."""
     along = comparison.axes.always[0]
     parameter = along if isinstance(along, Parameter) else None
-    shown: dict[str, Drawing] = {}
-    for one in comparison.ranking:
-        solution = one.study.solution
-        # A sweep of the inclination holds d.
+    shown: Columns = {}
+    for scenario in comparison.ranking:
+        solution = scenario.study.solution
+        # A sweep of the inclination holds d: over d it would be a single point.
         if solution.sweep is not None and (parameter or solution.parameter is not Parameter.INCLINATION):
-            drawing = _with_stable(drawing_of(one.study))
+            drawing = _with_stable(drawing_of(scenario.study))
             if drawing.parts and len(shown) < len(COLORS):
-                shown[one.name] = drawing
+                shown[scenario.name] = drawing
     if len(shown) < 2:
         return
-    axis = f"Over the {parameter.quantity}" if parameter else "Over d, as the sweeps are of different parameters"
-    drawn = (
-        "impact velocity on the bottom membrane and U_ave of the branches with stable 1:1 motion, or of all where none "
-        "is stable, numbered as they are ranked"
-    )
+    axis = Message.OVER.format(parameter=parameter.quantity) if parameter else Message.OVER_D
     others = [name for name in comparison.names if name not in shown]
-    remarks = [f"not drawn: {listed(others)}"] if others else []
+    remarks = [Message.NOT_DRAWN.format(names=listed(others))] if others else []
     if any(not drawing.study.solution.within_membrane for drawing in shown.values()):
-        remarks.append(f"voltages {OUTSIDE} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})")
-    note = f" {capital('; '.join(remarks))}." if remarks else ""
-    ranges = "; ".join(f"{one.name}: {one.show(Merit.RANGE)}" for one in comparison.ranking if one.name in shown)
-    alt = f"Line charts of {len(shown)} scenarios. {axis}: {drawn}. Stable ranges: {ranges}."
-    figure = overlay(shown, parameter)
-    yield Picture(OVERLAY, "All scenarios on one axis", f"{axis}: {drawn}.{note}", alt, figure)
+        remarks.append(Message.VOLTAGES.format(outside=OUTSIDE, code=AlertCode.OUTSIDE_MEMBRANE_GEOMETRY))
+    caption = f"{axis}: {Message.OVERLAID}."
+    if remarks:
+        caption = f"{caption} {capital('; '.join(remarks))}."
+    ranked = [scenario for scenario in comparison.ranking if scenario.name in shown]
+    ranges = "; ".join(f"{scenario.name}: {scenario.show(Merit.RANGE)}" for scenario in ranked)
+    alt = Message.LINE_CHARTS.format(count=len(shown), axis=axis, overlaid=Message.OVERLAID, ranges=ranges)
+    yield Picture(OVERLAY, Message.ALL_ON_ONE_AXIS, caption, alt, overlay(shown, parameter))
 
 
 def _with_stable(drawing: Drawing) -> Drawing:
-    """A drawing without the branches and critical points that have no stable motion, where others have one."""
+    """Leave out branches without stable motion and their critical points, unless no branch has stable motion."""
     branches = {part.branch.number for part in drawing.parts if part.stable}
     if not branches:
         return drawing
@@ -97,6 +89,7 @@ def _with_stable(drawing: Drawing) -> Drawing:
 
 
 def _side_by_side(comparison: Comparison) -> Iterator[Picture]:
+    """Draw the scenarios beside one another, with so many figures of a kind as it takes."""
     return (
         Picture(
             figure if number == 1 else f"{figure}-{number}",
@@ -105,13 +98,13 @@ def _side_by_side(comparison: Comparison) -> Iterator[Picture]:
             _alt(figure, shown),
             _figure(figure, shown),
         )
-        for figure in ROWS
+        for figure in PANELS
         for number, shown in enumerate(_pages(comparison, figure), 1)
     )
 
 
 def compare_figure(comparison: Comparison, name: str) -> tuple[Figure, ...]:
-    """One kind of figure of a comparison, for notebooks.
+    """Draw one kind of figure of a comparison, for notebooks.
 
     Parameters
     ----------
@@ -129,26 +122,22 @@ def compare_figure(comparison: Comparison, name: str) -> tuple[Figure, ...]:
 
 
 def _pages(comparison: Comparison, figure: Task) -> Iterator[Columns]:
-    """The scenarios of each figure of one kind, in groups of as many as fit beside one another."""
-    skipped = {scenario for scenario, _ in left_out(comparison, figure)}
-    shown = [
-        (scenario, study)
-        for scenario, study in zip(comparison.names, comparison.studies, strict=True)
-        if scenario not in skipped
-    ]
+    """Part the scenarios of one kind of figure into groups of as many as fit beside one another."""
+    skipped = {name for name, _ in left_out(comparison, figure)}
+    shown = [(name, study) for name, study in comparison.by_name.items() if name not in skipped]
     for part in columns(len(shown)):
-        yield {scenario: _ranked(drawing_of(study, simulated_points(study))) for scenario, study in shown[part]}
+        yield {name: _ranked(drawing_of(study, simulated_points(study))) for name, study in shown[part]}
 
 
 def _ranked(drawing: Drawing) -> Drawing:
-    """A drawing whose branches are named by family, and numbered there if there are several, the stable ones first.
+    """Name the branches of a drawing by family, and number them there, the stable ones first.
 
-    The number of a branch stands for another family in another scenario.
+    The number of a branch stands for another family in another scenario, so that one colour would mean two things.
     """
     stable = {part.branch.number for part in drawing.parts if part.stable}
     families = {part.branch.number: part.branch.symmetry for part in drawing.parts}
     ordered = sorted(
-        drawing.branches, key=lambda number: (families[number] != "symmetric", number not in stable, number)
+        drawing.branches, key=lambda number: (families[number] is not Symmetry.SYMMETRIC, number not in stable, number)
     )
     ranks = {
         number: 1 + [families[other] for other in ordered[:k]].count(families[number])
@@ -158,6 +147,7 @@ def _ranked(drawing: Drawing) -> Drawing:
 
 
 def _figure(figure: Task, shown: Columns) -> Figure:
+    """Draw scenarios beside one another, with what all of them hold above them, and what each holds at its head."""
     common, own = _conditions(list(shown.values()))
     lines = [(common, Color.BLACK)] if common else []
     if figure == Task.FIGURE_7 and (note := _outside(shown)):
@@ -166,13 +156,14 @@ def _figure(figure: Task, shown: Columns) -> Figure:
 
 
 def _conditions(drawings: Sequence[Drawing]) -> tuple[str, list[str]]:
-    """What all scenarios hold, and what each holds beyond that."""
+    """Find what all scenarios hold, and what each holds beyond that."""
     each = [held(drawing.study) for drawing in drawings]
     common = [text for text in each[0] if all(text in texts for texts in each)]
     return ", ".join(common), [", ".join(text for text in texts if text not in common) for texts in each]
 
 
 def _outside(shown: Columns) -> str:
+    """Tell whose voltages are outside the membrane model; "" where none are."""
     names = [name for name, drawing in shown.items() if not drawing.study.solution.within_membrane]
     if not names:
         return ""
@@ -180,23 +171,25 @@ def _outside(shown: Columns) -> str:
 
 
 def _caption(figure: Task, shown: Columns) -> str:
+    """Say what the columns of a figure show, each with the letters of its panels."""
     common, own = _conditions(list(shown.values()))
     columns = [common] if common else []
     for column, (scenario, drawing) in enumerate(shown.items()):
-        first, last = (letter_of(column * ROWS[figure] + row) for row in (0, ROWS[figure] - 1))
+        first, last = (letter_of(column * PANELS[figure] + row) for row in (0, PANELS[figure] - 1))
         letters = f"({first})" if first == last else f"({first})–({last})"
         about = [text for text in (own[column], swept_range(drawing.study)) if text]
         columns.append(f"{letters} {scenario}: {', '.join(about)}")
     if figure == Task.FIGURE_7 and (note := _outside(shown)):
         columns.append(f"{note} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})")
-    return f"{ABOUT[figure]}{SHARED if len(shown) > 1 else ''}. {'; '.join(columns)}."
+    return f"{ABOUT[figure]}{Message.SHARED_AXES if len(shown) > 1 else ''}. {'; '.join(columns)}."
 
 
 def _alt(figure: Task, shown: Columns) -> str:
-    count = len(shown)
-    head = f"{count} column{'s' * (count != 1)} of {ROWS[figure]} panel{'s' * (ROWS[figure] != 1)}."
-    columns_in_words = [
+    """Describe a figure to those who cannot see it."""
+    columns, panels = len(shown), PANELS[figure]
+    head = Message.PANELS.format(columns=columns, cs="s" * (columns != 1), panels=panels, ps="s" * (panels != 1))
+    columns_in_words = (
         f"{capital(scenario)}: {alt_text(drawing.study, figure, drawing.simulated)}"
         for scenario, drawing in shown.items()
-    ]
+    )
     return " ".join([head, *columns_in_words])

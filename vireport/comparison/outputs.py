@@ -8,34 +8,24 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.comparison.comparison import (
-    FEW_NAMES,
-    FIGURES,
-    OVERLAY,
-    Comparison,
-)
+from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY, Comparison
+from vireport.comparison.messages import Message
 from vireport.comparison.ranking import ranking_table
-from vireport.comparison.variants import MOST
-from vireport.study import (
-    Provenance,
-    Task,
-    csv_bytes,
-    json_bytes,
-    provenance_of,
-    with_pages,
-)
+from vireport.comparison.variants import MOST_SCENARIOS
+from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of, with_pages
 from vireport.text import plain_text
 
 if TYPE_CHECKING:
     from vireport.base import Progress
 
-FOLDER = "comparison"
+COMPARISON_FOLDER = "comparison"
 """Where a comparison is written by default, in the current folder."""
 
-_FIGURES = [f"{name}{f'-{page}' if page > 1 else ''}" for name in FIGURES for page in range(1, MOST + 1)]
+_PAGES = ("", *(f"-{number}" for number in range(2, MOST_SCENARIOS + 1)))
+_FIGURES = [f"{name}{page}" for name in COMPARED_FIGURES for page in _PAGES]
 _FIGURES.append(OVERLAY)
 
-NAMES = {
+COMPARISON_FILES = {
     Task.HTML: ("report.html",),
     Task.PDF: ("report.pdf",),
     Task.PNG: tuple(f"{name}.png" for name in _FIGURES),
@@ -48,20 +38,20 @@ NAMES = {
 
 
 def folder_of(comparison: Comparison, command: str) -> Path:
-    """Where a comparison goes by default: where the same one is already, or else where there is nothing yet.
+    """Choose where a comparison goes by default: where the same one is already, or else where there is nothing yet.
 
-    That is `FOLDER`, with a number where others have been.
+    That is `COMPARISON_FOLDER`, with a number where others have been.
     """
     own = comparison_provenance(comparison, command).scenario_sha256
-    folder, number = Path(FOLDER), 1
+    folder, number = Path(COMPARISON_FOLDER), 1
     while folder.exists() and _compared_in(folder) != own:
         number += 1
-        folder = Path(f"{FOLDER}-{number}")
+        folder = Path(f"{COMPARISON_FOLDER}-{number}")
     return folder
 
 
 def _compared_in(folder: Path) -> str | None:
-    """SHA-256 of the scenarios that were compared in a folder; None where that cannot be known."""
+    """Read the SHA-256 of the scenarios that were compared in a folder; None where that cannot be known."""
     try:
         with open(folder / "compare.json", "rb") as file:
             digest = json.load(file)["provenance"]["scenario_sha256"]
@@ -70,12 +60,12 @@ def _compared_in(folder: Path) -> str | None:
     return str(digest)
 
 
-def summary(comparison: Comparison) -> str:
-    """Which scenario is best and why, the ranking, and a line for each difference."""
-    count = f"{len(comparison.differences)} of {len(comparison.quantities)} quantities differ"
-    lines = [f"{count}:", *(difference.sentence for difference in comparison.differences)]
-    parts = (comparison.headline, ranking_table(comparison.ranking))
-    return f"{plain_text(parts)}\n\n" + ("\n".join(lines) if comparison.differences else f"{count}.")
+def terminal_summary(comparison: Comparison) -> str:
+    """Tell which scenario is best and why, set the ranking, and tell each difference in a line."""
+    different, count = len(comparison.differences), len(comparison.quantities)
+    counted = Message.COUNT.format(different=different, count=count)
+    lines = [f"{counted}{':' if different else '.'}", *(row.sentence for row in comparison.differences)]
+    return "\n".join([plain_text((comparison.headline, ranking_table(comparison.ranking))), "", *lines])
 
 
 def render_comparison(
@@ -86,7 +76,7 @@ def render_comparison(
     say: Progress,
     paper: str = "a4",
 ) -> dict[str, bytes]:
-    """The files of a comparison by their names, in memory; only what they need is imported."""
+    """Make the files of a comparison by their names, in memory; only what they need is imported."""
     provenance, files = comparison_provenance(comparison, command), dict[str, bytes]()
     if formats & {"html", "pdf", "png", "svg"}:
         say("drawing")
@@ -133,11 +123,11 @@ def comparison_provenance(comparison: Comparison, command: str) -> Provenance:
 
 
 def compare_json(comparison: Comparison, provenance: Provenance) -> bytes:
-    """The comparison as JSON, one top-level key a line."""
+    """Write the comparison as JSON, one top-level key a line."""
     return json_bytes(comparison.to_dict(), provenance)
 
 
 def compare_csv(comparison: Comparison) -> bytes:
-    """The comparison as a table: a row for each quantity, a column for each scenario; what there is not is empty."""
+    """Write a row for each quantity, with a column for each scenario; what there is not is empty."""
     head = ["quantity", "group", "unit", *comparison.names, "change", "differs", "sentence"]
     return csv_bytes(head, ([row[name] for name in head] for row in comparison.rows()))

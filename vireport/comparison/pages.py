@@ -9,30 +9,21 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from vireport.comparison.comparison import (
-    ACROSS,
+    BESIDE_ONE_ANOTHER,
+    COMPARED_FIGURES,
     FEW_NAMES,
-    FIGURES,
     Comparison,
     columns,
     left_out,
 )
-from vireport.comparison.differences import Difference, digits_apart, listed
-from vireport.comparison.quantities import Entry, Group
+from vireport.comparison.messages import Message, digits_apart, listed
+from vireport.comparison.quantities import QuantityGroup
 from vireport.comparison.ranking import margins_table, ranking_table
+from vireport.comparison.table import ComparisonRow
 from vireport.gate import SWEEP_END, Verdict
 from vireport.scenario import Parameter
 from vireport.study import Provenance
-from vireport.text import (
-    ABSENT,
-    Severity,
-    Table,
-    capital,
-    numbers,
-    significant,
-    texts,
-    words,
-    written,
-)
+from vireport.text import ABSENT, Severity, Table, capital, numbers, percent, significant, texts, words, written
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -61,15 +52,16 @@ class ComparisonReport:
     def title(self) -> str:
         """The names of the scenarios, where they are few."""
         names = self.comparison.names
-        return f"Comparison of {listed(names) if len(names) <= FEW_NAMES else f'{len(names)} scenarios'}"
+        few = len(names) <= FEW_NAMES
+        return Message.TITLE.format(names=listed(names) if few else Message.SCENARIOS.format(count=len(names)))
 
     @property
     def verdict(self) -> Verdict:
         """Which scenario is best, and why."""
-        best = [one for one in self.comparison.ranking if one.rank == 1]
-        status, stable = best[0].study.verdict.status, best[0].stable
-        word = f"Best: {listed([one.name for one in best])}" if stable else "No stable motion"
-        return Verdict(status, word, self.comparison.headline, ())
+        best = [scenario for scenario in self.comparison.ranking if scenario.rank == 1]
+        names = listed([scenario.name for scenario in best])
+        word = Message.BEST_NAMED.format(names=names) if best[0].stable else Message.NO_STABLE_MOTION
+        return Verdict(best[0].study.verdict.status, word, self.comparison.headline, ())
 
     def ranking(self) -> Table:
         """The scenarios, the best first."""
@@ -83,45 +75,41 @@ class ComparisonReport:
     @property
     def swept(self) -> list[Parameter]:
         """The parameters that the scenarios sweep."""
-        studies = self.comparison.studies
-        return list(dict.fromkeys(x.solution.sweep.parameter for x in studies if x.solution.sweep is not None))
+        sweeps = (study.solution.sweep for study in self.comparison.studies)
+        return list(dict.fromkeys(sweep.parameter for sweep in sweeps if sweep is not None))
 
     def critical_points(self) -> Iterator[Table]:
         """The critical points of all scenarios."""
-        return _side_by_side(self.comparison, "Critical points", [Group.CRITICAL_POINT])
+        return _side_by_side(self.comparison, Message.CRITICAL_POINTS, [QuantityGroup.CRITICAL_POINT])
 
     def quantities(self) -> Iterator[Table]:
         """All quantities of all scenarios but the critical points."""
-        groups = [group for group in Group if group is not Group.CRITICAL_POINT]
-        return _side_by_side(self.comparison, "Stable ranges, margins and voltages", groups)
+        groups = [group for group in QuantityGroup if group is not QuantityGroup.CRITICAL_POINT]
+        return _side_by_side(self.comparison, Message.QUANTITIES, groups)
 
     def settings(self) -> Iterator[Table]:
         """The values by which scenarios differ, a scenario in each row."""
         names = self.comparison.names
         for part in columns(len(self.comparison.settings)):
             settings = self.comparison.settings[part]
-            rows = tuple((name, *(written(one.values[k]) for one in settings)) for k, name in enumerate(names))
-            head = (*texts("Scenario"), *numbers(*(one.path for one in settings)))
-            yield _inert(Table("Values that are not the same in all scenarios", head, rows))
+            rows = tuple((name, *(written(row.values[k]) for row in settings)) for k, name in enumerate(names))
+            head = (*texts("Scenario"), *numbers(*(row.quantity for row in settings)))
+            yield _inert(Table(Message.SETTINGS, head, rows))
 
     def alerts(self) -> Table | None:
         """The alerts with the scenarios that raise them; None where there is none."""
         names: dict[tuple[bool, str, str, str], list[str]] = {}
-        for name, study in zip(self.comparison.names, self.comparison.studies, strict=True):
+        for name, study in self.comparison.by_name.items():
             for alert in study.alerts:
                 key = (alert.severity is not Severity.WARNING, alert.code, capital(alert.severity), words(alert.title))
                 names.setdefault(key, []).append(name)
         rows = tuple((*key[1:], _plain(listed(whose))) for key, whose in sorted(names.items()))
-        note = "The report of a scenario by itself has the cause with its numbers, and the remedy."
-        return (
-            Table("Alerts of the scenarios", texts("Code", "Severity", "Alert", "Scenarios"), rows, note)
-            if rows
-            else None
-        )
+        head = texts("Code", "Severity", "Alert", "Scenarios")
+        return Table(Message.ALERTS, head, rows, Message.CAUSES) if rows else None
 
     def left_out(self) -> Iterator[tuple[str, str]]:
         """What is not in the report, and why."""
-        for figure in FIGURES:
+        for figure in COMPARED_FIGURES:
             names: dict[str, list[str]] = {}
             for name, why in left_out(self.comparison, figure):
                 names.setdefault(why, []).append(name)
@@ -129,7 +117,7 @@ class ComparisonReport:
 
     def origins(self) -> Iterator[tuple[str, str, str, str]]:
         """Name, file, what was set over it, and hash of each scenario."""
-        for name, study in zip(self.comparison.names, self.comparison.studies, strict=True):
+        for name, study in self.comparison.by_name.items():
             loaded = study.loaded
             yield name, _file(loaded.document.name), " ".join(loaded.overrides) or ABSENT, loaded.sha256
 
@@ -144,49 +132,62 @@ class ComparisonReport:
 
 
 def _inert(table: Table) -> Table:
-    """A table whose rows begin with the names of scenarios, which are not markup."""
+    """Make a table whose rows begin with the names of scenarios, which are not markup."""
     return replace(table, rows=tuple((_plain(name), *cells) for name, *cells in table.rows))
 
 
 def _plain(text: str) -> str:
-    """A text in which only U_ave has a subscript: the names of scenarios are not markup."""
+    """Keep all of a text but U_ave from being markup, as the names of scenarios are none."""
+    # The filter `rich` of the templates makes x_c a subscript and *x* a symbol: a word joiner, which has no width, and
+    # another asterisk keep it from that.
     return re.sub(r"(?<!\w)([^\W\d_])_(?!ave\b)", "\\1\u2060_", text.replace("*", "\u2217"))
 
 
-def _side_by_side(comparison: Comparison, title: str, groups: Sequence[Group]) -> Iterator[Table]:
-    """The quantities of some groups in a row each, with as many scenarios beside one another as fit."""
+def _side_by_side(comparison: Comparison, title: str, groups: Sequence[QuantityGroup]) -> Iterator[Table]:
+    """Set the quantities of some groups in a row each, with as many scenarios beside one another as fit."""
     names = comparison.names
-    chosen = [quantity for quantity in comparison.quantities if quantity.group in groups]
+    chosen = [row for row in comparison.quantities if row.group in groups]
     for part in columns(len(names)) if chosen else ():
-        given = [x for x in chosen if any(entry.value is not None or entry.finding for entry in x.entries[part])]
-        rows = tuple(_row(quantity, part) for quantity in given)
-        caption = f"{title}: {listed(names[part])}" if len(names) > ACROSS else title
+        rows = [row for row in chosen if any(cell.value is not None or cell.finding for cell in row.cells[part])]
+        lines = tuple((_plain(_heading(row)), *_numbers(row, part), _apart(row)) for row in rows)
         head = (*texts("Quantity"), *numbers(*map(_plain, names[part]), "Apart"))
-        yield Table(_plain(caption), head, rows, _plain(_reasons(names[part], part, given)))
+        several = Message.OF_SCENARIOS.format(caption=title, names=listed(names[part]))
+        caption = several if len(names) > BESIDE_ONE_ANOTHER else title
+        yield Table(_plain(caption), head, lines, _plain(_dashes(names[part], part, rows)))
 
 
-def _row(quantity: Difference, chosen: slice) -> tuple[str, ...]:
-    digits = digits_apart([value for value in quantity.values if value is not None], "1")
-    cells = [_cell(entry, digits) for entry in quantity.entries[chosen]]
-    return (_plain(quantity.heading), *cells, quantity.apart)
+def _heading(row: ComparisonRow) -> str:
+    """Print the quantity with its unit."""
+    return capital(row.quantity) + ("" if row.unit == "1" else f" [{row.unit}]")
 
 
-def _cell(entry: Entry, digits: int) -> str:
-    if entry.value is None:
-        return "none" if entry.finding else ABSENT
-    note = "sweep" if entry.note == SWEEP_END else entry.note
-    return f"{significant(entry.value, digits)} ({note})" if note else significant(entry.value, digits)
+def _numbers(row: ComparisonRow, part: slice) -> Iterator[str]:
+    """Print what some scenarios have of a quantity, in so many digits that all that differ are told apart."""
+    digits = digits_apart([value for value in row.values if value is not None], "1")
+    for cell in row.cells[part]:
+        if cell.value is None:
+            yield Message.NONE if cell.finding else ABSENT
+        else:
+            note = Message.SWEEP_END if cell.note == SWEEP_END else cell.note
+            yield f"{significant(cell.value, digits)} ({note})" if note else significant(cell.value, digits)
 
 
-def _reasons(names: Sequence[str], part: slice, chosen: Sequence[Difference]) -> str:
-    """Why there are dashes."""
+def _apart(row: ComparisonRow) -> str:
+    """Print how far apart the values are."""
+    if row.change is None:
+        return Message.ONLY_SOME if row.differs else ABSENT
+    return percent(row.change) if row.change or not row.differs else Message.OTHER_TYPE
+
+
+def _dashes(names: Sequence[str], part: slice, rows: Sequence[ComparisonRow]) -> str:
+    """Tell why there are dashes."""
     reasons: dict[str, dict[str, None]] = {}
-    for quantity in chosen:
-        for name, entry in zip(names, quantity.entries[part], strict=True):
-            if entry.value is None and not entry.finding:
-                reasons.setdefault(entry.note, {})[name] = None
-    texts = "; ".join(f"{reason} ({listed(list(names))})" for reason, names in reasons.items())
-    return f"A dash: {texts}." if texts else ""
+    for row in rows:
+        for name, cell in zip(names, row.cells[part], strict=True):
+            if cell.value is None and not cell.finding:
+                reasons.setdefault(cell.note, {})[name] = None
+    told = "; ".join(f"{reason} ({listed(list(whose))})" for reason, whose in reasons.items())
+    return Message.DASHES.format(reasons=told) if told else ""
 
 
 def _file(name: str) -> str:

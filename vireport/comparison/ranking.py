@@ -2,53 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf, isfinite
 from typing import Any
 
-from vireport.comparison.differences import listed
+from vireport.comparison.messages import Message, listed
 from vireport.design import DesignPoint, Margin
 from vireport.gate import range_text
 from vireport.scenario import DesignInput
 from vireport.study import Study
-from vireport.text import (
-    ABSENT,
-    AlertCode,
-    Table,
-    numbers,
-    percent,
-    quantity,
-    texts,
-)
+from vireport.text import ABSENT, AlertCode, Table, numbers, percent, quantity, texts
 
-DIGITS = 9
+RANKED_DIGITS = 9
 """Significant digits in which two scenarios differ if one is to be better than the other."""
 
-IMPACTS = 2
-"""Of a 1:1 motion in one of its periods."""
+IMPACTS_PER_PERIOD = 2
+"""Impacts of a 1:1 motion in one of its periods."""
 
 
 class Merit(StrEnum):
-    """What scenarios are ranked by, what matters most first; more is better."""
+    """What scenarios are ranked by, what matters most first; more of each is better.
 
-    REQUIREMENTS = "requirements"
-    STABILITY = "stability"
-    MARGIN = "smallest margin"
-    RANGE = "stable range"
-    VOLTAGE = "mean voltage"
-    RATE = "voltage per second"
+    Attributes
+    ----------
+    head : str
+        Of its column; "" for stable motion, which the verdict says.
+    reason : Message
+        Why the scenario that has more of it comes first.
+    """
+
+    head: str
+    reason: Message
+
+    def __new__(cls, words: str, head: str, reason: Message) -> Merit:
+        """Make the member whose value is what it is in words."""
+        member = str.__new__(cls, words)
+        member._value_, member.head, member.reason = words, head, reason
+        return member
+
+    REQUIREMENTS = "requirements", "Requirements", Message.FEWER_MISSED
+    STABILITY = "stability", "", Message.STABLE_ALONE
+    MARGIN = "smallest margin", "Smallest margin", Message.LARGEST_MARGIN
+    RANGE = "stable range", "Stable range", Message.WIDEST_RANGE
+    VOLTAGE = "mean voltage", "Mean voltage", Message.HIGHEST_VOLTAGE
+    RATE = "voltage per second", "Per second", Message.MOST_FREQUENT
 
 
-HEADS = {
-    Merit.REQUIREMENTS: "Requirements",
-    Merit.MARGIN: "Smallest margin",
-    Merit.VOLTAGE: "Mean voltage",
-    Merit.RATE: "Per second",
-    Merit.RANGE: "Stable range",
-}
-"""Of the columns of merits that the verdict does not say."""
+RANKING_COLUMNS = (Merit.REQUIREMENTS, Merit.MARGIN, Merit.VOLTAGE, Merit.RATE, Merit.RANGE)
+"""Columns of the ranking, in which a wide one comes last."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,27 +85,36 @@ class Ranked:
         return bool(self.merits[Merit.STABILITY])
 
     @property
+    def key(self) -> tuple[float, ...]:
+        """The merits, rounded; of two scenarios the one with the larger key is better."""
+        # What has no margin, or no voltage, comes after all that have one.
+        values = (self.merits[merit] for merit in Merit)
+        return tuple(-inf if value is None else float(f"{value:.{RANKED_DIGITS}g}") for value in values)
+
+    @property
     def passed(self) -> int:
         """Requirements that are met."""
         return sum(criterion.passed for criterion in self.study.criteria)
 
     def show(self, merit: Merit) -> str:
-        """Print a merit with its unit; a dash where there is none."""
+        """Print a merit with its unit, or a dash where there is none."""
         value = self.merits[merit]
         if merit is Merit.REQUIREMENTS:
-            return f"{self.passed} of {len(self.study.criteria)}" if self.study.criteria else ABSENT
+            count = len(self.study.criteria)
+            return Message.OF_THEM.format(part=self.passed, count=count) if count else ABSENT
         if merit is Merit.RANGE:
             return "; ".join(map(range_text, self.study.solution.stable_ranges)) or ABSENT
         if value is None:
             design = self.study.solution.design
-            return "not known" if merit is Merit.MARGIN and design is not None and design.unresolved else ABSENT
-        if merit is Merit.MARGIN:
-            size = percent(value) if isfinite(value) else "not limited"
-            return f"{size} in {self.margin.parameter.quantity}" if self.margin is not None else size
-        return quantity(value, "V/s" if merit is Merit.RATE else "V")
+            return Message.NOT_KNOWN if merit is Merit.MARGIN and design is not None and design.unresolved else ABSENT
+        if merit is not Merit.MARGIN:
+            return quantity(value, "V/s" if merit is Merit.RATE else "V")
+        if self.margin is None:
+            return Message.NOT_LIMITED
+        return Message.MARGIN_IN.format(share=percent(value), varied=self.margin.parameter.quantity)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
+        """Give plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
         room = self.merits[Merit.MARGIN]
         return {
             "scenario": self.name,
@@ -121,37 +133,28 @@ class Ranked:
         }
 
 
-def ranking(names: Sequence[str], studies: Sequence[Study]) -> tuple[Ranked, ...]:
-    """Rank scenarios, the best first, those that differ in no merit in their order."""
-    swept = {study.solution.sweep.parameter for study in studies if study.solution.sweep is not None}
-    rows = [(name, study, *_merits(study, len(swept) == 1)) for name, study in zip(names, studies, strict=True)]
-    keys = [_key(merits) for *_, merits in rows]
-    ranks = [1 + sum(other > key for other in keys) for key in keys]
-    ranked = [
-        Ranked(name, rank, study, margin, merits)
-        for rank, (name, study, margin, merits) in zip(ranks, rows, strict=True)
-    ]
-    return tuple(sorted(ranked, key=lambda one: one.rank))
-
-
-def _key(merits: Mapping[Merit, float | None]) -> tuple[float, ...]:
-    return tuple(-inf if merits[x] is None else float(f"{merits[x]:.{DIGITS}g}") for x in Merit)
+def rank_studies(studies: Mapping[str, Study]) -> tuple[Ranked, ...]:
+    """Rank scenarios, given by their names, the best first; those that differ in no merit stay in their order."""
+    swept = {study.solution.sweep.parameter for study in studies.values() if study.solution.sweep is not None}
+    unranked = [Ranked(name, 1, study, *_merits(study, len(swept) == 1)) for name, study in studies.items()]
+    ranked = [replace(scenario, rank=1 + sum(other.key > scenario.key for other in unranked)) for scenario in unranked]
+    return tuple(sorted(ranked, key=lambda scenario: scenario.rank))
 
 
 def _merits(study: Study, alike: bool) -> tuple[Margin | None, dict[Merit, float | None]]:
-    """The margin and the merits of a scenario; `alike` says whether all sweeps are of one parameter."""
+    """Find the margin and the merits of a scenario; `alike` says whether all sweeps are of one parameter."""
     solution, check = study.solution, study.crosscheck
     design = solution.design
     stable = bool(design.motions.stable.any()) if design is not None else bool(solution.stable_ranges)
     margin, room = _room(design) if design is not None and stable else (None, None)
-    # Ranges of different parameters are compared by their width over their middle.
+    # Metres and newtons have no order: ranges of different parameters are compared by their width over their middle.
     widths = [
         (part.end - part.start) / (1.0 if alike else (part.start + part.end) / 2) for part in solution.stable_ranges
     ]
     voltage = None
     if design is not None and stable and design.voltages is not None:
         voltage = float(design.voltages.average_v[design.motions.stable].min())
-    per_second = IMPACTS * float(solution.device.frequency_hz or 0.0) / solution.device.period_ratio
+    per_second = IMPACTS_PER_PERIOD * float(solution.device.frequency_hz or 0.0) / solution.device.period_ratio
     return margin, {
         Merit.REQUIREMENTS: float(sum(criterion.passed for criterion in study.criteria) - len(study.criteria)),
         Merit.STABILITY: float(stable and (check is None or check.passed)),
@@ -163,130 +166,133 @@ def _merits(study: Study, alike: bool) -> tuple[Margin | None, dict[Merit, float
 
 
 def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
-    """The nearest end of stable motion and its relative distance, as far as it has one."""
+    """Find the nearest end of stable motion and its relative distance, infinite where there is no end."""
+    # An end that rounding does not resolve may be nearer than all that are known.
     if design.unresolved:
         return None, None
-    ends = [(one, abs(one.relative)) for one in design.endings() if one.relative is not None]
+    ends = [(end, abs(end.relative)) for end in design.endings() if end.relative is not None]
     return ends[0] if ends else (None, inf)
 
 
-def headline(ranked: Sequence[Ranked]) -> str:
-    """Which scenario is best and why, what is traded for it, and which cannot be compared."""
+def best_and_why(ranked: Sequence[Ranked]) -> str:
+    """Tell which scenario is best and why, what is traded for it, and which cannot be compared."""
     return " ".join((_best(ranked), *_traded(ranked), *_remarks(ranked)))
 
 
 def _best(ranked: Sequence[Ranked]) -> str:
     first = ranked[0]
-    names = [one.name for one in ranked if one.rank == 1]
-    following = ranked[len(names)] if len(names) < len(ranked) else None
-    reasons = [_reason(first, following) if following is not None else "margin and voltage are the same"]
-    if not any(one.stable for one in ranked):
-        lead = f"No scenario has stable 1:1 motion {_where(first)}."
-        return lead if following is None else f"{lead} Of them {listed(names)} ranks first: {reasons[0]}."
+    best = [scenario.name for scenario in ranked if scenario.rank == 1]
+    following = ranked[len(best)] if len(best) < len(ranked) else None
+    names, where = listed(best), _where(first)
+    reasons = [Message.SAME if following is None else _reason(first, following)]
+    if not any(scenario.stable for scenario in ranked):
+        none = Message.NONE_STABLE.format(where=where)
+        of_them = Message.FIRST_OF_THEM.format(names=names, s="s" * (len(best) == 1), reason=reasons[0])
+        return none if following is None else f"{none} {of_them}"
     if first.stable:
-        reasons.insert(0, f"there is stable 1:1 motion {_where(first)}")
+        reasons.insert(0, Message.STABLE.format(where=where))
     if first.study.criteria and (following is None or _decisive(first, following) is not Merit.REQUIREMENTS):
-        reasons.insert(0, f"{first.show(Merit.REQUIREMENTS)} requirements are met")
+        reasons.insert(0, Message.REQUIREMENTS_MET.format(requirements=first.show(Merit.REQUIREMENTS)))
     *others, last = reasons
-    why = f"{', '.join(others)}, and {last}" if others else last
-    return f"{listed(names)} {'is best' if len(names) == 1 else 'are equally good'}: {why}."
+    why = Message.AND.format(others=", ".join(others), last=last) if others else last
+    return (Message.BEST if len(best) == 1 else Message.EQUALLY_GOOD).format(names=names, reasons=why)
 
 
-def _where(one: Ranked) -> str:
-    return "in the sweep" if one.study.solution.design is None else "at the design point"
+def _where(scenario: Ranked) -> str:
+    return Message.IN_SWEEP if scenario.study.solution.design is None else Message.AT_DESIGN_POINT
 
 
-def _decisive(one: Ranked, other: Ranked) -> Merit:
-    """The merit that puts one scenario before another."""
-    pairs = zip(Merit, _key(one.merits), _key(other.merits), strict=True)
-    return next(merit for merit, x, y in pairs if x != y)
+def _decisive(better: Ranked, following: Ranked) -> Merit:
+    """Find the merit that puts one scenario before another."""
+    pairs = zip(Merit, better.key, following.key, strict=True)
+    return next(merit for merit, mine, theirs in pairs if mine != theirs)
 
 
-def _reason(one: Ranked, following: Ranked) -> str:
-    """What puts a scenario before the following one, with the numbers of both."""
-    merit = _decisive(one, following)
-    if merit is Merit.STABILITY:
-        return f"there is none in {following.name}"
-    what = {
-        Merit.REQUIREMENTS: "more requirements are met",
-        Merit.MARGIN: "the smallest margin is the largest",
-        Merit.RANGE: "the stable range is the widest",
-        Merit.VOLTAGE: f"of those with a margin of {one.show(Merit.MARGIN)} the mean voltage is the highest",
-        Merit.RATE: f"of those with a margin of {one.show(Merit.MARGIN)} the impacts are the most frequent",
-    }[merit]
-    return f"{what} ({one.show(merit)}; next {following.name}, {following.show(merit)})"
+def _reason(better: Ranked, following: Ranked) -> str:
+    """Tell what puts a scenario before the following one, with the numbers of both."""
+    merit = _decisive(better, following)
+    mine, theirs = _told(better, merit), _told(following, merit)
+    return merit.reason.format(mine=mine, next=following.name, theirs=theirs, margin=_with_margin(better))
+
+
+def _told(scenario: Ranked, merit: Merit) -> str:
+    """Print a merit within a reason."""
+    if merit is Merit.REQUIREMENTS:
+        # Those that are missed, not those that are met: 1 of 1 met comes before 3 of 4, and so does nothing required.
+        count = len(scenario.study.criteria)
+        return Message.OF_THEM.format(part=count - scenario.passed, count=count)
+    shown = scenario.show(merit)
+    return Message.NONE if shown == ABSENT else shown
+
+
+def _with_margin(scenario: Ranked) -> str:
+    """Print the margin of a stable motion at a design point within a sentence; it may be unlimited, or not known."""
+    message = Message.WITH_OTHER_MARGIN if scenario.margin is None else Message.WITH_MARGIN
+    return message.format(margin=scenario.show(Merit.MARGIN))
 
 
 def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
-    """What gives the most voltage of those that are as good in requirements and stability, and with what margin."""
+    """Tell what gives more voltage than the best, of those as good in requirements and stability, with its margin."""
     first = ranked[0]
-    rivals = [one for one in ranked if _key(one.merits)[:2] == _key(first.merits)[:2]]
+    rivals = [scenario for scenario in ranked if scenario.key[:2] == first.key[:2]]
     told = {first.name}
     for merit in (Merit.VOLTAGE, Merit.RATE):
-        top = max(rivals, key=lambda one: one.merits[merit] or 0.0)
+        top = max(rivals, key=lambda scenario: scenario.merits[merit] or 0.0)
         mine, most = first.merits[merit] or 0.0, top.merits[merit] or 0.0
-        if mine > 0 and round(most / mine - 1, DIGITS) > 0 and top.name not in told:
+        if mine > 0 and round(most / mine - 1, RANKED_DIGITS) > 0 and top.name not in told:
             told.add(top.name)
-            more = percent(most / mine - 1, signed=True)
-            margin = top.show(Merit.MARGIN)
-            yield f"{top.name} has the highest {merit} ({top.show(merit)}, {more}) and a margin of {margin}."
+            more, margin = percent(most / mine - 1, signed=True), _with_margin(top)
+            yield Message.TRADED.format(name=top.name, merit=merit, voltage=top.show(merit), more=more, margin=margin)
 
 
 def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
-    """What cannot be compared, or only with reserve."""
-    some: tuple[tuple[str, Callable[[Ranked], bool]], ...] = (
-        ("Not stable", lambda one: not one.stable),
-        ("No design point, and so no margin to compare", lambda one: one.study.solution.design is None),
-        ("No device.ball_mass_kg, and so no voltage to compare", lambda one: one.study.solution.membrane is None),
-    )
-    for words, holds in some:
-        names = [one.name for one in ranked if holds(one)]
-        if 0 < len(names) < len(ranked):
-            yield f"{words}: {listed(names)}."
-    outside = [one.name for one in ranked if not one.study.solution.within_membrane]
+    """Tell what cannot be compared, or only with reserve."""
+    for message, concerned in (
+        (Message.NOT_STABLE, [scenario for scenario in ranked if not scenario.stable]),
+        (Message.NO_DESIGN_POINT, [scenario for scenario in ranked if scenario.study.solution.design is None]),
+        (Message.NO_BALL_MASS, [scenario for scenario in ranked if scenario.study.solution.membrane is None]),
+    ):
+        if 0 < len(concerned) < len(ranked):
+            yield message.format(names=listed([scenario.name for scenario in concerned]))
+    outside = [scenario.name for scenario in ranked if not scenario.study.solution.within_membrane]
     if outside:
-        whose = "all" if len(outside) == len(ranked) else listed(outside)
-        code = AlertCode.OUTSIDE_MEMBRANE_GEOMETRY
-        yield f"Voltages outside the membrane's geometry, for ranking only ({code}): {whose}."
+        names = Message.ALL if len(outside) == len(ranked) else listed(outside)
+        yield Message.OUTSIDE_MEMBRANE.format(code=AlertCode.OUTSIDE_MEMBRANE_GEOMETRY, names=names)
 
 
 def ranking_table(ranked: Sequence[Ranked]) -> Table:
-    """The ranking with the numbers that it rests on."""
-    shown = [merit for merit in HEADS if any(one.show(merit) != ABSENT for one in ranked)]
+    """Set the ranking with the numbers that it rests on."""
+    shown = [merit for merit in RANKING_COLUMNS if any(scenario.show(merit) != ABSENT for scenario in ranked)]
     rows = tuple(
-        (one.name, str(one.rank), one.study.verdict.word, *(one.show(merit) for merit in shown)) for one in ranked
+        (scenario.name, str(scenario.rank), scenario.study.verdict.word, *map(scenario.show, shown))
+        for scenario in ranked
     )
-    note = (
-        "Ranked by requirements met, stable 1:1 motion, smallest margin over all inputs and voltage. Mean voltage is "
-        "U_ave of the stable motion at the design point, of several the least; per second, the sum over its impacts."
-    )
-    columns = (*texts("Scenario"), *numbers("Rank"), *texts("Verdict", *(HEADS[merit] for merit in shown)))
-    return Table("Ranking, the best first", columns, rows, note)
+    columns = (*texts("Scenario"), *numbers("Rank"), *texts("Verdict", *(merit.head for merit in shown)))
+    return Table(Message.RANKING, columns, rows, Message.RANKED_BY)
 
 
 def margins_table(ranked: Sequence[Ranked]) -> Table | None:
-    """The nearest end of stable motion along each input; None where no scenario has one."""
-    designs = [(one.name, one.study.solution.design) for one in ranked]
-    rows = tuple((name, *_ends(x)) for name, x in designs if x is not None and x.motions.stable.any())
+    """Set the nearest end of stable motion along each input; None where no scenario has stable motion."""
+    designs = [(scenario.name, scenario.study.solution.design) for scenario in ranked]
+    rows = tuple(
+        (name, *_ends(design)) for name, design in designs if design is not None and design.motions.stable.any()
+    )
     if not rows:
         return None
-    note = (
-        "Distance from the design point to the first point at which stable motion ends, over the design value: "
-        "B period doubling, C fold or pitchfork, G grazing. From an inclination of 0° the distance is in degrees."
-    )
-    heads = (f"{x.quantity} {x.symbol}" for x in DesignInput)
-    return Table("Margins in each input", (*texts("Scenario"), *numbers(*heads)), rows, note)
+    heads = (f"{varied.quantity} {varied.symbol}" for varied in DesignInput)
+    return Table(Message.MARGINS, (*texts("Scenario"), *numbers(*heads)), rows, Message.DISTANCES)
 
 
 def _ends(design: DesignPoint) -> Iterator[str]:
+    """Print the nearest end of stable motion along each input, with the letter of its kind."""
     for varied in DesignInput:
+        along = (end for end in design.endings() if end.parameter is varied)
+        nearest = min(along, key=lambda end: abs(end.distance), default=None)
         if varied in design.unresolved:
-            yield "not known"
-            continue
-        end = min((x for x in design.endings() if x.parameter is varied), key=lambda x: abs(x.distance), default=None)
-        if end is None:
-            yield "none"
-        elif end.relative is None:
-            yield f"{'+' if end.distance > 0 else ''}{varied.show(end.distance, 3)} {end.event.letter}"
+            yield Message.NOT_KNOWN
+        elif nearest is None:
+            yield Message.NONE
+        elif nearest.relative is None:  # the design value is zero, as the inclination of a horizontal capsule is
+            yield f"{'+' if nearest.distance > 0 else ''}{varied.show(nearest.distance, 3)} {nearest.event.letter}"
         else:
-            yield f"{percent(end.relative, signed=True)} {end.event.letter}"
+            yield f"{percent(nearest.relative, signed=True)} {nearest.event.letter}"

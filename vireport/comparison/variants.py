@@ -9,18 +9,13 @@ from math import prod
 from pathlib import Path
 
 from vireport.base import Mistake, ScenarioError, UsageError
-from vireport.scenario import (
-    Loaded,
-    as_texts,
-    load,
-    loads,
-)
+from vireport.scenario import Loaded, as_texts, load, loads
 from vireport.study import Study
 
 Item = str | Path | Loaded | Study
 Vary = Sequence[str] | Mapping[str, Sequence[object]]
 
-MOST = 48
+MOST_SCENARIOS = 48
 """Scenarios in one comparison: twelve rows of figures; more are the matter of a map, not of a comparison."""
 
 RESERVED = ("quantity", "group", "unit", "change", "differs", "sentence")
@@ -61,8 +56,8 @@ def variants(
     given = [items] if isinstance(items, str | Path | Loaded | Study) else list(items)
     axes, over = _axes(vary), as_texts(overrides)
     count = len(given) * prod(len(values) for _, values in axes)
-    if count > MOST:
-        raise UsageError(f"{count} scenarios are too many to compare (allowed: at most {MOST})")
+    if count > MOST_SCENARIOS:
+        raise UsageError(f"{count} scenarios are too many to compare (allowed: at most {MOST_SCENARIOS})")
     grid = [
         tuple(f"{path}={text}" for (path, _), text in zip(axes, texts, strict=True))
         for texts in product(*(texts for _, texts in axes))
@@ -86,7 +81,7 @@ def variants(
 
 
 def _axes(vary: Vary | None) -> list[tuple[str, list[str]]]:
-    """Paths and the values of each, as texts."""
+    """Read the keys that are varied, each with its values, as texts."""
     axes = []
     if isinstance(vary, Mapping):
         for path, values in vary.items():
@@ -108,7 +103,7 @@ def _axes(vary: Vary | None) -> list[tuple[str, list[str]]]:
 
 
 def _split(text: str) -> list[str]:
-    """Split at the commas that are not inside brackets or quotes."""
+    """Split at the commas that are not inside brackets or quotes: a list, or a title, may have some of its own."""
     parts, depth, quote = [""], 0, ""
     for letter in text:
         if quote:
@@ -125,6 +120,7 @@ def _split(text: str) -> list[str]:
 
 
 def _variant(item: Item, over: tuple[str, ...], extra: tuple[str, ...]) -> Variant:
+    """Load an item with what is set over it; a study stays solved where nothing is."""
     if isinstance(item, str | Path):
         return Variant("", load(item, (*over, *extra)))
     loaded = item.loaded if isinstance(item, Study) else item
@@ -135,11 +131,11 @@ def _variant(item: Item, over: tuple[str, ...], extra: tuple[str, ...]) -> Varia
 
 
 def _all_mistakes(failures: Sequence[tuple[str, ScenarioError]]) -> ScenarioError:
-    """One error with the mistakes of all scenarios, each once; those of what is set, with the variant's name."""
+    """Gather the mistakes of all scenarios in one error, each once; those of what is set, with the variant's name."""
     files: dict[str, dict[Mistake, None]] = {}
     for words, error in failures:
         for mistake in error.mistakes:
-            if not mistake.line and words:
+            if not mistake.line and words:  # a mistake in a line of the file is that of all its variants
                 mistake = replace(mistake, message=f"{mistake.message} [in the variant {words}]")
             files.setdefault(error.name, {})[mistake] = None
     errors = [ScenarioError(name, mistakes) for name, mistakes in files.items()]
@@ -162,7 +158,7 @@ class _SeveralFiles(ScenarioError):
 
 
 def _words(extra: Iterable[str]) -> str:
-    """The values of a variant, for the reader: ``inclination_deg = 15``; of a path the last key, if that is enough."""
+    """Name a variant by its values, ``inclination_deg = 15``; of a path the last key stands, if that is enough."""
     pairs = [tuple(part.strip() for part in text.partition("=")[::2]) for text in extra]
     keys = [path.rpartition(".")[2] for path, _ in pairs]
     return ", ".join(
@@ -171,17 +167,18 @@ def _words(extra: Iterable[str]) -> str:
 
 
 def _joined(*parts: str) -> str:
+    """Join the parts of a name that there are."""
     return ", ".join(filter(None, parts))
 
 
 def _default_names(loaded: Sequence[Variant], grid: Sequence[tuple[str, ...]], items: int) -> list[str]:
-    """Files by their names without suffix, variants by their values; what is set over a file where files agree."""
+    """Name files without their suffix and variants by their values; files that agree, by what is set over them too."""
     if items == 1 and grid != [()]:
         return [_words(extra) for extra in grid]
     files = [variant.loaded.document.name for variant in loaded]
     stems = [name.strip("<>") if name.startswith("<") else Path(name).stem or name for name in files]
     words = [_words(extra) for extra in grid] * items
-    names = [_joined(stem, each) for stem, each in zip(stems, words, strict=True)]
+    names = [_joined(stem, values) for stem, values in zip(stems, words, strict=True)]
     folders = [Path(name).parent.name for name in files]
     longer = (
         [_joined(stem, _words(variant.loaded.overrides)) for stem, variant in zip(stems, loaded, strict=True)],
@@ -194,7 +191,7 @@ def _default_names(loaded: Sequence[Variant], grid: Sequence[tuple[str, ...]], i
 
 
 def _renamed(loaded: Sequence[Variant], names: Sequence[str]) -> list[Variant]:
-    """Give names, numbered where they would be alike."""
+    """Give names, numbered where they would be alike, or be the name of another column of compare.csv."""
     taken = set(RESERVED)
     named = []
     for variant, name in zip(loaded, names, strict=True):

@@ -1,0 +1,204 @@
+"""The words of comparisons: one table of messages, and the sentences that are made of them.
+
+Names of quantities and notes on their values are with the quantities: they are data of compare.json.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+
+from vireport.comparison.quantities import ComparedQuantity
+from vireport.text import MOST_DIGITS, capital, percent, quantity, significant
+
+TOLD_ONE_BY_ONE = 4
+"""Scenarios up to which a sentence has the number of each."""
+
+FEWEST_DIGITS = 6
+"""Of a number in a sentence; a share has three fewer, a voltage two."""
+
+
+class Message(StrEnum):
+    """What is said of comparisons; names in braces are filled in."""
+
+    # A quantity of several scenarios.
+    IN = "{number} in {names}"
+    IN_WITH_NOTE = "{number} in {names} ({note})"
+    EQUALS = "{symbol} = "
+    FROM_TO = "{symbol} from {low} to {high}"
+    APART = "{text} ({share} apart)"
+    LACKING = "{text}; {missing} {names}."
+    OTHERS = "the {count} others"
+    ONLY_SOME = "only some"
+    OTHER_TYPE = "type"
+    COUNT = "{different} of {count} quantities differ"
+
+    # What has changed since a baseline.
+    NEW = "{what}: new, {after}."
+    GONE = "{what}: gone, was {before}."
+    MOVED = "{what}: {before} to {after}."
+    MOVED_BY = "{what}: {before} to {after} ({share})."
+    NONE = "none"
+    CHANGES = "{count} change{s} since {baseline}"
+    NO_CHANGE = "No change beyond tolerance since {baseline}"
+    TOLERANCE = "Numbers are the same within a relative difference of {tolerance} and their error bounds."
+    IDENTICAL = "identical to the results in {baseline}"
+    NOT_IDENTICAL = "not identical to the results in {baseline}: {count} value{s} ({paths})"
+    OF_BASELINE = "{label} of the baseline"
+
+    # Which scenario is best, and why.
+    BEST = "{names} is best: {reasons}."
+    EQUALLY_GOOD = "{names} are equally good: {reasons}."
+    NONE_STABLE = "No scenario has stable 1:1 motion {where}."
+    FIRST_OF_THEM = "Of them {names} rank{s} first: {reason}."
+    IN_SWEEP = "in the sweep"
+    AT_DESIGN_POINT = "at the design point"
+    SAME = "margin and voltage are the same"
+    STABLE = "there is stable 1:1 motion {where}"
+    REQUIREMENTS_MET = "{requirements} requirements are met"
+    AND = "{others}, and {last}"
+    STABLE_ALONE = "there is none in {next}"
+    FEWER_MISSED = "fewer requirements are missed ({mine}; next {next}, {theirs})"
+    LARGEST_MARGIN = "the smallest margin is the largest ({mine}; next {next}, {theirs})"
+    WIDEST_RANGE = "the stable range is the widest ({mine}; next {next}, {theirs})"
+    HIGHEST_VOLTAGE = "of those with {margin} the mean voltage is the highest ({mine}; next {next}, {theirs})"
+    MOST_FREQUENT = "of those with {margin} the impacts are the most frequent ({mine}; next {next}, {theirs})"
+    OF_THEM = "{part} of {count}"
+    MARGIN_IN = "{share} in {varied}"
+    WITH_MARGIN = "a margin of {margin}"
+    WITH_OTHER_MARGIN = "a margin that is {margin}"
+    NOT_LIMITED = "not limited"
+    NOT_KNOWN = "not known"
+    TRADED = "{name} has the highest {merit} ({voltage}, {more}) and {margin}."
+    NOT_STABLE = "Not stable: {names}."
+    NO_DESIGN_POINT = "No design point, and so no margin to compare: {names}."
+    NO_BALL_MASS = "No device.ball_mass_kg, and so no voltage to compare: {names}."
+    OUTSIDE_MEMBRANE = "Voltages outside the membrane's geometry, for ranking only ({code}): {names}."
+    ALL = "all"
+
+    # Figures.
+    ALL_ON_ONE_AXIS = "All scenarios on one axis"
+    OVER = "Over the {parameter}"
+    OVER_D = "Over d, as the sweeps are of different parameters"
+    OVERLAID = (
+        "impact velocity on the bottom membrane and U_ave of the branches with stable 1:1 motion, or of all where none "
+        "is stable, numbered as they are ranked"
+    )
+    NOT_DRAWN = "not drawn: {names}"
+    VOLTAGES = "voltages {outside} ({code})"
+    LINE_CHARTS = "Line charts of {count} scenarios. {axis}: {overlaid}. Stable ranges: {ranges}."
+    HAS_NO_SWEEP = "it has no sweep"
+    SHARED_AXES = ", on axes that the panels of a row share"
+    PANELS = "{columns} column{cs} of {panels} panel{ps}."
+
+    # Captions of tables, and notes below them.
+    BEST_NAMED = "Best: {names}"
+    NO_STABLE_MOTION = "No stable motion"
+    SWEEP_END = "sweep"
+    TITLE = "Comparison of {names}"
+    SCENARIOS = "{count} scenarios"
+    RANKING = "Ranking, the best first"
+    RANKED_BY = (
+        "Ranked by requirements missed, stable 1:1 motion, smallest margin over all inputs and voltage. Mean voltage "
+        "is U_ave of the stable motion at the design point, of several the least; per second, the sum over its impacts."
+    )
+    MARGINS = "Margins in each input"
+    DISTANCES = (
+        "Distance from the design point to the first point at which stable motion ends, over the design value: "
+        "B period doubling, C fold or pitchfork, G grazing. From an inclination of 0° the distance is in degrees."
+    )
+    CRITICAL_POINTS = "Critical points"
+    QUANTITIES = "Stable ranges, margins and voltages"
+    OF_SCENARIOS = "{caption}: {names}"
+    DASHES = "A dash: {reasons}."
+    SETTINGS = "Values that are not the same in all scenarios"
+    ALERTS = "Alerts of the scenarios"
+    CAUSES = "The report of a scenario by itself has the cause with its numbers, and the remedy."
+
+
+def listed(parts: Sequence[str]) -> str:
+    """Join words to a list; names of variants of one key are drawn together.
+
+    Examples
+    --------
+    >>> listed(["one", "two", "three"]), listed(["beta = 0", "beta = 15", "beta = 30"])
+    ('one, two and three', 'beta = 0, 15 and 30')
+    """
+    if len(parts) == 1:
+        return parts[0]
+    # Only where nothing else in a part could be taken for the next one: a number told with its name has " in ".
+    keys = {part.rpartition(" = ")[0] for part in parts}
+    if len(keys) == 1 and all(keys) and not any("," in part or " in " in part for part in parts):
+        parts = [parts[0], *(part.rpartition(" = ")[2] for part in parts[1:])]
+    if any("," in part for part in parts[:-1]) and len(parts) > 2:
+        return f"{'; '.join(parts[:-1])}; and {parts[-1]}"
+    return f"{', '.join(parts[:-1])} and {parts[-1]}"
+
+
+def printed(value: float, unit: str, digits: int = FEWEST_DIGITS) -> str:
+    """Print a value with its unit, "" or "1" for none."""
+    if unit == "%":
+        return percent(value / 100, digits - 3, signed=True)
+    if unit == "V":
+        return quantity(value, unit, digits - 2)
+    separator = "" if unit in ("°", "1", "") else " "
+    return f"{significant(value, digits)}{separator}{unit if unit != '1' else ''}"
+
+
+def digits_apart(values: Sequence[float], unit: str) -> int:
+    """Find how many digits tell apart the numbers that differ."""
+    # Numbers that agree to 14 digits differ by rounding, and more digits would make it a difference.
+    apart = len({float(f"{value:.14g}") for value in values})
+    digits = range(FEWEST_DIGITS, MOST_DIGITS)
+    return next((k for k in digits if len({printed(value, unit, k) for value in values}) >= apart), MOST_DIGITS)
+
+
+def side_by_side(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], change: float) -> str:
+    """Tell the numbers of scenarios by their names, of many the least and the largest, and how far they are apart."""
+    known = {name: cell for name, cell in cells.items() if cell.value is not None}
+    digits = digits_apart([cell.value for cell in known.values()], of.unit)
+    numbers = {name: printed(cell.value, of.unit, digits) for name, cell in known.items()}
+
+    def told(number: str, names: Sequence[str]) -> str:
+        note = known[names[0]].note
+        message = Message.IN_WITH_NOTE if note else Message.IN
+        return message.format(number=number, names=listed(names), note=note)
+
+    equals = Message.EQUALS.format(symbol=of.symbol) if of.symbol else ""
+    if not change and len(known) > 1:
+        number = next(iter(numbers.values()))
+        notes = dict.fromkeys(cell.note for cell in known.values())
+        alike = ([name for name, cell in known.items() if cell.note == note] for note in notes)
+        text = equals + "; ".join(told(number, names) for names in alike)
+    elif len(known) <= TOLD_ONE_BY_ONE:
+        text = equals + listed([told(number, [name]) for name, number in numbers.items()])
+    else:
+        ends = (choose(known, key=lambda name: known[name].value) for choose in (min, max))
+        low, high = (told(numbers[name], [name]) for name in ends)
+        text = Message.FROM_TO.format(symbol=of.symbol, low=low, high=high).lstrip()
+    text = f"{capital(of.subject)}: {text}"
+    if change:
+        text = Message.APART.format(text=text, share=percent(change))
+    lacking = [name for name, cell in cells.items() if cell.finding]
+    if not lacking:
+        return f"{text}."
+    others = len(lacking) > TOLD_ONE_BY_ONE and len(lacking) + len(known) == len(cells)
+    names = Message.OTHERS.format(count=len(lacking)) if others else listed(lacking)
+    return Message.LACKING.format(text=text, missing=of.missing, names=names)
+
+
+def before_and_after(values: Sequence[float | str | None], unit: str) -> list[str]:
+    """Print both sides of a change, numbers with so many digits that they differ."""
+    digits = digits_apart([value for value in values if isinstance(value, float)], unit)
+    return [printed(value, unit, digits) if isinstance(value, float) else value or Message.NONE for value in values]
+
+
+def since_baseline(what: str, values: Sequence[float | str | None], unit: str, change: float | None) -> str:
+    """Tell what is new, gone, or not as it was."""
+    before, after = before_and_after(values, unit)
+    if values[0] is None:
+        return Message.NEW.format(what=what, after=after)
+    if values[1] is None:
+        return Message.GONE.format(what=what, before=before)
+    message = Message.MOVED if change is None else Message.MOVED_BY
+    return message.format(what=what, before=before, after=after, share=percent(change, signed=True))

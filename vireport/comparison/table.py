@@ -1,0 +1,197 @@
+"""The one table of a comparison: a row for each quantity with what every scenario has of it, and how far that differs.
+
+`compare` and `diff`, the terminal, Markdown, the report and the files read these rows.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from operator import itemgetter
+from typing import Any
+
+from vireport.comparison.messages import side_by_side
+from vireport.comparison.quantities import Along, ComparedQuantity, ComparedScenario, QuantityGroup
+from vireport.scenario import DesignInput, Parameter
+
+NO_DIFFERENCE = 1e-9
+"""Relative difference up to which two numbers are the same: polished ones agree to far more, and no device is made
+to less."""
+
+SAME_INPUT = 1e-12
+"""Relative difference up to which a value of the scenario is the same: it is read from a text, and only rounding is
+forgiven."""
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonRow:
+    """One quantity of all scenarios.
+
+    Attributes
+    ----------
+    quantity : str
+        What is compared, in words.
+    group : QuantityGroup
+    unit : str
+        Of the values; "1" where they have none, "" for a statement.
+    cells : tuple of ComparedQuantity
+        One for each scenario, in their order.
+    change : float or None
+        Largest difference over the largest size, from 0 to 2; None where there are no two values to compare, or
+        where the quantity exists in some scenarios and not in others. Since a baseline it is relative to the value
+        before, with its sign.
+    differs : bool
+        Whether that is more than rounding. True with `change` None: it exists in some scenarios only, or what differs
+        is no number.
+    sentence : str
+        What differs, with the numbers; "" for a statement of a comparison.
+    """
+
+    quantity: str
+    group: QuantityGroup
+    unit: str
+    cells: tuple[ComparedQuantity, ...]
+    change: float | None
+    differs: bool
+    sentence: str
+
+    @property
+    def is_statement(self) -> bool:
+        """Whether the values are stated in words or by the scenarios, and are no numbers that were computed."""
+        return not self.unit
+
+    @property
+    def values(self) -> tuple[Any, ...]:
+        """One for each scenario; None where it has none."""
+        return tuple(cell.value for cell in self.cells)
+
+    @property
+    def before(self) -> Any:
+        """Value in the first scenario, which is the baseline where there is one."""
+        return self.cells[0].value
+
+    @property
+    def after(self) -> Any:
+        """Value in the last scenario, which is that of now where there is a baseline."""
+        return self.cells[-1].value
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Why a value is None, or what there is to say about it; "" else."""
+        return tuple(cell.note for cell in self.cells)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give plain data, ready for JSON."""
+        return {
+            "quantity": self.quantity,
+            "group": self.group,
+            "unit": self.unit,
+            "values": list(self.values),
+            "notes": list(self.notes),
+            "change": self.change,
+            "differs": self.differs,
+            "sentence": self.sentence,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """In what places are compared: along the first ones always, along the others where several scenarios have them."""
+
+    always: tuple[Along, ...]
+    shared: tuple[Along, ...] = ()
+
+
+def axes_of(scenarios: Iterable[ComparedScenario], same: float) -> Axes:
+    """Choose in what the places of several scenarios are compared.
+
+    A swept parameter, where no scenario sweeps another, with d beside it only where d is not the same multiple of it
+    in all of them, to a relative difference `same`. Otherwise d, and the parameters that some share. Without any sweep
+    there are only margins, in all inputs.
+    """
+    sweeping = [scenario for scenario in scenarios if scenario.swept is not None]
+    swept = [scenario.swept for scenario in sweeping]
+    if not swept:
+        return Axes(tuple(DesignInput))
+    if len(set(swept)) > 1:
+        return Axes(("d",), tuple(parameter for parameter in Parameter if swept.count(parameter) > 1))
+    (parameter,) = {parameter for parameter in swept if parameter is not None}
+    if parameter is Parameter.INCLINATION:
+        return Axes((parameter,))
+    start = float(sweeping[0].results["scenario"]["sweep"]["from"])
+    multiples = [scenario.d(parameter, start) for scenario in sweeping]
+    return Axes((parameter,), () if max(multiples) - min(multiples) <= same * max(multiples) else ("d",))
+
+
+def comparison_rows(
+    scenarios: Mapping[str, ComparedScenario], axes: Axes, tolerance: float = NO_DIFFERENCE
+) -> tuple[ComparisonRow, ...]:
+    """Compare all that can be compared, by groups: in each what only some scenarios have first, then what changed most.
+
+    Settings and requirements keep the order of the scenarios, and alerts have that of their codes.
+
+    Parameters
+    ----------
+    scenarios : mapping of str to ComparedScenario
+        By their names.
+    axes : Axes
+        In which places are compared.
+    tolerance : float
+        Relative difference that is none; error bounds are added to it.
+    """
+    compared = {of.identity: of for scenario in scenarios.values() for of in scenario.quantities.values()}
+    alike = Counter(of.name for of in compared.values())
+    order = (None, *axes.always, *axes.shared, *DesignInput)
+    rows = []
+    for of in compared.values():
+        cells = {name: scenario.quantity(of) for name, scenario in scenarios.items()}
+        named = of.with_family() if of.family and alike[of.name] > 1 else of
+        known = sum(cell.value is not None for cell in cells.values())
+        in_an_input = of.group is QuantityGroup.MARGIN and of.along != "d"
+        if known and (of.along is None or of.along in axes.always or in_an_input):
+            row = _row(named, cells, tolerance)
+        elif known > 1 and of.along in axes.shared:
+            # Places in a parameter that only some sweep stand beside those in d, which say what a scenario lacks.
+            row = _row(named, {name: replace(cell, finding=False) for name, cell in cells.items()}, tolerance)
+        else:
+            continue
+        rows.append((_rank(row, of.subject, order.index(of.along)), row))
+    return tuple(row for _, row in sorted(rows, key=itemgetter(0)))
+
+
+def _rank(row: ComparisonRow, subject: str, place: int) -> tuple[int, bool, bool, float, str, int]:
+    """Order rows by groups; in each what only some scenarios have, then what changed most, then what did not."""
+    group = list(QuantityGroup).index(row.group)
+    if row.is_statement:
+        return group, False, False, 0.0, subject if row.group is QuantityGroup.ALERT else "", 0
+    only_some = row.differs and row.change is None
+    return group, not only_some, not row.differs, -(row.change or 0.0), subject, place
+
+
+def _row(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], tolerance: float) -> ComparisonRow:
+    """Compare what the scenarios have of one quantity."""
+    entries = tuple(cells.values())
+    if of.is_statement:
+        differs = not all(same_statement(entries[0].value, cell.value) for cell in entries)
+        return ComparisonRow(of.name, of.group, of.unit, entries, None, differs, "")
+    known = [cell for cell in entries if cell.value is not None]
+    values = [cell.value for cell in known]
+    absent = any(cell.finding for cell in entries)
+    spread, size = max(values) - min(values), max(map(abs, values))
+    # Any two values may be off by both their bounds: of more than two, the largest two bounds hold for every pair.
+    scale, bounds = max(size, *(cell.scale for cell in known)), sum(sorted(cell.bound for cell in known)[-2:])
+    apart = spread > max(tolerance, of.tolerance) * scale + bounds
+    share = spread / size if apart else 0.0
+    types = of.group is QuantityGroup.DESIGN_POINT and len({cell.note for cell in known}) > 1
+    change = None if absent or len(known) < 2 else share
+    differs, sentence = absent or apart or types, side_by_side(of, cells, share)
+    return ComparisonRow(of.name, of.group, of.unit, entries, change, differs, sentence)
+
+
+def same_statement(value: Any, other: Any) -> bool:
+    """Tell whether two values of a scenario, or statements, are the same but for rounding."""
+    # True is 1 in Python, but a switch is no number: neither may pass for the other.
+    if any(isinstance(side, bool) or not isinstance(side, int | float) for side in (value, other)):
+        return bool(value == other)
+    return bool(abs(other - value) <= SAME_INPUT * max(abs(value), abs(other)))
