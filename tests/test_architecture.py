@@ -12,7 +12,7 @@ import pytest
 from conftest import first
 
 import vireport
-from vireport.base.errors import EXTRAS, installing
+from vireport.base.errors import EXTRAS, install_command
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -77,4 +77,4 @@ def test_an_install_command_names_an_extra_that_brings_the_package() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     for package, extra in EXTRAS.items():
         assert any(re.match(rf"{package.split('.')[0]}\b", requirement) for requirement in extras[extra]), package
-        assert f"vireport[{extra}]" in installing(package)
+        assert f"vireport[{extra}]" in install_command(package)

@@ -2,22 +2,36 @@
 
 Exit codes: 0 done; 1 done, but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the
 numbers could not be had or written, or an internal error; 130 interrupted.
+
+Each command imports the rooms that it uses, and no other: `vireport --help` needs none of them.
 """
 
 from __future__ import annotations
 
 import json as plain_json
+import os
 import sys
-from copy import copy
+from difflib import get_close_matches
 from enum import StrEnum
-from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from shlex import join
+from traceback import format_exc
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 from typer.core import TyperGroup
+from typer.main import get_command
 
-from vireport.base import ScenarioError, UsageError, VireportError, __version__, interrupts
+from vireport.base import (
+    ScenarioError,
+    UsageError,
+    VireportError,
+    __version__,
+    interrupts,
+    require_writable,
+    writable,
+    write_new,
+)
 from vireport.cli.outcome import (
     RED,
     Outcome,
@@ -25,11 +39,17 @@ from vireport.cli.outcome import (
     progress,
     tell,
 )
+from vireport.text import explanation, visible
 
 if TYPE_CHECKING:
     from vireport.report import Carried
     from vireport.scenario import Loaded
     from vireport.study import Task
+
+PROGRAM = "vireport"
+
+COMPLETION = "_VIREPORT_COMPLETE"
+"""Set by a shell that completes a line of the program, as Typer has it."""
 
 EPILOG = (
     "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, "
@@ -91,17 +111,6 @@ QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing: 
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")]
 
 
-_Refused: Any = typer.BadParameter.__base__
-"""What Typer raises of any argument that it does not take: Click's `UsageError`, which it does not export."""
-
-
-class _PastTyper(Exception):
-    """Carries what Typer would turn into an exit code of its own, some of them into 1."""
-
-    def __init__(self, error: BaseException) -> None:
-        self.error = error
-
-
 class DefaultGroup(TyperGroup):
     """Commands, with `run` understood where the first word is none of them."""
 
@@ -109,51 +118,28 @@ class DefaultGroup(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Put `run` before anything that is neither a command nor an option of the group."""
-        if args and args[0] not in _commands() and args[0] not in self.group_only:
-            self._refuse_misspelt_command(args[0])
+        if args and args[0] not in self.commands and args[0] not in self.group_only:
+            if not ctx.resilient_parsing:  # as it is while a shell completes a line
+                self._refuse_misspelt_command(args[0])
             args = ["run", *args]
         return super().parse_args(ctx, args)
-
-    def invoke(self, ctx: Any) -> Any:
-        """Invoke the command; an interrupt and failures of the system are for `main`."""
-        try:
-            return super().invoke(ctx)
-        except (KeyboardInterrupt, OSError, EOFError) as error:
-            raise _PastTyper(error) from None
 
     def _refuse_misspelt_command(self, word: str) -> None:
         if word.startswith("-") or Path(word).exists():
             return
-        from difflib import get_close_matches
-
-        if close := get_close_matches(word, _commands(), 1):
+        if close := get_close_matches(word, self.commands, 1):
             raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
 
 
 app = typer.Typer(
     cls=DefaultGroup,
-    no_args_is_help=True,
+    invoke_without_command=True,
     subcommand_metavar="SCENARIO | COMMAND ...",
     epilog=EPILOG,
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-
-def _commands() -> dict[str, Any]:
-    """What Typer knows of each command, by its name."""
-    known: list[Any] = app.registered_commands
-    return {command.callback.__name__: command for command in known}
-
-
-def _called(arguments: list[str]) -> typer.Typer:
-    """The application without the commands that are not called: to build all takes as long as to read a scenario."""
-    if not arguments or arguments[0] in DefaultGroup.group_only:
-        return app
-    commands, alone = _commands(), copy(app)
-    alone.registered_commands = [commands.get(arguments[0], commands["run"])]
-    return alone
 
 
 def _version(shown: bool) -> None:
@@ -164,11 +150,15 @@ def _version(shown: bool) -> None:
 
 @app.callback()
 def _group(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", "-V", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
     """Periodic motions, stability and voltage of a vibro-impact energy harvester, from a YAML scenario to a report."""
+    if context.invoked_subcommand is None:
+        print(context.get_help(), file=sys.stderr)
+        raise typer.Exit(UsageError.exit_code)
 
 
 @app.command()
@@ -202,15 +192,9 @@ def run(
         raise UsageError("--json prints the results and no changes: leave out --baseline, or use vireport diff --json")
     before = None if baseline is None else _baseline(baseline, scenario)
     carried = _carried(scenario)
-    if carried is None:
-        loaded = _loaded(scenario, set_)
-    else:
-        from vireport.scenario import loads
-
-        loaded = loads(carried.scenario, f"{scenario}/{carried.name}", [*carried.overrides, *(set_ or ())])
-        certify = certify or bool(carried.results.get("certificates"))
+    loaded = _loaded(scenario, set_, carried)
+    certify = certify or (carried is not None and bool(carried.results.get("certificates")))
     _refuse_files_beside_json(json, "results", output, format_)
-    from vireport.base import require_writable
     from vireport.cli.outputs import file_names, results_outcome, run_outcome
 
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
@@ -251,7 +235,6 @@ def init(
     path: Annotated[str, typer.Argument(metavar="FILE", help="Where to write it; - prints it.")] = "scenario.yaml",
 ) -> None:
     """Write a commented scenario to start from. An existing file is left alone."""
-    from vireport.base import writable, write_new
     from vireport.scenario import init_text
 
     if path == "-":
@@ -287,7 +270,6 @@ def accuracy(
 ) -> None:
     """Measure error against run time of every method. Holds the compliant membrane beside the rigid one."""
     loaded = _loaded(scenario, set_)
-    from vireport.base import require_writable
     from vireport.cli import accuracy_outputs
 
     if output is not None:
@@ -316,7 +298,6 @@ def compare(
 ) -> None:
     """Compare scenarios, or variants of one. Says which is best, and why; figures have shared axes."""
     _refuse_files_beside_json(json, "comparison", output, format_)
-    from vireport.base import require_writable
     from vireport.cli.outputs import compare_outcome, file_names
     from vireport.comparison import compare as compare_scenarios
     from vireport.comparison import comparison_provenance, outputs
@@ -370,8 +351,6 @@ def explain(
     code: Annotated[str | None, typer.Argument(metavar="CODE", help="Of an alert, such as VR010; else all.")] = None,
 ) -> None:
     """Say what an alert means, what causes it, and what to do."""
-    from vireport.text import explanation
-
     deliver(Outcome(explanation(code)))
 
 
@@ -421,9 +400,11 @@ def optimise(
     """
     _refuse_files_beside_json(json, "result", output, None)
     loaded = _loaded(scenario, set_)
+    from vireport.cli.outputs import run_files
     from vireport.optimise import optimise as search
     from vireport.optimise import outputs, problem_of
-    from vireport.study import provenance_of
+    from vireport.scenario import loads
+    from vireport.study import analyse, provenance_of
 
     problem = problem_of(loaded)
     command = _command("optimise", [scenario], ("--json", json), ("--set", set_), _paper(paper))
@@ -433,10 +414,6 @@ def optimise(
         result = search(problem, say)
         files = {} if json else outputs.files(result, provenance)
         if "best.yaml" in files:
-            from vireport.cli.outputs import run_files
-            from vireport.scenario import loads
-            from vireport.study import analyse
-
             say("solving the best design")
             study = analyse(loads(files["best.yaml"].decode(), "best.yaml"), outputs.PAGES, say)
             files |= run_files(study, command, templates, say, None, paper, *outputs.section(result))
@@ -528,10 +505,13 @@ def sweep(
     deliver(Outcome(summary=summary), quiet=quiet)
 
 
-def _loaded(scenario: str, overrides: list[str] | None) -> Loaded:
-    from vireport.scenario import load
+def _loaded(scenario: str, overrides: list[str] | None, carried: Carried | None = None) -> Loaded:
+    """The scenario of a file, or the one that a report carries."""
+    from vireport.scenario import load, loads
 
-    return load(scenario, overrides or ())
+    if carried is None:
+        return load(scenario, overrides or ())
+    return loads(carried.scenario, f"{scenario}/{carried.name}", [*carried.overrides, *(overrides or ())])
 
 
 def _baseline(baseline: str, scenario: str) -> dict[str, Any]:
@@ -573,8 +553,6 @@ def _refuse_files_beside_json(json: bool, what: str, output: Path | None, format
 
 def _writable_folder(output: Path | None, file: str, suffix: str, json: bool, names: tuple[str, ...]) -> Path:
     """Where the files of a command go; unless it prints JSON, what cannot be written is told before any work."""
-    from vireport.base import require_writable
-
     folder = output or _default_folder(file, suffix)
     if not json:
         require_writable(folder, names)
@@ -590,10 +568,6 @@ def _default_folder(scenario: str, suffix: str = "") -> Path:
 
 def _command(command: str, files: list[str], *options: tuple[str, list[str] | bool | None]) -> str:
     """The command for the record: without the folders, which do not change the results."""
-    from shlex import join
-
-    from vireport.text import visible
-
     words = ["vireport", command, *(visible(Path(name).name) for name in files)]
     for option, values in options:
         words += [option] if values is True else [word for value in values or [] for word in (option, visible(value))]
@@ -607,6 +581,8 @@ def _paper(paper: PaperSize) -> tuple[str, list[str] | None]:
 
 def main(arguments: list[str]) -> int:
     """Run the command line on `arguments` and return the exit code."""
+    if COMPLETION in os.environ:
+        app(prog_name=PROGRAM)  # says how the words go on, and ends the process
     try:
         code = _run(arguments)
     except KeyboardInterrupt as error:
@@ -620,27 +596,26 @@ def main(arguments: list[str]) -> int:
     except BaseException:  # those of extension modules, too, that are no Exception
         if interrupts.received():  # it may have come where a library makes another error of it
             return _interrupted()
-        import traceback
-
         fault = "internal error: this is a fault of ours; please report it with the lines above"
-        tell([*traceback.format_exc().splitlines(), f"vireport {__version__}: {fault}"])
+        tell([*format_exc().splitlines(), f"vireport {__version__}: {fault}"])
         return VireportError.exit_code
     return _interrupted("all was done") if interrupts.received() else code
 
 
 def _run(arguments: list[str]) -> int:
+    """Run a command and return its exit code; what the command raises is raised."""
+    program = cast(DefaultGroup, get_command(app))
+    # The two steps of a call of `app`, which has exit codes of its own for an interrupt and for a broken pipe.
     try:
-        code = _called(arguments)(args=arguments, prog_name="vireport", standalone_mode=False)
-    except SystemExit as stop:  # of shell completion
-        code = stop.code
-    except _PastTyper as carried:
-        raise carried.error from carried.error.__cause__
-    except _Refused as refused:
-        message = StringIO()
-        refused.show(message)
-        tell(message.getvalue().splitlines())
-        code = refused.exit_code
-    return code if isinstance(code, int) else 0
+        with program.make_context(PROGRAM, [*arguments]) as context:
+            program.invoke(context)
+    except typer.Exit as stop:
+        return stop.exit_code
+    except typer.TyperException as refused:
+        asked = arguments[0] if arguments[0] in program.commands else "run"
+        tell([f"{PROGRAM}: error: {refused.format_message()}", f"{PROGRAM} {asked} --help lists the options"], RED)
+        return refused.exit_code
+    return 0
 
 
 def _interrupted(what: str = "") -> int:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from vireport.base import check
+from vireport.base import interrupts, write_files
+from vireport.text import visible
 
 if TYPE_CHECKING:
     from vireport.base import Progress
@@ -71,12 +72,10 @@ def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -
     typer.Exit
         If the exit code is not 0.
     """
-    check()
+    interrupts.check()
     if folder is None or not outcome.files:
         _say(outcome, outcome.summary.splitlines(), quiet)
     else:
-        from vireport.base import write_files
-
         write_files(folder, outcome.files, outcome.stale)
         try:
             _say(outcome, [*outcome.summary.splitlines(), *_written(outcome, folder)], quiet)
@@ -112,8 +111,6 @@ def emit(data: str | bytes) -> None:
 
 def tell(lines: Iterable[str], color: str = "") -> None:
     """Write lines to standard error, in which there may be text that is not ours; the first in colour on a terminal."""
-    from vireport.text import visible
-
     first, *others = map(visible, lines)
     if color and sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
         first = f"{color}{first}{PLAIN}"
@@ -124,19 +121,17 @@ def tell(lines: Iterable[str], color: str = "") -> None:
 def progress(quiet: bool) -> Iterator[Progress]:
     """What is told each step: shown on one line of a terminal, of which nothing is left, and nowhere else."""
     if quiet or not sys.stderr.isatty():
-        yield lambda what: check()
+        yield lambda what: interrupts.check()
         return
     from rich.console import Console
     from rich.live import Live
     from rich.text import Text
 
-    from vireport.text import visible
-
     # Redrawn only at each step: a thread that draws a spinner would be in the way where times are measured.
     with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as line:
 
         def show(what: str) -> None:
-            check()
+            interrupts.check()
             line.update(Text(visible(what), overflow="ellipsis", no_wrap=True), refresh=True)
 
         yield show

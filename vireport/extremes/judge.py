@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from vireport.base import VireportError, installing
+from vireport.base import VireportError, install_command
 from vireport.motions import (
     Change,
     CriticalKind,
@@ -148,7 +148,7 @@ class Outcome:
 def judge(case: Case) -> Outcome:
     """Run one case, with every warning an error, and decide whether it passed."""
     if case.needs and find_spec(case.needs) is None:
-        return Outcome(case, Verdict.LEFT_OUT, f"needs {case.needs}: {installing(case.needs)}")
+        return Outcome(case, Verdict.LEFT_OUT, f"needs {case.needs}: {install_command(case.needs)}")
     start = perf_counter()
     finding = Finding("")
     try:

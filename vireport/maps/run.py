@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.base import NumericalError, installing
+from vireport.base import NumericalError, install_command
 from vireport.maps.cells import MapPlan, map_plan
 from vireport.motions import STABILITIES
 from vireport.scenario import load_map
@@ -82,7 +82,7 @@ def run_map(
 def _require_packages() -> None:
     missing = [name for name in ("pyarrow", "filelock") if find_spec(name) is None]
     if missing:
-        raise NumericalError(f"a map needs {' and '.join(missing)}: {installing(missing[0])}")
+        raise NumericalError(f"a map needs {' and '.join(missing)}: {install_command(missing[0])}")
 
 
 def _compute(store: Store, scheduler: str | None, workers: int, progress: Progress, rejected: list[str]) -> None:

@@ -25,7 +25,7 @@ from multiprocessing.context import BaseContext
 from typing import Any
 from urllib.parse import urlsplit
 
-from vireport.base import NumericalError, UsageError, check, deferred, installing, write_whole
+from vireport.base import NumericalError, UsageError, install_command, interrupts, write_whole
 from vireport.maps.store import (
     RejectedFileError,
     Store,
@@ -120,9 +120,9 @@ def _on_cores(store: Store, todo: deque[int], workers: int) -> Iterator[int]:
     losses = 0
 
     def submit(number: int) -> Future[None]:
-        with deferred():  # a process that is left alone as it starts would end in a traceback
+        with interrupts.deferred():  # a process that is left alone as it starts would end in a traceback
             future = pool.submit(write_chunk, store, number)
-        check()
+        interrupts.check()
         return future
 
     while todo:
@@ -220,7 +220,7 @@ def _connected(scheduler: str) -> Iterator[Any]:
         with dask.config.set(logging={**SILENT, **dask.config.get("logging", {})}):
             distributed = import_module("distributed")
     except ImportError as error:
-        raise NumericalError(f"--scheduler needs dask.distributed: {installing('dask.distributed')}") from error
+        raise NumericalError(f"--scheduler needs dask.distributed: {install_command('dask.distributed')}") from error
     try:
         distributed.utils.LoopRunner().run_sync(_require_scheduler, distributed, scheduler)
         client = distributed.Client(scheduler, timeout=ANSWER, set_as_default=False)

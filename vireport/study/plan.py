@@ -12,7 +12,7 @@ from enum import StrEnum
 from importlib.util import find_spec
 from typing import NamedTuple
 
-from vireport.base import installing
+from vireport.base import install_command
 from vireport.scenario import Direction, Parameter, Scenario
 
 
@@ -260,7 +260,7 @@ def _cost(scenario: Scenario) -> str:
     values = asked.samples if scenario.sweep is not None else 1
     rate, remark = IMPACTS_PER_SECOND, "the first time, a few seconds more to compile"
     if find_spec("numba") is None:
-        rate, remark = INTERPRETED_PER_SECOND, f"interpreted, as numba is missing: {installing('numba')}"
+        rate, remark = INTERPRETED_PER_SECOND, f"interpreted, as numba is missing: {install_command('numba')}"
     cost = f"about {values * asked.starts * asked.impacts / rate:.1g} s"
     if asked.follow is not Direction.NONE:
         jump = f"about {JUMP * asked.impacts / rate:.1g} s for each jump"
@@ -270,5 +270,5 @@ def _cost(scenario: Scenario) -> str:
 
 def _methods() -> str:
     """The comparison of methods, with what it will lack."""
-    lacking = "" if find_spec("numba") is not None else f", without those that need numba: {installing('numba')}"
+    lacking = "" if find_spec("numba") is not None else f", without those that need numba: {install_command('numba')}"
     return f"{Task.ACCURACY.what}{lacking}"
