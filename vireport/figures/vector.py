@@ -10,7 +10,7 @@ from typing import Any, Literal
 from matplotlib.backend_bases import FigureCanvasBase, RendererBase
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 
 PER_INCH = 72
@@ -30,14 +30,6 @@ def text_size(text: str, font: FontProperties, mathematics: bool = False) -> tup
     return width, height, descent
 
 
-@lru_cache(4096)
-def _line_size(font: FontProperties) -> tuple[float, float, float]:
-    """Ascent, descent and gap of the lines of a font [pt]."""
-    file: Any = get_font(findfont(font))
-    metrics, scale = file.get_sfnt_table("OS/2"), font.get_size_in_points() / file.units_per_EM
-    return metrics["sTypoAscender"] * scale, -metrics["sTypoDescender"] * scale, metrics["sTypoLineGap"] * scale
-
-
 class _Ruler(RendererBase):
     """What measures texts, and draws nothing."""
 
@@ -45,11 +37,6 @@ class _Ruler(RendererBase):
         self, s: str, prop: FontProperties, ismath: bool | Literal["TeX"]
     ) -> tuple[float, float, float]:
         return text_size(s, prop, bool(ismath))
-
-    # Without this method, which is not public, Matplotlib reads the font file at each of the thousand times that a
-    # report's texts are laid out.
-    def _get_font_height_metrics(self, prop: FontProperties) -> tuple[float, float, float]:
-        return _line_size(prop.copy())
 
 
 class _Drawing(_Ruler, RendererSVG):
