@@ -7,7 +7,6 @@ from vireport.checks.crosscheck import CrossCheck, MotionCount, crosscheck, is_o
 from vireport.checks.hysteresis import Hysteresis
 from vireport.checks.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
 from vireport.checks.paper import PAPER, PaperComparison, compare_with_paper
-from vireport.checks.reference import mp, voltage
 from vireport.checks.reproduction import Reproduction, reproduce
 from vireport.checks.rootfinding import Floats, solve
 from vireport.checks.timing import timed_in_turns
@@ -41,7 +40,6 @@ __all__ = [
     "is_one_to_one",
     "measure",
     "measurements",
-    "mp",
     "power",
     "ranking",
     "reproduce",
@@ -50,5 +48,4 @@ __all__ = [
     "stable_motion",
     "task_name",
     "timed_in_turns",
-    "voltage",
 ]
