@@ -10,7 +10,7 @@ from vireport.scenario import Parameter
 from vireport.text import ABSENT
 
 if TYPE_CHECKING:
-    from vireport.checks import Certificate, Enclosure
+    from vireport.checks.certificates import Certificate, Enclosure
 
 LONG = Context(prec=200)
 """Arithmetic on bounds that rounds nothing away."""

@@ -56,7 +56,8 @@ from vireport.text import (
 )
 
 if TYPE_CHECKING:
-    from vireport.checks import Certificate, CrossCheck, Reproduction, WorkPrecision
+    from vireport.checks import CrossCheck, Reproduction, WorkPrecision
+    from vireport.checks.certificates import Certificate
     from vireport.design import Tolerances
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Vertex
@@ -390,6 +391,6 @@ def with_certificates(study: Study) -> Study:
     NumericalError
         If the package for it is not installed.
     """
-    from vireport.checks import certify
+    from vireport.checks import certificates
 
-    return replace(study, certificates=certify(study.solution.diagram))
+    return replace(study, certificates=certificates.certify(study.solution.diagram))
