@@ -62,7 +62,7 @@ def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> s
     Parameters
     ----------
     certificates : sequence of Certificate
-        From `vireport.proofs.certify`.
+        From `vireport.checks.certificates.certify`.
     parameter : Parameter
         The one that is swept.
     """
