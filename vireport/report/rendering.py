@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import os
 import re
+from base64 import b64encode
 from collections.abc import Iterable, Iterator, Set
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Literal
@@ -104,12 +106,25 @@ def _filled(report: Document, templates: Path | None) -> str:
 
 
 def _page(report: Document, source: str) -> bytes:
-    from vireport.figures import in_page
+    page = _compiled(report, source, "html").decode("utf-8")
+    return _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page).encode("utf-8")
+
+
+def _of_page(report: Document) -> dict[str, str]:
+    """The files that the template of an HTML page reads, by their names: drawings, style, script and its data."""
+    if not report.pictures:
+        return {}
+    from vireport.figures import figure_css
     from vireport.report.templates import TEMPLATES
 
-    page = _compiled(report, source, "html").decode("utf-8")
-    page = _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page)
-    return in_page(page, report.pictures.values(), report.live, TEMPLATES).encode("utf-8")
+    script, css = ((TEMPLATES / name).read_text(encoding="utf-8") for name in ("live.js", "live.css"))
+    return {
+        "figures.css": figure_css() + css,
+        "live.js": script,
+        "live.js.sha256": b64encode(sha256(script.encode()).digest()).decode(),
+        "live.json": report.live.replace("<", "\\u003c"),  # no element of the page ends in it
+        **{f"{name}.page.svg": picture.inline for name, picture in report.pictures.items()},
+    }
 
 
 @_offline()
@@ -158,6 +173,8 @@ def _compiled(
     with TemporaryDirectory(prefix="vireport-") as root:
         for picture in report.pictures.values():
             (Path(root) / f"{picture.name}.svg").write_bytes(picture.svg)
+        for name, text in (_of_page(report) if output == "html" else {}).items():
+            (Path(root) / name).write_text(text, encoding="utf-8")
         compiler = typst.Compiler(root=root, ignore_system_fonts=True, sys_inputs=inputs)
         try:
             file = compiler.compile(
