@@ -37,7 +37,7 @@ from vireport.figures.style import (
     Picture,
     style,
 )
-from vireport.motions import Motions
+from vireport.motions import Model, Motions
 from vireport.physics import flight
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
@@ -102,7 +102,6 @@ def shown_motion(study: Study) -> tuple[str, Curve] | None:
     stable = motions.admissible & motions.stable
     if atlas is not None and not stable.any() and (others := atlas.stable_at(design.value)):
         from vireport.atlas import portrait_of
-        from vireport.motions import Model
 
         _, motion = others[0]
         whole = portrait_of(Model(atlas.sweep.level, float(atlas.sweep.device.restitution)), motion, "")

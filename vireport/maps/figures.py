@@ -14,6 +14,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from vireport.base import write_whole
 from vireport.figures import (
     HALO,
     LOCI,
@@ -24,12 +25,14 @@ from vireport.figures import (
     blank,
     finished,
     held_by,
+    png_of,
     prefix,
     round_ticks,
     style,
 )
 from vireport.maps.cells import MapPlan, axis_values
 from vireport.maps.loci import Locus, loci_of
+from vireport.maps.store import Store, writing
 from vireport.motions import STABILITIES, Event, Stability
 from vireport.scenario import Parameter, Sampling
 from vireport.text import PREFIXES, capital, percent
@@ -88,6 +91,16 @@ def picture_names(plan: MapPlan) -> tuple[str, ...]:
     if not is_drawn(plan):
         return ()
     return ("map-stability", "map-margin", *(("map-voltage",) if plan.membrane is not None else ()))
+
+
+def draw_missing(store: Store) -> list[Path]:
+    """Draw those heat maps of a finished map that are not there yet, and return the paths of all."""
+    paths = [store.folder / f"{name}.png" for name in picture_names(store.plan)]
+    if not all(path.exists() for path in paths):
+        with writing(store.folder):
+            for name, figure in map_figures(store.plan, store.result).items():
+                write_whole(store.folder / f"{name}.png", png_of(figure))
+    return paths
 
 
 def map_figures(plan: MapPlan, result: Path) -> dict[str, Figure]:

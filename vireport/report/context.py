@@ -37,10 +37,11 @@ from vireport.membranes import (
     solvers_on_stiff_membranes,
 )
 from vireport.membranes import verdict as compliance_verdict
-from vireport.motions import CriticalPoint, Held, PolishedMotion
+from vireport.motions import CriticalPoint, Held, PolishedMotion, ladder
 from vireport.physics import DIGITS, Device
 from vireport.report.certificates import summary
 from vireport.report.ci_formats import source_url
+from vireport.report.motions import families_table
 from vireport.report.voltages import (
     MassEffect,
     Place,
@@ -345,8 +346,6 @@ class Report:
         """The families of motions of other impact sequences."""
         if self.study.atlas is None:
             return None
-        from vireport.report.motions import families_table
-
         return families_table(self.study, self.study.atlas)
 
     @property
@@ -364,8 +363,6 @@ class Report:
         """What the stable motions of each impact sequence generate at most, the most per second first."""
         if self.study.atlas is None:
             return ()
-        from vireport.motions import ladder
-
         return ladder(self.study.atlas, self.solution.membrane)
 
     def compliant(self) -> Iterator[Table]:
