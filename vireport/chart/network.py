@@ -102,7 +102,7 @@ class FollowedLocus:
 
     @property
     def bounds_stability(self) -> NDArray[np.bool_]:
-        """Of the pieces between its points, whether stable motion ends there."""
+        """Whether stable motion ends at each of the pieces between its points."""
         if self.event is Event.NODE_FOCUS:
             return np.zeros(len(self.x) - 1, dtype=bool)
         if self.event is not Event.GRAZING:

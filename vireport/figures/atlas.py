@@ -44,13 +44,13 @@ TITLE = "Motions of all impact sequences"
 LADDER_TITLE = "Voltage and impacts of each impact sequence"
 
 HEIGHT, RUNG_HEIGHT = 4.6, 2.0
-"""Of the atlas with its axes, and of a panel of the ladder with its letter [in]."""
+"""Heights of the atlas with its axes, and of a panel of the ladder with its letter [in]."""
 
 COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
     *(Color.ORANGE, Color.SKY, Color.BLACK),
 )
-"""Of the words whose stable motions are seen, the shortest first, then again; others are grey and have a marker."""
+"""Colours of the words whose stable motions are seen, the shortest first, then again; others are grey with a marker."""
 
 SHAPES = ("s", "^", "D", "v", "P", "X", "<", ">")
 """Markers on the curves of the words; their number differs from that of the colours, so that pairs differ longer."""

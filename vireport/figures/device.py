@@ -46,13 +46,13 @@ from vireport.text import exact, scaled
 TITLE = "The device and its motion"
 
 HEIGHT = 2.9
-"""Of the panels with their ticks and labels [in]."""
+"""Height of the panels with their ticks and labels [in]."""
 
 WIDTH = 2.9
-"""Of the path of the ball, for the choice of ticks [in]."""
+"""Width of the path of the ball, for the choice of ticks [in]."""
 
 SAMPLES = 80
-"""Of a flight."""
+"""Samples of a flight."""
 
 # Lengths in the sketch over that of the capsule, along it and across it.
 HALF, ENDS, NAMES, BALL_AT, BALL_RADIUS = 0.11, 0.68, 1.2, 0.12, 0.055

@@ -49,7 +49,7 @@ WITHOUT_IMPACTS = Outcome.REST, Outcome.FREE
 """Ways to end of which a diagram shows nothing."""
 
 HEIGHT = 3.5
-"""Of the panel [in]."""
+"""Height of the panel [in]."""
 
 MOST_WORDS = 8
 """Kinds of motion that the diagram tells apart."""

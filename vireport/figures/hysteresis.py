@@ -34,7 +34,7 @@ from vireport.text import significant
 TITLE = "Motions of a slow sweep"
 
 HEIGHT = 3.8
-"""Of the panel [in]."""
+"""Height of the panel [in]."""
 
 POINT: Look = {"linestyle": "none", "markeredgewidth": 0.6, "markersize": 3.6}
 LOOKS: dict[Direction, Look] = {

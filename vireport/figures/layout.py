@@ -41,7 +41,7 @@ from vireport.text import (
 )
 
 Entry = tuple[str, Look]
-"""Of a legend: a name, and the look of its line or marker."""
+"""A line of a legend: a name, and the look of its line or marker."""
 
 EDGE, LINE_GAP = 0.07, 0.06
 """Room at the edges of a figure, and between the lines of its heading [in]."""
@@ -56,7 +56,7 @@ LETTER = 0.58 * SMALL / 72
 """Mean width of a letter of the small size [in]."""
 
 AXES_HEIGHT = 0.95
-"""Of the ticks and labels along the top and the bottom of a sweep's panels [in]."""
+"""Height of the ticks and labels along the top and the bottom of a sweep's panels [in]."""
 
 TICK_DIGITS = 12
 """Significant digits of tick labels: fewer than rounding errors leave alone."""

@@ -49,17 +49,17 @@ COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
     *(Color.ORANGE, Color.SKY, Color.BLACK, Color.GREY),
 )
-"""Of the scenarios; there are no more in one figure than colours that can be told apart."""
+"""Colours of the scenarios; there are no more in one figure than colours that can be told apart."""
 
 HEIGHT, AXIS = 2.5, 0.55
-"""Of a panel, and of the ticks and the label below the last one [in]."""
+"""Heights of a panel, and of the ticks and the label below the last one [in]."""
 
 WIDTH: Look = {"linewidth": 1.6}
 LABELLED = 12
 """Places along a curve at which its number may stand."""
 
 SMALLER: Look = {"markersize": 6.5}
-"""Of the design points, of which there are several."""
+"""Size of the design points, of which there are several."""
 
 Values = Callable[[Drawing, Branch | DesignPoint], Floats | None]
 

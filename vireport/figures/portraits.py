@@ -50,13 +50,13 @@ LEAST_MOTION = 1e-6
 """Velocity up to which nothing is seen to move [y_c]."""
 
 SAMPLES = 160
-"""Of the capsule's motion in a forcing period."""
+"""Samples of the capsule's motion in a forcing period."""
 
 LONGEST_WORD = 14
 """Letters of a word that is written in full."""
 
 DECIMALS = 9
-"""Of a multiplier that rounding leaves: at a period doubling or a fold it is 1."""
+"""Decimals of a multiplier that rounding leaves: at a period doubling or a fold it is 1."""
 
 MOST_SPEEDS = 6
 """Impact velocities that a caption lists one by one."""

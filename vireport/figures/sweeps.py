@@ -104,7 +104,7 @@ DOUBLED = 0.9
 NO_MOTION = "no admissible 1:1 motion in this sweep"
 
 HEIGHTS = {Task.FIGURE_2: 1.25, Task.FIGURE_4: 2.05, Task.FIGURE_7: 2.7}
-"""Of the panels with the letter over them, up to `ROOM_FOR` critical points [in]: figure 2 fits a first page."""
+"""Heights of the panels with the letter over them, for `ROOM_FOR` critical points [in]: figure 2 fits a first page."""
 
 ROOM_FOR = 15
 """Critical points whose labels a panel has room for; with more it is higher in proportion."""

@@ -43,7 +43,7 @@ FINEST = 1000
 """Cells along either axis that a picture shows; of more, every second, third, ... is drawn."""
 
 HEIGHT = 4.7
-"""Of a map with its axes [in]."""
+"""Height of a map with its axes [in]."""
 
 NO_CELL: Look = {"facecolor": "#FFFFFF", "edgecolor": "#999999", "hatch": "////", "linewidth": 0.0}
 """Where there is no motion: hatched, as white is a shade of the margin too."""

@@ -114,7 +114,7 @@ class LoadedMap:
 
     @property
     def sha256(self) -> str:
-        """Of the file, as ``sha256sum`` prints it."""
+        """Digest of the file, as ``sha256sum`` prints it."""
         return _sha256(self.text)
 
 

@@ -246,10 +246,10 @@ JUMP = 2000
 what lies between jumps takes little."""
 
 IMPACTS_PER_SECOND = 2e6
-"""Of the simulation on one core of a common machine, for what a plan says of its cost."""
+"""Speed of the simulation on one core of a common machine, for what a plan says of its cost."""
 
 INTERPRETED_PER_SECOND = 3e4
-"""The same where it is not compiled."""
+"""Speed of the simulation where it is not compiled."""
 
 
 def _cost(scenario: Scenario) -> str:

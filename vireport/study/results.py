@@ -477,7 +477,7 @@ def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any
 
 
 PROVED_MOTION = "u", "phi_bottom_rad", "velocity_bottom"
-"""Of the motions of a proof over tolerances; u is q - 1/2."""
+"""Names of what a proof over tolerances says of a motion; u is q - 1/2."""
 
 
 def tolerances_data(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
