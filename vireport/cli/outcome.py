@@ -77,6 +77,7 @@ def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -
         _say(outcome, outcome.summary.splitlines(), quiet)
     else:
         write_files(folder, outcome.files, outcome.stale)
+        # From here on an interrupt must not say that no file was written.
         try:
             _say(outcome, [*outcome.summary.splitlines(), *_written(outcome, folder)], quiet)
         except KeyboardInterrupt:

@@ -96,6 +96,7 @@ def _point(at: str, sweep: Sweep) -> tuple[float, float | None]:
 
 def _at(families: list[Family], sweep: Sweep, value: float) -> list[tuple[Family, Motion]]:
     """The motions of the families at a value, each once."""
+    # Rounding may put a value at an end of the sweep beyond it, where families end.
     coordinate = float(np.clip(sweep.coordinate_of(value), *sweep.coordinate_range))
     found: list[tuple[Family, Motion]] = []
     for family in families:

@@ -155,6 +155,7 @@ def _draw(axes: Axes, axis: SweepAxis, family: Family, values: Floats, looks: di
             rows = slice(first, last + 1)
             curves = [(x[rows], y[rows]) for y in values.T]
             axes.add_artist(Line2D(*joined(curves), **of_line, color=look["color"]))
+            # A word that is seen at all has a marker somewhere, on its longest stretch if all are short.
             count = max(round(spans[first, last] / (axis.high - axis.low) / APART), int((first, last) == longest))
             if "marker" in look and count:
                 on = {"zorder": of_line["zorder"] + 0.1}

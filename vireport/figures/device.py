@@ -109,7 +109,7 @@ def shown_motion(study: Study) -> tuple[str, Curve] | None:
         return f"the stable motion {word}", (periods(whole.time), 0.5 - whole.position / whole.d)
     if not motions.admissible.any():
         return None
-    row = int(np.argmax(motions.admissible * (1 + motions.stable)))
+    row = int(np.argmax(motions.admissible * (1 + motions.stable)))  # the first of those that rank highest
     return motions.words[row], path(motions, row, study.solution.device.period_ratio)
 
 

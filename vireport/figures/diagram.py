@@ -94,6 +94,7 @@ def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) ->
         figure, ((axes,),) = blank(1)
         if analytic:
             axes.plot(*joined(analytic), **ANALYTIC)
+        # The most frequent word last, so that it lies over the dots of what is not periodic.
         for (_, points), look in reversed(looks):
             for wall, face in ((diagram.wall > 0, look["color"]), (diagram.wall < 0, "none")):
                 axes.plot(x[points & wall], speed[points & wall], **{"markerfacecolor": face} | look)

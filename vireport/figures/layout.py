@@ -108,6 +108,8 @@ def finished(
     heading += [_legend(figure, entries) for entries in legends if entries]
     heights = [item.get_window_extent().height / figure.dpi for item in heading]
     total = height + sum(heights) + LINE_GAP * (len(heights) + 1)
+    # The panels alone are laid out, as high as they shall be; the heading then makes the figure higher, and their share
+    # of it smaller. In one step, tight layout would give the heading's room to the panels.
     figure.set_figheight(height)
     figure.tight_layout(**PADS)
     under, share = figure.subplotpars, height / total
@@ -123,6 +125,7 @@ def finished(
         top -= own + LINE_GAP
     for axes, texts in labels:
         write_labels(axes, texts)
+    # From here on it is a figure that whoever has it can save or draw on, as any of Matplotlib.
     FigureCanvasAgg(figure)
     figure.dpi = DPI
     return figure
@@ -132,6 +135,7 @@ def _legend(figure: Figure, entries: Sequence[Entry]) -> Legend:
     """A legend in as many columns as fit, to be read line by line."""
     only_marks = all(look.get("linestyle") == "none" for _, look in entries)
     for columns in range(len(entries), 0, -1):
+        # Matplotlib fills a legend column by column.
         ordered = [entry for k in range(columns) for entry in entries[k::columns]]
         legend = figure.legend(
             [Line2D([], [], **look) for _, look in ordered],
@@ -222,6 +226,7 @@ def round_ticks(
         if fit(values, texts := tick_labels(values)):
             choices.append((values, texts))
             break
+    # Where the axis crowds one end of the range, even steps leave the other end without ticks.
     if place and high > SEVERAL_DECADES * low > 0:
         values = []
         for value in _within(LogLocator(subs=(1, 2, 5)).tick_values(low, high), low, high):

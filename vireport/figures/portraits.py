@@ -301,6 +301,8 @@ def rebounds(portrait: Portrait) -> Samples:
     """The arrivals after which the motion goes on: the last sample of each flight but the last."""
     if len(portrait.time) < 2:
         return np.empty(0, dtype=np.intp)
+    # A rebound is two samples at one time, before and after; a ride is two samples with nothing between them. Samples
+    # of a short hop are on the wall as well, within rounding, but a little apart in time.
     wall, step = _on_wall(portrait), np.diff(portrait.time)
     side = np.sign(portrait.position)
     stays = wall[1:] & wall[:-1] & (side[1:] == side[:-1])
@@ -335,7 +337,7 @@ def capsule(portrait: Portrait, time: Floats) -> Floats:
 def ball(portrait: Portrait) -> Curve:
     """Time and displacement x = X - Z of the ball [t_c, x_c], on the membrane where it rides."""
     time, position = portrait.time, portrait.position
-    for i in rides(portrait)[::-1]:
+    for i in rides(portrait)[::-1]:  # from the last one on, so that the others keep their places
         between = even_times(float(time[i]), float(time[i + 1]))
         time, position = np.insert(time, i + 1, between), np.insert(position, i + 1, np.full(len(between), position[i]))
     return time, capsule(portrait, time) - position

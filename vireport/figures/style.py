@@ -189,6 +189,7 @@ def literal(text: str) -> str:
     What the font lacks is given by its number in Unicode, as in the PDF report.
     """
     font = get_font(findfont(FontProperties(family=STYLE["font.family"])))
+    # Of a character that the font lacks, Matplotlib warns and draws an empty box.
     shown = (x if x.isspace() or font.get_char_index(ord(x)) else f"⟨U+{ord(x):04X}⟩" for x in text)
     return "".join(shown).replace("$", "\\$")
 

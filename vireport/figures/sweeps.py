@@ -182,6 +182,7 @@ def sweep_figure(
     lines : sequence of (str, str), optional
         Texts over all of them, with their colours; by default what the one study holds along its sweep.
     """
+    # A mirror image has the same multipliers: its curve would lie on that of the motion.
     if figure == Task.FIGURE_4:
         drawings = [replace(x, parts=[part for part in x.parts if not part.branch.mirror_of]) for x in drawings]
     with style():
@@ -305,6 +306,7 @@ def _mark_leaving(axes: Axes, row: _Row, drawing: Drawing) -> None:
     for part in drawing.parts:
         x = drawing.axis.of(part.branch.motions)[part.rows]
         for k, values in enumerate(row.values(drawing, part.branch)):
+            # Near a pole a value is so large that the crossing, between two samples, would be at the inner one.
             y = np.clip(values[part.rows], 2 * low - high, 2 * high - low)
             for edge, beyond, at, marker in (
                 (low, y < low, INSIDE, "v"),
@@ -323,6 +325,7 @@ def _mark_leaving(axes: Axes, row: _Row, drawing: Drawing) -> None:
 
 def _draw_curves(axes: Axes, row: _Row, drawing: Drawing) -> None:
     """Draw the curves of all stretches, those of one look as one line."""
+    # Each line is a path with its own style in the file, and a branch may have many stretches.
     by_look: dict[tuple[object, ...], tuple[list[Curve], Look]] = {}
     for part in drawing.parts:
         x = drawing.axis.of(part.branch.motions)[part.rows]
@@ -336,6 +339,7 @@ def _draw_curves(axes: Axes, row: _Row, drawing: Drawing) -> None:
 
 def _plot(axes: Axes, parts: Sequence[Curve], look: Look, limits: tuple[float, float] = EVERYTHING) -> None:
     """Draw curves as one line, broken between them; the axis has to hold only what of them is within the limits."""
+    # Not `plot`, for which the axis would have to hold the whole curve.
     axes.add_artist(Line2D(*curves.joined(parts), **look))
     low, high = limits
     for x, y in parts:
@@ -422,6 +426,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> Rows:
     colors = dict(zip(names, cycle(BRANCH_COLORS), strict=False))
     sizes = [part.branch.motions.discriminant[part.rows] for x in drawings for part in x.parts]
     least = min((float(size.min()) for size in sizes), default=0.0)
+    # The discriminant is (λ₁ - λ₂)², and λ₁ λ₂ = r⁴: its axis ends where that of the eigenvalues does.
     highest = max((LAMBDA_LIMIT - x.study.solution.device.restitution**4 / LAMBDA_LIMIT) ** 2 for x in drawings)
 
     def look(drawing: Drawing, part: Stretch, width: float) -> Look:

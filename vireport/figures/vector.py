@@ -23,6 +23,7 @@ _NEEDLESS = re.compile(r"""(?<=<g) id="[^"]*"| font-family: 'DejaVu Sans';| tran
 """Identifiers that nothing refers to, which would be the same in every figure of a page, and what says nothing."""
 
 
+# Matplotlib keeps sizes for one renderer alone; layout and drawing use two, and without this take a sixth longer.
 @lru_cache(4096)
 def text_size(text: str, font: FontProperties, mathematics: bool = False) -> tuple[float, float, float]:
     """Width, height and descent of a text [pt], in a font that nobody changes any more."""
@@ -56,12 +57,13 @@ class LayoutCanvas(FigureCanvasBase):
 def drawing(figure: Figure) -> tuple[str, str]:
     """The view box of a figure, and its drawing as elements of SVG, the same in every run."""
     file, dpi = StringIO(), figure.dpi
-    figure.dpi = PER_INCH
+    figure.dpi = PER_INCH  # as it was laid out, so that nothing moves
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     renderer: Any = _Drawing(*figure.bbox.size, file, image_dpi=dpi, metadata=nothing)  # type: ignore[no-untyped-call]
     figure.draw(renderer)
     renderer.finalize()
     figure.dpi = dpi
+    # The head that is cut off declares the prefix, which HTML does not know either.
     text = file.getvalue().replace("xlink:href", "href")
     head = _HEAD.match(text)
     if head is None:
