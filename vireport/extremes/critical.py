@@ -44,7 +44,7 @@ NEAR = 0.1
 """Distance in velocity, q and phase up to which two critical points belong together."""
 
 MET = 1e-4
-"""Distance up to which two points belong together whose lines are followed to within `ASIDE` of where they meet."""
+"""The same, where their two lines are followed to within `ASIDE` of where they meet."""
 
 TWINS = 1e-5
 """Distance up to which a motion is the one looked for: less than that of the two, 1e-9 of d inside a fold."""
@@ -56,7 +56,7 @@ BEND_STEP = 1e-4
 """Step of the phase in which the bend of a fold is taken [rad]."""
 
 TRACES = 200_001
-"""Traces of one strand, to count changes of its type by."""
+"""Of one strand, to count changes of its type by."""
 
 GAP_BOUND = 2e-15
 """Absolute error of a distance to a membrane: rounding of positions, times and phases of the order of 1."""

@@ -50,7 +50,7 @@ ROWS = 5
 """Motions of each branch that are compared, beside those at its critical points."""
 
 SEED = 20190301
-"""Seed of the choice of rows that are compared, which is the same in every run."""
+"""Of the rows that are compared, the same in every run."""
 
 LONGEST = 60.0
 """Seconds after which a case counts as hanging; none takes more than three."""

@@ -50,7 +50,7 @@ APEX_BOUND = 1e-6
 """Absolute error of the time at which a ball grazes, which has half the digits."""
 
 RESIDUAL_BOUND = 1e-14
-"""Residual of an impact among very many, in position, velocity and phase."""
+"""Of an impact among very many, in position, velocity and phase."""
 
 PULLING = 2.5
 """Phase [rad] at which the bottom membrane moves away from the ball, for a gbar up to 0.8."""
@@ -81,7 +81,7 @@ HOP = 1e-40
 """Relative error of the time of a hop."""
 
 MOST_HOPS, MOST_CORRECTIONS = 2000, 60
-"""Hops of one chatter, and corrections of the time of one hop."""
+"""Of one chatter, and of the time of one hop."""
 
 Model = tuple[float, float, float]
 """d, gbar and r."""
@@ -313,7 +313,7 @@ def _many_impacts(model: Model) -> Rows:
 
 
 def _check_many(model: Model, answer: Rows) -> Finding:
-    """Hold the residual of (2.12) in the last flights against 40 digits."""
+    """Of the last flights, the residual of (2.12) in 40 digits."""
     rows, summary = answer
     if summary[2] != RUNNING:
         return _check_end(int(summary[2]), answer)

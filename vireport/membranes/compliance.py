@@ -45,7 +45,7 @@ SHORTEST = 1 / 8
 """Share of the way in epsilon below which no smaller step is tried where a motion is lost."""
 
 MULTIPLIER = {CriticalKind.PERIOD_DOUBLING: -1.0, CriticalKind.FOLD: 1.0}
-"""Multiplier at the critical points that are followed, the preferred kind first."""
+"""Of the critical points that are followed, the preferred kind first."""
 
 FITTED = 3
 """Rungs, the stiffest, from which a rate of convergence is taken: the softer ones still have terms of higher order."""
@@ -367,7 +367,7 @@ def _orbit_at(device: Device, membrane: Membrane, rigid: Rigid) -> tuple[Floats,
 def _critical_at(
     device: Device, varied: Parameter, membrane: Membrane, critical: CriticalPoint | None
 ) -> tuple[Floats | None, Finder]:
-    """Start and finder of the critical point, whose swept value is found; without a start where there is none."""
+    """The same of the critical point, whose swept value is what is found; without a start where there is none."""
 
     def find(factor: float, guess: Floats) -> tuple[float, Floats]:
         assert critical is not None

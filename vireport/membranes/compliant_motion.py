@@ -49,7 +49,7 @@ CONVERGED, NOISE = 1e-11, 1e-11
 """Last correction of a motion or critical point, and the irregularity of the return map and of its differences."""
 
 MOST_EVALUATIONS = 60
-"""Evaluations of the conditions before a search is given up; about ten are usual."""
+"""Of the conditions, before a search is given up; about ten are usual."""
 
 FORWARD = 1e-5
 """Step of the forward differences that the iteration begins with."""
