@@ -89,7 +89,7 @@ def task_name(work: WorkPrecision, task: MethodTask) -> str:
     if task is MethodTask.ORBIT:
         return "the motion"
     point = work.benchmark.point if work.benchmark is not None else None
-    return f"{point.label} ({point.kind.words})" if point is not None else "the critical point"
+    return f"{point.label} ({point.event.words})" if point is not None else "the critical point"
 
 
 def power(value: float) -> str:

@@ -1,11 +1,12 @@
 """Every figure of a study, drawn from its numbers, with caption and alternative text."""
 
+from vireport.figures.atlas import COLORS
 from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, held, held_by, swept_range
 from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.live import live_data
-from vireport.figures.overlay import COLORS, overlay
+from vireport.figures.overlay import overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, figure_css, literal, png_of, style

@@ -179,7 +179,7 @@ def _stable(study: Study) -> str:
 def _points(study: Study) -> list[str]:
     """The critical points with the swept parameter."""
     swept = study.solution.parameter
-    points = [f"{point.label} {swept.show(point.point.sweep_value)}" for point in study.solution.critical_points]
+    points = [f"{point.label} {swept.show(point.sweep_value)}" for point in study.solution.critical_points]
     return [f"Critical points, at {swept.symbol}: {'; '.join(points)}."] if points else []
 
 
@@ -188,7 +188,7 @@ def _sentence(text: str) -> str:
 
 
 def _eigenvalues(part: Stretch) -> tuple[Floats, Floats]:
-    return eigenvalues(part.branch.motions.trace[part.rows], part.branch.motions.restitution)
+    return eigenvalues(part.branch.motions.trace[part.rows], part.branch.motions.decay)
 
 
 def _values(study: Study, figure: Task, parts: Sequence[Stretch]) -> str:

@@ -148,7 +148,7 @@ def _near_critical(results: Evidence) -> str | None:
 
 def _rough(results: Evidence) -> str | None:
     points = results.solution.critical_points
-    rough = [c.label for c in points if c.point.error_bound > ROUGH * abs(c.point.sweep_value)]
+    rough = [c.label for c in points if c.error_bound > ROUGH * abs(c.sweep_value)]
     if not rough:
         return None
     return (

@@ -25,7 +25,7 @@ from vireport.gate.requirements import (
     unmet,
 )
 from vireport.motions import (
-    CriticalKind,
+    Event,
     Stability,
     Sweep,
     Symmetry,
@@ -340,7 +340,7 @@ def _where(solution: Solution, sweep: Sweep, of_motion: Status) -> Fact:
     if not parts:
         return Fact(Question.WHERE, "Nowhere", f"in the sweep of {swept.quantity} from {ends}", Status.BAD)
     reasons = [
-        f"{swept.show(value)}: {point.kind.words} {point.label}"
+        f"{swept.show(value)}: {point.event.words} {point.label}"
         for part in parts
         for value, point in part.ends
         if point is not None
@@ -377,10 +377,10 @@ def _handover(design: DesignPoint, limit: Margin) -> str:
     """The pitchfork of the sweep, if any, that a symmetric motion meets before its stable range ends."""
     if limit.parameter in FIXED_D or not design.families or design.families[0] is not Symmetry.SYMMETRIC:
         return ""
-    start, end = float(design.motions.d[0]), limit.point.point.d
+    start, end = float(design.motions.d[0]), limit.point.d
     for margin in design.margins:
-        within = 0 < (margin.point.point.d - start) / (end - start) < 1
-        if margin.kind is CriticalKind.PITCHFORK and margin.parameter not in FIXED_D and within:
+        within = 0 < (margin.point.d - start) / (end - start) < 1
+        if margin.event is Event.PITCHFORK and margin.parameter not in FIXED_D and within:
             place = f"{margin.parameter.symbol} = {margin.parameter.show(margin.sweep_value)}"
             return f"; before it, at {place} ({margin.label}), two asymmetric motions take over from the symmetric one"
     return ""
