@@ -34,7 +34,7 @@ from vireport.base import (
 )
 from vireport.cli.outcome import (
     RED,
-    Outcome,
+    CommandOutcome,
     deliver,
     progress,
     tell,
@@ -75,7 +75,7 @@ Folder = Annotated[
     Path | None,
     _folder_option("Where to write; by default a folder named after the scenario, or after what the command does."),
 ]
-Overrides = Annotated[
+SetOption = Annotated[
     list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Set a value over the file's; may be repeated.")
 ]
 Formats = Annotated[
@@ -171,7 +171,7 @@ def run(
     ],
     output: Folder = None,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     format_: Formats = None,
     certify: Annotated[
         bool, typer.Option("--certify", help="Prove the critical points in ball arithmetic, and print enclosures.")
@@ -213,13 +213,13 @@ def run(
 
 
 @app.command()
-def validate(scenario: ScenarioFile, set_: Overrides = None, quiet: Quiet = False) -> None:
+def validate(scenario: ScenarioFile, set_: SetOption = None, quiet: Quiet = False) -> None:
     """Check a scenario or a map file. Says all that is wrong with it; computes nothing."""
     from vireport.scenario import LoadedMap, load_any
 
     loaded = load_any(scenario, set_ or ())
     name, what = (loaded.name, "map") if isinstance(loaded, LoadedMap) else (loaded.document.name, "scenario")
-    deliver(Outcome(summary=f"{name}: valid {what}"), quiet=quiet)
+    deliver(CommandOutcome(summary=f"{name}: valid {what}"), quiet=quiet)
 
 
 @app.command()
@@ -227,7 +227,7 @@ def schema() -> None:
     """Print the JSON Schema of scenarios, for editors."""
     from vireport.scenario import schema as schema_of_scenarios
 
-    deliver(Outcome(plain_json.dumps(schema_of_scenarios(), indent=2, ensure_ascii=False) + "\n"))
+    deliver(CommandOutcome(plain_json.dumps(schema_of_scenarios(), indent=2, ensure_ascii=False) + "\n"))
 
 
 @app.command()
@@ -238,25 +238,25 @@ def init(
     from vireport.scenario import init_text
 
     if path == "-":
-        deliver(Outcome(init_text()))
+        deliver(CommandOutcome(init_text()))
         return
     with writable(Path(path)):
         try:
             write_new(Path(path), init_text().encode())
         except FileExistsError as error:
             raise UsageError(f"{path} exists already; name another file, or - to print the scenario") from error
-    deliver(Outcome(summary=f"wrote {path}; next: vireport {path}"))
+    deliver(CommandOutcome(summary=f"wrote {path}; next: vireport {path}"))
 
 
 @app.command()
-def plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
+def plan(scenario: ScenarioFile, set_: SetOption = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
     """Print what a run would do and leave out. Gives the reasons; computes nothing."""
     from vireport.study import plan as plan_of
 
     steps = plan_of(_loaded(scenario, set_).scenario, _formats(format_)).steps
     width = max(len(step.task) for step in steps)
     rows = [f"{'run ' if step.runs else 'skip'}  {step.task:<{width}}  {step.what} ({step.why})\n" for step in steps]
-    deliver(Outcome("" if quiet else "".join(rows)))
+    deliver(CommandOutcome("" if quiet else "".join(rows)))
 
 
 @app.command()
@@ -265,7 +265,7 @@ def accuracy(
     output: Annotated[Path | None, _folder_option("Write the figures and accuracy.json here too.")] = None,
     json: Json = False,
     every: Annotated[bool, typer.Option("--all", help="A row for every run, not only the best.")] = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     quiet: Quiet = False,
 ) -> None:
     """Measure error against run time of every method. Holds the compliant membrane beside the rigid one."""
@@ -278,7 +278,7 @@ def accuracy(
         study = accuracy_outputs.measured(loaded, say)
         files = accuracy_outputs.files(study) if output is not None else {}
     printed = accuracy_outputs.data(study) if json else accuracy_outputs.text(study, every)
-    deliver(Outcome(printed, files, stale=accuracy_outputs.NAMES), output, quiet)
+    deliver(CommandOutcome(printed, files, stale=accuracy_outputs.NAMES), output, quiet)
 
 
 @app.command()
@@ -290,7 +290,7 @@ def compare(
     ] = None,
     output: Folder = None,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     format_: Formats = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
@@ -311,7 +311,7 @@ def compare(
         if not json:
             outcome = compare_outcome(comparison, formats, command, templates, say, paper)
     if json:
-        outcome = Outcome(outputs.compare_json(comparison, comparison_provenance(comparison, command)))
+        outcome = CommandOutcome(outputs.compare_json(comparison, comparison_provenance(comparison, command)))
     deliver(outcome, output or outputs.folder_of(comparison, command), quiet)
 
 
@@ -326,7 +326,7 @@ def diff(
     ] = 1e-6,
     markdown: Annotated[bool, typer.Option("--markdown", help="As a table for a pull request.")] = False,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     quiet: QuietCheck = False,
 ) -> None:
     """Say what has changed since earlier results. The exit code is 1 if anything has, beyond the tolerance."""
@@ -343,7 +343,7 @@ def diff(
     else:
         render = earlier.diff_markdown if markdown else earlier.diff_text
         printed = render(changes, "standard input" if baseline == "-" else Path(baseline).name).rstrip("\n") + "\n"
-    deliver(Outcome("" if quiet else printed, exit_code=1 if changes else 0))
+    deliver(CommandOutcome("" if quiet else printed, exit_code=1 if changes else 0))
 
 
 @app.command()
@@ -351,7 +351,7 @@ def explain(
     code: Annotated[str | None, typer.Argument(metavar="CODE", help="Of an alert, such as VR010; else all.")] = None,
 ) -> None:
     """Say what an alert means, what causes it, and what to do."""
-    deliver(Outcome(explanation(code)))
+    deliver(CommandOutcome(explanation(code)))
 
 
 @app.command()
@@ -360,7 +360,7 @@ def extremes(
         str | None, typer.Argument(metavar="SCENARIO", help="Whose device is taken to extremes; else the paper's.")
     ] = None,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     quiet: Quiet = False,
 ) -> None:
     """Run the catalogue of extreme cases against 40-digit arithmetic.
@@ -381,7 +381,7 @@ def extremes(
         outcomes = run_catalogue(loaded, say)
     printed = f"{plain_json.dumps(table_data(outcomes), allow_nan=False)}\n" if json else table_text(outcomes)
     code, failure = shortcoming(outcomes)
-    deliver(Outcome(printed, failure=failure, exit_code=code))
+    deliver(CommandOutcome(printed, failure=failure, exit_code=code))
 
 
 @app.command()
@@ -389,7 +389,7 @@ def optimise(
     scenario: ScenarioFile,
     output: Folder = None,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
     quiet: Quiet = False,
@@ -419,7 +419,9 @@ def optimise(
             files |= run_files(study, command, templates, say, None, paper, *outputs.section(result))
     printed: str | bytes = outputs.optimise_json(result, provenance) if json else "" if quiet else outputs.text(result)
     failure = outputs.shortcoming(result)
-    deliver(Outcome(printed, files, failure=failure, exit_code=bool(failure), stale=outputs.NAMES), folder, quiet)
+    deliver(
+        CommandOutcome(printed, files, failure=failure, exit_code=bool(failure), stale=outputs.NAMES), folder, quiet
+    )
 
 
 @app.command()
@@ -461,7 +463,7 @@ def chart(
     ],
     output: Folder = None,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     quiet: Quiet = False,
 ) -> None:
     """Draw what is stable over two inputs. The lines are the exact curves along which motions change."""
@@ -478,7 +480,7 @@ def chart(
         result = chart_of(loaded, over, say)
         files = {} if json else charts.files(result, provenance)
     printed: str | bytes = charts.chart_json(result, provenance) if json else "" if quiet else charts.text(result)
-    deliver(Outcome(printed, files, stale=charts.NAMES), folder, quiet)
+    deliver(CommandOutcome(printed, files, stale=charts.NAMES), folder, quiet)
 
 
 @app.command()
@@ -502,7 +504,7 @@ def sweep(
         summary = run_map(map_file, output or _default_folder(map_file), scheduler, workers, shown, figures)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None
-    deliver(Outcome(summary=summary), quiet=quiet)
+    deliver(CommandOutcome(summary=summary), quiet=quiet)
 
 
 def _loaded(scenario: str, overrides: list[str] | None, carried: Carried | None = None) -> Loaded:

@@ -25,7 +25,7 @@ RED, BOLD, PLAIN = "\x1b[31m", "\x1b[1m", "\x1b[0m"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class CommandOutcome:
     """What a command comes to, before anything of it is printed or written.
 
     Attributes
@@ -54,12 +54,12 @@ class Outcome:
     beside: tuple[str, ...] = ()
 
 
-def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -> None:
+def deliver(outcome: CommandOutcome, folder: Path | None = None, quiet: bool = False) -> None:
     """Print and write what a command comes to, and leave with its exit code.
 
     Parameters
     ----------
-    outcome : Outcome
+    outcome : CommandOutcome
     folder : Path, optional
         Where the files go; created if there are any.
     quiet : bool
@@ -86,7 +86,7 @@ def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -
         raise typer.Exit(outcome.exit_code)
 
 
-def _written(outcome: Outcome, folder: Path) -> Iterator[str]:
+def _written(outcome: CommandOutcome, folder: Path) -> Iterator[str]:
     yield f"wrote {', '.join(str(folder / name) for name in outcome.files)}"
     if earlier := [name for name in outcome.beside if (folder / name).exists()]:
         yield f"of an earlier run, and left as they are: {', '.join(earlier)}"
@@ -94,7 +94,7 @@ def _written(outcome: Outcome, folder: Path) -> Iterator[str]:
         yield f"open {(folder / REPORT).resolve().as_uri()}"
 
 
-def _say(outcome: Outcome, summary: Sequence[str], quiet: bool) -> None:
+def _say(outcome: CommandOutcome, summary: Sequence[str], quiet: bool) -> None:
     emit(outcome.printed)
     if summary and not quiet:
         tell(summary, RED if outcome.failure else BOLD)

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from vireport.figures.captions import OUTSIDE, conditions
-from vireport.figures.curves import Curve, Floats, joined
+from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     AXES_HEIGHT,
@@ -163,7 +163,7 @@ def _draw(axes: Axes, axis: SweepAxis, family: Family, values: Floats, looks: di
     axes.update_datalim(np.column_stack([np.tile(x, values.shape[1]), values.T.ravel()]))
 
 
-def _spaced(curve: Curve, count: int) -> Curve:
+def _spaced(curve: DrawnCurve, count: int) -> DrawnCurve:
     """Points on a curve between two events, where it does not turn back, at even distances along the axis."""
     x, y = (part if curve[0][-1] > curve[0][0] else part[::-1] for part in curve)
     at = x[0] + (np.arange(count) + 0.5) / count * (x[-1] - x[0])
@@ -192,7 +192,7 @@ def _vertices(axes: Axes, axis: SweepAxis, atlas: Atlas) -> list[Label]:
     return labels
 
 
-def _simulated(study: Study, axis: SweepAxis) -> Iterator[Curve]:
+def _simulated(study: Study, axis: SweepAxis) -> Iterator[DrawnCurve]:
     """Impact velocities of the periodic motions found by simulation."""
     check = study.crosscheck
     for value, ends in zip(check.values, check.found, strict=True) if check is not None else ():

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vireport.simulation import Attractor, Cycle
 
 Floats = NDArray[np.float64]
-Curve = tuple[Floats, Floats]
+DrawnCurve = tuple[Floats, Floats]
 ImpactPairs = tuple[tuple[Floats, Floats], tuple[Floats, Floats], tuple[Floats, Floats]]
 """Impact velocity, phase and half the flight time, each at the bottom and at the top."""
 
@@ -228,7 +228,7 @@ def phase_curve(phi: Floats) -> Floats:
     return np.asarray(angles + (phi[middle] - angles[middle]))
 
 
-def joined(parts: Sequence[Curve]) -> Curve:
+def joined(parts: Sequence[DrawnCurve]) -> DrawnCurve:
     """Curves as one, with NaN between them."""
     x, y = (np.concatenate([np.append(part[k], np.nan) for part in parts]) for k in (0, 1))
     return x[:-1], y[:-1]

@@ -11,7 +11,7 @@ from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
 
 from vireport.figures.captions import DIGITS, held
-from vireport.figures.curves import Curve
+from vireport.figures.curves import DrawnCurve
 from vireport.figures.layout import (
     Entry,
     blank,
@@ -90,7 +90,7 @@ def figure_device(study: Study) -> Figure:
         return finished(figure, HEIGHT, [(", ".join(_masses(study)), Color.BLACK)], [legend])
 
 
-def shown_motion(study: Study) -> tuple[str, Curve] | None:
+def shown_motion(study: Study) -> tuple[str, DrawnCurve] | None:
     """The motion at the design point that is shown, in words, and its path.
 
     It is a stable 1:1 motion if there is one, else a stable motion with other impacts, else an unstable 1:1 motion.
@@ -113,7 +113,7 @@ def shown_motion(study: Study) -> tuple[str, Curve] | None:
     return motions.words[row], path(motions, row, study.solution.device.period_ratio)
 
 
-def path(motions: Motions, row: int, period_ratio: int) -> Curve:
+def path(motions: Motions, row: int, period_ratio: int) -> DrawnCurve:
     """Times after a bottom impact [forcing periods] and the distance of the ball from the bottom membrane, over s.
 
     The distance is 1/2 - Z/d: 0 at the bottom membrane and 1 at the top one.
@@ -190,7 +190,7 @@ def _sketch(axes: Axes, study: Study) -> None:
     axes.set_axis_off()
 
 
-def _path(axes: Axes, study: Study, motion: Curve) -> None:
+def _path(axes: Axes, study: Study, motion: DrawnCurve) -> None:
     """Draw the distance of the ball from the bottom membrane over one period."""
     length = float(study.solution.device.length_m)  # of a design point, which has all inputs
     time, distance = motion

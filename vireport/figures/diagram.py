@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vireport.figures.captions import conditions
 from vireport.figures.curves import (
-    Curve,
+    DrawnCurve,
     Floats,
     impact_pairs,
     joined,
@@ -108,7 +108,7 @@ def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) ->
         return finished(figure, HEIGHT + AXES_HEIGHT, [(conditions(study), Color.BLACK)], legends, labels)
 
 
-def one_to_one(drawing: Drawing) -> list[Curve]:
+def one_to_one(drawing: Drawing) -> list[DrawnCurve]:
     """Impact velocities of the stable motions by the formulae."""
     ratio = drawing.study.solution.device.period_ratio
     return [

@@ -20,7 +20,7 @@ from vireport.scenario import Parameter
 from vireport.study import Study, Task
 from vireport.text import MINUS
 
-Rows = NDArray[np.intp]
+RowNumbers = NDArray[np.intp]
 
 DIGITS = 5
 """Significant digits of a reading; as many are in the page."""
@@ -89,7 +89,7 @@ def _branch(branch: Branch, drawing: Drawing, pictures: Sequence[Picture]) -> di
     }
 
 
-def _columns(branch: Branch, swept: Parameter, device: Device, rows: Rows) -> Iterator[tuple[str, list[Any]]]:
+def _columns(branch: Branch, swept: Parameter, device: Device, rows: RowNumbers) -> Iterator[tuple[str, list[Any]]]:
     """The readings of some rows of a branch, by the names of results.json where they are there."""
     motions, voltages = branch.motions, branch.voltages
     unit = device.velocity_unit(swept, motions.sweep_value)
@@ -125,7 +125,7 @@ def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def _places(picture: Picture, drawing: Drawing, branch: Branch, rows: Rows) -> Iterator[list[float | None]]:
+def _places(picture: Picture, drawing: Drawing, branch: Branch, rows: RowNumbers) -> Iterator[list[float | None]]:
     """Where rows of a branch are in a figure: across, and down for each curve [pt]; None off a panel."""
     curves = panel_curves(Task(picture.name), drawing, branch)
     panels, x = picture.figure.axes[: len(curves)], drawing.axis.of(branch.motions)[rows]

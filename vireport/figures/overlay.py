@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vireport.design import DesignPoint
-from vireport.figures.curves import Curve, Floats, joined
+from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     ACROSS,
@@ -110,7 +110,7 @@ def _at(motions: Branch | DesignPoint, along: Parameter | None) -> Floats:
     return np.asarray(motions.motions.d if along is None else motions.motions.sweep_value)
 
 
-def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values, look: Look) -> Curve:
+def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values, look: Look) -> DrawnCurve:
     """Draw the motions of one scenario; return where its number may stand: on its longest stable stretch, if any."""
     stretches = []
     for stable in (False, True):

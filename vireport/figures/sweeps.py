@@ -21,8 +21,8 @@ from vireport.figures.captions import LAMBDA_LIMIT, OUTSIDE, conditions
 from vireport.figures.curves import (
     BESIDE,
     TURN,
-    Curve,
     Doubled,
+    DrawnCurve,
     DrawnPoint,
     Floats,
     PairedImpacts,
@@ -326,7 +326,7 @@ def _mark_leaving(axes: Axes, row: _Row, drawing: Drawing) -> None:
 def _draw_curves(axes: Axes, row: _Row, drawing: Drawing) -> None:
     """Draw the curves of all stretches, those of one look as one line."""
     # Each line is a path with its own style in the file, and a branch may have many stretches.
-    by_look: dict[tuple[object, ...], tuple[list[Curve], Look]] = {}
+    by_look: dict[tuple[object, ...], tuple[list[DrawnCurve], Look]] = {}
     for part in drawing.parts:
         x = drawing.axis.of(part.branch.motions)[part.rows]
         for k, values in enumerate(row.values(drawing, part.branch)):
@@ -337,7 +337,7 @@ def _draw_curves(axes: Axes, row: _Row, drawing: Drawing) -> None:
         _plot(axes, pieces, look, row.limits)
 
 
-def _plot(axes: Axes, parts: Sequence[Curve], look: Look, limits: tuple[float, float] = EVERYTHING) -> None:
+def _plot(axes: Axes, parts: Sequence[DrawnCurve], look: Look, limits: tuple[float, float] = EVERYTHING) -> None:
     """Draw curves as one line, broken between them; the axis has to hold only what of them is within the limits."""
     # Not `plot`, for which the axis would have to hold the whole curve.
     axes.add_artist(Line2D(*curves.joined(parts), **look))
@@ -369,7 +369,7 @@ def _mark_design(axes: Axes, row: _Row, drawing: Drawing) -> None:
 def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
     """Mark the critical points on all curves of a panel; each gets one label, at the largest value if there is room."""
     labels: list[Label] = []
-    by_kind: dict[Event, list[Curve]] = {}
+    by_kind: dict[Event, list[DrawnCurve]] = {}
     for event in drawing.events:
         values = np.array([[y[i] for y in row.values(drawing, branch)] for branch, i in event.places])
         places = np.array([drawing.axis.of(branch.motions)[i] for branch, i in event.places])
@@ -383,11 +383,11 @@ def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing, linked: bool)
     return labels
 
 
-Rows = tuple[list[_Row], list[list[Entry]]]
+FigureRows = tuple[list[_Row], list[list[Entry]]]
 """The rows of a figure from the top one down, and its legends, each of which begins a line."""
 
 
-def _rows(figure: Task, drawings: Sequence[Drawing]) -> Rows:
+def _rows(figure: Task, drawings: Sequence[Drawing]) -> FigureRows:
     return {Task.FIGURE_2: _rows_2, Task.FIGURE_4: _rows_4, Task.FIGURE_7: _rows_7}[figure](drawings)
 
 
@@ -396,7 +396,7 @@ def panel_curves(figure: Task, drawing: Drawing, branch: Branch) -> list[Sequenc
     return [row.values(drawing, branch) for row in _rows(figure, [drawing])[0]]
 
 
-def _rows_2(drawings: Sequence[Drawing]) -> Rows:
+def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
     cut = curves.phase_cut(part for drawing in drawings for part in drawing.parts)
 
     def row(k: int, label: str, phases: bool = False) -> _Row:
@@ -421,7 +421,7 @@ def _rows_2(drawings: Sequence[Drawing]) -> Rows:
     return rows, [legend]
 
 
-def _rows_4(drawings: Sequence[Drawing]) -> Rows:
+def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
     names = dict.fromkeys(chain.from_iterable(drawing.branches.values() for drawing in drawings))
     colors = dict(zip(names, cycle(BRANCH_COLORS), strict=False))
     sizes = [part.branch.motions.discriminant[part.rows] for x in drawings for part in x.parts]
@@ -459,7 +459,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> Rows:
     return [discriminant, eigenvalue], [branches, legend]
 
 
-def _rows_7(drawings: Sequence[Drawing]) -> Rows:
+def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
     seen = [y[part.rows] for x in drawings for part in x.parts for y in curves.voltage_curves(part.branch.voltages)]
     overlays = [x.simulated.voltages for x in drawings if x.simulated and x.simulated.voltages]
     power = prefix(chain(seen, *map(curves.voltage_curves, overlays)))

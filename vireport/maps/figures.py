@@ -31,7 +31,7 @@ from vireport.figures import (
     style,
 )
 from vireport.maps.cells import MapPlan, axis_values
-from vireport.maps.loci import Locus, loci_of
+from vireport.maps.loci import DrawnLocus, loci_of
 from vireport.maps.store import Store, writing
 from vireport.motions import STABILITIES, Event, Stability
 from vireport.scenario import Parameter, Sampling
@@ -144,7 +144,7 @@ def _raster(plan: MapPlan, result: Path) -> Raster:
     return Raster(x, y, columns)
 
 
-def _stability(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
+def _stability(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure:
     colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
     figure, axes = _blank(plan, raster)
     _fill(axes, raster, raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
@@ -173,7 +173,7 @@ def _of_stable(
     return figure, axes
 
 
-def _margin(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
+def _margin(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure:
     percent = 100 * raster.columns["multiplier_margin"] / (1 + _restitutions(plan, raster) ** 4)
     figure, axes = _of_stable(plan, raster, percent, "viridis", (0.0, 100.0))
     figure.colorbar(axes.images[-1], ax=axes, label="1 − |tr|/(1 + r⁴) [%]")
@@ -181,7 +181,7 @@ def _margin(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
     return _with_loci(figure, axes, plan, title, loci, _types(Stability.UNSTABLE_NODE))
 
 
-def _voltage(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
+def _voltage(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure:
     volts = raster.columns["u_ave_v"]
     power = prefix([volts])
     figure, axes = _of_stable(plan, raster, volts / 10.0**power, "cividis")
@@ -246,7 +246,7 @@ def _with_loci(
     axes: Axes,
     plan: MapPlan,
     title: str,
-    loci: Sequence[Locus],
+    loci: Sequence[DrawnLocus],
     types: Sequence[Entry],
     note: str = "",
 ) -> Figure:

@@ -21,7 +21,7 @@ from vireport.base import RenderError
 if TYPE_CHECKING:
     import typst
 
-    from vireport.report.templates import Document
+    from vireport.report.templates import AnyReport
 
 PAPERS = {"a4": "a4", "letter": "us-letter"}
 """Paper of a PDF, by its name on the command line, as Typst names it."""
@@ -54,7 +54,7 @@ def _offline() -> Iterator[None]:
 
 
 def render_files(
-    report: Document, formats: Set[str], templates: Path | None = None, paper: str = "a4"
+    report: AnyReport, formats: Set[str], templates: Path | None = None, paper: str = "a4"
 ) -> dict[str, bytes]:
     """Set a report and its figures as files, by their names; `formats` are any of html, pdf, png and svg.
 
@@ -80,12 +80,12 @@ def render_files(
 
 
 @_offline()
-def render_html(report: Document, templates: Path | None = None) -> bytes:
+def render_html(report: AnyReport, templates: Path | None = None) -> bytes:
     """Set a report as one HTML file that needs nothing else.
 
     Parameters
     ----------
-    report : Document
+    report : AnyReport
     templates : Path, optional
         A folder whose templates come before ours.
 
@@ -99,18 +99,18 @@ def render_html(report: Document, templates: Path | None = None) -> bytes:
     return _page(report, _filled(report, templates))
 
 
-def _filled(report: Document, templates: Path | None) -> str:
+def _filled(report: AnyReport, templates: Path | None) -> str:
     from vireport.report.templates import fill
 
     return fill(report, templates)
 
 
-def _page(report: Document, source: str) -> bytes:
+def _page(report: AnyReport, source: str) -> bytes:
     page = _compiled(report, source, "html").decode("utf-8")
     return _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page).encode("utf-8")
 
 
-def _of_page(report: Document) -> dict[str, str]:
+def _of_page(report: AnyReport) -> dict[str, str]:
     """The files that the template of an HTML page reads, by their names: drawings, style, script and its data."""
     if not report.pictures:
         return {}
@@ -128,7 +128,7 @@ def _of_page(report: Document) -> dict[str, str]:
 
 
 @_offline()
-def render_markdown(report: Document, templates: Path | None = None) -> bytes:
+def render_markdown(report: AnyReport, templates: Path | None = None) -> bytes:
     """Set a summary as Markdown, for a pull request or the page of a job; its parameters are those of `render_html`."""
     from vireport.report.markdown import as_markdown
 
@@ -137,13 +137,13 @@ def render_markdown(report: Document, templates: Path | None = None) -> bytes:
 
 @_offline()
 def render_pdf(
-    report: Document, templates: Path | None = None, standards: Iterable[str] = (), paper: str = "a4"
+    report: AnyReport, templates: Path | None = None, standards: Iterable[str] = (), paper: str = "a4"
 ) -> bytes:
     """Set a report as PDF.
 
     Parameters
     ----------
-    report : Document
+    report : AnyReport
     templates : Path, optional
         A folder whose templates come before ours.
     standards : iterable of str
@@ -162,7 +162,7 @@ def render_pdf(
 
 
 def _compiled(
-    report: Document, source: str, output: Literal["html", "pdf"], standards: Iterable[str] = (), paper: str = ""
+    report: AnyReport, source: str, output: Literal["html", "pdf"], standards: Iterable[str] = (), paper: str = ""
 ) -> bytes:
     """What Typst makes of a filled template; in a PDF, characters that its fonts lack are given by their numbers."""
     import typst

@@ -61,7 +61,7 @@ JOINED_BAR = "|\u2060"
 """The bar before an absolute value, after which no line may end."""
 
 
-class Document(Hashable, Protocol):
+class AnyReport(Hashable, Protocol):
     """What is set: the object `report` of the templates.
 
     Attributes
@@ -195,7 +195,7 @@ class _Templates(FileSystemLoader):
 
 
 @lru_cache(maxsize=1)  # one report is set as HTML and as PDF, from the same source
-def fill(report: Document, templates: Path | None) -> str:
+def fill(report: AnyReport, templates: Path | None) -> str:
     """The Typst source of a report.
 
     Raises
