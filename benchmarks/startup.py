@@ -2,8 +2,8 @@
 
     python benchmarks/startup.py [RUNS]
 
-Each line is the median of the ratios of neighbouring runs, with the medians of both. The floors are processes that
-do nothing of ours, with Python's own settings (those of `vireport` look for cycles less often, and not at the end):
+Each line is the median of the ratios of neighbouring runs, with the medians of both. A run with --json is to take at
+most 2.2 times its floor, a report 1.6 times. The floors are processes that do nothing of ours:
 
 - command: imports numpy, yaml, typer and pydantic, and runs a command that does nothing: only then do the last two
 import what they are made of;

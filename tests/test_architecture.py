@@ -12,7 +12,7 @@ import pytest
 from conftest import first
 
 import vireport
-from vireport.base.errors import EXTRAS, installing
+from vireport.base.errors import EXTRAS, install_command
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -33,7 +33,7 @@ def imported_by(*arguments: str) -> set[str]:
     return set(run.stderr.split("\n"))
 
 
-HEAVY = {"matplotlib", "jinja2", "typst", "markdownify", "scipy", "numba", "mpmath", "rich"}
+HEAVY = {"matplotlib", "jinja2", "typst", "markdownify", "scipy", "numba", "mpmath", "flint", "rich"}
 
 
 def test_json_imports_nothing_heavy(example) -> None:
@@ -57,7 +57,7 @@ def test_validate_imports_no_physics(example) -> None:
 def test_a_report_never_imports_pyplot(example, tmp_path: Path) -> None:
     loaded = imported_by("run", str(example("inclined")), "-o", str(tmp_path / "out"))
     assert "matplotlib" in loaded
-    assert not loaded & {"matplotlib.pyplot", "scipy", "numba", "mpmath"}
+    assert not loaded & {"matplotlib.pyplot", "scipy", "numba", "mpmath", "flint"}
 
 
 def test_csv_alone_draws_nothing(example, tmp_path: Path) -> None:
@@ -77,4 +77,4 @@ def test_an_install_command_names_an_extra_that_brings_the_package() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     for package, extra in EXTRAS.items():
         assert any(re.match(rf"{package.split('.')[0]}\b", requirement) for requirement in extras[extra]), package
-        assert f"vireport[{extra}]" in installing(package)
+        assert f"vireport[{extra}]" in install_command(package)

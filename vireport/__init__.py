@@ -9,10 +9,17 @@ for point in study.solution.critical_points:
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # `typing` takes longer to import than all that comes before Ctrl-C is recorded
-if TYPE_CHECKING:
-    from types import ModuleType
-    from typing import Any
+from importlib import import_module
+
+_ROOMS = {
+    "vireport.base": ("NumericalError", "ScenarioError", "UsageError", "VireportError", "__version__"),
+    "vireport.scenario": ("load", "loads"),
+    "vireport.study": ("Study", "analyse", "recheck", "results"),
+    "vireport.figures": ("figure_2", "figure_4", "figure_7", "pictures"),
+    "vireport.comparison": ("Comparison", "compare", "diff"),
+    "vireport.comparison.figures": ("compare_figure",),
+}
+"""Where each public name is imported from when it is first asked for, so that `import vireport` costs nothing."""
 
 __all__ = [
     "Comparison",
@@ -37,26 +44,11 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name on first use, so that `import vireport` costs nothing."""
-    module: ModuleType
-    if name in ("NumericalError", "ScenarioError", "UsageError", "VireportError"):
-        from vireport.base import errors as module
-    elif name == "__version__":
-        from vireport.base import version as module
-    elif name in ("load", "loads"):
-        from vireport import scenario as module
-    elif name in ("Study", "analyse", "recheck", "results"):
-        from vireport import study as module
-    elif name in ("figure_2", "figure_4", "figure_7", "pictures"):
-        from vireport import figures as module
-    elif name in ("Comparison", "compare", "diff"):
-        from vireport import comparison as module
-    elif name == "compare_figure":
-        from vireport.comparison import figures as module
-    else:
-        raise AttributeError(f"module 'vireport' has no attribute {name!r}")
-    return getattr(module, name)
+def __getattr__(name: str) -> object:
+    for room, names in _ROOMS.items():
+        if name in names:
+            return getattr(import_module(room), name)
+    raise AttributeError(f"module 'vireport' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

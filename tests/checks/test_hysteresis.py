@@ -20,7 +20,7 @@ from vireport.simulation import (
     course,
 )
 from vireport.study import provenance_of
-from vireport.study.coexistence import Source, ends_at
+from vireport.study.coexistence import FoundBy, ends_at
 from vireport.study.study import sweep_of
 
 LITERATURE = """\
@@ -140,11 +140,11 @@ def test_results_and_coexisting_motions(example):
     study = analyse(load(example("hysteresis")), ("json", "html"))
     (bbt, bbbt) = study.coexisting
     assert (bbt.name, bbbt.name) == ("BBT every forcing period", "BBBT every forcing period")
-    ((_, last),) = bbbt.ranges[Source.UP]
-    ((_, last_down),) = bbbt.ranges[Source.DOWN]
+    ((_, last),) = bbbt.ranges[FoundBy.UP]
+    ((_, last_down),) = bbbt.ranges[FoundBy.DOWN]
     assert last == pytest.approx(0.228)
     assert last_down == pytest.approx(0.22)
-    assert bbt.ranges[Source.FAMILIES] == [(pytest.approx(GRAZING, abs=1e-15), 0.25)]
+    assert bbt.ranges[FoundBy.FAMILIES] == [(pytest.approx(GRAZING, abs=1e-15), 0.25)]
     data = study.to_dict()["simulation"]["follow"]
     (jump,) = data["up"]["jumps"]
     assert jump["vertex"]["kind"] == "fold"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -127,6 +128,21 @@ def test_usage_mistakes(arguments: list[str], fragment: str, monkeypatch, capfd)
     assert fragment in err
     assert "Traceback" not in err
     assert out == ""
+
+
+def test_what_is_no_option_is_said_like_any_other_mistake(capfd) -> None:
+    assert main(["plan", "--nope", "x.yaml"]) == 2
+    mistake, advice = capfd.readouterr().err.splitlines()
+    assert mistake.startswith("vireport: error: No such option: --nope")
+    assert advice == "vireport plan --help lists the options"
+
+
+@pytest.mark.parametrize(("words", "next_word"), [("vireport vali", "validate"), ("vireport x.yaml --js", "--json")])
+def test_a_shell_completes_commands_and_the_options_of_run(words: str, next_word: str) -> None:
+    asked = {**os.environ, "_VIREPORT_COMPLETE": "complete_zsh", "_TYPER_COMPLETE_ARGS": words}
+    shell = subprocess.run([sys.executable, "-m", "vireport"], env=asked, capture_output=True, text=True)
+    assert shell.returncode == 0, shell.stderr
+    assert f'"{next_word}"' in shell.stdout
 
 
 @pytest.mark.parametrize("bad", SEVERAL, ids=lambda bad: bad.name)

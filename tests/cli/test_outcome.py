@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 import typer
 
-from vireport.cli.outcome import Outcome, deliver
+from vireport.cli.outcome import CommandOutcome, deliver
 
 
 def test_everything_goes_where_it_belongs(tmp_path: Path, capsys) -> None:
-    outcome = Outcome("β\n", {"a.txt": b"1", "b.txt": b"2"}, "done", "not met")
+    outcome = CommandOutcome("β\n", {"a.txt": b"1", "b.txt": b"2"}, "done", "not met")
     deliver(outcome, tmp_path / "new" / "folder")
     out, err = capsys.readouterr()
     folder = tmp_path / "new" / "folder"
@@ -24,7 +24,7 @@ def test_everything_goes_where_it_belongs(tmp_path: Path, capsys) -> None:
 
 
 def test_without_files_there_is_no_folder(tmp_path: Path, capsys) -> None:
-    deliver(Outcome(b"text"), tmp_path / "folder")
+    deliver(CommandOutcome(b"text"), tmp_path / "folder")
     assert capsys.readouterr() == ("text", "")
     assert not (tmp_path / "folder").exists()
 
@@ -32,7 +32,7 @@ def test_without_files_there_is_no_folder(tmp_path: Path, capsys) -> None:
 @pytest.mark.parametrize(("summary", "quiet"), [("", False), ("done", True)])
 def test_a_failure_is_told_where_the_summary_is_not(summary: str, quiet: bool, capsys) -> None:
     with pytest.raises(typer.Exit) as caught:
-        deliver(Outcome(summary=summary, failure="1 of 2 requirements is not met", exit_code=1), quiet=quiet)
+        deliver(CommandOutcome(summary=summary, failure="1 of 2 requirements is not met", exit_code=1), quiet=quiet)
     assert caught.value.exit_code == 1
     assert capsys.readouterr().err == "vireport: 1 of 2 requirements is not met\n"
 

@@ -414,7 +414,7 @@ def test_a_real_report_is_small(study_of) -> None:
     study = study_of("horizontal")
     html = render_html(model_of(study, pictures(study)))
     assert len(html) < 1_000_000
-    assert html.count(b'<svg xmlns="http://www.w3.org/2000/svg"') == 5
+    assert html.count(b"<svg ") == 5
 
 
 def test_a_users_templates_win_file_by_file(model, tmp_path: Path) -> None:

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-import shutil
 import socket
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
@@ -113,27 +110,3 @@ def test_characters_that_the_fonts_lack_and_long_words(tmp_path: Path) -> None:
     assert any("⟨U+6CE8⟩" in page for page in pages)
     assert max(len(line) for page in pages for line in page.splitlines()) < 200
     assert reader.attachments["scenario.yaml"][0] == path.read_bytes()
-
-
-@pytest.mark.slow
-def test_a_changed_template_counts_in_the_next_run(tmp_path: Path) -> None:
-    """What templates are compiled to is kept, as far as Python keeps its bytecode, and is no longer valid then."""
-    for folder in ("vireport", "templates"):
-        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    kept, command = tmp_path / "templates" / "__pycache__", [sys.executable, "-m", "vireport", "run", str(DESIGN)]
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-
-    def summary(dont_write: str) -> str:
-        files = ["--format", "markdown", "-o", str(tmp_path / "out")]
-        subprocess.run(
-            [*command, *files], env=environment | {"PYTHONDONTWRITEBYTECODE": dont_write}, cwd=tmp_path, check=True
-        )
-        return (tmp_path / "out" / "summary.md").read_text(encoding="utf-8")
-
-    before = summary("1")
-    assert not kept.exists()
-    assert summary("") == summary("") == before
-    assert len(list(kept.iterdir())) > 1
-    with (tmp_path / "templates" / "summary.typ.j2").open("a") as template:
-        template.write("\nAmended words.\n")
-    assert "Amended words." in summary("")

@@ -1,5 +1,6 @@
-"""What every room stands on: the ways a run can fail, Ctrl-C, files written whole, reports of progress, the version."""
+"""What every room stands on: the ways a run can fail, Ctrl-C, streams, files written whole, progress, the version."""
 
+from vireport.base import interrupts, streams
 from vireport.base.errors import (
     Mistake,
     NumericalError,
@@ -8,16 +9,14 @@ from vireport.base.errors import (
     ScenarioError,
     UsageError,
     VireportError,
-    installing,
+    install_command,
 )
 from vireport.base.files import require_writable, writable, write_files, write_new, write_whole
-from vireport.base.interrupts import EXIT_CODE, check, deferred, install
 from vireport.base.progress import Progress
 from vireport.base.shares import wilson
 from vireport.base.version import __version__
 
 __all__ = [
-    "EXIT_CODE",
     "Mistake",
     "NumericalError",
     "OutputError",
@@ -27,11 +26,10 @@ __all__ = [
     "UsageError",
     "VireportError",
     "__version__",
-    "check",
-    "deferred",
-    "install",
-    "installing",
+    "install_command",
+    "interrupts",
     "require_writable",
+    "streams",
     "wilson",
     "writable",
     "write_files",

@@ -19,7 +19,7 @@ EXTRAS = {
 """The extra with which each optional package comes."""
 
 
-def installing(package: str) -> str:
+def install_command(package: str) -> str:
     """Return the command that installs an optional package, from a clone's environment as from any other."""
     extra = EXTRAS.get(package)
     return f"pip install 'vireport[{extra}]'" if extra is not None else f"pip install {package}"

@@ -12,8 +12,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from shutil import rmtree
 
+from vireport.base import interrupts
 from vireport.base.errors import OutputError, UsageError
-from vireport.base.interrupts import deferred
 
 STAGING = ".vireport-"
 """How the name begins of a folder in which a set of files waits until all of them are written."""
@@ -143,7 +143,7 @@ def _put(folder: Path, files: Mapping[str, bytes], stale: Iterable[str]) -> None
         old.mkdir(parents=True)
         for name, data in files.items():
             (staging / name).write_bytes(data)
-        with deferred():
+        with interrupts.deferred():
             for name in dict.fromkeys((*files, *stale)):
                 if os.path.lexists(folder / name):
                     move(folder / name, old / name)

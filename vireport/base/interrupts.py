@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Iterator
 from contextlib import contextmanager
+from types import FrameType
 
-TYPE_CHECKING = False  # until Ctrl-C is recorded, nothing is imported that takes long
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from types import FrameType
-    from typing import Any
-
-EXIT_CODE = 130
+EXIT_CODE = 128 + signal.SIGINT
+"""What a shell reports of a process that ended by Ctrl-C."""
 
 _received = _held = False
 
@@ -34,7 +31,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
 
-def _without_interrupts(unraisable: Any) -> None:
+def _without_interrupts(unraisable: sys.UnraisableHookArgs) -> None:
     """Ctrl-C in a callback of the interpreter cannot be raised there; `check` raises it at the next step."""
     if unraisable.exc_type is not KeyboardInterrupt:
         sys.__unraisablehook__(unraisable)
@@ -46,7 +43,12 @@ def received() -> bool:
 
 
 def check() -> None:
-    """Raise a Ctrl-C that was deferred, or that a library has swallowed."""
+    """Raise a Ctrl-C that was deferred, or that a library has swallowed.
+
+    Raises
+    ------
+    KeyboardInterrupt
+    """
     if _received:
         raise KeyboardInterrupt
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain, pairwise
 
 from vireport.atlas import FINE, atlas
-from vireport.base import NumericalError
+from vireport.base import NumericalError, Progress
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import (
     AT_EDGE,
     FollowedLocus,
+    LocusStart,
     Network,
-    Start,
 )
 from vireport.chart.plane import Line, Plane, lines
 from vireport.motions import Atlas, Event, Limits, solve
@@ -22,8 +22,6 @@ from vireport.physics import Word
 CUTS, SOLVED_CUTS = 3, 16
 """Sweeps across the plane along each input, on which loci are looked for: of all motions, and of 1:1 motions, which are
 in closed form."""
-
-Progress = Callable[[str], None]
 
 Stable = tuple[tuple[float, float, tuple[str, ...]], ...]
 """From one break to the next, the words of the motions that are stable."""
@@ -84,7 +82,7 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
     return Chart(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
 
 
-def _one_to_one_starts(line: Line) -> Iterator[Start]:
+def _one_to_one_starts(line: Line) -> Iterator[LocusStart]:
     """The critical points of the 1:1 motions on a sweep across a plane."""
     sweep = line.sweep
     try:
@@ -92,15 +90,15 @@ def _one_to_one_starts(line: Line) -> Iterator[Start]:
     except NumericalError:
         points = []
     for critical in points:
-        yield Start(critical.motion, line.inputs(critical.sweep_value), critical.event)
+        yield LocusStart(critical.motion, line.inputs(critical.sweep_value), critical.event)
 
 
-def _starts(families: Atlas, line: Line) -> Iterator[Start]:
+def _starts(families: Atlas, line: Line) -> Iterator[LocusStart]:
     """The points on a sweep across a plane where families meet, or motions change between node and focus."""
     marks = chain.from_iterable(family.marks for family in families.families)
     turned = [mark.point for mark in marks if mark.point is not None and mark.event is Event.NODE_FOCUS]
     for point in (*families.vertices, *turned):
-        yield Start(point.motion, line.inputs(point.sweep_value), point.event)
+        yield LocusStart(point.motion, line.inputs(point.sweep_value), point.event)
 
 
 def _stable(families: Atlas, line: Line) -> Stable:

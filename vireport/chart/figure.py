@@ -31,17 +31,17 @@ from vireport.motions import Event
 Floats = NDArray[np.float64]
 
 HEIGHT, ACROSS = 5.4, 5.75
-"""Of the panel with its axes, and its width for the choice of ticks [in]."""
+"""Height of the panel with its axes, and its width for the choice of ticks [in]."""
 
 PIXELS = 240
-"""Of the raster, along either axis, on which regions are told apart."""
+"""Side of the raster, along either axis, on which regions are told apart."""
 
 ROOM, LETTERS, APART = 7.0, 5, 2.0
 """Distance [pixels] to the nearest curve that a region's label of so many letters needs; and the one that a place needs
 to be within its region for certain, as pixels do not part curves that are next to each other."""
 
 BETWEEN: Look = {"linewidth": 0.5, "alpha": 0.6}
-"""Of curves where no stable motion ends."""
+"""Look of curves where no stable motion ends."""
 
 MEETING: Look = {"linestyle": "none", "marker": "o", "markersize": 3.2, "color": Color.BLACK, "zorder": 3.0}
 

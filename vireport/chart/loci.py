@@ -41,14 +41,15 @@ TURNED_BACK = 1e-3
 motions differ by a root of the distance, and the equations are singular twice."""
 
 AMPLITUDE, DIFFERENCE = 1e-3, 1e-5
-"""Of motions beside one from which they begin, and step of derivatives: some six digits of `criticality` are left."""
+"""Amplitude of motions beside the one from which they begin, and step of derivatives: some six digits of `criticality`
+are left."""
 
 STANDSTILL = 1e-5
 """Part of a locus' direction within the plane up to which it stands still there, as at a cusp."""
 
 
 FIRST_STEP, LONGEST_STEP, SHARPEST = 3e-3, 0.06, 0.25
-"""As of families, but longer: along most loci the trace is given, and its poles need no short steps."""
+"""Steps as along families, but longer: along most loci the trace is given, and its poles need no short steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +221,7 @@ class Locus(Path):
         return folds, y, np.append(away, (0.0, 0.0))
 
     def halved(self, x: Floats) -> tuple[Locus, Floats]:
-        """Of folds, the locus of period doublings at which their motions begin, and a guess next to it."""
+        """Return the locus of the period doublings at which the motions of a fold begin, and a guess next to it."""
         size = len(self.word)
         word = Word(self.word.walls[: size // 2], self.word.periods // 2)
         guess = np.concatenate([x[: size // 2], x[size : size + size // 2], x[-2:]])

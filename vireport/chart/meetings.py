@@ -86,13 +86,13 @@ def _differences(function: Callable[[list[float]], list[float]], relative: tuple
     return np.array(columns).T
 
 
-Conditions = Callable[[Plane, list[Any]], list[Any]]
+MeetingConditions = Callable[[Plane, list[Any]], list[Any]]
 """What is zero at a point, in the kind of number of the plane."""
 
 
 def _conditions(
     plane: Plane, motion: Motion, guess: list[float], events: tuple[Event, Event]
-) -> tuple[Conditions, list[float]]:
+) -> tuple[MeetingConditions, list[float]]:
     """The conditions of a point, and a guess of the unknowns that they have besides motion and inputs."""
     size, word = 2 * len(motion.word), motion.word
     if events[1] is Event.CUSP:

@@ -102,7 +102,7 @@ class FollowedLocus:
 
     @property
     def bounds_stability(self) -> NDArray[np.bool_]:
-        """Of the pieces between its points, whether stable motion ends there."""
+        """Whether stable motion ends at each of the pieces between its points."""
         if self.event is Event.NODE_FOCUS:
             return np.zeros(len(self.x) - 1, dtype=bool)
         if self.event is not Event.GRAZING:
@@ -125,7 +125,7 @@ class FollowedLocus:
         return near is not None and float(np.abs((near - at[row]) / path.scale).max()) < SAME_LOCUS
 
 
-class Start(NamedTuple):
+class LocusStart(NamedTuple):
     """A motion with its touches as impacts of velocity zero, values of the inputs, and what happens there."""
 
     motion: Motion
@@ -153,7 +153,7 @@ class Network:
     meetings: list[Meeting] = field(default_factory=list)
     _queue: deque[tuple[Locus, PathPoint]] = field(default_factory=deque)
 
-    def explore(self, start: Start) -> None:
+    def explore(self, start: LocusStart) -> None:
         """Follow the locus through a start, and all that it is joined to."""
         motion, p, event = _distinct(start.motion).canonical(), *start[1:]
         guess, sign = np.concatenate([motion.velocity, motion.time, p]), 1

@@ -15,7 +15,7 @@ from vireport.scenario import DesignInput, Loaded, Scenario
 from vireport.study import device_of
 
 LIMITS = Limits(4, 2)
-"""Of the motions in a chart, where the scenario has no `motions` block."""
+"""Limits of the motions in a chart, where the scenario has no `motions` block."""
 
 ASIDE = 0.5
 """Part of its value by which an input varies to either side, where no range is given."""

@@ -61,7 +61,7 @@ class Plane:
         return d, self._side(varied) * gbar, self.ops.exact(device.restitution)
 
     def here(self, varied: Sequence[float]) -> Here:
-        """The same with their derivatives by the inputs."""
+        """Return the groups of a device with their derivatives by the inputs."""
         d, gbar, r = self.at(varied)
         device = self.device_at(varied)
         return Here((d, gbar, r), np.array([device.slopes(one, d, gbar) for one in self.inputs]).T)
@@ -78,7 +78,7 @@ class Plane:
 
     @property
     def widths(self) -> Floats:
-        """Of the ranges."""
+        """Widths of the ranges."""
         return self.high - self.low
 
     def room(self, varied: Floats) -> float:
@@ -115,7 +115,7 @@ class Line:
 
     @property
     def sweep(self) -> Sweep:
-        """The same as a sweep of a scenario.
+        """The line as a sweep of a scenario.
 
         Along the capsule's mass the groups change as against the force's amplitude, which is swept instead.
         """

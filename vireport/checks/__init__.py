@@ -1,13 +1,15 @@
-"""What the answers are held against: simulation, ball arithmetic, 40 digits, the paper's numbers, and other methods."""
+"""What the answers are held against: simulation, ball arithmetic, 40 digits, the paper's numbers, and other methods.
+
+Two modules are imported as such, by what needs them: `reference`, which imports mpmath, and `certificates`, which
+imports python-flint.
+"""
 
 from vireport.checks.accuracy_tables import measurements, power, ranking, seconds, task_name
 from vireport.checks.benchmark import stable_motion
-from vireport.checks.certificates import Certificate, Enclosure, certify
 from vireport.checks.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
 from vireport.checks.hysteresis import Hysteresis
 from vireport.checks.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
 from vireport.checks.paper import PAPER, PaperComparison, compare_with_paper
-from vireport.checks.reference import mp, voltage
 from vireport.checks.reproduction import Reproduction, reproduce
 from vireport.checks.rootfinding import Floats, solve
 from vireport.checks.timing import timed_in_turns
@@ -24,9 +26,7 @@ __all__ = [
     "SETTLING",
     "SIMULATED",
     "WHOLE",
-    "Certificate",
     "CrossCheck",
-    "Enclosure",
     "Floats",
     "Hysteresis",
     "MethodRun",
@@ -35,13 +35,11 @@ __all__ = [
     "Reproduction",
     "WorkPrecision",
     "accuracy_data",
-    "certify",
     "compare_with_paper",
     "crosscheck",
     "is_one_to_one",
     "measure",
     "measurements",
-    "mp",
     "power",
     "ranking",
     "reproduce",
@@ -50,5 +48,4 @@ __all__ = [
     "stable_motion",
     "task_name",
     "timed_in_turns",
-    "voltage",
 ]

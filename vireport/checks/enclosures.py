@@ -13,13 +13,13 @@ from fractions import Fraction
 from operator import methodcaller
 from typing import Any
 
-from vireport.base import NumericalError, installing
+from vireport.base import NumericalError, install_command
 
 try:
     from flint import arb, arb_mat, arb_series, ctx
 except ImportError as error:
     raise NumericalError(
-        f"proofs in ball arithmetic need the package python-flint: {installing('python-flint')}"
+        f"proofs in ball arithmetic need the package python-flint: {install_command('python-flint')}"
     ) from error
 
 RADII = ("1e-10", "1e-13", "1e-17", "1e-22", "1e-28", "1e-36", "1e-48")

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vireport.base import NumericalError, Progress, installing
+from vireport.base import NumericalError, Progress, install_command
 from vireport.checks.benchmark import (
     Benchmark,
     MethodTask,
@@ -231,7 +231,7 @@ def compare(
     absent: list[tuple[str, str]] = []
     for method in methods:
         if method.needs and find_spec(method.needs) is None:
-            absent.append((method.name, f"needs the package {method.needs}: {installing(method.needs)}"))
+            absent.append((method.name, f"needs the package {method.needs}: {install_command(method.needs)}"))
             continue
         if progress is not None:
             progress(f"accuracy: {method.name}")

@@ -2,34 +2,54 @@
 
 Exit codes: 0 done; 1 done, but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the
 numbers could not be had or written, or an internal error; 130 interrupted.
+
+Each command imports the rooms that it uses, and no other: `vireport --help` needs none of them.
 """
 
 from __future__ import annotations
 
 import json as plain_json
+import os
 import sys
-from copy import copy
+from difflib import get_close_matches
 from enum import StrEnum
-from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from shlex import join
+from traceback import format_exc
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 from typer.core import TyperGroup
+from typer.main import get_command
 
-from vireport.base import ScenarioError, UsageError, VireportError, __version__, interrupts
+from vireport.base import (
+    ScenarioError,
+    UsageError,
+    VireportError,
+    __version__,
+    interrupts,
+    require_writable,
+    writable,
+    write_new,
+)
 from vireport.cli.outcome import (
     RED,
-    Outcome,
+    CommandOutcome,
     deliver,
     progress,
     tell,
 )
+from vireport.text import explanation, visible
 
 if TYPE_CHECKING:
     from vireport.report import Carried
     from vireport.scenario import Loaded
     from vireport.study import Task
+
+PROGRAM = "vireport"
+
+COMPLETION = "_VIREPORT_COMPLETE"
+"""Set by a shell that completes a line of the program, as Typer has it."""
 
 EPILOG = (
     "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, "
@@ -55,7 +75,7 @@ Folder = Annotated[
     Path | None,
     _folder_option("Where to write; by default a folder named after the scenario, or after what the command does."),
 ]
-Overrides = Annotated[
+SetOption = Annotated[
     list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Set a value over the file's; may be repeated.")
 ]
 Formats = Annotated[
@@ -91,17 +111,6 @@ QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing: 
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")]
 
 
-_Refused: Any = typer.BadParameter.__base__
-"""What Typer raises of any argument that it does not take: Click's `UsageError`, which it does not export."""
-
-
-class _PastTyper(Exception):
-    """Carries what Typer would turn into an exit code of its own, some of them into 1."""
-
-    def __init__(self, error: BaseException) -> None:
-        self.error = error
-
-
 class DefaultGroup(TyperGroup):
     """Commands, with `run` understood where the first word is none of them."""
 
@@ -109,51 +118,28 @@ class DefaultGroup(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Put `run` before anything that is neither a command nor an option of the group."""
-        if args and args[0] not in _commands() and args[0] not in self.group_only:
-            self._refuse_misspelt_command(args[0])
+        if args and args[0] not in self.commands and args[0] not in self.group_only:
+            if not ctx.resilient_parsing:  # as it is while a shell completes a line
+                self._refuse_misspelt_command(args[0])
             args = ["run", *args]
         return super().parse_args(ctx, args)
-
-    def invoke(self, ctx: Any) -> Any:
-        """Invoke the command; an interrupt and failures of the system are for `main`."""
-        try:
-            return super().invoke(ctx)
-        except (KeyboardInterrupt, OSError, EOFError) as error:
-            raise _PastTyper(error) from None
 
     def _refuse_misspelt_command(self, word: str) -> None:
         if word.startswith("-") or Path(word).exists():
             return
-        from difflib import get_close_matches
-
-        if close := get_close_matches(word, _commands(), 1):
+        if close := get_close_matches(word, self.commands, 1):
             raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
 
 
 app = typer.Typer(
     cls=DefaultGroup,
-    no_args_is_help=True,
+    invoke_without_command=True,
     subcommand_metavar="SCENARIO | COMMAND ...",
     epilog=EPILOG,
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-
-def _commands() -> dict[str, Any]:
-    """What Typer knows of each command, by its name."""
-    known: list[Any] = app.registered_commands
-    return {command.callback.__name__: command for command in known}
-
-
-def _called(arguments: list[str]) -> typer.Typer:
-    """The application without the commands that are not called: to build all takes as long as to read a scenario."""
-    if not arguments or arguments[0] in DefaultGroup.group_only:
-        return app
-    commands, alone = _commands(), copy(app)
-    alone.registered_commands = [commands.get(arguments[0], commands["run"])]
-    return alone
 
 
 def _version(shown: bool) -> None:
@@ -164,11 +150,15 @@ def _version(shown: bool) -> None:
 
 @app.callback()
 def _group(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", "-V", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
     """Periodic motions, stability and voltage of a vibro-impact energy harvester, from a YAML scenario to a report."""
+    if context.invoked_subcommand is None:
+        print(context.get_help(), file=sys.stderr)
+        raise typer.Exit(UsageError.exit_code)
 
 
 @app.command()
@@ -181,7 +171,7 @@ def run(
     ],
     output: Folder = None,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     format_: Formats = None,
     certify: Annotated[
         bool, typer.Option("--certify", help="Prove the critical points in ball arithmetic, and print enclosures.")
@@ -202,15 +192,9 @@ def run(
         raise UsageError("--json prints the results and no changes: leave out --baseline, or use vireport diff --json")
     before = None if baseline is None else _baseline(baseline, scenario)
     carried = _carried(scenario)
-    if carried is None:
-        loaded = _loaded(scenario, set_)
-    else:
-        from vireport.scenario import loads
-
-        loaded = loads(carried.scenario, f"{scenario}/{carried.name}", [*carried.overrides, *(set_ or ())])
-        certify = certify or bool(carried.results.get("certificates"))
+    loaded = _loaded(scenario, set_, carried)
+    certify = certify or (carried is not None and bool(carried.results.get("certificates")))
     _refuse_files_beside_json(json, "results", output, format_)
-    from vireport.base import require_writable
     from vireport.cli.outputs import file_names, results_outcome, run_outcome
 
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
@@ -229,13 +213,13 @@ def run(
 
 
 @app.command()
-def validate(scenario: ScenarioFile, set_: Overrides = None, quiet: Quiet = False) -> None:
+def validate(scenario: ScenarioFile, set_: SetOption = None, quiet: Quiet = False) -> None:
     """Check a scenario or a map file. Says all that is wrong with it; computes nothing."""
     from vireport.scenario import LoadedMap, load_any
 
     loaded = load_any(scenario, set_ or ())
     name, what = (loaded.name, "map") if isinstance(loaded, LoadedMap) else (loaded.document.name, "scenario")
-    deliver(Outcome(summary=f"{name}: valid {what}"), quiet=quiet)
+    deliver(CommandOutcome(summary=f"{name}: valid {what}"), quiet=quiet)
 
 
 @app.command()
@@ -243,7 +227,7 @@ def schema() -> None:
     """Print the JSON Schema of scenarios, for editors."""
     from vireport.scenario import schema as schema_of_scenarios
 
-    deliver(Outcome(plain_json.dumps(schema_of_scenarios(), indent=2, ensure_ascii=False) + "\n"))
+    deliver(CommandOutcome(plain_json.dumps(schema_of_scenarios(), indent=2, ensure_ascii=False) + "\n"))
 
 
 @app.command()
@@ -251,29 +235,28 @@ def init(
     path: Annotated[str, typer.Argument(metavar="FILE", help="Where to write it; - prints it.")] = "scenario.yaml",
 ) -> None:
     """Write a commented scenario to start from. An existing file is left alone."""
-    from vireport.base import writable, write_new
     from vireport.scenario import init_text
 
     if path == "-":
-        deliver(Outcome(init_text()))
+        deliver(CommandOutcome(init_text()))
         return
     with writable(Path(path)):
         try:
             write_new(Path(path), init_text().encode())
         except FileExistsError as error:
             raise UsageError(f"{path} exists already; name another file, or - to print the scenario") from error
-    deliver(Outcome(summary=f"wrote {path}; next: vireport {path}"))
+    deliver(CommandOutcome(summary=f"wrote {path}; next: vireport {path}"))
 
 
 @app.command()
-def plan(scenario: ScenarioFile, set_: Overrides = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
+def plan(scenario: ScenarioFile, set_: SetOption = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
     """Print what a run would do and leave out. Gives the reasons; computes nothing."""
     from vireport.study import plan as plan_of
 
     steps = plan_of(_loaded(scenario, set_).scenario, _formats(format_)).steps
     width = max(len(step.task) for step in steps)
     rows = [f"{'run ' if step.runs else 'skip'}  {step.task:<{width}}  {step.what} ({step.why})\n" for step in steps]
-    deliver(Outcome("" if quiet else "".join(rows)))
+    deliver(CommandOutcome("" if quiet else "".join(rows)))
 
 
 @app.command()
@@ -282,12 +265,11 @@ def accuracy(
     output: Annotated[Path | None, _folder_option("Write the figures and accuracy.json here too.")] = None,
     json: Json = False,
     every: Annotated[bool, typer.Option("--all", help="A row for every run, not only the best.")] = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     quiet: Quiet = False,
 ) -> None:
     """Measure error against run time of every method. Holds the compliant membrane beside the rigid one."""
     loaded = _loaded(scenario, set_)
-    from vireport.base import require_writable
     from vireport.cli import accuracy_outputs
 
     if output is not None:
@@ -296,7 +278,7 @@ def accuracy(
         study = accuracy_outputs.measured(loaded, say)
         files = accuracy_outputs.files(study) if output is not None else {}
     printed = accuracy_outputs.data(study) if json else accuracy_outputs.text(study, every)
-    deliver(Outcome(printed, files, stale=accuracy_outputs.NAMES), output, quiet)
+    deliver(CommandOutcome(printed, files, stale=accuracy_outputs.NAMES), output, quiet)
 
 
 @app.command()
@@ -308,7 +290,7 @@ def compare(
     ] = None,
     output: Folder = None,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     format_: Formats = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
@@ -316,7 +298,6 @@ def compare(
 ) -> None:
     """Compare scenarios, or variants of one. Says which is best, and why; figures have shared axes."""
     _refuse_files_beside_json(json, "comparison", output, format_)
-    from vireport.base import require_writable
     from vireport.cli.outputs import compare_outcome, file_names
     from vireport.comparison import COMPARISON_FILES, COMPARISON_FOLDER, compare_json, comparison_provenance, folder_of
     from vireport.comparison import compare as compare_scenarios
@@ -330,7 +311,7 @@ def compare(
         if not json:
             outcome = compare_outcome(comparison, formats, command, templates, say, paper)
     if json:
-        outcome = Outcome(compare_json(comparison, comparison_provenance(comparison, command)))
+        outcome = CommandOutcome(compare_json(comparison, comparison_provenance(comparison, command)))
     deliver(outcome, output or folder_of(comparison, command), quiet)
 
 
@@ -345,7 +326,7 @@ def diff(
     ] = 1e-6,
     markdown: Annotated[bool, typer.Option("--markdown", help="As a table for a pull request.")] = False,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     quiet: QuietCheck = False,
 ) -> None:
     """Say what has changed since earlier results. The exit code is 1 if anything has, beyond the tolerance."""
@@ -363,7 +344,7 @@ def diff(
     else:
         render = diff_markdown if markdown else diff_text
         printed = render(changes, "standard input" if baseline == "-" else Path(baseline).name).rstrip("\n") + "\n"
-    deliver(Outcome("" if quiet else printed, exit_code=1 if changes else 0))
+    deliver(CommandOutcome("" if quiet else printed, exit_code=1 if changes else 0))
 
 
 @app.command()
@@ -371,9 +352,7 @@ def explain(
     code: Annotated[str | None, typer.Argument(metavar="CODE", help="Of an alert, such as VR010; else all.")] = None,
 ) -> None:
     """Say what an alert means, what causes it, and what to do."""
-    from vireport.text import explanation
-
-    deliver(Outcome(explanation(code)))
+    deliver(CommandOutcome(explanation(code)))
 
 
 @app.command()
@@ -382,7 +361,7 @@ def extremes(
         str | None, typer.Argument(metavar="SCENARIO", help="Whose device is taken to extremes; else the paper's.")
     ] = None,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     quiet: Quiet = False,
 ) -> None:
     """Run the catalogue of extreme cases against 40-digit arithmetic.
@@ -403,7 +382,7 @@ def extremes(
         outcomes = run_catalogue(loaded, say)
     printed = f"{plain_json.dumps(table_data(outcomes), allow_nan=False)}\n" if json else table_text(outcomes)
     code, failure = shortcoming(outcomes)
-    deliver(Outcome(printed, failure=failure, exit_code=code))
+    deliver(CommandOutcome(printed, failure=failure, exit_code=code))
 
 
 @app.command()
@@ -411,7 +390,7 @@ def optimise(
     scenario: ScenarioFile,
     output: Folder = None,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
     quiet: Quiet = False,
@@ -422,9 +401,11 @@ def optimise(
     """
     _refuse_files_beside_json(json, "result", output, None)
     loaded = _loaded(scenario, set_)
+    from vireport.cli.outputs import run_files
     from vireport.optimise import optimise as search
     from vireport.optimise import outputs, problem_of
-    from vireport.study import provenance_of
+    from vireport.scenario import loads
+    from vireport.study import analyse, provenance_of
 
     problem = problem_of(loaded)
     command = _command("optimise", [scenario], ("--json", json), ("--set", set_), _paper(paper))
@@ -434,16 +415,14 @@ def optimise(
         result = search(problem, say)
         files = {} if json else outputs.files(result, provenance)
         if "best.yaml" in files:
-            from vireport.cli.outputs import run_files
-            from vireport.scenario import loads
-            from vireport.study import analyse
-
             say("solving the best design")
             study = analyse(loads(files["best.yaml"].decode(), "best.yaml"), outputs.PAGES, say)
             files |= run_files(study, command, templates, say, None, paper, *outputs.section(result))
     printed: str | bytes = outputs.optimise_json(result, provenance) if json else "" if quiet else outputs.text(result)
     failure = outputs.shortcoming(result)
-    deliver(Outcome(printed, files, failure=failure, exit_code=bool(failure), stale=outputs.NAMES), folder, quiet)
+    deliver(
+        CommandOutcome(printed, files, failure=failure, exit_code=bool(failure), stale=outputs.NAMES), folder, quiet
+    )
 
 
 @app.command()
@@ -485,7 +464,7 @@ def chart(
     ],
     output: Folder = None,
     json: Json = False,
-    set_: Overrides = None,
+    set_: SetOption = None,
     quiet: Quiet = False,
 ) -> None:
     """Draw what is stable over two inputs. The lines are the exact curves along which motions change."""
@@ -502,7 +481,7 @@ def chart(
         result = chart_of(loaded, over, say)
         files = {} if json else charts.files(result, provenance)
     printed: str | bytes = charts.chart_json(result, provenance) if json else "" if quiet else charts.text(result)
-    deliver(Outcome(printed, files, stale=charts.NAMES), folder, quiet)
+    deliver(CommandOutcome(printed, files, stale=charts.NAMES), folder, quiet)
 
 
 @app.command()
@@ -526,13 +505,16 @@ def sweep(
         summary = run_map(map_file, output or _default_folder(map_file), scheduler, workers, shown, figures)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None
-    deliver(Outcome(summary=summary), quiet=quiet)
+    deliver(CommandOutcome(summary=summary), quiet=quiet)
 
 
-def _loaded(scenario: str, overrides: list[str] | None) -> Loaded:
-    from vireport.scenario import load
+def _loaded(scenario: str, overrides: list[str] | None, carried: Carried | None = None) -> Loaded:
+    """The scenario of a file, or the one that a report carries."""
+    from vireport.scenario import load, loads
 
-    return load(scenario, overrides or ())
+    if carried is None:
+        return load(scenario, overrides or ())
+    return loads(carried.scenario, f"{scenario}/{carried.name}", [*carried.overrides, *(overrides or ())])
 
 
 def _baseline(baseline: str, scenario: str) -> dict[str, Any]:
@@ -574,8 +556,6 @@ def _refuse_files_beside_json(json: bool, what: str, output: Path | None, format
 
 def _writable_folder(output: Path | None, file: str, suffix: str, json: bool, names: tuple[str, ...]) -> Path:
     """Where the files of a command go; unless it prints JSON, what cannot be written is told before any work."""
-    from vireport.base import require_writable
-
     folder = output or _default_folder(file, suffix)
     if not json:
         require_writable(folder, names)
@@ -591,10 +571,6 @@ def _default_folder(scenario: str, suffix: str = "") -> Path:
 
 def _command(command: str, files: list[str], *options: tuple[str, list[str] | bool | None]) -> str:
     """The command for the record: without the folders, which do not change the results."""
-    from shlex import join
-
-    from vireport.text import visible
-
     words = ["vireport", command, *(visible(Path(name).name) for name in files)]
     for option, values in options:
         words += [option] if values is True else [word for value in values or [] for word in (option, visible(value))]
@@ -608,6 +584,8 @@ def _paper(paper: PaperSize) -> tuple[str, list[str] | None]:
 
 def main(arguments: list[str]) -> int:
     """Run the command line on `arguments` and return the exit code."""
+    if COMPLETION in os.environ:
+        app(prog_name=PROGRAM)  # says how the words go on, and ends the process
     try:
         code = _run(arguments)
     except KeyboardInterrupt as error:
@@ -621,27 +599,26 @@ def main(arguments: list[str]) -> int:
     except BaseException:  # those of extension modules, too, that are no Exception
         if interrupts.received():  # it may have come where a library makes another error of it
             return _interrupted()
-        import traceback
-
         fault = "internal error: this is a fault of ours; please report it with the lines above"
-        tell([*traceback.format_exc().splitlines(), f"vireport {__version__}: {fault}"])
+        tell([*format_exc().splitlines(), f"vireport {__version__}: {fault}"])
         return VireportError.exit_code
     return _interrupted("all was done") if interrupts.received() else code
 
 
 def _run(arguments: list[str]) -> int:
+    """Run a command and return its exit code; what the command raises is raised."""
+    program = cast(DefaultGroup, get_command(app))
+    # The two steps of a call of `app`, which has exit codes of its own for an interrupt and for a broken pipe.
     try:
-        code = _called(arguments)(args=arguments, prog_name="vireport", standalone_mode=False)
-    except SystemExit as stop:  # of shell completion
-        code = stop.code
-    except _PastTyper as carried:
-        raise carried.error from carried.error.__cause__
-    except _Refused as refused:
-        message = StringIO()
-        refused.show(message)
-        tell(message.getvalue().splitlines())
-        code = refused.exit_code
-    return code if isinstance(code, int) else 0
+        with program.make_context(PROGRAM, [*arguments]) as context:
+            program.invoke(context)
+    except typer.Exit as stop:
+        return stop.exit_code
+    except typer.TyperException as refused:
+        asked = arguments[0] if arguments[0] in program.commands else "run"
+        tell([f"{PROGRAM}: error: {refused.format_message()}", f"{PROGRAM} {asked} --help lists the options"], RED)
+        return refused.exit_code
+    return 0
 
 
 def _interrupted(what: str = "") -> int:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from vireport.base import check
+from vireport.base import interrupts, write_files
+from vireport.text import visible
 
 if TYPE_CHECKING:
     from vireport.base import Progress
@@ -24,7 +25,7 @@ RED, BOLD, PLAIN = "\x1b[31m", "\x1b[1m", "\x1b[0m"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class CommandOutcome:
     """What a command comes to, before anything of it is printed or written.
 
     Attributes
@@ -53,12 +54,12 @@ class Outcome:
     beside: tuple[str, ...] = ()
 
 
-def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -> None:
+def deliver(outcome: CommandOutcome, folder: Path | None = None, quiet: bool = False) -> None:
     """Print and write what a command comes to, and leave with its exit code.
 
     Parameters
     ----------
-    outcome : Outcome
+    outcome : CommandOutcome
     folder : Path, optional
         Where the files go; created if there are any.
     quiet : bool
@@ -71,13 +72,12 @@ def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -
     typer.Exit
         If the exit code is not 0.
     """
-    check()
+    interrupts.check()
     if folder is None or not outcome.files:
         _say(outcome, outcome.summary.splitlines(), quiet)
     else:
-        from vireport.base import write_files
-
         write_files(folder, outcome.files, outcome.stale)
+        # From here on an interrupt must not say that no file was written.
         try:
             _say(outcome, [*outcome.summary.splitlines(), *_written(outcome, folder)], quiet)
         except KeyboardInterrupt:
@@ -86,7 +86,7 @@ def deliver(outcome: Outcome, folder: Path | None = None, quiet: bool = False) -
         raise typer.Exit(outcome.exit_code)
 
 
-def _written(outcome: Outcome, folder: Path) -> Iterator[str]:
+def _written(outcome: CommandOutcome, folder: Path) -> Iterator[str]:
     yield f"wrote {', '.join(str(folder / name) for name in outcome.files)}"
     if earlier := [name for name in outcome.beside if (folder / name).exists()]:
         yield f"of an earlier run, and left as they are: {', '.join(earlier)}"
@@ -94,7 +94,7 @@ def _written(outcome: Outcome, folder: Path) -> Iterator[str]:
         yield f"open {(folder / REPORT).resolve().as_uri()}"
 
 
-def _say(outcome: Outcome, summary: Sequence[str], quiet: bool) -> None:
+def _say(outcome: CommandOutcome, summary: Sequence[str], quiet: bool) -> None:
     emit(outcome.printed)
     if summary and not quiet:
         tell(summary, RED if outcome.failure else BOLD)
@@ -112,8 +112,6 @@ def emit(data: str | bytes) -> None:
 
 def tell(lines: Iterable[str], color: str = "") -> None:
     """Write lines to standard error, in which there may be text that is not ours; the first in colour on a terminal."""
-    from vireport.text import visible
-
     first, *others = map(visible, lines)
     if color and sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
         first = f"{color}{first}{PLAIN}"
@@ -124,19 +122,17 @@ def tell(lines: Iterable[str], color: str = "") -> None:
 def progress(quiet: bool) -> Iterator[Progress]:
     """What is told each step: shown on one line of a terminal, of which nothing is left, and nowhere else."""
     if quiet or not sys.stderr.isatty():
-        yield lambda what: check()
+        yield lambda what: interrupts.check()
         return
     from rich.console import Console
     from rich.live import Live
     from rich.text import Text
 
-    from vireport.text import visible
-
     # Redrawn only at each step: a thread that draws a spinner would be in the way where times are measured.
     with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as line:
 
         def show(what: str) -> None:
-            check()
+            interrupts.check()
             line.update(Text(visible(what), overflow="ellipsis", no_wrap=True), refresh=True)
 
         yield show

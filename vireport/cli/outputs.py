@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vireport.cli.outcome import Outcome
+from vireport.cli.outcome import CommandOutcome
 from vireport.gate import unmet
 from vireport.scenario import Loaded
 from vireport.study import (
@@ -54,7 +54,7 @@ def file_names(formats: Iterable[Task], names: Mapping[Task, tuple[str, ...]] = 
 
 def results_outcome(
     loaded: Loaded, command: str, certify: bool, carried: Carried | None = None, say: Progress | None = None
-) -> Outcome:
+) -> CommandOutcome:
     """The results of a scenario, on standard output."""
     study = analyse(loaded, (Task.JSON,), say)
     if certify:
@@ -72,7 +72,7 @@ def run_outcome(
     baseline: Mapping[str, Any] | None,
     carried: Carried | None,
     paper: str,
-) -> Outcome:
+) -> CommandOutcome:
     """The files of a scenario, what is for standard output beside them, and the verdict.
 
     Parameters
@@ -172,23 +172,25 @@ def compare_outcome(
     templates: Path | None,
     say: Progress,
     paper: str,
-) -> Outcome:
+) -> CommandOutcome:
     """The files of a comparison, and what differs."""
     from vireport.comparison import COMPARISON_FILES, render_comparison, terminal_summary
 
     files = render_comparison(comparison, set(formats), command, templates, say, paper)
     stale = file_names(formats, COMPARISON_FILES)
     beside = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
-    return Outcome(files=files, stale=stale, beside=beside, summary=terminal_summary(comparison))
+    return CommandOutcome(files=files, stale=stale, beside=beside, summary=terminal_summary(comparison))
 
 
-def _judged(study: Study, printed: str | bytes, files: dict[str, bytes] | None = None, summary: str = "") -> Outcome:
+def _judged(
+    study: Study, printed: str | bytes, files: dict[str, bytes] | None = None, summary: str = ""
+) -> CommandOutcome:
     """The outcome of a study, with the exit code that what its scenario requires makes it."""
     failure = unmet(study.criteria)
-    return Outcome(printed, files or {}, summary=summary, failure=failure, exit_code=int(bool(failure)))
+    return CommandOutcome(printed, files or {}, summary=summary, failure=failure, exit_code=int(bool(failure)))
 
 
-def _again(outcome: Outcome, study: Study, carried: Carried | None) -> Outcome:
+def _again(outcome: CommandOutcome, study: Study, carried: Carried | None) -> CommandOutcome:
     """The outcome with what differs from the results of the report that the scenario comes from, if it does."""
     if carried is None:
         return outcome

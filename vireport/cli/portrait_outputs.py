@@ -11,7 +11,7 @@ import numpy as np
 
 from vireport.atlas import portrait_of
 from vireport.base import NumericalError, UsageError
-from vireport.cli.outcome import Outcome
+from vireport.cli.outcome import CommandOutcome
 from vireport.motions import Family, Motion, Sweep
 from vireport.scenario import loads
 from vireport.study import families_of, membrane_of, motion_data, sweep_of
@@ -32,10 +32,10 @@ MOST_DRAWN = 8
 SAME = 1e-9
 """Difference of velocity and time up to which a motion was found twice, from both sides of a sample."""
 
-Found = tuple[dict[str, Any], Family, Motion]
+FoundMotion = tuple[dict[str, Any], Family, Motion]
 
 
-def portrait_outcome(results: Mapping[str, Any], name: str, at: str, as_json: bool) -> Outcome:
+def portrait_outcome(results: Mapping[str, Any], name: str, at: str, as_json: bool) -> CommandOutcome:
     """The motions at a value of the swept parameter, the stable ones first, or the one nearest to a velocity.
 
     Parameters
@@ -74,11 +74,11 @@ def portrait_outcome(results: Mapping[str, Any], name: str, at: str, as_json: bo
         raise NumericalError(f"{name}: none of its motions is at {place}")
     found.sort(key=lambda one: not one[0]["stability"].attracts)
     if as_json:
-        return Outcome(f"{json.dumps({'sweep_value': value, 'motions': [data for data, *_ in found]})}\n")
+        return CommandOutcome(f"{json.dumps({'sweep_value': value, 'motions': [data for data, *_ in found]})}\n")
     drawn = found[:MOST_DRAWN]
     counted = f"{len(found)} motion{'s' * (len(found) != 1)} at {place}"
     summary = counted if len(drawn) == len(found) else f"{counted}, of which the first {len(drawn)} are drawn"
-    return Outcome(plain_text([_table(found, place)]) + "\n", {NAMES[0]: _png(drawn, sweep, place)}, summary)
+    return CommandOutcome(plain_text([_table(found, place)]) + "\n", {NAMES[0]: _png(drawn, sweep, place)}, summary)
 
 
 def _point(at: str, sweep: Sweep) -> tuple[float, float | None]:
@@ -96,6 +96,7 @@ def _point(at: str, sweep: Sweep) -> tuple[float, float | None]:
 
 def _at(families: list[Family], sweep: Sweep, value: float) -> list[tuple[Family, Motion]]:
     """The motions of the families at a value, each once."""
+    # Rounding may put a value at an end of the sweep beyond it, where families end.
     coordinate = float(np.clip(sweep.coordinate_of(value), *sweep.coordinate_range))
     found: list[tuple[Family, Motion]] = []
     for family in families:
@@ -105,7 +106,7 @@ def _at(families: list[Family], sweep: Sweep, value: float) -> list[tuple[Family
     return found
 
 
-def _table(found: list[Found], place: str) -> Table:
+def _table(found: list[FoundMotion], place: str) -> Table:
     columns = (*texts("Word", "n:m"), *numbers("Periods"), *texts("Stability", "|Z'| [y_c]"), *numbers("phi [rad]"))
     volts = "u_ave_v" in found[0][0]
     rows = tuple(
@@ -121,7 +122,7 @@ def _table(found: list[Found], place: str) -> Table:
     return Table(f"Motions at {place}", columns + (numbers("U_ave [V]", "[V/s]") if volts else ()), rows, note)
 
 
-def _png(drawn: list[Found], sweep: Sweep, place: str) -> bytes:
+def _png(drawn: list[FoundMotion], sweep: Sweep, place: str) -> bytes:
     from vireport.figures import held_by, portraits_picture
 
     shown = [portrait_of(family.model, motion, place) for _, family, motion in drawn]

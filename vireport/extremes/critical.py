@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vireport.checks import reference as exact
 from vireport.design import Solution
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.judge import (
@@ -158,8 +159,6 @@ def _check_twins(answers: Sequence[tuple[Motions, list[Any], float]]) -> Finding
 
 def _twins(harvester: Harvester, point: Point, inside: float) -> tuple[Harvester, list[Any]]:
     """A device so little inside a fold, and the two motions that meet in it, in 40 digits."""
-    from vireport.checks import reference as exact
-
     n, p = harvester.device.period_ratio, point.closed
 
     def device_beside(bend: Any) -> tuple[Harvester, Any]:
@@ -200,8 +199,6 @@ def _check_changes(study: Study) -> Finding:
 
 
 def _counted_changes(solution: Solution) -> int:
-    from vireport.checks import reference as exact
-
     assert solution.diagram is not None
     curve, r = solution.diagram.curve, float(solution.device.restitution)
     samples, counted = sample(curve), 0
@@ -270,8 +267,6 @@ def _nearest_pair(harvester: Harvester) -> Pair | None:
 
 def _codimension_two(harvester: Harvester, near: Point) -> float:
     """The gbar at which a motion both grazes and has lambda = -1."""
-    from vireport.checks import reference as exact
-
     n, p = harvester.device.period_ratio, near.closed
     with exact.precise():
         r = exact.mpf(harvester.device.restitution)
@@ -330,8 +325,6 @@ def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Devic
 
 
 def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> Finding:
-    from vireport.checks import reference as exact
-
     texts, errors, right = [], [], True
     for m, near, device in answers:
         with exact.precise():

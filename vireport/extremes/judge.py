@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from vireport.base import VireportError, installing
+from vireport.base import VireportError, install_command
+from vireport.checks import reference as exact
 from vireport.motions import (
     Event,
     Motions,
@@ -147,7 +148,7 @@ class Outcome:
 def judge(case: Case) -> Outcome:
     """Run one case, with every warning an error, and decide whether it passed."""
     if case.needs and find_spec(case.needs) is None:
-        return Outcome(case, Verdict.LEFT_OUT, f"needs {case.needs}: {installing(case.needs)}")
+        return Outcome(case, Verdict.LEFT_OUT, f"needs {case.needs}: {install_command(case.needs)}")
     start = perf_counter()
     finding = Finding("")
     try:
@@ -282,8 +283,6 @@ def motion_errors(
 
     With `near` the swept value is not held: the reference is the nearest motion of the sweep.
     """
-    from vireport.checks import reference as exact
-
     errors = []
     r, n = exact.mpf(device.restitution), device.period_ratio
     with exact.precise():
@@ -318,15 +317,11 @@ def motion_errors(
 
 def _turned(phase: float, to: Any) -> Any:
     """A phase, whole turns nearer to another."""
-    from vireport.checks import mp
-
-    return phase + 2 * mp.pi * mp.nint((to - phase) / (2 * mp.pi))
+    return phase + 2 * exact.mp.pi * exact.mp.nint((to - phase) / (2 * exact.mp.pi))
 
 
 def _missing_motions(study: Study) -> list[str]:
     """Motions of the design point that the reference finds without a guess and the study does not have."""
-    from vireport.checks import reference as exact
-
     device, design = study.solution.device, study.solution.design
     assert design is not None
     r, n = exact.mpf(device.restitution), device.period_ratio
@@ -357,8 +352,6 @@ def point_error(point: Point, device: Device, parameter: Parameter) -> tuple[flo
 
 def exact_value(point: Point, device: Device, parameter: Parameter, gap: float = 0.0) -> Any:
     """The swept value of a critical point, solved from the printed conditions; of a near graze, with its gap."""
-    from vireport.checks import reference as exact
-
     n, p, symmetric = device.period_ratio, point.closed, point.symmetry is Symmetry.SYMMETRIC
     with exact.precise():
         r = exact.mpf(device.restitution)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from vireport.checks import reference as exact
 from vireport.extremes.harvester import Harvester, SweepRange
 from vireport.extremes.judge import (
     BOUND,
@@ -175,8 +176,6 @@ def _surface_at(harvester: Harvester, u: float) -> Orbits:
 
 
 def _check_surface(harvester: Harvester, solutions: Orbits) -> Finding:
-    from vireport.checks import reference as exact
-
     require_finite(solutions)
     if abs(solutions.u[0]) == 0.5:
         return Finding(f"d = {np.abs(solutions.d).max():.1e}", float(np.abs(solutions.d).max()), 10 * UNIT)
@@ -266,10 +265,8 @@ def _membrane(harvester: Harvester) -> Iterator[Case]:
 
 
 def _check_volts(harvester: Harvester, speed: float, answer: Voltages) -> Finding:
-    from vireport.checks import voltage
-
     require_finite(answer)
-    pairs = zip((answer.deflection_m[0], answer.average_v[0]), voltage(speed, harvester.membrane), strict=True)
+    pairs = zip((answer.deflection_m[0], answer.average_v[0]), exact.voltage(speed, harvester.membrane), strict=True)
     errors = [0.0 if b < NO_LIFT and a < NO_LIFT else float(abs(a - b) / abs(b)) for a, b in pairs]
     return Finding(f"{answer.deflection_m[0]:.4g} m, {answer.average_v[0]:.4g} V", max(errors), BOUND)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vireport.checks import reference as exact
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.judge import (
     UNIT,
@@ -161,8 +162,6 @@ def _exact_flight(model: Model, start: Impact, row: Any) -> tuple[float, bool]:
 
     Relative to the time and to 1 + |velocity|.
     """
-    from vireport.checks import reference as exact
-
     with exact.precise():
         d, gbar, r = (exact.mpf(x) for x in model)
         left, speed, angle = d / 2, -r * exact.mpf(start.velocity), exact.mpf(start.phase)
@@ -194,8 +193,6 @@ def _check_flight(model: Model, start: Impact, answer: Rows) -> Finding:
 
 
 def _check_settling(gbar: float, answer: Rows) -> Finding:
-    from vireport.checks import reference as exact
-
     start = answer[0][0]
     with exact.precise():
         release = (exact.mp.acos(-exact.mpf(gbar)) - exact.mpf(PRESSING)) / exact.mp.pi
@@ -206,8 +203,6 @@ def _check_settling(gbar: float, answer: Rows) -> Finding:
 
 def _apex(gbar: float, gap: float) -> tuple[Rows, float, float]:
     """A flight from the middle whose highest point is so far inside the top membrane: impacts, time and excess."""
-    from vireport.checks import reference as exact
-
     phase, velocity = 2.0, -0.2
     with exact.precise():
         g, p, v = exact.mpf(gbar), exact.mpf(phase), exact.mpf(velocity)
@@ -236,8 +231,6 @@ def _check_apex(answer: tuple[Rows, float, float]) -> Finding:
 
 def _hops(model: Model, velocity: float, phase: float) -> Any:
     """Time in which hops on the bottom die out, added up one by one in 40 digits; None where the ball gets away."""
-    from vireport.checks import reference as exact
-
     mp, mpf = exact.mp, exact.mpf
     with mp.workdps(HOP_DIGITS):
         d, g, r = (mpf(x) for x in model)
@@ -260,8 +253,6 @@ def _hops(model: Model, velocity: float, phase: float) -> Any:
 
 def _hop(guess: Any, speed: Any, angle: Any, gbar: Any) -> Any:
     """Time until a ball that left the bottom is back there; None where it does not come back soon."""
-    from vireport.checks import reference as exact
-
     t = guess
     for _ in range(MOST_CORRECTIONS):
         # Divided by t, the trivial zero at the start is gone.
@@ -323,8 +314,6 @@ def _many_impacts(model: Model) -> Rows:
 
 def _check_many(model: Model, answer: Rows) -> Finding:
     """Of the last flights, the residual of (2.12) in 40 digits."""
-    from vireport.checks import reference as exact
-
     rows, summary = answer
     if summary[2] != RUNNING:
         return _check_end(int(summary[2]), answer)

@@ -5,11 +5,11 @@ from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, held, he
 from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
-from vireport.figures.live import in_page, live_data
+from vireport.figures.live import live_data
 from vireport.figures.overlay import overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.portraits import portraits_picture
-from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, literal, png_of, style
+from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, figure_css, literal, png_of, style
 from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 __all__ = [
@@ -33,10 +33,10 @@ __all__ = [
     "figure_2",
     "figure_4",
     "figure_7",
+    "figure_css",
     "finished",
     "held",
     "held_by",
-    "in_page",
     "letter_of",
     "literal",
     "live_data",

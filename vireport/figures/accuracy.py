@@ -59,7 +59,7 @@ LOOKS: dict[str, Look] = {
     "SciPy Radau": {"color": Color.GREY, "marker": "h", "markersize": 5.0, "linestyle": DASH_DOTTED},
     "SciPy LSODA": {"color": Color.WARNING, "marker": "d", "markersize": 5.0, "linestyle": DOTTED},
 }
-"""Of each method, apart by colour and by marker."""
+"""Look of each method, which colour and marker each tell apart."""
 
 LINE: Look = {"linewidth": 1.0, "markeredgecolor": "white", "markeredgewidth": 0.4, "zorder": 3.0}
 FAILED: Look = {"linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 1.0, "zorder": 3.5}
@@ -71,13 +71,13 @@ FAILED_AT = 2.5
 """Error at which runs that failed are drawn."""
 
 LIMITS, ERRORS = (1.5e-18, 10.0), (1e-16, 1e-12, 1e-8, 1e-4, 1.0)
-"""Of the axis of errors, and its ticks."""
+"""Ends of the axis of errors, and its ticks."""
 
 SPREAD = 1.1
 """Ratio of the quartiles of the time from which they are drawn."""
 
 HEIGHT = 2.9
-"""Of a row of panels [in]."""
+"""Height of a row of panels [in]."""
 
 
 def figure_accuracy(work: WorkPrecision) -> Figure:

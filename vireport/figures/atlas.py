@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from vireport.figures.captions import OUTSIDE, conditions
-from vireport.figures.curves import Curve, Floats, joined
+from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     AXES_HEIGHT,
@@ -44,13 +44,13 @@ TITLE = "Motions of all impact sequences"
 LADDER_TITLE = "Voltage and impacts of each impact sequence"
 
 HEIGHT, RUNG_HEIGHT = 4.6, 2.0
-"""Of the atlas with its axes, and of a panel of the ladder with its letter [in]."""
+"""Heights of the atlas with its axes, and of a panel of the ladder with its letter [in]."""
 
 COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
     *(Color.ORANGE, Color.SKY, Color.BLACK),
 )
-"""Of the words whose stable motions are seen, the shortest first, then again; others are grey and have a marker."""
+"""Colours of the words whose stable motions are seen, the shortest first, then again; others are grey with a marker."""
 
 SHAPES = ("s", "^", "D", "v", "P", "X", "<", ">")
 """Markers on the curves of the words; their number differs from that of the colours, so that pairs differ longer."""
@@ -155,6 +155,7 @@ def _draw(axes: Axes, axis: SweepAxis, family: Family, values: Floats, looks: di
             rows = slice(part.first, part.last + 1)
             curves = [(x[rows], y[rows]) for y in values.T]
             axes.add_artist(Line2D(*joined(curves), **of_line, color=look["color"]))
+            # A word that is seen at all has a marker somewhere, on its longest stretch if all are short.
             count = max(round(spans[part] / (axis.high - axis.low) / APART), int(part == longest))
             if "marker" in look and count:
                 on = {"zorder": of_line["zorder"] + 0.1}
@@ -162,7 +163,7 @@ def _draw(axes: Axes, axis: SweepAxis, family: Family, values: Floats, looks: di
     axes.update_datalim(np.column_stack([np.tile(x, values.shape[1]), values.T.ravel()]))
 
 
-def _spaced(curve: Curve, count: int) -> Curve:
+def _spaced(curve: DrawnCurve, count: int) -> DrawnCurve:
     """Points on a curve between two events, where it does not turn back, at even distances along the axis."""
     x, y = (part if curve[0][-1] > curve[0][0] else part[::-1] for part in curve)
     at = x[0] + (np.arange(count) + 0.5) / count * (x[-1] - x[0])
@@ -191,7 +192,7 @@ def _vertices(axes: Axes, axis: SweepAxis, atlas: Atlas) -> list[Label]:
     return labels
 
 
-def _simulated(study: Study, axis: SweepAxis) -> Iterator[Curve]:
+def _simulated(study: Study, axis: SweepAxis) -> Iterator[DrawnCurve]:
     """Impact velocities of the periodic motions found by simulation."""
     check = study.crosscheck
     for value, ends in zip(check.values, check.found, strict=True) if check is not None else ():

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vireport.simulation import Attractor, Cycle
 
 Floats = NDArray[np.float64]
-Curve = tuple[Floats, Floats]
+DrawnCurve = tuple[Floats, Floats]
 ImpactPairs = tuple[tuple[Floats, Floats], tuple[Floats, Floats], tuple[Floats, Floats]]
 """Impact velocity, phase and half the flight time, each at the bottom and at the top."""
 
@@ -173,6 +173,7 @@ def doubled(study: Study) -> list[Doubled]:
             (family.phase[:, sides] + np.pi * turned) % TURN,
             after[:, sides] / 2,
         )
+        # A row for each pair of each motion: all first pairs, then all second ones, so that each is a curve.
         for part in family.segments:
             rows, size = slice(part.first, part.last + 1), part.last + 1 - part.first
             velocity, phase, flight = (x[rows].transpose(2, 1, 0).reshape(2, -1) for x in of_pairs)
@@ -208,6 +209,7 @@ def phase_cut(parts: Iterable[Stretch]) -> float:
         for phi in (motions.phi_bottom, motions.phi_top):
             angles = np.unwrap(phi[part.rows])
             arcs.append((angles.min(), angles.max()))
+    # The free place that is nearest to 0 is 0 itself, on either side of it, or next to an end of a curve.
     places = [-ROUNDING, ROUNDING, *(low - BESIDE for low, _ in arcs), *(high + BESIDE for _, high in arcs)]
     free = [at for at in places if all((at - low) % TURN > high - low for low, high in arcs)]
     return float(min(((at + np.pi) % TURN - np.pi for at in free), key=abs, default=-ROUNDING))
@@ -220,11 +222,12 @@ def voltage_curves(voltages: Voltages | None) -> list[Floats]:
 
 def phase_curve(phi: Floats) -> Floats:
     """A curve of phases without jumps, its middle where it is."""
+    # A curve may end at the cut, where rounding decides on which side; its middle is away from it.
     angles, middle = np.unwrap(phi), len(phi) // 2
     return np.asarray(angles + (phi[middle] - angles[middle]))
 
 
-def joined(parts: Sequence[Curve]) -> Curve:
+def joined(parts: Sequence[DrawnCurve]) -> DrawnCurve:
     """Curves as one, with NaN between them."""
     x, y = (np.concatenate([np.append(part[k], np.nan) for part in parts]) for k in (0, 1))
     return x[:-1], y[:-1]
@@ -253,6 +256,7 @@ def simulated_points(study: Study) -> PairedImpacts | None:
 
 def _distinct(attractors: Sequence[Attractor]) -> list[Cycle]:
     """The cycles among some attractors, each once; those that stick are left to the bifurcation diagram."""
+    # Starts that end on one motion share its cycle.
     cycles = {id(attractor.cycle): attractor.cycle for attractor in attractors if attractor.cycle is not None}
     return [cycle for cycle in cycles.values() if not cycle.sticks and len(cycle.wall) <= MOST_IMPACTS]
 
@@ -276,6 +280,7 @@ def _paired_voltages(solution: Solution, values: Floats, velocity: Floats, motio
         return None
     unit = np.asarray(solution.device.velocity_unit(solution.parameter, values))
     both = np.stack([generated_voltage(unit * side, solution.membrane) for side in velocity])
+    # Not over the pairs: one without a partner has one impact, the others have two.
     impacts = np.bincount(motion, np.sum(~np.isnan(both), axis=0))
     average = (np.bincount(motion, np.nansum(both, axis=0)) / impacts)[motion]
     speeds = unit * np.nanmax(np.abs(velocity), axis=0, initial=0.0)

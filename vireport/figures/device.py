@@ -11,7 +11,7 @@ from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
 
 from vireport.figures.captions import DIGITS, held
-from vireport.figures.curves import Curve
+from vireport.figures.curves import DrawnCurve
 from vireport.figures.layout import (
     Entry,
     blank,
@@ -37,7 +37,7 @@ from vireport.figures.style import (
     Picture,
     style,
 )
-from vireport.motions import Motions
+from vireport.motions import Model, Motions
 from vireport.physics import flight
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
@@ -46,13 +46,13 @@ from vireport.text import exact, scaled
 TITLE = "The device and its motion"
 
 HEIGHT = 2.9
-"""Of the panels with their ticks and labels [in]."""
+"""Height of the panels with their ticks and labels [in]."""
 
 WIDTH = 2.9
-"""Of the path of the ball, for the choice of ticks [in]."""
+"""Width of the path of the ball, for the choice of ticks [in]."""
 
 SAMPLES = 80
-"""Of a flight."""
+"""Samples of a flight."""
 
 # Lengths in the sketch over that of the capsule, along it and across it.
 HALF, ENDS, NAMES, BALL_AT, BALL_RADIUS = 0.11, 0.68, 1.2, 0.12, 0.055
@@ -90,7 +90,7 @@ def figure_device(study: Study) -> Figure:
         return finished(figure, HEIGHT, [(", ".join(_masses(study)), Color.BLACK)], [legend])
 
 
-def shown_motion(study: Study) -> tuple[str, Curve] | None:
+def shown_motion(study: Study) -> tuple[str, DrawnCurve] | None:
     """The motion at the design point that is shown, in words, and its path.
 
     It is a stable 1:1 motion if there is one, else a stable motion with other impacts, else an unstable 1:1 motion.
@@ -102,7 +102,6 @@ def shown_motion(study: Study) -> tuple[str, Curve] | None:
     stable = motions.admissible & motions.stable
     if atlas is not None and not stable.any() and (others := atlas.stable_at(design.value)):
         from vireport.atlas import portrait_of
-        from vireport.motions import Model
 
         _, motion = others[0]
         whole = portrait_of(Model(atlas.sweep.level, float(atlas.sweep.device.restitution)), motion, "")
@@ -110,11 +109,11 @@ def shown_motion(study: Study) -> tuple[str, Curve] | None:
         return f"the stable motion {word}", (periods(whole.time), 0.5 - whole.position / whole.d)
     if not motions.admissible.any():
         return None
-    row = int(np.argmax(motions.admissible * (1 + motions.stable)))
+    row = int(np.argmax(motions.admissible * (1 + motions.stable)))  # the first of those that rank highest
     return motions.words[row], path(motions, row, study.solution.device.period_ratio)
 
 
-def path(motions: Motions, row: int, period_ratio: int) -> Curve:
+def path(motions: Motions, row: int, period_ratio: int) -> DrawnCurve:
     """Times after a bottom impact [forcing periods] and the distance of the ball from the bottom membrane, over s.
 
     The distance is 1/2 - Z/d: 0 at the bottom membrane and 1 at the top one.
@@ -191,7 +190,7 @@ def _sketch(axes: Axes, study: Study) -> None:
     axes.set_axis_off()
 
 
-def _path(axes: Axes, study: Study, motion: Curve) -> None:
+def _path(axes: Axes, study: Study, motion: DrawnCurve) -> None:
     """Draw the distance of the ball from the bottom membrane over one period."""
     length = float(study.solution.device.length_m)  # of a design point, which has all inputs
     time, distance = motion

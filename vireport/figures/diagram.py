@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vireport.figures.captions import conditions
 from vireport.figures.curves import (
-    Curve,
+    DrawnCurve,
     Floats,
     impact_pairs,
     joined,
@@ -49,7 +49,7 @@ WITHOUT_IMPACTS = Outcome.REST, Outcome.FREE
 """Ways to end of which a diagram shows nothing."""
 
 HEIGHT = 3.5
-"""Of the panel [in]."""
+"""Height of the panel [in]."""
 
 MOST_WORDS = 8
 """Kinds of motion that the diagram tells apart."""
@@ -94,6 +94,7 @@ def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) ->
         figure, ((axes,),) = blank(1)
         if analytic:
             axes.plot(*joined(analytic), **ANALYTIC)
+        # The most frequent word last, so that it lies over the dots of what is not periodic.
         for (_, points), look in reversed(looks):
             for wall, face in ((diagram.wall > 0, look["color"]), (diagram.wall < 0, "none")):
                 axes.plot(x[points & wall], speed[points & wall], **{"markerfacecolor": face} | look)
@@ -107,7 +108,7 @@ def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) ->
         return finished(figure, HEIGHT + AXES_HEIGHT, [(conditions(study), Color.BLACK)], legends, labels)
 
 
-def one_to_one(drawing: Drawing) -> list[Curve]:
+def one_to_one(drawing: Drawing) -> list[DrawnCurve]:
     """Impact velocities of the stable motions by the formulae."""
     ratio = drawing.study.solution.device.period_ratio
     return [

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.axes import Axes
 
-from vireport.checks import Hysteresis
 from vireport.figures.captions import conditions
-from vireport.figures.curves import Curve, joined
+from vireport.figures.curves import DrawnCurve, joined
 from vireport.figures.diagram import one_to_one
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
@@ -31,10 +32,13 @@ from vireport.simulation import Course, Jump
 from vireport.study import Study, Task
 from vireport.text import significant
 
+if TYPE_CHECKING:
+    from vireport.checks import Hysteresis
+
 TITLE = "Motions of a slow sweep"
 
 HEIGHT = 3.8
-"""Of the panel [in]."""
+"""Height of the panel [in]."""
 
 POINT: Look = {"linestyle": "none", "markeredgewidth": 0.6, "markersize": 3.6}
 LOOKS: dict[Direction, Look] = {
@@ -82,7 +86,7 @@ def picture(study: Study, slowly: Hysteresis) -> Picture:
     return Picture(Task.FIGURE_HYSTERESIS, TITLE, caption, alt, drawn)
 
 
-def _stable(drawing: Drawing) -> list[Curve]:
+def _stable(drawing: Drawing) -> list[DrawnCurve]:
     """Impact velocities of the stable motions: of all families where these were followed, else of the 1:1 motions."""
     atlas = drawing.study.atlas
     if atlas is not None:

@@ -121,6 +121,8 @@ class _Panel:
 
     def cover_segments(self, points: Floats, cost: float) -> None:
         """Record lines between points, which are broken where they are NaN."""
+        # As many points on each segment as the longest needs to miss no cell; those that lead far off the panel, where
+        # a curve has a pole, would need millions.
         steps = np.diff(points, axis=0)
         lengths = np.hypot(*steps.T)
         longest = lengths[lengths < 2 * self.size.sum()].max(initial=CELL)
@@ -129,6 +131,7 @@ class _Panel:
 
     def covered(self, low: Floats, high: Floats) -> Floats:
         """How bad it is to cover each of some rectangles."""
+        # Sums from the corner on: four of them give the sum over any rectangle, for all places at once.
         total = np.pad(self.cost.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
         left, bottom, right, top = self._cells(low - CLEARANCE, high + CLEARANCE)
         off = ((low < INSET) | (high > self.size - INSET)).any(axis=1)
@@ -155,7 +158,7 @@ class _Panel:
 def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None:
     """Write one label next to one of its points, and record it; `others` are the points of other labels."""
     width, height, descent = text_size(label.text, FontProperties(size=label.size))
-    half = np.array([width, height - descent]) / 2
+    half = np.array([width, height - descent]) / 2  # from the baseline up, as the text is centred below
     distance = np.array(REACH)[:, None, None] + (np.abs(DIRECTIONS) @ half)[None, :, None]
     offsets = (distance * DIRECTIONS).reshape(-1, 2)
     centres = (anchors[:, None, :] + offsets).reshape(-1, 2)
@@ -165,6 +168,7 @@ def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None
     to_own = np.hypot(*(centres.T[:, :, None] - anchors.T[:, None])).min(axis=1)
     to_others = np.hypot(*(centres.T[:, :, None] - others.T[:, None])).min(axis=1, initial=np.inf)
     cost = panel.covered(centres - half, centres + half) + FAR * far + LATER * order
+    # A label that stands nearer to another point is read as the name of that one.
     cost += NEARER_TO_OTHER * (to_others < own + CLEARANCE)
     past_own = ON_LABEL * (own > to_own + CLEARANCE)  # a leader that goes past another of its points
     cost += (far >= LEADER_FROM) * (panel.crossed(anchors[order], centres) + past_own)

@@ -41,7 +41,7 @@ from vireport.text import (
 )
 
 Entry = tuple[str, Look]
-"""Of a legend: a name, and the look of its line or marker."""
+"""A line of a legend: a name, and the look of its line or marker."""
 
 EDGE, LINE_GAP = 0.07, 0.06
 """Room at the edges of a figure, and between the lines of its heading [in]."""
@@ -56,7 +56,7 @@ LETTER = 0.58 * SMALL / 72
 """Mean width of a letter of the small size [in]."""
 
 AXES_HEIGHT = 0.95
-"""Of the ticks and labels along the top and the bottom of a sweep's panels [in]."""
+"""Height of the ticks and labels along the top and the bottom of a sweep's panels [in]."""
 
 TICK_DIGITS = 12
 """Significant digits of tick labels: fewer than rounding errors leave alone."""
@@ -108,6 +108,8 @@ def finished(
     heading += [_legend(figure, entries) for entries in legends if entries]
     heights = [item.get_window_extent().height / figure.dpi for item in heading]
     total = height + sum(heights) + LINE_GAP * (len(heights) + 1)
+    # The panels alone are laid out, as high as they shall be; the heading then makes the figure higher, and their share
+    # of it smaller. In one step, tight layout would give the heading's room to the panels.
     figure.set_figheight(height)
     figure.tight_layout(**PADS)
     under, share = figure.subplotpars, height / total
@@ -123,6 +125,7 @@ def finished(
         top -= own + LINE_GAP
     for axes, texts in labels:
         write_labels(axes, texts)
+    # From here on it is a figure that whoever has it can save or draw on, as any of Matplotlib.
     FigureCanvasAgg(figure)
     figure.dpi = DPI
     return figure
@@ -132,6 +135,7 @@ def _legend(figure: Figure, entries: Sequence[Entry]) -> Legend:
     """A legend in as many columns as fit, to be read line by line."""
     only_marks = all(look.get("linestyle") == "none" for _, look in entries)
     for columns in range(len(entries), 0, -1):
+        # Matplotlib fills a legend column by column.
         ordered = [entry for k in range(columns) for entry in entries[k::columns]]
         legend = figure.legend(
             [Line2D([], [], **look) for _, look in ordered],
@@ -222,6 +226,7 @@ def round_ticks(
         if fit(values, texts := tick_labels(values)):
             choices.append((values, texts))
             break
+    # Where the axis crowds one end of the range, even steps leave the other end without ticks.
     if place and high > SEVERAL_DECADES * low > 0:
         values = []
         for value in _within(LogLocator(subs=(1, 2, 5)).tick_values(low, high), low, high):

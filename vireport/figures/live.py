@@ -1,12 +1,9 @@
-"""The figures within an HTML page: drawn there, and with a crosshair whose readings are those of results.json."""
+"""What moves a crosshair through the figures of an HTML page: places of the motions, and readings of results.json."""
 
 from __future__ import annotations
 
 import json
-from base64 import b64encode
-from collections.abc import Iterable, Iterator, Sequence
-from hashlib import sha256
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +12,7 @@ from numpy.typing import NDArray
 
 from vireport.figures.captions import TITLES
 from vireport.figures.curves import Floats
-from vireport.figures.style import Picture, figure_css
+from vireport.figures.style import Picture
 from vireport.figures.sweeps import Drawing, drawing_of, panel_curves
 from vireport.motions import Branch, eigenvalues
 from vireport.physics import Device
@@ -23,7 +20,7 @@ from vireport.scenario import Parameter
 from vireport.study import Study, Task
 from vireport.text import MINUS
 
-Rows = NDArray[np.intp]
+RowNumbers = NDArray[np.intp]
 
 DIGITS = 5
 """Significant digits of a reading; as many are in the page."""
@@ -75,37 +72,6 @@ def live_data(study: Study, pictures: Sequence[Picture]) -> str:
     return json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
-def in_page(page: str, pictures: Iterable[Picture], data: str, folder: Path) -> str:
-    """Draw the figures of an HTML page in it, where it has them as images, and make them live.
-
-    Parameters
-    ----------
-    page : str
-        Where it shows a picture it has an ``img`` with the SVG file as base64, as Typst writes it.
-    pictures : iterable of Picture
-    data : str
-        Of `live_data`; without it the figures are drawn, and nothing runs.
-    folder : Path
-        Where live.js and live.css are.
-    """
-    for picture in pictures:
-        image = f'<img src="data:image/svg+xml;base64,{b64encode(picture.svg).decode()}"'
-        before, found, after = page.partition(image)
-        if found:
-            drawing = f'<div class="scroll" tabindex="0">{picture.inline}</div>'
-            page = f"{before}{drawing}{after.partition('>')[2]}"
-    script, css = ((folder / name).read_text(encoding="utf-8") for name in ("live.js", "live.css"))
-    page = page.replace("</head>", f"<style>\n{figure_css()}{css}</style>\n</head>", 1)
-    if not data:
-        return page
-    allowed = f"script-src 'sha256-{b64encode(sha256(script.encode()).digest()).decode()}'"
-    page = page.replace("default-src 'none';", f"default-src 'none'; {allowed};", 1)
-    before, end, after = page.rpartition("</body>")
-    inert = data.replace("<", "\\u003c")
-    scripts = f'<script type="application/json" id="live-data">{inert}</script>\n<script>{script}</script>\n'
-    return f"{before}{scripts}{end}{after}"
-
-
 def _branch(branch: Branch, drawing: Drawing, pictures: Sequence[Picture]) -> dict[str, Any]:
     """The motions of a branch that are drawn: their readings, and their places in the figures."""
     solution = drawing.study.solution
@@ -124,7 +90,7 @@ def _branch(branch: Branch, drawing: Drawing, pictures: Sequence[Picture]) -> di
     }
 
 
-def _columns(branch: Branch, swept: Parameter, device: Device, rows: Rows) -> Iterator[tuple[str, list[Any]]]:
+def _columns(branch: Branch, swept: Parameter, device: Device, rows: RowNumbers) -> Iterator[tuple[str, list[Any]]]:
     """The readings of some rows of a branch, by the names of results.json where they are there."""
     motions, voltages = branch.motions, branch.voltages
     unit = device.velocity_unit(swept, motions.sweep_value)
@@ -160,7 +126,7 @@ def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def _places(picture: Picture, drawing: Drawing, branch: Branch, rows: Rows) -> Iterator[list[float | None]]:
+def _places(picture: Picture, drawing: Drawing, branch: Branch, rows: RowNumbers) -> Iterator[list[float | None]]:
     """Where rows of a branch are in a figure: across, and down for each curve [pt]; None off a panel."""
     curves = panel_curves(Task(picture.name), drawing, branch)
     panels, x = picture.figure.axes[: len(curves)], drawing.axis.of(branch.motions)[rows]

@@ -19,7 +19,7 @@ from vireport.text import significant
 TITLE = "What moves the nearest end of stable motion"
 
 BAR_HEIGHT, ROOM = 0.32, 0.75
-"""Of each bar with its gap, and of the axis with its label [in]."""
+"""Heights of each bar with its gap, and of the axis with its label [in]."""
 
 
 def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figure:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vireport.design import DesignPoint
-from vireport.figures.curves import Curve, Floats, joined
+from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     ACROSS,
@@ -49,17 +49,17 @@ COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
     *(Color.ORANGE, Color.SKY, Color.BLACK, Color.GREY),
 )
-"""Of the scenarios; there are no more in one figure than colours that can be told apart."""
+"""Colours of the scenarios; there are no more in one figure than colours that can be told apart."""
 
 HEIGHT, AXIS = 2.5, 0.55
-"""Of a panel, and of the ticks and the label below the last one [in]."""
+"""Heights of a panel, and of the ticks and the label below the last one [in]."""
 
 WIDTH: Look = {"linewidth": 1.6}
 LABELLED = 12
 """Places along a curve at which its number may stand."""
 
 SMALLER: Look = {"markersize": 6.5}
-"""Of the design points, of which there are several."""
+"""Size of the design points, of which there are several."""
 
 Values = Callable[[Drawing, Branch | DesignPoint], Floats | None]
 
@@ -110,7 +110,7 @@ def _at(motions: Branch | DesignPoint, along: Parameter | None) -> Floats:
     return np.asarray(motions.motions.d if along is None else motions.motions.sweep_value)
 
 
-def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values, look: Look) -> Curve:
+def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values, look: Look) -> DrawnCurve:
     """Draw the motions of one scenario; return where its number may stand: on its longest stable stretch, if any."""
     stretches = []
     for stable in (False, True):

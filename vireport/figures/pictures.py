@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from vireport.figures import atlas, device, diagram, hysteresis, margins
 from vireport.figures.captions import (
     TITLES,
     alt_text,
@@ -12,12 +12,11 @@ from vireport.figures.captions import (
     conditions,
 )
 from vireport.figures.curves import PairedImpacts
+from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
+from vireport.motions import Atlas, Model
 from vireport.study import Study, Task
-
-if TYPE_CHECKING:
-    from vireport.motions import Atlas
 
 
 def pictures(study: Study, simulated: PairedImpacts | None = None) -> tuple[Picture, ...]:
@@ -51,18 +50,13 @@ def _simulated(study: Study) -> Iterator[Picture]:
     check = study.crosscheck
     if check is None:
         return
-    from vireport.figures import diagram as bifurcation
-    from vireport.figures.portraits import portraits_picture
-
     held = conditions(study, check.parameter)
     for name, motions in ((Task.FIGURE_3, check.portraits), (Task.FIGURE_6, check.displacements)):
         if study.plan.runs(name):
             yield portraits_picture(motions, held, name)
     if study.plan.runs(Task.FIGURE_DIAGRAM) and check.diagram is not None:
-        yield bifurcation.picture(study, check.diagram, check.values, check.d)
+        yield diagram.picture(study, check.diagram, check.values, check.d)
     if study.plan.runs(Task.FIGURE_HYSTERESIS) and check.hysteresis is not None:
-        from vireport.figures import hysteresis
-
         yield hysteresis.picture(study, check.hysteresis)
 
 
@@ -71,8 +65,6 @@ def _atlas(study: Study) -> Iterator[Picture]:
     found, membrane = study.atlas, study.solution.membrane
     if found is None:
         return
-    from vireport.figures import atlas
-
     if study.plan.runs(Task.FIGURE_ATLAS):
         yield atlas.picture(study, found)
     if study.plan.runs(Task.FIGURE_LADDER) and membrane is not None:
@@ -84,8 +76,6 @@ def _atlas(study: Study) -> Iterator[Picture]:
 def _named(study: Study, found: Atlas, names: tuple[str, ...]) -> Iterator[Picture]:
     """The motions that a scenario names, as far as there are such."""
     from vireport.atlas import portrait_of
-    from vireport.figures.portraits import portraits_picture
-    from vireport.motions import Model
 
     model, swept = Model(found.sweep.level, float(found.sweep.device.restitution)), found.sweep.parameter
     named = ((name, found.named(name)) for name in names)
@@ -98,14 +88,9 @@ def _named(study: Study, found: Atlas, names: tuple[str, ...]) -> Iterator[Pictu
 def _design(study: Study) -> Iterator[Picture]:
     """The device, and what moves the nearest end of its stable motion."""
     if study.plan.runs(Task.FIGURE_DEVICE):
-        from vireport.figures import device
-
         yield device.picture(study)
-    if study.plan.runs(Task.FIGURE_MARGINS):
-        from vireport.figures import margins
-
-        if (drawn := margins.picture(study)) is not None:
-            yield drawn
+    if study.plan.runs(Task.FIGURE_MARGINS) and (drawn := margins.picture(study)) is not None:
+        yield drawn
 
 
 def measured_pictures(study: Study) -> Iterator[Picture]:

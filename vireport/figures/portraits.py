@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vireport.figures.curves import Curve, Floats, joined
+from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     Entry,
@@ -37,7 +37,7 @@ from vireport.text import significant
 if TYPE_CHECKING:
     from vireport.simulation import Portrait
 
-Samples = NDArray[np.intp]
+SampleIndices = NDArray[np.intp]
 """Indices of samples of a portrait."""
 
 AT_WALL = 1e-9
@@ -50,13 +50,13 @@ LEAST_MOTION = 1e-6
 """Velocity up to which nothing is seen to move [y_c]."""
 
 SAMPLES = 160
-"""Of the capsule's motion in a forcing period."""
+"""Samples of the capsule's motion in a forcing period."""
 
 LONGEST_WORD = 14
 """Letters of a word that is written in full."""
 
 DECIMALS = 9
-"""Of a multiplier that rounding leaves: at a period doubling or a fold it is 1."""
+"""Decimals of a multiplier that rounding leaves: at a period doubling or a fold it is 1."""
 
 MOST_SPEEDS = 6
 """Impact velocities that a caption lists one by one."""
@@ -273,12 +273,12 @@ def _time_axis(axes: Axes, portrait: Portrait, width: float) -> None:
     axes.set_xticks(*round_ticks(*axes.get_xlim(), width))
 
 
-def _lines(axes: Axes, parts: Sequence[Curve], look: Look) -> None:
+def _lines(axes: Axes, parts: Sequence[DrawnCurve], look: Look) -> None:
     if parts:
         axes.plot(*joined(parts), **look)
 
 
-def _impacts(axes: Axes, portrait: Portrait, rows: Samples, x: Floats, y: Floats) -> None:
+def _impacts(axes: Axes, portrait: Portrait, rows: SampleIndices, x: Floats, y: Floats) -> None:
     """Mark impacts, those on the two membranes apart."""
     at_bottom = portrait.position[rows] > 0
     for chosen, look in ((rows[at_bottom], BOTTOM_IMPACT), (rows[~at_bottom], TOP_IMPACT)):
@@ -290,17 +290,19 @@ def moves(portrait: Portrait) -> bool:
     return len(portrait.time) > 1 and bool(np.abs(portrait.velocity).max() > LEAST_MOTION)
 
 
-def arrivals(portrait: Portrait) -> Samples:
+def arrivals(portrait: Portrait) -> SampleIndices:
     """Samples at which the ball has come to a membrane: an impact each, before its rebound."""
     ends = rebounds(portrait)
     last = len(portrait.time) - 1
     return np.append(ends, last) if last >= 0 and _on_wall(portrait)[last] else ends
 
 
-def rebounds(portrait: Portrait) -> Samples:
+def rebounds(portrait: Portrait) -> SampleIndices:
     """The arrivals after which the motion goes on: the last sample of each flight but the last."""
     if len(portrait.time) < 2:
         return np.empty(0, dtype=np.intp)
+    # A rebound is two samples at one time, before and after; a ride is two samples with nothing between them. Samples
+    # of a short hop are on the wall as well, within rounding, but a little apart in time.
     wall, step = _on_wall(portrait), np.diff(portrait.time)
     side = np.sign(portrait.position)
     stays = wall[1:] & wall[:-1] & (side[1:] == side[:-1])
@@ -311,12 +313,12 @@ def _on_wall(portrait: Portrait) -> NDArray[np.bool_]:
     return np.asarray(np.abs(portrait.position) >= portrait.d * (0.5 - AT_WALL))
 
 
-def flights(portrait: Portrait) -> list[Samples]:
+def flights(portrait: Portrait) -> list[SampleIndices]:
     """Samples of each flight."""
     return np.split(np.arange(len(portrait.time)), rebounds(portrait) + 1)
 
 
-def rides(portrait: Portrait) -> Samples:
+def rides(portrait: Portrait) -> SampleIndices:
     """The arrivals after which the ball rides on the membrane."""
     ends = rebounds(portrait)
     return ends[portrait.time[ends + 1] - portrait.time[ends] > RIDE]
@@ -332,10 +334,10 @@ def capsule(portrait: Portrait, time: Floats) -> Floats:
     return np.asarray(-np.cos(np.pi * time + portrait.phase) / np.pi**2)
 
 
-def ball(portrait: Portrait) -> Curve:
+def ball(portrait: Portrait) -> DrawnCurve:
     """Time and displacement x = X - Z of the ball [t_c, x_c], on the membrane where it rides."""
     time, position = portrait.time, portrait.position
-    for i in rides(portrait)[::-1]:
+    for i in rides(portrait)[::-1]:  # from the last one on, so that the others keep their places
         between = even_times(float(time[i]), float(time[i + 1]))
         time, position = np.insert(time, i + 1, between), np.insert(position, i + 1, np.full(len(between), position[i]))
     return time, capsule(portrait, time) - position

@@ -31,7 +31,7 @@ from vireport.study import Task
 from vireport.text import capital, significant
 
 HEIGHTS = 3.4, 2.7
-"""Of the panels with their ticks and labels [in]."""
+"""Heights of the panels with their ticks and labels [in]."""
 
 MARKERS = dict(zip((FIXED, *ADAPTIVE), ("x", "o", "s", "^", "v", "D", "P"), strict=True))
 STIFFNESSES = (Color.BLUE, Color.ORANGE, Color.VERMILION)

@@ -43,7 +43,7 @@ ON_DARK = {
     Color.BLUE: "#4da6e8", Color.VERMILION: "#ff8a3d", Color.PURPLE: "#e39ac2", Color.GREY: "#a0a6ad",
     Color.LIGHT: "#3d434a", Color.WARNING: "#ffa06b", Color.WHITE: "#14171b",
 }  # fmt: skip
-"""The same colours on a dark page."""
+"""What each colour becomes on a dark page."""
 
 
 DASHED: Any = (0, (5, 2))
@@ -57,7 +57,7 @@ LOCI: dict[str, tuple[str, Look]] = {
     "grazing": ("grazing (G)", {"color": Color.PURPLE, "linestyle": (0, (1.2, 1.2))}),
     "node_focus": ("node to focus (A)", {"color": Color.GREY, "linestyle": "-", "linewidth": 0.7}),
 }
-"""Of the curves in a plane of two inputs along which motions change: name and look, by what happens there."""
+"""Name and look of the curves in a plane of two inputs along which motions change, by what happens there."""
 
 HALO = 2.8
 """Width of the white under such a curve [pt]."""
@@ -65,7 +65,7 @@ HALO = 2.8
 GUIDE: Look = {"color": Color.LIGHT, "linewidth": 0.6, "zorder": 1.0}
 
 WIDTH = 6.7
-"""Of every figure [in]: the text of an A4 page."""
+"""Width of every figure [in]: that of the text of an A4 page."""
 
 DPI = 150
 
@@ -137,7 +137,7 @@ def png_of(figure: Figure) -> bytes:
 
 
 SVG_FONTS = "DejaVu Sans, Libertinus Serif, sans-serif"
-"""Of the texts in an SVG file: the one they were laid out in, and the narrower one of the PDF report."""
+"""Fonts of the texts in an SVG file: the one they were laid out in, and the narrower one of the PDF report."""
 
 _PAGE = f"""
 #let inputs = sys.inputs
@@ -189,6 +189,7 @@ def literal(text: str) -> str:
     What the font lacks is given by its number in Unicode, as in the PDF report.
     """
     font = get_font(findfont(FontProperties(family=STYLE["font.family"])))
+    # Of a character that the font lacks, Matplotlib warns and draws an empty box.
     shown = (x if x.isspace() or font.get_char_index(ord(x)) else f"⟨U+{ord(x):04X}⟩" for x in text)
     return "".join(shown).replace("$", "\\$")
 
@@ -246,12 +247,12 @@ class Picture:
 
     @property
     def width(self) -> int:
-        """Of the PNG file [px]."""
+        """Width of the PNG file [px]."""
         return int(self.figure.bbox.width)
 
     @property
     def height(self) -> int:
-        """Of the PNG file [px]."""
+        """Height of the PNG file [px]."""
         return int(self.figure.bbox.height)
 
 

@@ -21,8 +21,8 @@ from vireport.figures.captions import LAMBDA_LIMIT, OUTSIDE, conditions
 from vireport.figures.curves import (
     BESIDE,
     TURN,
-    Curve,
     Doubled,
+    DrawnCurve,
     DrawnPoint,
     Floats,
     PairedImpacts,
@@ -104,7 +104,7 @@ DOUBLED = 0.9
 NO_MOTION = "no admissible 1:1 motion in this sweep"
 
 HEIGHTS = {Task.FIGURE_2: 1.25, Task.FIGURE_4: 2.05, Task.FIGURE_7: 2.7}
-"""Of the panels with the letter over them, up to `ROOM_FOR` critical points [in]: figure 2 fits a first page."""
+"""Heights of the panels with the letter over them, for `ROOM_FOR` critical points [in]: figure 2 fits a first page."""
 
 ROOM_FOR = 15
 """Critical points whose labels a panel has room for; with more it is higher in proportion."""
@@ -182,6 +182,7 @@ def sweep_figure(
     lines : sequence of (str, str), optional
         Texts over all of them, with their colours; by default what the one study holds along its sweep.
     """
+    # A mirror image has the same multipliers: its curve would lie on that of the motion.
     if figure == Task.FIGURE_4:
         drawings = [replace(x, parts=[part for part in x.parts if not part.branch.mirror_of]) for x in drawings]
     with style():
@@ -305,6 +306,7 @@ def _mark_leaving(axes: Axes, row: _Row, drawing: Drawing) -> None:
     for part in drawing.parts:
         x = drawing.axis.of(part.branch.motions)[part.rows]
         for k, values in enumerate(row.values(drawing, part.branch)):
+            # Near a pole a value is so large that the crossing, between two samples, would be at the inner one.
             y = np.clip(values[part.rows], 2 * low - high, 2 * high - low)
             for edge, beyond, at, marker in (
                 (low, y < low, INSIDE, "v"),
@@ -323,7 +325,8 @@ def _mark_leaving(axes: Axes, row: _Row, drawing: Drawing) -> None:
 
 def _draw_curves(axes: Axes, row: _Row, drawing: Drawing) -> None:
     """Draw the curves of all stretches, those of one look as one line."""
-    by_look: dict[tuple[object, ...], tuple[list[Curve], Look]] = {}
+    # Each line is a path with its own style in the file, and a branch may have many stretches.
+    by_look: dict[tuple[object, ...], tuple[list[DrawnCurve], Look]] = {}
     for part in drawing.parts:
         x = drawing.axis.of(part.branch.motions)[part.rows]
         for k, values in enumerate(row.values(drawing, part.branch)):
@@ -334,8 +337,9 @@ def _draw_curves(axes: Axes, row: _Row, drawing: Drawing) -> None:
         _plot(axes, pieces, look, row.limits)
 
 
-def _plot(axes: Axes, parts: Sequence[Curve], look: Look, limits: tuple[float, float] = EVERYTHING) -> None:
+def _plot(axes: Axes, parts: Sequence[DrawnCurve], look: Look, limits: tuple[float, float] = EVERYTHING) -> None:
     """Draw curves as one line, broken between them; the axis has to hold only what of them is within the limits."""
+    # Not `plot`, for which the axis would have to hold the whole curve.
     axes.add_artist(Line2D(*curves.joined(parts), **look))
     low, high = limits
     for x, y in parts:
@@ -365,7 +369,7 @@ def _mark_design(axes: Axes, row: _Row, drawing: Drawing) -> None:
 def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
     """Mark the critical points on all curves of a panel; each gets one label, at the largest value if there is room."""
     labels: list[Label] = []
-    by_kind: dict[Event, list[Curve]] = {}
+    by_kind: dict[Event, list[DrawnCurve]] = {}
     for event in drawing.events:
         values = np.array([[y[i] for y in row.values(drawing, branch)] for branch, i in event.places])
         places = np.array([drawing.axis.of(branch.motions)[i] for branch, i in event.places])
@@ -379,11 +383,11 @@ def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing, linked: bool)
     return labels
 
 
-Rows = tuple[list[_Row], list[list[Entry]]]
+FigureRows = tuple[list[_Row], list[list[Entry]]]
 """The rows of a figure from the top one down, and its legends, each of which begins a line."""
 
 
-def _rows(figure: Task, drawings: Sequence[Drawing]) -> Rows:
+def _rows(figure: Task, drawings: Sequence[Drawing]) -> FigureRows:
     return {Task.FIGURE_2: _rows_2, Task.FIGURE_4: _rows_4, Task.FIGURE_7: _rows_7}[figure](drawings)
 
 
@@ -392,7 +396,7 @@ def panel_curves(figure: Task, drawing: Drawing, branch: Branch) -> list[Sequenc
     return [row.values(drawing, branch) for row in _rows(figure, [drawing])[0]]
 
 
-def _rows_2(drawings: Sequence[Drawing]) -> Rows:
+def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
     cut = curves.phase_cut(part for drawing in drawings for part in drawing.parts)
 
     def row(k: int, label: str, phases: bool = False) -> _Row:
@@ -417,11 +421,12 @@ def _rows_2(drawings: Sequence[Drawing]) -> Rows:
     return rows, [legend]
 
 
-def _rows_4(drawings: Sequence[Drawing]) -> Rows:
+def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
     names = dict.fromkeys(chain.from_iterable(drawing.branches.values() for drawing in drawings))
     colors = dict(zip(names, cycle(BRANCH_COLORS), strict=False))
     sizes = [part.branch.motions.discriminant[part.rows] for x in drawings for part in x.parts]
     least = min((float(size.min()) for size in sizes), default=0.0)
+    # The discriminant is (λ₁ - λ₂)², and λ₁ λ₂ = r⁴: its axis ends where that of the eigenvalues does.
     highest = max((LAMBDA_LIMIT - x.study.solution.device.restitution**4 / LAMBDA_LIMIT) ** 2 for x in drawings)
 
     def look(drawing: Drawing, part: Stretch, width: float) -> Look:
@@ -454,7 +459,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> Rows:
     return [discriminant, eigenvalue], [branches, legend]
 
 
-def _rows_7(drawings: Sequence[Drawing]) -> Rows:
+def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
     seen = [y[part.rows] for x in drawings for part in x.parts for y in curves.voltage_curves(part.branch.voltages)]
     overlays = [x.simulated.voltages for x in drawings if x.simulated and x.simulated.voltages]
     power = prefix(chain(seen, *map(curves.voltage_curves, overlays)))

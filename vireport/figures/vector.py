@@ -10,7 +10,7 @@ from typing import Any, Literal
 from matplotlib.backend_bases import FigureCanvasBase, RendererBase
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 
 PER_INCH = 72
@@ -23,19 +23,12 @@ _NEEDLESS = re.compile(r"""(?<=<g) id="[^"]*"| font-family: 'DejaVu Sans';| tran
 """Identifiers that nothing refers to, which would be the same in every figure of a page, and what says nothing."""
 
 
+# Matplotlib keeps sizes for one renderer alone; layout and drawing use two, and without this take a sixth longer.
 @lru_cache(4096)
 def text_size(text: str, font: FontProperties, mathematics: bool = False) -> tuple[float, float, float]:
     """Width, height and descent of a text [pt], in a font that nobody changes any more."""
     width, height, descent = text_to_path.get_text_width_height_descent(text, font, mathematics)
     return width, height, descent
-
-
-@lru_cache(4096)
-def _line_size(font: FontProperties) -> tuple[float, float, float]:
-    """Ascent, descent and gap of the lines of a font [pt]."""
-    file: Any = get_font(findfont(font))
-    metrics, scale = file.get_sfnt_table("OS/2"), font.get_size_in_points() / file.units_per_EM
-    return metrics["sTypoAscender"] * scale, -metrics["sTypoDescender"] * scale, metrics["sTypoLineGap"] * scale
 
 
 class _Ruler(RendererBase):
@@ -45,11 +38,6 @@ class _Ruler(RendererBase):
         self, s: str, prop: FontProperties, ismath: bool | Literal["TeX"]
     ) -> tuple[float, float, float]:
         return text_size(s, prop, bool(ismath))
-
-    # Without this method, which is not public, Matplotlib reads the font file at each of the thousand times that a
-    # report's texts are laid out.
-    def _get_font_height_metrics(self, prop: FontProperties) -> tuple[float, float, float]:
-        return _line_size(prop.copy())
 
 
 class _Drawing(_Ruler, RendererSVG):
@@ -69,12 +57,13 @@ class LayoutCanvas(FigureCanvasBase):
 def drawing(figure: Figure) -> tuple[str, str]:
     """The view box of a figure, and its drawing as elements of SVG, the same in every run."""
     file, dpi = StringIO(), figure.dpi
-    figure.dpi = PER_INCH
+    figure.dpi = PER_INCH  # as it was laid out, so that nothing moves
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     renderer: Any = _Drawing(*figure.bbox.size, file, image_dpi=dpi, metadata=nothing)  # type: ignore[no-untyped-call]
     figure.draw(renderer)
     renderer.finalize()
     figure.dpi = dpi
+    # The head that is cut off declares the prefix, which HTML does not know either.
     text = file.getvalue().replace("xlink:href", "href")
     head = _HEAD.match(text)
     if head is None:

@@ -26,10 +26,10 @@ from vireport.physics import Membrane, voltages
 from vireport.scenario import MapSimulation, Parameter
 
 DECIMALS = 9
-"""Of the impact velocity, up to which two motions are as fast: mirror images differ by rounding alone."""
+"""Decimals of the impact velocity up to which two motions are as fast: mirror images differ by rounding alone."""
 
 SEED = 20190301
-"""Of the starts of the simulation, together with the number of the cell: they do not depend on the chunks."""
+"""Seed of the starts of the simulation, together with the number of the cell: they do not depend on the chunks."""
 
 STABILITY_TYPE = pa.dictionary(pa.int8(), pa.string())
 
@@ -62,7 +62,7 @@ MOTION = (
     ("fold_margin", pa.float64(), "1"),
     ("wall_gap", pa.float64(), "x_c"),
 )
-"""Of the motion of a cell, null where there is none: a stable one before others, then the fastest at the bottom.
+"""Columns of the motion of a cell, null where there is none: a stable one first, then the fastest at the bottom.
 
 With multipliers l1 and l2 the margins are (1 + l1)(1 + l2) = 1 + r^4 + tr, zero at a period doubling,
 (1 - l1)(1 - l2) = 1 + r^4 - tr, zero at a fold or pitchfork, and the smaller of both, positive where the motion is

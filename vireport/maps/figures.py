@@ -14,6 +14,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from vireport.base import write_whole
 from vireport.figures import (
     HALO,
     LOCI,
@@ -24,12 +25,14 @@ from vireport.figures import (
     blank,
     finished,
     held_by,
+    png_of,
     prefix,
     round_ticks,
     style,
 )
 from vireport.maps.cells import MapPlan, axis_values
-from vireport.maps.loci import Locus, loci_of
+from vireport.maps.loci import DrawnLocus, loci_of
+from vireport.maps.store import Store, writing
 from vireport.motions import STABILITIES, Event, Stability
 from vireport.scenario import Parameter, Sampling
 from vireport.text import PREFIXES, capital, percent
@@ -40,7 +43,7 @@ FINEST = 1000
 """Cells along either axis that a picture shows; of more, every second, third, ... is drawn."""
 
 HEIGHT = 4.7
-"""Of a map with its axes [in]."""
+"""Height of a map with its axes [in]."""
 
 NO_CELL: Look = {"facecolor": "#FFFFFF", "edgecolor": "#999999", "hatch": "////", "linewidth": 0.0}
 """Where there is no motion: hatched, as white is a shade of the margin too."""
@@ -90,6 +93,16 @@ def picture_names(plan: MapPlan) -> tuple[str, ...]:
     return ("map-stability", "map-margin", *(("map-voltage",) if plan.membrane is not None else ()))
 
 
+def draw_missing(store: Store) -> list[Path]:
+    """Draw those heat maps of a finished map that are not there yet, and return the paths of all."""
+    paths = [store.folder / f"{name}.png" for name in picture_names(store.plan)]
+    if not all(path.exists() for path in paths):
+        with writing(store.folder):
+            for name, figure in map_figures(store.plan, store.result).items():
+                write_whole(store.folder / f"{name}.png", png_of(figure))
+    return paths
+
+
 def map_figures(plan: MapPlan, result: Path) -> dict[str, Figure]:
     """Draw the heat maps of a map, by their names.
 
@@ -131,7 +144,7 @@ def _raster(plan: MapPlan, result: Path) -> Raster:
     return Raster(x, y, columns)
 
 
-def _stability(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
+def _stability(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure:
     colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
     figure, axes = _blank(plan, raster)
     _fill(axes, raster, raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
@@ -160,7 +173,7 @@ def _of_stable(
     return figure, axes
 
 
-def _margin(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
+def _margin(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure:
     percent = 100 * raster.columns["multiplier_margin"] / (1 + _restitutions(plan, raster) ** 4)
     figure, axes = _of_stable(plan, raster, percent, "viridis", (0.0, 100.0))
     figure.colorbar(axes.images[-1], ax=axes, label="1 − |tr|/(1 + r⁴) [%]")
@@ -168,7 +181,7 @@ def _margin(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
     return _with_loci(figure, axes, plan, title, loci, _types(Stability.UNSTABLE_NODE))
 
 
-def _voltage(plan: MapPlan, raster: Raster, loci: Sequence[Locus]) -> Figure:
+def _voltage(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure:
     volts = raster.columns["u_ave_v"]
     power = prefix([volts])
     figure, axes = _of_stable(plan, raster, volts / 10.0**power, "cividis")
@@ -233,7 +246,7 @@ def _with_loci(
     axes: Axes,
     plan: MapPlan,
     title: str,
-    loci: Sequence[Locus],
+    loci: Sequence[DrawnLocus],
     types: Sequence[Entry],
     note: str = "",
 ) -> Figure:

@@ -13,14 +13,14 @@ from vireport.scenario import DesignInput, Parameter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Locus:
+class DrawnLocus:
     """A curve in the plane of a map's two axes, (n, 2), and what happens on it."""
 
     event: Event
     points: Floats
 
 
-def loci_of(plan: MapPlan) -> tuple[Locus, ...]:
+def loci_of(plan: MapPlan) -> tuple[DrawnLocus, ...]:
     """Every curve on a map over two parameters, of a grid.
 
     The ball's mass has no part in the motions: over it, curves are straight.
@@ -32,7 +32,7 @@ def loci_of(plan: MapPlan) -> tuple[Locus, ...]:
     first, second = inputs
     if first is not None and second is not None:
         found = chart(Plane(device, (first, second), low, high), Limits(2, device.period_ratio), cuts=0)
-        return tuple(Locus(locus.event, locus.drawn()) for locus in found.loci)
+        return tuple(DrawnLocus(locus.event, locus.drawn()) for locus in found.loci)
     k = inputs.index(None)
     parameter = next((one for one in Parameter if one.value == plan.names[1 - k]), None)
     if parameter is None:
@@ -40,4 +40,4 @@ def loci_of(plan: MapPlan) -> tuple[Locus, ...]:
     sweep = Sweep(device, parameter, float(low[1 - k]), float(high[1 - k]))
     values = ((point.event, point.sweep_value) for point in solve(sweep).critical_points)
     lines = ((event, np.insert(np.full((2, 1), value), k, (low[k], high[k]), axis=1)) for event, value in values)
-    return tuple(Locus(event, points) for event, points in lines)
+    return tuple(DrawnLocus(event, points) for event, points in lines)

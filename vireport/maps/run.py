@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections import deque
-from collections.abc import Callable
-from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.base import NumericalError, installing
+from vireport.base import NumericalError, install_command
 from vireport.maps.cells import MapPlan, map_plan
 from vireport.motions import STABILITIES
 from vireport.scenario import load_map
 
 if TYPE_CHECKING:
-    from vireport.maps.store import StabilityCounts, Store
-
-Progress = Callable[[int, int], None]
-"""Called with how many cells are done, and how many there are."""
+    from vireport.maps.store import StabilityCounts
+    from vireport.maps.workers import CellProgress
 
 
 def run_map(
@@ -27,7 +22,7 @@ def run_map(
     folder: Path,
     scheduler: str | None = None,
     workers: int | None = None,
-    progress: Progress | None = None,
+    progress: CellProgress | None = None,
     draw: bool = True,
 ) -> str:
     """Compute a map, or what is missing of it, draw it, and return a summary in words.
@@ -61,7 +56,7 @@ def run_map(
     plan = map_plan(loaded)
     _require_packages()
     from vireport.maps import store as map_store
-    from vireport.maps.workers import require_address
+    from vireport.maps.workers import complete, require_address
 
     if scheduler is not None:
         require_address(scheduler)
@@ -70,11 +65,15 @@ def run_map(
     with map_store.opened(store):
         counts = map_store.finished_counts(store, rejected)
         if counts is None:
-            _compute(store, scheduler, workers or cores(), progress or (lambda done, total: None), rejected)
+            complete(store, scheduler, workers or cores(), progress or (lambda done, total: None), rejected)
             with map_store.writing(folder):
                 counts = map_store.merge(store, rejected)
         map_store.remove_chunks(store)
-        drawn = _draw(store) if draw else []
+        drawn: list[Path] = []
+        if draw:
+            from vireport.maps.figures import draw_missing
+
+            drawn = draw_missing(store)
     note = "; heat maps are drawn of a grid over two parameters" if draw and not drawn else ""
     return "\n".join([*rejected, _summary(plan, counts, [store.result, *drawn]) + note])
 
@@ -82,45 +81,12 @@ def run_map(
 def _require_packages() -> None:
     missing = [name for name in ("pyarrow", "filelock") if find_spec(name) is None]
     if missing:
-        raise NumericalError(f"a map needs {' and '.join(missing)}: {installing(missing[0])}")
-
-
-def _compute(store: Store, scheduler: str | None, workers: int, progress: Progress, rejected: list[str]) -> None:
-    """Compute the chunks that are not stored yet."""
-    from vireport.maps.store import require_space, stored_chunks, writing
-    from vireport.maps.workers import compute
-
-    plan = store.plan
-    with writing(store.folder):
-        finished = stored_chunks(store, rejected)
-        require_space(store, finished)
-        done = sum(map(plan.rows, finished))
-        progress(done, plan.cells)
-        todo = deque(chunk for chunk in range(plan.chunks) if chunk not in finished)
-        with closing(compute(store, todo, scheduler, min(workers, len(todo)))) as chunks:
-            for chunk in chunks:
-                done += plan.rows(chunk)
-                progress(done, plan.cells)
+        raise NumericalError(f"a map needs {' and '.join(missing)}: {install_command(missing[0])}")
 
 
 def cores() -> int:
     """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _draw(store: Store) -> list[Path]:
-    """Draw the heat maps that are not there yet."""
-    from vireport.base import write_whole
-    from vireport.figures import png_of
-    from vireport.maps.figures import map_figures, picture_names
-    from vireport.maps.store import writing
-
-    paths = [store.folder / f"{name}.png" for name in picture_names(store.plan)]
-    if not all(path.exists() for path in paths):
-        with writing(store.folder):
-            for name, figure in map_figures(store.plan, store.result).items():
-                write_whole(store.folder / f"{name}.png", png_of(figure))
-    return paths
 
 
 def _summary(plan: MapPlan, counts: StabilityCounts, files: list[Path]) -> str:
@@ -132,9 +98,9 @@ def _summary(plan: MapPlan, counts: StabilityCounts, files: list[Path]) -> str:
     )
 
 
-def terminal_progress() -> Progress:
+def terminal_progress() -> CellProgress:
     """A bar with rate and remaining time on standard error."""
-    from tqdm import tqdm  # type: ignore[import-untyped]
+    from tqdm import tqdm  # type: ignore[import-untyped]  # takes 50 ms, and only a terminal shows it
 
     bar: tqdm | None = None
 

@@ -82,7 +82,7 @@ class Identity:
     chunk: int | None = None
 
     def metadata(self) -> dict[bytes, bytes]:
-        """As metadata of a Parquet file."""
+        """Return the identity as metadata of a Parquet file."""
         return {IDENTITY: json.dumps(asdict(self)).encode()}
 
 
@@ -133,7 +133,7 @@ class Store:
         return self.chunks / f"{number:09d}.parquet"
 
     def identity(self, chunk: int | None = None) -> Identity:
-        """Of the whole map or of a chunk, computed here and now."""
+        """Return the identity of the whole map or of a chunk, computed here and now."""
         return identity_of(self.plan, self.map_sha256, chunk)
 
 

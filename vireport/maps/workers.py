@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from functools import partial
 from importlib import import_module
 from io import BytesIO
@@ -25,13 +25,16 @@ from multiprocessing.context import BaseContext
 from typing import Any
 from urllib.parse import urlsplit
 
-from vireport.base import NumericalError, UsageError, check, deferred, installing, write_whole
+from vireport.base import NumericalError, UsageError, install_command, interrupts, write_whole
 from vireport.maps.store import (
     RejectedFileError,
     Store,
     encoded_chunk,
     read_chunk,
+    require_space,
+    stored_chunks,
     write_chunk,
+    writing,
 )
 
 AHEAD = 2
@@ -63,6 +66,32 @@ SILENT = dict.fromkeys(("asyncio", "distributed", "distributed.client", "tornado
 """Logs of a lost connection, unless others are configured: what there is to say of it is said by this module."""
 
 RESUME = "What is computed so far is kept: run the same command again to go on"
+
+
+CellProgress = Callable[[int, int], None]
+"""Called with how many cells are done, and how many there are."""
+
+
+def complete(store: Store, scheduler: str | None, workers: int, progress: CellProgress, rejected: list[str]) -> None:
+    """Compute and store the chunks of a map that are not stored yet; the parameters are those of `compute`.
+
+    Parameters
+    ----------
+    progress : callable
+    rejected : list of str
+        Here it is said which stored chunks cannot be used.
+    """
+    plan = store.plan
+    with writing(store.folder):
+        finished = stored_chunks(store, rejected)
+        require_space(store, finished)
+        done = sum(map(plan.rows, finished))
+        progress(done, plan.cells)
+        todo = deque(chunk for chunk in range(plan.chunks) if chunk not in finished)
+        with closing(compute(store, todo, scheduler, min(workers, len(todo)))) as chunks:
+            for chunk in chunks:
+                done += plan.rows(chunk)
+                progress(done, plan.cells)
 
 
 def compute(store: Store, todo: deque[int], scheduler: str | None, workers: int) -> Generator[int, None, None]:
@@ -120,9 +149,9 @@ def _on_cores(store: Store, todo: deque[int], workers: int) -> Iterator[int]:
     losses = 0
 
     def submit(number: int) -> Future[None]:
-        with deferred():  # a process that is left alone as it starts would end in a traceback
+        with interrupts.deferred():  # a process that is left alone as it starts would end in a traceback
             future = pool.submit(write_chunk, store, number)
-        check()
+        interrupts.check()
         return future
 
     while todo:
@@ -220,7 +249,7 @@ def _connected(scheduler: str) -> Iterator[Any]:
         with dask.config.set(logging={**SILENT, **dask.config.get("logging", {})}):
             distributed = import_module("distributed")
     except ImportError as error:
-        raise NumericalError(f"--scheduler needs dask.distributed: {installing('dask.distributed')}") from error
+        raise NumericalError(f"--scheduler needs dask.distributed: {install_command('dask.distributed')}") from error
     try:
         distributed.utils.LoopRunner().run_sync(_require_scheduler, distributed, scheduler)
         client = distributed.Client(scheduler, timeout=ANSWER, set_as_default=False)
@@ -244,7 +273,7 @@ def _connected(scheduler: str) -> Iterator[Any]:
 
 async def _require_scheduler(distributed: Any, address: str) -> None:
     """Fail in any way where there is no scheduler; a client that finds out by itself cannot always be closed."""
-    from asyncio import timeout
+    from asyncio import timeout  # here, as each worker process imports this module, and none needs it
 
     security = distributed.Security().get_connection_args("client")
     async with timeout(ANSWER), distributed.rpc(address, connection_args=security) as there:

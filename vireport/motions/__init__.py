@@ -37,6 +37,7 @@ __all__ = [
     "BESIDE",
     "CRITICAL",
     "DECIMALS",
+    "DETAILS",
     "FARTHEST",
     "IMAGE",
     "NO_BOUND",

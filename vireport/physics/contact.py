@@ -39,7 +39,7 @@ SERIES = 0.25
 """Argument below which differences of nearly equal terms are summed as series."""
 
 TERMS = 24
-"""Of these series: 0.25^24 is far below the rounding of a double."""
+"""Terms of these series: 0.25^24 is far below the rounding of a double."""
 
 STEP = 0.04
 """Step of the double-exponential rule, at which it is converged to rounding for every h and r allowed."""

@@ -48,7 +48,7 @@ class Word:
         return f"{self.walls.count(1)}:{self.walls.count(-1)}"
 
     def rotated(self, first: int) -> Word:
-        """The same impacts, counted from another."""
+        """Return the word of these impacts counted from another one."""
         return Word(self.walls[first:] + self.walls[:first], self.periods)
 
     def firsts(self, other: Word) -> list[int]:
@@ -58,7 +58,7 @@ class Word:
         return [i for i in range(count) if same and twice[i : i + count] == other.walls]
 
     def canonical(self, mirror: bool = False) -> Word:
-        """The same impacts, or with `mirror` their mirror image, so that the word is the alphabetically first one."""
+        """Return the alphabetically first word of these impacts, or with `mirror` of them and their mirror image."""
         count, each = len(self), (self, self.mirrored()) if mirror else (self,)
         starts = ((one.walls + one.walls)[i : i + count] for one in each for i in range(count))
         return Word(max(starts), self.periods)  # B, the first letter, is the larger number

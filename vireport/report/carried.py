@@ -75,6 +75,7 @@ def read_carried(path: str) -> Carried:
 
 def _of_page(page: bytes) -> tuple[bytes, bytes]:
     """The scenario and the results of a page, as JSON; empty where there are none."""
+    # Between these tags there is no other, as our JSON has no "<": a parser of HTML would read megabytes for two texts.
     opening = '<script type="application/json" id="%s-data">'
     after = (page.partition((opening % name).encode())[2] for name in ("scenario", "results"))
     scenario, results = (rest.partition(b"</script>")[0] for rest in after)

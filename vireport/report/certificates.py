@@ -10,7 +10,7 @@ from vireport.scenario import Parameter
 from vireport.text import ABSENT
 
 if TYPE_CHECKING:
-    from vireport.checks import Certificate, Enclosure
+    from vireport.checks.certificates import Certificate, Enclosure
 
 LONG = Context(prec=200)
 """Arithmetic on bounds that rounds nothing away."""
@@ -62,7 +62,7 @@ def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> s
     Parameters
     ----------
     certificates : sequence of Certificate
-        From `vireport.proofs.certify`.
+        From `vireport.checks.certificates.certify`.
     parameter : Parameter
         The one that is swept.
     """

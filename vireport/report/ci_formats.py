@@ -89,7 +89,7 @@ def _annotation(level: str, place: dict[str, str], title: str, message: str) -> 
 
 def _escaped(text: str, more: str) -> str:
     """Write as %XX what would end an annotation or one of its properties."""
-    plain = text.encode("utf-8", "replace").decode()
+    plain = text.encode("utf-8", "replace").decode()  # a name of bytes that are not UTF-8 cannot be printed
     return "".join(f"%{ord(x):02X}" if x in f"%\r\n{more}" else x for x in plain)
 
 

@@ -37,10 +37,11 @@ from vireport.membranes import (
     solvers_on_stiff_membranes,
 )
 from vireport.membranes import verdict as compliance_verdict
-from vireport.motions import Held, Point
+from vireport.motions import Held, Point, ladder
 from vireport.physics import DIGITS, Device
 from vireport.report.certificates import summary
 from vireport.report.ci_formats import source_url
+from vireport.report.motions import families_table
 from vireport.report.voltages import (
     MassEffect,
     Place,
@@ -87,7 +88,7 @@ NOTHING = 1e-30
 
 
 @dataclass(frozen=True, slots=True)
-class Input:
+class InputRow:
     """A value of a scenario, with its symbol, its unit, its key, and whether it was given and where."""
 
     title: str
@@ -99,7 +100,7 @@ class Input:
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class CriticalState:
     """The motion at a critical point, or its mirror image: phases in rad, velocities before the impacts in y_c."""
 
     critical: Point
@@ -113,7 +114,7 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class End:
+class RangeEnd:
     """An end of a stable range: what ends it, and the room that the design point has, over its value.
 
     The value is None where the range is not known to end, the room also where the design value is zero.
@@ -125,13 +126,13 @@ class End:
 
 
 @dataclass(frozen=True, slots=True)
-class Range:
+class StableRange:
     """A stable range of an input around the design point, and its value there."""
 
     parameter: ScalarInput
     value: float
-    start: End
-    end: End
+    start: RangeEnd
+    end: RangeEnd
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +254,7 @@ class Report:
         x, unit = self.design.motions, self.solution.device.velocity_unit(self.design.parameter, self.design.value)
         return float(unit * x.velocity_bottom[0]), float(-unit * x.velocity_top[0])
 
-    def inputs(self) -> Iterator[Input]:
+    def inputs(self) -> Iterator[InputRow]:
         """Every value of the scenario, in the order of the format."""
         for entry in inputs(self.study.scenario):
             if entry.path not in NOT_A_QUANTITY:
@@ -261,7 +262,7 @@ class Report:
                 unit = self.solution.parameter.unit if swept else UNITS.get(entry.unit, entry.unit)
                 origin = _origin(self.study, entry.path)
                 symbol = SYMBOLS.get(entry.path, "")
-                yield Input(entry.title, symbol, written(entry.value), unit, origin, entry.path)
+                yield InputRow(entry.title, symbol, written(entry.value), unit, origin, entry.path)
 
     def derived(self) -> tuple[dict[str, float], ...]:
         """What follows at the design point, and at both ends of the sweep, as far as there are these."""
@@ -276,7 +277,7 @@ class Report:
         """What the sweep holds of *d*, *ḡ* and their ratio."""
         return self.solution.diagram.curve.level.held if self.solution.diagram is not None else None
 
-    def states(self) -> Iterator[State]:
+    def states(self) -> Iterator[CriticalState]:
         """The motions at the critical points, each followed by its mirror image where it has one."""
         for critical in self.solution.critical_points:
             yield _state(critical, critical, False, critical.closed.phi_top)
@@ -285,17 +286,17 @@ class Report:
                 top = float(np.mod(critical.closed.phi_bottom + pi, 2 * pi))
                 yield _state(critical, critical.mirror, True, top)
 
-    def ranges(self) -> Iterator[Range]:
+    def ranges(self) -> Iterator[StableRange]:
         """The stable range around the design point, for each input."""
         for part in self.design.stable if self.design is not None else ():
             at = float(getattr(self.solution.device, part.parameter))
             start, end = (
-                End(None, None, None)
+                RangeEnd(None, None, None)
                 if point is None and value in (SMALLEST, LARGEST)
-                else End(value, point, (value - at) / at if at else None)
+                else RangeEnd(value, point, (value - at) / at if at else None)
                 for value, point in part.ends
             )
-            yield Range(part.parameter, at, start, end)
+            yield StableRange(part.parameter, at, start, end)
 
     def going_on(self) -> Iterator[tuple[float, Point]]:
         """Ends of the sweep beyond which stable motion goes on, and the critical point that ends it there."""
@@ -345,8 +346,6 @@ class Report:
         """The families of motions of other impact sequences."""
         if self.study.atlas is None:
             return None
-        from vireport.report.motions import families_table
-
         return families_table(self.study, self.study.atlas)
 
     @property
@@ -364,8 +363,6 @@ class Report:
         """What the stable motions of each impact sequence generate at most, the most per second first."""
         if self.study.atlas is None:
             return ()
-        from vireport.motions import ladder
-
         return ladder(self.study.atlas, self.solution.membrane)
 
     def compliant(self) -> Iterator[Table]:
@@ -415,9 +412,9 @@ def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, fl
     }
 
 
-def _state(critical: Point, motion: Point, mirrored: bool, phi_top: float) -> State:
+def _state(critical: Point, motion: Point, mirrored: bool, phi_top: float) -> CriticalState:
     closed = motion.closed
     gbar, bottom, top = (
         0.0 if abs(x) < NOTHING else x for x in (motion.gbar, closed.velocity_bottom, closed.velocity_top)
     )
-    return State(critical, mirrored, gbar, 0.5 + closed.u, closed.phi_bottom, phi_top, bottom, top)
+    return CriticalState(critical, mirrored, gbar, 0.5 + closed.u, closed.phi_bottom, phi_top, bottom, top)

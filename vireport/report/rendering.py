@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import os
 import re
+from base64 import b64encode
 from collections.abc import Iterable, Iterator, Set
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Literal
@@ -19,7 +21,7 @@ from vireport.base import RenderError
 if TYPE_CHECKING:
     import typst
 
-    from vireport.report.templates import Document
+    from vireport.report.templates import AnyReport
 
 PAPERS = {"a4": "a4", "letter": "us-letter"}
 """Paper of a PDF, by its name on the command line, as Typst names it."""
@@ -52,7 +54,7 @@ def _offline() -> Iterator[None]:
 
 
 def render_files(
-    report: Document, formats: Set[str], templates: Path | None = None, paper: str = "a4"
+    report: AnyReport, formats: Set[str], templates: Path | None = None, paper: str = "a4"
 ) -> dict[str, bytes]:
     """Set a report and its figures as files, by their names; `formats` are any of html, pdf, png and svg.
 
@@ -78,12 +80,12 @@ def render_files(
 
 
 @_offline()
-def render_html(report: Document, templates: Path | None = None) -> bytes:
+def render_html(report: AnyReport, templates: Path | None = None) -> bytes:
     """Set a report as one HTML file that needs nothing else.
 
     Parameters
     ----------
-    report : Document
+    report : AnyReport
     templates : Path, optional
         A folder whose templates come before ours.
 
@@ -97,23 +99,36 @@ def render_html(report: Document, templates: Path | None = None) -> bytes:
     return _page(report, _filled(report, templates))
 
 
-def _filled(report: Document, templates: Path | None) -> str:
+def _filled(report: AnyReport, templates: Path | None) -> str:
     from vireport.report.templates import fill
 
     return fill(report, templates)
 
 
-def _page(report: Document, source: str) -> bytes:
-    from vireport.figures import in_page
+def _page(report: AnyReport, source: str) -> bytes:
+    page = _compiled(report, source, "html").decode("utf-8")
+    return _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page).encode("utf-8")
+
+
+def _of_page(report: AnyReport) -> dict[str, str]:
+    """The files that the template of an HTML page reads, by their names: drawings, style, script and its data."""
+    if not report.pictures:
+        return {}
+    from vireport.figures import figure_css
     from vireport.report.templates import TEMPLATES
 
-    page = _compiled(report, source, "html").decode("utf-8")
-    page = _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page)
-    return in_page(page, report.pictures.values(), report.live, TEMPLATES).encode("utf-8")
+    script, css = ((TEMPLATES / name).read_text(encoding="utf-8") for name in ("live.js", "live.css"))
+    return {
+        "figures.css": figure_css() + css,
+        "live.js": script,
+        "live.js.sha256": b64encode(sha256(script.encode()).digest()).decode(),
+        "live.json": report.live.replace("<", "\\u003c"),  # no element of the page ends in it
+        **{f"{name}.page.svg": picture.inline for name, picture in report.pictures.items()},
+    }
 
 
 @_offline()
-def render_markdown(report: Document, templates: Path | None = None) -> bytes:
+def render_markdown(report: AnyReport, templates: Path | None = None) -> bytes:
     """Set a summary as Markdown, for a pull request or the page of a job; its parameters are those of `render_html`."""
     from vireport.report.markdown import as_markdown
 
@@ -122,13 +137,13 @@ def render_markdown(report: Document, templates: Path | None = None) -> bytes:
 
 @_offline()
 def render_pdf(
-    report: Document, templates: Path | None = None, standards: Iterable[str] = (), paper: str = "a4"
+    report: AnyReport, templates: Path | None = None, standards: Iterable[str] = (), paper: str = "a4"
 ) -> bytes:
     """Set a report as PDF.
 
     Parameters
     ----------
-    report : Document
+    report : AnyReport
     templates : Path, optional
         A folder whose templates come before ours.
     standards : iterable of str
@@ -147,7 +162,7 @@ def render_pdf(
 
 
 def _compiled(
-    report: Document, source: str, output: Literal["html", "pdf"], standards: Iterable[str] = (), paper: str = ""
+    report: AnyReport, source: str, output: Literal["html", "pdf"], standards: Iterable[str] = (), paper: str = ""
 ) -> bytes:
     """What Typst makes of a filled template; in a PDF, characters that its fonts lack are given by their numbers."""
     import typst
@@ -158,6 +173,8 @@ def _compiled(
     with TemporaryDirectory(prefix="vireport-") as root:
         for picture in report.pictures.values():
             (Path(root) / f"{picture.name}.svg").write_bytes(picture.svg)
+        for name, text in (_of_page(report) if output == "html" else {}).items():
+            (Path(root) / name).write_text(text, encoding="utf-8")
         compiler = typst.Compiler(root=root, ignore_system_fonts=True, sys_inputs=inputs)
         try:
             file = compiler.compile(

@@ -7,26 +7,20 @@ not marked as source becomes a string literal of Typst.
 from __future__ import annotations
 
 import json
-import os
 import re
-import sys
 from collections.abc import Callable, Hashable, Mapping
-from contextlib import suppress
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-import jinja2
 from jinja2 import (
     Environment,
-    FileSystemBytecodeCache,
     FileSystemLoader,
     StrictUndefined,
     TemplateError,
     TemplateNotFound,
     TemplateSyntaxError,
 )
-from jinja2.bccache import Bucket
 
 from vireport.base import RenderError, UsageError
 from vireport.gate import range_text
@@ -67,7 +61,7 @@ JOINED_BAR = "|\u2060"
 """The bar before an absolute value, after which no line may end."""
 
 
-class Document(Hashable, Protocol):
+class AnyReport(Hashable, Protocol):
     """What is set: the object `report` of the templates.
 
     Attributes
@@ -178,7 +172,6 @@ def _environment(templates: Path | None) -> Environment:
     environment = Environment(
         loader=_Templates(folders),
         undefined=StrictUndefined,
-        bytecode_cache=_Bytecode(str(TEMPLATES / "__pycache__")) if templates is None else None,
         optimized=False,  # no template is rendered so often that it pays
         finalize=_literal,
         trim_blocks=True,
@@ -187,23 +180,6 @@ def _environment(templates: Path | None) -> Environment:
     )
     environment.filters |= FILTERS
     return environment
-
-
-class _Bytecode(FileSystemBytecodeCache):
-    """What our templates are compiled to, kept beside them where and when Python keeps its own bytecode.
-
-    It is valid for the source of a template, for Jinja as it is installed, and for this module, with the environment.
-    """
-
-    def get_source_checksum(self, source: str) -> str:
-        compilers = (str(os.stat(file).st_mtime_ns) for file in (jinja2.__file__, __file__))
-        return super().get_source_checksum("".join((source, *compilers)))
-
-    def dump_bytecode(self, bucket: Bucket) -> None:
-        if not sys.dont_write_bytecode:
-            with suppress(OSError):
-                os.makedirs(self.directory, exist_ok=True)
-                super().dump_bytecode(bucket)
 
 
 class _Templates(FileSystemLoader):
@@ -219,7 +195,7 @@ class _Templates(FileSystemLoader):
 
 
 @lru_cache(maxsize=1)  # one report is set as HTML and as PDF, from the same source
-def fill(report: Document, templates: Path | None) -> str:
+def fill(report: AnyReport, templates: Path | None) -> str:
     """The Typst source of a report.
 
     Raises

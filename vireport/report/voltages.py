@@ -13,7 +13,7 @@ from vireport.motions import Point
 from vireport.physics import Membrane, Voltages, voltages
 
 MASS_FACTORS = (0.5, 1.0, 2.0)
-"""Of the ball mass, for what the voltage makes of it."""
+"""Factors on the ball mass with which the voltage is evaluated again."""
 
 PUBLISHED_MASS_RATIO = 0.2
 """m/M in published code for this device."""

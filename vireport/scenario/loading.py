@@ -32,6 +32,8 @@ from vireport.scenario.document import (
     join,
     read,
 )
+from vireport.scenario.hints import closest
+from vireport.scenario.messages import worded
 from vireport.scenario.overrides import apply, as_texts
 from vireport.scenario.rules import (
     AXES,
@@ -112,7 +114,7 @@ class LoadedMap:
 
     @property
     def sha256(self) -> str:
-        """Of the file, as ``sha256sum`` prints it."""
+        """Digest of the file, as ``sha256sum`` prints it."""
         return _sha256(self.text)
 
 
@@ -225,8 +227,6 @@ def _validated(document: Document, model: type[Model], stands_for: Mapping[str, 
     findings += check(document, {finding.path for finding in findings} | document.unread, model)
     if file is not None and not findings and not document.mistakes:
         return file
-    from vireport.scenario.messages import worded
-
     findings = [finding._replace(path=stands_for.get(finding.path, finding.path)) for finding in findings]
     raise ScenarioError(document.name, [*document.mistakes, *worded(findings, document, model)])
 
@@ -275,8 +275,6 @@ def _unreadable(path: Path, error: Exception) -> str:
     if str(path) == "-":
         return f"standard input cannot be read ({getattr(error, 'strerror', None) or error})"
     if isinstance(error, FileNotFoundError):
-        from vireport.scenario.hints import closest
-
         try:
             close = closest(path.name, [entry.name for entry in islice(path.parent.iterdir(), MOST_NAMES)])
         except OSError:

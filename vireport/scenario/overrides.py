@@ -6,6 +6,7 @@ Whether the result makes sense is decided by the same validation.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
@@ -26,8 +27,6 @@ def as_texts(overrides: str | Sequence[str] | Mapping[str, object]) -> tuple[str
     if isinstance(overrides, str):
         return (overrides,)
     if isinstance(overrides, Mapping):
-        import json
-
         return tuple(f"{path}={json.dumps(value, ensure_ascii=False)}" for path, value in overrides.items())
     return tuple(overrides)
 

@@ -88,5 +88,5 @@ class DesignInput(ScalarInput):
 
     @property
     def sweepable(self) -> Parameter | None:
-        """The same as a parameter of a sweep; None where it cannot be swept."""
+        """The input as a parameter of a sweep; None where it cannot be swept."""
         return next((parameter for parameter in Parameter if parameter.value == self.value), None)

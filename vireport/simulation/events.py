@@ -17,7 +17,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vireport.base import installing
+from vireport.base import install_command
 from vireport.simulation import kernel
 from vireport.simulation.compiled import compiled_search
 from vireport.simulation.kernel import (
@@ -185,7 +185,7 @@ def _say_that_it_is_slow() -> None:
     """Once in a process."""
     logger.warning(
         "the simulation is interpreted, some hundred times slower than compiled, as the package numba is missing: %s",
-        installing("numba"),
+        install_command("numba"),
     )
 
 

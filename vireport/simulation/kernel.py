@@ -11,8 +11,9 @@ They stay in one file, and import nothing that is ours, because numba's cache lo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from math import acos, cos, inf, pi, sin
+from math import inf, pi
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -44,7 +45,7 @@ def _ieee(function: F) -> F:
     return cast(F, lambda x: np.float64(function(x)))
 
 
-acos, cos, sin = _ieee(acos), _ieee(cos), _ieee(sin)
+acos, cos, sin = _ieee(math.acos), _ieee(math.cos), _ieee(math.sin)
 floor: Callable[[float], float] = np.floor
 sqrt: Callable[[float], float] = np.sqrt
 

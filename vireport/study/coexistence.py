@@ -20,10 +20,10 @@ from vireport.simulation import (
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
 
-Range = tuple[float, float]
+ValueRange = tuple[float, float]
 
 
-class Source(StrEnum):
+class FoundBy(StrEnum):
     """How a motion was found; the value is its name in results.json."""
 
     UP = "up"
@@ -43,14 +43,14 @@ class Coexisting:
         "" where it is not periodic; of a horizontal capsule's mirror images the alphabetically first one.
     period : int
         In forcing periods; 0 where it is not periodic.
-    ranges : dict of Source to list of (float, float)
+    ranges : dict of FoundBy to list of (float, float)
         From the first to the last of successive values; of families, between the points where they become unstable.
     """
 
     outcome: Outcome
     word: str
     period: int
-    ranges: dict[Source, list[Range]]
+    ranges: dict[FoundBy, list[ValueRange]]
 
     @property
     def name(self) -> str:
@@ -63,17 +63,17 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
     slowly = check.hysteresis
     if slowly is None:
         return ()
-    rows: dict[tuple[Outcome, str, int], dict[Source, list[Range]]] = {}
+    rows: dict[tuple[Outcome, str, int], dict[FoundBy, list[ValueRange]]] = {}
 
-    def add(kind: tuple[Outcome, str, int], source: Source, ranges: Iterable[Range]) -> None:
-        rows.setdefault(kind, {each: [] for each in Source})[source].extend(ranges)
+    def add(kind: tuple[Outcome, str, int], source: FoundBy, ranges: Iterable[ValueRange]) -> None:
+        rows.setdefault(kind, {each: [] for each in FoundBy})[source].extend(ranges)
 
     order = sorted(range(len(check.values)), key=lambda i: float(check.values[i]))
     values = [float(check.values[i]) for i in order]
-    found = {Source.STARTS: [check.found[i] for i in order]}
+    found = {FoundBy.STARTS: [check.found[i] for i in order]}
     for direction, course in slowly.courses.items():
         ascending = sorted(course.stages, key=lambda stage: stage.value)
-        found[Source(direction)] = [(stage.attractor,) for stage in ascending]
+        found[FoundBy(direction)] = [(stage.attractor,) for stage in ascending]
     for source, ends in found.items():
         kinds = [{_kind(end, slowly.mirror) for end in own} for own in ends]
         for kind in set().union(*kinds):
@@ -81,9 +81,9 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
     for family in atlas.families if atlas is not None else ():
         if family.stable_runs:
             word = family.word.canonical(slowly.mirror).letters
-            add((Outcome.PERIODIC, word, family.word.periods), Source.FAMILIES, family.stable_ranges)
+            add((Outcome.PERIODIC, word, family.word.periods), FoundBy.FAMILIES, family.stable_ranges)
     for ranges in rows.values():
-        ranges[Source.FAMILIES].sort()
+        ranges[FoundBy.FAMILIES].sort()
     listed = (Coexisting(*kind, ranges) for kind, ranges in rows.items())
     return tuple(sorted(listed, key=lambda one: (one.outcome is not Outcome.PERIODIC, len(one.word), one.name)))
 
@@ -114,7 +114,7 @@ def _kind(attractor: Attractor, mirror: bool) -> tuple[Outcome, str, int]:
     return attractor.outcome, word, attractor.period
 
 
-def _runs(values: list[float], there: list[bool]) -> Iterator[Range]:
+def _runs(values: list[float], there: list[bool]) -> Iterator[ValueRange]:
     """First and last of successive values at which something is there."""
     for found, run in groupby(zip(values, there, strict=True), key=lambda pair: pair[1]):
         if found:

@@ -12,7 +12,7 @@ from enum import StrEnum
 from importlib.util import find_spec
 from typing import NamedTuple
 
-from vireport.base import installing
+from vireport.base import install_command
 from vireport.scenario import Direction, Parameter, Scenario
 
 
@@ -122,95 +122,95 @@ class Plan:
         return tuple(step for step in self.steps if not step.runs)
 
 
-class Condition(NamedTuple):
+class Need(NamedTuple):
     """What must hold of a scenario and the formats asked for, and what to say where it does not."""
 
     holds: Callable[[Scenario, frozenset[str]], object]
     otherwise: str
 
 
-class Row(NamedTuple):
+class DeclaredStep(NamedTuple):
     """A step as it is declared; it is listed, as run or as left out, only where all of `listed` holds."""
 
     task: Task
-    conditions: tuple[Condition, ...]
+    needs: tuple[Need, ...]
     why: str
-    listed: tuple[Condition, ...] = ()
+    listed: tuple[Need, ...] = ()
 
 
-def _format(task: Task) -> Condition:
-    return Condition(lambda _, formats: task in formats, "not among the formats asked for")
+def _format(task: Task) -> Need:
+    return Need(lambda _, formats: task in formats, "not among the formats asked for")
 
 
-SWEEP = Condition(lambda x, _: x.sweep, "no sweep: a single design point has no branches to follow")
-HORIZONTAL = Condition(
+SWEEP = Need(lambda x, _: x.sweep, "no sweep: a single design point has no branches to follow")
+HORIZONTAL = Need(
     lambda x, _: x.inclination_deg == 0 and x.parameter is not Parameter.INCLINATION,
     "gravity along the capsule: no motion is symmetric for beta > 0",
 )
-ODD = Condition(lambda x, _: x.period_ratio % 2, "for an even period ratio no motion is symmetric")
-DESIGN = Condition(lambda x, _: x.value_of(x.parameter) is not None, "{parameter} is not given")
-BALL = Condition(lambda x, _: x.device.ball_mass_kg, "device.ball_mass_kg is not given")
-DIELECTRIC = Condition(
+ODD = Need(lambda x, _: x.period_ratio % 2, "for an even period ratio no motion is symmetric")
+DESIGN = Need(lambda x, _: x.value_of(x.parameter) is not None, "{parameter} is not given")
+BALL = Need(lambda x, _: x.device.ball_mass_kg, "device.ball_mass_kg is not given")
+DIELECTRIC = Need(
     lambda x, _: x.device.membrane and x.device.membrane.thickness_m,
     "thickness_m, relative_permittivity and breakdown_field_v_m of device.membrane are not given",
 )
-SIMULATION = Condition(lambda x, _: x.simulation, "the scenario has no simulation block")
-PORTRAITS = Condition(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
-DISPLACEMENT = Condition(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
-DIAGRAM = Condition(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
-FOLLOW = Condition(lambda x, _: x.simulation and x.simulation.follow is not Direction.NONE, "simulation.follow is none")
-MOTIONS = Condition(lambda x, _: x.motion_limits, "the scenario has no motions block")
-NAMED = Condition(lambda x, _: x.motions and x.motions.portraits, "motions.portraits is empty")
-ACCURACY = Condition(lambda x, _: x.accuracy, "the scenario has no accuracy block")
-COMPLIANT = Condition(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
-TOLERANCES = Condition(lambda x, _: x.tolerances, "the scenario has no tolerances block")
-REQUIREMENTS = Condition(lambda x, _: x.requirements, "the scenario has no requirements block")
-BEST = Condition(lambda x, _: x.design, "the scenario has no design block")
-NOT_IN_A_RUN = Condition(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
-PICTURES = Condition(
+SIMULATION = Need(lambda x, _: x.simulation, "the scenario has no simulation block")
+PORTRAITS = Need(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
+DISPLACEMENT = Need(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
+DIAGRAM = Need(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
+FOLLOW = Need(lambda x, _: x.simulation and x.simulation.follow is not Direction.NONE, "simulation.follow is none")
+MOTIONS = Need(lambda x, _: x.motion_limits, "the scenario has no motions block")
+NAMED = Need(lambda x, _: x.motions and x.motions.portraits, "motions.portraits is empty")
+ACCURACY = Need(lambda x, _: x.accuracy, "the scenario has no accuracy block")
+COMPLIANT = Need(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
+TOLERANCES = Need(lambda x, _: x.tolerances, "the scenario has no tolerances block")
+REQUIREMENTS = Need(lambda x, _: x.requirements, "the scenario has no requirements block")
+BEST = Need(lambda x, _: x.design, "the scenario has no design block")
+NOT_IN_A_RUN = Need(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
+PICTURES = Need(
     lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG, Task.SVG}, "no figure, HTML or PDF is asked for"
 )
 
-PAGES = Condition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
+PAGES = Need(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
 
 STEPS = (
-    Row(Task.BRANCHES, (SWEEP,), "a sweep is given"),
-    Row(Task.SYMMETRIC, (HORIZONTAL, ODD), "the capsule is horizontal"),
-    Row(Task.CRITICAL, (SWEEP,), "a sweep is given"),
-    Row(Task.DESIGN, (DESIGN,), "the design point is given"),
-    Row(Task.ENERGY, (BALL,), "the ball mass is given"),
-    Row(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
-    Row(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
-    Row(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
-    Row(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
-    Row(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
-    Row(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
-    Row(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
-    Row(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
-    Row(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
-    Row(Task.MOTIONS, (MOTIONS, SWEEP), "a motions block, or a word that is required, asks for them"),
-    Row(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
-    Row(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
-    Row(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
-    Row(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
-    Row(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
-    Row(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
-    Row(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
-    Row(Task.FIGURE_HYSTERESIS, (PICTURES,), "simulation.follow is given", (FOLLOW,)),
-    Row(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "motions of other impact sequences are followed", (MOTIONS,)),
-    Row(Task.FIGURE_LADDER, (SWEEP, BALL, PICTURES), "the scenario has a motions block", (MOTIONS,)),
-    Row(Task.FIGURE_PORTRAITS, (SWEEP, NAMED, PICTURES), "motions.portraits names motions", (MOTIONS,)),
-    Row(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
-    Row(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
-    Row(Task.HTML, (_format(Task.HTML),), "asked for"),
-    Row(Task.PDF, (_format(Task.PDF),), "asked for"),
-    Row(Task.PNG, (_format(Task.PNG),), "asked for"),
-    Row(Task.SVG, (), "asked for", (_format(Task.SVG),)),
-    Row(Task.JSON, (_format(Task.JSON),), "asked for"),
-    Row(Task.CSV, (_format(Task.CSV), SWEEP), "asked for"),
-    Row(Task.JUNIT, (), "asked for", (_format(Task.JUNIT),)),
-    Row(Task.MARKDOWN, (), "asked for", (_format(Task.MARKDOWN),)),
-    Row(Task.GITHUB, (), "asked for", (_format(Task.GITHUB),)),
+    DeclaredStep(Task.BRANCHES, (SWEEP,), "a sweep is given"),
+    DeclaredStep(Task.SYMMETRIC, (HORIZONTAL, ODD), "the capsule is horizontal"),
+    DeclaredStep(Task.CRITICAL, (SWEEP,), "a sweep is given"),
+    DeclaredStep(Task.DESIGN, (DESIGN,), "the design point is given"),
+    DeclaredStep(Task.ENERGY, (BALL,), "the ball mass is given"),
+    DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
+    DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
+    DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
+    DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
+    DeclaredStep(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
+    DeclaredStep(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
+    DeclaredStep(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
+    DeclaredStep(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
+    DeclaredStep(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
+    DeclaredStep(Task.MOTIONS, (MOTIONS, SWEEP), "a motions block, or a word that is required, asks for them"),
+    DeclaredStep(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
+    DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
+    DeclaredStep(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
+    DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
+    DeclaredStep(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
+    DeclaredStep(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
+    DeclaredStep(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
+    DeclaredStep(Task.FIGURE_HYSTERESIS, (PICTURES,), "simulation.follow is given", (FOLLOW,)),
+    DeclaredStep(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "motions of other impact sequences are followed", (MOTIONS,)),
+    DeclaredStep(Task.FIGURE_LADDER, (SWEEP, BALL, PICTURES), "the scenario has a motions block", (MOTIONS,)),
+    DeclaredStep(Task.FIGURE_PORTRAITS, (SWEEP, NAMED, PICTURES), "motions.portraits names motions", (MOTIONS,)),
+    DeclaredStep(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
+    DeclaredStep(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
+    DeclaredStep(Task.HTML, (_format(Task.HTML),), "asked for"),
+    DeclaredStep(Task.PDF, (_format(Task.PDF),), "asked for"),
+    DeclaredStep(Task.PNG, (_format(Task.PNG),), "asked for"),
+    DeclaredStep(Task.SVG, (), "asked for", (_format(Task.SVG),)),
+    DeclaredStep(Task.JSON, (_format(Task.JSON),), "asked for"),
+    DeclaredStep(Task.CSV, (_format(Task.CSV), SWEEP), "asked for"),
+    DeclaredStep(Task.JUNIT, (), "asked for", (_format(Task.JUNIT),)),
+    DeclaredStep(Task.MARKDOWN, (), "asked for", (_format(Task.MARKDOWN),)),
+    DeclaredStep(Task.GITHUB, (), "asked for", (_format(Task.GITHUB),)),
 )
 
 
@@ -225,8 +225,8 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
     """
     asked, steps = frozenset(formats), []
     for row in STEPS:
-        if all(condition.holds(scenario, asked) for condition in row.listed):
-            failing = next((condition for condition in row.conditions if not condition.holds(scenario, asked)), None)
+        if all(need.holds(scenario, asked) for need in row.listed):
+            failing = next((need for need in row.needs if not need.holds(scenario, asked)), None)
             why = row.why if failing is None else failing.otherwise.format(parameter=scenario.parameter.path)
             runs, what = failing is None, row.task.what
             if runs and row.task is Task.SIMULATION:
@@ -246,10 +246,10 @@ JUMP = 2000
 what lies between jumps takes little."""
 
 IMPACTS_PER_SECOND = 2e6
-"""Of the simulation on one core of a common machine, for what a plan says of its cost."""
+"""Speed of the simulation on one core of a common machine, for what a plan says of its cost."""
 
 INTERPRETED_PER_SECOND = 3e4
-"""The same where it is not compiled."""
+"""Speed of the simulation where it is not compiled."""
 
 
 def _cost(scenario: Scenario) -> str:
@@ -260,7 +260,7 @@ def _cost(scenario: Scenario) -> str:
     values = asked.samples if scenario.sweep is not None else 1
     rate, remark = IMPACTS_PER_SECOND, "the first time, a few seconds more to compile"
     if find_spec("numba") is None:
-        rate, remark = INTERPRETED_PER_SECOND, f"interpreted, as numba is missing: {installing('numba')}"
+        rate, remark = INTERPRETED_PER_SECOND, f"interpreted, as numba is missing: {install_command('numba')}"
     cost = f"about {values * asked.starts * asked.impacts / rate:.1g} s"
     if asked.follow is not Direction.NONE:
         jump = f"about {JUMP * asked.impacts / rate:.1g} s for each jump"
@@ -270,5 +270,5 @@ def _cost(scenario: Scenario) -> str:
 
 def _methods() -> str:
     """The comparison of methods, with what it will lack."""
-    lacking = "" if find_spec("numba") is not None else f", without those that need numba: {installing('numba')}"
+    lacking = "" if find_spec("numba") is not None else f", without those that need numba: {install_command('numba')}"
     return f"{Task.ACCURACY.what}{lacking}"

@@ -15,6 +15,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import yaml
 
 from vireport.design import (
     DesignPoint,
@@ -41,6 +42,7 @@ from vireport.physics import (
     Voltages,
 )
 from vireport.scenario import Scenario, to_dict
+from vireport.study.families import family_rows
 from vireport.study.provenance import Provenance
 from vireport.text import inert_cell
 
@@ -97,8 +99,6 @@ def branches_csv(solution: Solution, atlas: Atlas | None = None) -> bytes:
 def family_motions(atlas: Atlas | None, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
     """Every impact of every motion of the families as a dict, by the names of branches.csv."""
     if atlas is not None:
-        from vireport.study.families import family_rows
-
         for family in atlas.families:
             yield from family_rows(family, membrane)
 
@@ -495,7 +495,7 @@ def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any
 
 
 PROVED_MOTION = "u", "phi_bottom_rad", "velocity_bottom"
-"""Of the motions of a proof over tolerances; u is q - 1/2."""
+"""Names of what a proof over tolerances says of a motion; u is q - 1/2."""
 
 
 def tolerances_data(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
@@ -529,8 +529,6 @@ def tolerances_data(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
 
 def worst_scenario(scenario: Scenario, worst: Failure) -> str:
     """A scenario of the device that fails: its inputs, and nothing of what was asked of the design."""
-    import yaml
-
     given = to_dict(scenario)
     kept = ("schema_version", "title", "device", "excitation", "inclination_deg", "gravity_m_s2", "period_ratio")
     tree = {name: given[name] for name in kept if given[name] is not None}

@@ -6,11 +6,14 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from vireport.base import Progress, UsageError
-from vireport.design import Solution, solution_of
+from vireport.design import Solution, assess_tolerances, prove_again, region_of, solution_of
 from vireport.gate import (
     Alert,
     Criterion,
@@ -20,7 +23,7 @@ from vireport.gate import (
     assess,
     verdict_of,
 )
-from vireport.motions import Sweep
+from vireport.motions import Limits, Sweep
 from vireport.physics import Device, Dielectric, Membrane
 from vireport.scenario import (
     DesignInput,
@@ -31,6 +34,7 @@ from vireport.scenario import (
     loads,
     to_dict,
 )
+from vireport.study.families import families_data, motions_data
 from vireport.study.plan import (
     FORMATS,
     Plan,
@@ -56,7 +60,8 @@ from vireport.text import (
 )
 
 if TYPE_CHECKING:
-    from vireport.checks import Certificate, CrossCheck, Reproduction, WorkPrecision
+    from vireport.checks import CrossCheck, Reproduction, WorkPrecision
+    from vireport.checks.certificates import Certificate
     from vireport.design import Tolerances
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Point
@@ -172,8 +177,6 @@ class Study:
 
     def _repr_html_(self) -> str:
         """The verdict and the critical points, for a notebook."""
-        from html import escape
-
         title = escape(self.scenario.title or self.loaded.document.name)
         lead = f"<p><strong>{title}: {escape(self.verdict.word)}.</strong> {escape(self.verdict.headline)}</p>"
         points, swept = self.solution.critical_points, self.solution.parameter
@@ -205,8 +208,6 @@ def results_json(study: Study, provenance: Provenance) -> bytes:
 def _motions_data(atlas: Atlas | None, membrane: Membrane | None) -> dict[str, Any]:
     if atlas is None:
         return {"motions": None, "families": None}
-    from vireport.study.families import families_data, motions_data
-
     return {"motions": motions_data(atlas), "families": families_data(atlas, membrane)}
 
 
@@ -308,7 +309,6 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
 
 def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None) -> Study:
     from vireport.atlas import atlas, motion_of_cycle
-    from vireport.motions import Limits
 
     sweep, check = study.solution.sweep, study.crosscheck
     if sweep is None:
@@ -339,8 +339,6 @@ def half_widths(device: Device, asked: blocks.Tolerances) -> dict[DesignInput, f
 
 
 def _with_tolerances(study: Study, asked: blocks.Tolerances, progress: Progress | None) -> Study:
-    from vireport.design import assess_tolerances
-
     if progress is not None:
         progress("proving that every device within the tolerances works")
     device, membrane = study.solution.device, study.solution.membrane
@@ -367,10 +365,6 @@ def recheck(data: Mapping[str, Any]) -> float:
     UsageError
         If the results have no proof, or not all of its boxes.
     """
-    import numpy as np
-
-    from vireport.design import prove_again, region_of
-
     scenario, proof = loads(json.dumps(data["scenario"])).scenario, (data.get("tolerances") or {}).get("proof")
     if scenario.tolerances is None or proof is None:
         raise UsageError("these results have no proof over tolerances (allowed: those of a scenario with tolerances)")
@@ -390,6 +384,6 @@ def with_certificates(study: Study) -> Study:
     NumericalError
         If the package for it is not installed.
     """
-    from vireport.checks import certify
+    from vireport.checks import certificates
 
-    return replace(study, certificates=certify(study.solution.diagram))
+    return replace(study, certificates=certificates.certify(study.solution.diagram))

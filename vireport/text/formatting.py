@@ -27,7 +27,7 @@ SMALLEST_PLAIN, LARGEST_PLAIN = -5, 6
 """Powers of ten between which numbers are written out."""
 
 PREFIXES = {-9: "n", -6: "\u00b5", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-"""Of the units that take one, by powers of ten."""
+"""Prefixes of the units that take one, by powers of ten."""
 
 NO_BREAK = "\u00a0"
 _TIED = re.compile(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from html import escape
 from textwrap import fill
 from typing import ClassVar, Literal
 
@@ -90,7 +91,7 @@ def _captioned(table: Table) -> str:
 
 def plain_table(table: Table) -> str:
     """The head and the rows in aligned columns two spaces apart, for a terminal; without caption and note."""
-    from tabulate import tabulate
+    from tabulate import tabulate  # takes 30 ms, and few commands print a table
 
     sides = ["right" if column.kind == "number" else "left" for column in table.columns]
     lines = tabulate(
@@ -134,8 +135,6 @@ def markdown_of(table: Table) -> str:
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table in HTML for a notebook, its text inert."""
-    from html import escape
-
     top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
     return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"

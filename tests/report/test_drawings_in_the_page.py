@@ -1,0 +1,58 @@
+"""The figures in an HTML page: all of what is drawn, as elements of it, and one script that its policy allows."""
+
+from __future__ import annotations
+
+import json
+import re
+from base64 import b64encode
+from hashlib import sha256
+
+from bs4 import BeautifulSoup
+from pages import tidy
+
+from vireport.figures import pictures
+from vireport.report import Report, render_html
+from vireport.study import Study, provenance_of, with_pages
+
+
+def report_of(study: Study) -> Report:
+    origin = with_pages(provenance_of(study.loaded, "vireport run test.yaml"), drawn=True)
+    return Report(study, {picture.name: picture for picture in pictures(study)}, origin)
+
+
+def elements(drawing: str) -> list[tuple[str, dict[str, str], str]]:
+    """The elements of a drawing in their order: name, attributes, text of its own."""
+    found = []
+    for element in BeautifulSoup(drawing, "html.parser").find_all(True):
+        attributes = {name: tidy(str(value)) for name, value in element.attrs.items() if name != "xmlns"}
+        found.append((element.name, attributes, tidy("".join(element.find_all(string=True, recursive=False)))))
+    return found
+
+
+def test_the_page_has_every_element_that_is_drawn_and_its_text(study_of) -> None:
+    report = report_of(study_of("horizontal"))
+    page = render_html(report).decode()
+    assert "<img" not in page
+    drawings = {re.search('data-figure="(.*?)"', x)[1]: x for x in re.findall("<svg .*?</svg>", page, re.DOTALL)}
+    assert drawings.keys() == report.pictures.keys()
+    for name, picture in report.pictures.items():
+        assert elements(drawings[name]) == elements(picture.inline)
+
+
+def test_the_policy_of_a_page_allows_the_script_that_is_in_it(study_of) -> None:
+    page = render_html(report_of(study_of("horizontal"))).decode()
+    *_, (_, data), (attributes, script) = re.findall(r"<script([^>]*)>(.*?)</script>", page, re.DOTALL)
+    assert attributes == ""
+    assert json.loads(data)["r"] == 0.5
+    digest = b64encode(sha256(script.encode()).digest()).decode()
+    assert f"default-src 'none'; script-src 'sha256-{digest}'; img-src data:" in page
+    assert len(page) < 600_000
+
+
+def test_without_a_sweep_nothing_runs(study_of) -> None:
+    page = render_html(report_of(study_of("design-point"))).decode()
+    assert "<svg " in page
+    assert re.findall(r"<script([^>]*)>", page) == [
+        f' type="application/json" id="{name}-data"' for name in ("scenario", "results")
+    ]
+    assert "script-src" not in page
