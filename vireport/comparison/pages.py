@@ -19,7 +19,7 @@ from vireport.comparison.comparison import (
 from vireport.comparison.differences import Difference, digits_apart, listed
 from vireport.comparison.quantities import Entry, Group
 from vireport.comparison.ranking import margins_table, ranking_table
-from vireport.gate import SWEEP_END, Verdict
+from vireport.gate import SWEEP_END, WordedVerdict
 from vireport.scenario import Parameter
 from vireport.study import Provenance
 from vireport.text import (
@@ -64,12 +64,12 @@ class ComparisonReport:
         return f"Comparison of {listed(names) if len(names) <= FEW_NAMES else f'{len(names)} scenarios'}"
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> WordedVerdict:
         """Which scenario is best, and why."""
         best = [one for one in self.comparison.ranking if one.rank == 1]
         status, stable = best[0].study.verdict.status, best[0].stable
         word = f"Best: {listed([one.name for one in best])}" if stable else "No stable motion"
-        return Verdict(status, word, self.comparison.headline, ())
+        return WordedVerdict(status, word, self.comparison.headline)
 
     def ranking(self) -> Table:
         """The scenarios, the best first."""

@@ -10,7 +10,6 @@ from typing import Any
 
 from vireport.comparison.differences import listed
 from vireport.design import DesignPoint, Margin
-from vireport.gate import range_text
 from vireport.scenario import DesignInput
 from vireport.study import Study
 from vireport.text import (
@@ -92,7 +91,7 @@ class Ranked:
         if merit is Merit.REQUIREMENTS:
             return f"{self.passed} of {len(self.study.criteria)}" if self.study.criteria else ABSENT
         if merit is Merit.RANGE:
-            return "; ".join(map(range_text, self.study.solution.stable_ranges)) or ABSENT
+            return "; ".join(part.inequality for part in self.study.solution.stable_ranges) or ABSENT
         if value is None:
             design = self.study.solution.design
             return "not known" if merit is Merit.MARGIN and design is not None and design.unresolved else ABSENT

@@ -14,7 +14,6 @@ from vireport.figures.curves import (
     stretches,
     swept_solution,
 )
-from vireport.gate import range_text
 from vireport.motions import eigenvalues
 from vireport.physics import Device
 from vireport.scenario import Parameter
@@ -173,7 +172,7 @@ def _stable(study: Study) -> str:
     ranges = study.solution.stable_ranges
     if not ranges:
         return "There is no stable admissible 1:1 motion in the sweep."
-    return f"Stable 1:1 motion for {' and for '.join(map(range_text, ranges))}."
+    return f"Stable 1:1 motion for {' and for '.join(part.inequality for part in ranges)}."
 
 
 def _points(study: Study) -> list[str]:

@@ -2,7 +2,7 @@
 
 from vireport.gate.alerts import Alert, alerts, longest_contact
 from vireport.gate.requirements import MARGINS, Criterion, Evidence, Question, assess, unmet
-from vireport.gate.verdict import SWEEP_END, Fact, Verdict, mirror_images, range_text, verdict_of
+from vireport.gate.verdict import SWEEP_END, Verdict, WordedFact, WordedVerdict, verdict_of
 
 __all__ = [
     "MARGINS",
@@ -10,14 +10,13 @@ __all__ = [
     "Alert",
     "Criterion",
     "Evidence",
-    "Fact",
     "Question",
     "Verdict",
+    "WordedFact",
+    "WordedVerdict",
     "alerts",
     "assess",
     "longest_contact",
-    "mirror_images",
-    "range_text",
     "unmet",
     "verdict_of",
 ]

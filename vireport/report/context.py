@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,11 +24,10 @@ from vireport.checks import (
 from vireport.design import DesignPoint, Margin, Solution
 from vireport.gate import (
     Criterion,
-    Fact,
     Question,
-    Verdict,
+    WordedFact,
+    WordedVerdict,
     longest_contact,
-    mirror_images,
 )
 from vireport.membranes import (
     Findings,
@@ -148,6 +148,8 @@ class Report:
         What has changed since a baseline, without rows where nothing has; None without a baseline.
     search : tuple of str and Table
         Where the scenario is the best design: what it was looked for in, and with what evidence; else nothing.
+    templates : Path or None
+        A folder whose words come before ours.
     """
 
     study: Study
@@ -155,6 +157,7 @@ class Report:
     provenance: Provenance
     changes: Table | None = None
     search: tuple[str | Table, ...] = ()
+    templates: Path | None = None
     template: str = "report.typ.j2"
     decimals: int = field(default=DIGITS, init=False)
     paper_title: str = field(default=PAPER, init=False)
@@ -179,37 +182,41 @@ class Report:
         """The design point."""
         return self.study.solution.design
 
-    @property
-    def verdict(self) -> Verdict:
-        """What the study comes to."""
-        return self.study.verdict
+    @cached_property
+    def verdict(self) -> WordedVerdict:
+        """What the study comes to, in words."""
+        return self.study.verdict.worded(self.templates)
 
     @property
-    def facts(self) -> tuple[Fact, ...]:
+    def facts(self) -> tuple[WordedFact, ...]:
         """The verdict's answers among the key numbers: voltages only as far as the membrane's geometry has them.
 
         The first sentences and the acceptance table have the others.
         """
         elsewhere = {Question.MOTION, Question.REACHED, Question.ACCEPTED}
         elsewhere |= set() if self.solution.within_membrane else {Question.VOLTAGE}
-        return tuple(fact for fact in self.verdict.facts if fact.question not in elsewhere)
+        worded = zip(self.study.verdict.facts.values(), self.verdict.facts, strict=True)
+        return tuple(words for fact, words in worded if fact.question not in elsewhere)
 
     @property
     def proof(self) -> Picture | None:
         """The picture of the first page: of all motions where another than the 1:1 motion is stable, else of that."""
-        of_others = ("figure-atlas",) if self.verdict.instead else ()
+        of_others = ("figure-atlas",) if self.study.verdict.motion.data.instead else ()
         names = *of_others, "figure-2", "figure-3", "figure-device"
         return next((self.pictures[name] for name in names if name in self.pictures), None)
 
     @property
+    def paragraph(self) -> str:
+        """The verdict at length, with marks for `rich`, and a reference to the picture of the first page."""
+        from vireport.wording import Words
+
+        picture = self.proof.name if self.proof is not None else ""
+        return Words("verdict", self.templates)("paragraph", self.study.verdict, picture)
+
+    @property
     def coexisting(self) -> list[str]:
         """Words of the other motions that are stable at the design point, beside a stable 1:1 motion."""
-        atlas, design = self.study.atlas, self.design
-        if atlas is None or design is None or not design.motions.stable.any():
-            return []
-        words = (family.word for family, _ in atlas.stable_at(design.value))
-        own = ("BT", self.solution.device.period_ratio)
-        return list(dict.fromkeys(x.letters for x in words if (x.letters, x.periods) != own))
+        return list(dict.fromkeys(word.letters for word in self.study.verdict.motion.data.beside))
 
     @property
     def results(self) -> dict[str, Any]:
@@ -229,7 +236,7 @@ class Report:
     @property
     def mirrored(self) -> bool:
         """Whether the stable motions at the design point are two mirror images."""
-        return self.design is not None and mirror_images(self.solution, self.design)
+        return self.study.verdict.motion.data.mirrored
 
     @property
     def nearest(self) -> Margin | None:

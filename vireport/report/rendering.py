@@ -105,7 +105,7 @@ def _filled(report: Document, templates: Path | None) -> str:
 
 def _page(report: Document, source: str) -> bytes:
     from vireport.figures import in_page
-    from vireport.report.templates import TEMPLATES
+    from vireport.wording import TEMPLATES
 
     page = _compiled(report, source, "html").decode("utf-8")
     page = _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page)
