@@ -220,7 +220,12 @@ class Verdict:
         return self.worded().headline
 
     @property
-    def facts(self) -> dict[str, Fact[object]]:
+    def facts(self) -> tuple[WordedFact, ...]:
+        """The questions and answers in the words of the package's own templates."""
+        return self.worded().facts
+
+    @property
+    def answers(self) -> dict[str, Fact[object]]:
         """The answers by their names above, in the order in which a reader asks."""
         named: dict[str, Fact[object] | None] = {
             "accepted": self.accepted,
@@ -277,7 +282,7 @@ class Verdict:
                 say(f"{name}_detail", self, fact.data),
                 fact.status,
             )
-            for name, fact in self.facts.items()
+            for name, fact in self.answers.items()
         )
         return WordedVerdict(self.status, say("word", self), say("headline", self), facts)
 
@@ -302,7 +307,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
         rigid=_rigid(evidence),
         simulated=_simulated(evidence.crosscheck),
     )
-    held = {name: _held(fact, criteria) for name, fact in verdict.facts.items()}
+    held = {name: _held(fact, criteria) for name, fact in verdict.answers.items()}
     return replace(verdict, conclusion=_conclusion(verdict), **held)  # type: ignore[arg-type]
 
 

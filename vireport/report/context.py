@@ -195,7 +195,7 @@ class Report:
         """
         elsewhere = {Question.MOTION, Question.REACHED, Question.ACCEPTED}
         elsewhere |= set() if self.solution.within_membrane else {Question.VOLTAGE}
-        worded = zip(self.study.verdict.facts.values(), self.verdict.facts, strict=True)
+        worded = zip(self.study.verdict.answers.values(), self.verdict.facts, strict=True)
         return tuple(words for fact, words in worded if fact.question not in elsewhere)
 
     @property
