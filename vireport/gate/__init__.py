@@ -1,6 +1,6 @@
 """What a study comes to: requirements, alerts and the verdict."""
 
-from vireport.gate.alerts import Alert, alerts, longest_contact
+from vireport.gate.alerts import Alert, alerts, cause_of, longest_contact
 from vireport.gate.requirements import MARGINS, Criterion, Evidence, Question, assess, unmet
 from vireport.gate.verdict import SWEEP_END, Verdict, WordedFact, WordedVerdict, verdict_of
 
@@ -16,6 +16,7 @@ __all__ = [
     "WordedVerdict",
     "alerts",
     "assess",
+    "cause_of",
     "longest_contact",
     "unmet",
     "verdict_of",
