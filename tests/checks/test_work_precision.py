@@ -55,11 +55,13 @@ from vireport.checks.workprecision import (
     compare,
     measure,
 )
-from vireport.figures.accuracy import alt_text, figure_accuracy
+from vireport.figures import alt_text
+from vireport.figures.accuracy import figure_accuracy, shown_errors
 from vireport.motions import Sweep
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.scenario.parameters import Parameter
+from vireport.study import Task
 from vireport.text import plain_text
 
 INCLINED = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 45.0)
@@ -342,7 +344,7 @@ def test_report_and_figure_name_every_method(work) -> None:
     factors = tables["Times over that of the fastest method"]
     assert {row[0] for row in factors.rows} == methods
     assert all("1" in column for column in list(zip(*factors.rows, strict=True))[1 : len(ACCURACIES)])
-    assert all(method in alt_text(work) for method in methods)
+    assert all(method in alt_text(Task.FIGURE_ACCURACY, shown_errors(work)) for method in methods)
     assert len(figure_accuracy(work).axes) == len(work.quantities)
 
 

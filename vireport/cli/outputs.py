@@ -138,7 +138,7 @@ def run_files(
         from vireport.figures import pictures as pictures_of
         from vireport.figures import simulated_points
 
-        pictures = (*pictures_of(study, simulated_points(study)), *more)
+        pictures = (*pictures_of(study, simulated_points(study), templates), *more)
     if plan.runs(Task.HTML, Task.PDF, Task.PNG, Task.SVG):
         say("setting the report")
         from vireport.report import Report, render_files

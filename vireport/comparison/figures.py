@@ -16,22 +16,23 @@ from vireport.comparison.comparison import (
 from vireport.comparison.differences import listed
 from vireport.comparison.ranking import Merit
 from vireport.figures import (
-    ABOUT,
     COLORS,
     OUTSIDE,
-    TITLES,
     Color,
     Drawing,
     Picture,
+    about,
     alt_text,
     drawing_of,
     held,
     letter_of,
     literal,
     overlay,
+    shown_along,
     simulated_points,
     sweep_figure,
     swept_range,
+    title_of,
 )
 from vireport.scenario import Parameter
 from vireport.study import Task
@@ -100,7 +101,7 @@ def _side_by_side(comparison: Comparison) -> Iterator[Picture]:
     return (
         Picture(
             figure if number == 1 else f"{figure}-{number}",
-            TITLES[figure],
+            title_of(figure),
             _caption(figure, shown),
             _alt(figure, shown),
             _figure(figure, shown),
@@ -185,18 +186,18 @@ def _caption(figure: Task, shown: Columns) -> str:
     for column, (scenario, drawing) in enumerate(shown.items()):
         first, last = (letter_of(column * ROWS[figure] + row) for row in (0, ROWS[figure] - 1))
         letters = f"({first})" if first == last else f"({first})–({last})"
-        about = [text for text in (own[column], swept_range(drawing.study)) if text]
-        columns.append(f"{letters} {scenario}: {', '.join(about)}")
+        known = [text for text in (own[column], swept_range(drawing.study)) if text]
+        columns.append(f"{letters} {scenario}: {', '.join(known)}")
     if figure == Task.FIGURE_7 and (note := _outside(shown)):
         columns.append(f"{note} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})")
-    return f"{ABOUT[figure]}{SHARED if len(shown) > 1 else ''}. {'; '.join(columns)}."
+    return f"{about(figure)}{SHARED if len(shown) > 1 else ''}. {'; '.join(columns)}."
 
 
 def _alt(figure: Task, shown: Columns) -> str:
     count = len(shown)
     head = f"{count} column{'s' * (count != 1)} of {ROWS[figure]} panel{'s' * (ROWS[figure] != 1)}."
     columns_in_words = [
-        f"{capital(scenario)}: {alt_text(drawing.study, figure, drawing.simulated)}"
+        f"{capital(scenario)}: {alt_text(figure, shown_along(drawing.study, figure, drawing.simulated))}"
         for scenario, drawing in shown.items()
     ]
     return " ".join([head, *columns_in_words])

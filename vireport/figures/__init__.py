@@ -1,6 +1,6 @@
 """Every figure of a study, drawn from its numbers, with caption and alternative text."""
 
-from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, held, held_by, swept_range
+from vireport.figures.captions import OUTSIDE, about, alt_text, held, held_by, shown_along, swept_range, title_of
 from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
@@ -12,13 +12,11 @@ from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, lit
 from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 __all__ = [
-    "ABOUT",
     "COLORS",
     "DOTTED",
     "HALO",
     "LOCI",
     "OUTSIDE",
-    "TITLES",
     "Color",
     "Drawing",
     "Entry",
@@ -26,6 +24,7 @@ __all__ = [
     "Look",
     "PairedImpacts",
     "Picture",
+    "about",
     "alt_text",
     "blank",
     "drawing_of",
@@ -46,8 +45,10 @@ __all__ = [
     "portraits_picture",
     "prefix",
     "round_ticks",
+    "shown_along",
     "simulated_points",
     "style",
     "sweep_figure",
     "swept_range",
+    "title_of",
 ]
