@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
 from vireport.design import design_point
-from vireport.figures.stiffness import alt_text, caption, figure_stiffness
+from vireport.figures.stiffness import picture
 from vireport.membranes.compliance import Compliance, compliance, compliance_data
 from vireport.membranes.compliance_tables import (
     comparison_with_rigid,
@@ -321,10 +321,11 @@ def test_no_motion_without_a_bounce(models) -> None:
 
 @pytest.mark.slow
 def test_figure_and_words_tell_of_failures_and_rates(made) -> None:
-    figure = figure_stiffness(made)
+    drawn = picture(made)
+    figure = drawn.figure
     assert len(figure.axes) == 2
-    assert "RK4" in alt_text(made)
-    assert "−0.278" in caption(made)
+    assert "RK4" in drawn.alt
+    assert "−0.278" in drawn.caption
     tables = {table.caption: table for table in (*comparison_with_rigid(made), *solvers_on_stiff_membranes(made))}
     ladder = tables["Distance from the rigid model"]
     assert ladder.rows[-1][-1] == "−0.2778"

@@ -110,10 +110,10 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
 
 def picture(work: WorkPrecision, templates: Path | None = None) -> Picture:
     """The work-precision diagram with its words."""
-    return pictured(Task.FIGURE_ACCURACY, shown_errors(work), figure_accuracy(work), templates)
+    return pictured(Task.FIGURE_ACCURACY, shown_errors(work, templates), figure_accuracy(work), templates)
 
 
-def shown_errors(work: WorkPrecision) -> dict[str, Any]:
+def shown_errors(work: WorkPrecision, templates: Path | None = None) -> dict[str, Any]:
     """What the diagram shows, for its words: its panels, and the time to an accuracy and the least error of methods."""
     methods = []
     for name in NAMES:
@@ -122,7 +122,7 @@ def shown_errors(work: WorkPrecision) -> dict[str, Any]:
             best = work.best(name, task, ACCURACIES[0])
             good = [run.error for run in work.runs if (run.method, run.task) == (name, task) and not run.failed]
             if good:
-                reached.append((task_name(work, task), seconds(best.seconds) if best else "", min(good)))
+                reached.append((task_name(work, task, templates), seconds(best.seconds) if best else "", min(good)))
         if reached:
             methods.append((name, reached))
     return {

@@ -174,6 +174,11 @@ class Compared:
     criterion: Criterion | None = None
 
     @property
+    def of_margin(self) -> bool:
+        """Whether the shift that it is judged by is one over the margin to a critical point."""
+        return isinstance(self.unit, Parameter)
+
+    @property
     def shift(self) -> float | None:
         """From the rigid value: relative, of a phase in rad; None where there is none."""
         if self.compliant is None or not self.rigid:

@@ -39,7 +39,6 @@ from vireport.membranes import (
 from vireport.membranes import verdict as compliance_verdict
 from vireport.motions import CriticalPoint, Held, PolishedMotion
 from vireport.physics import DIGITS, Device
-from vireport.report.certificates import summary
 from vireport.report.ci_formats import source_url
 from vireport.report.voltages import (
     MassEffect,
@@ -205,13 +204,11 @@ class Report:
         names = *of_others, "figure-2", "figure-3", "figure-device"
         return next((self.pictures[name] for name in names if name in self.pictures), None)
 
-    @property
-    def paragraph(self) -> str:
-        """The verdict at length, with marks for `rich`, and a reference to the picture of the first page."""
+    def say(self, words: str, macro: str, *given: Any) -> str:
+        """What a macro of a file of words says of what it is given, with marks for `rich`."""
         from vireport.wording import Words
 
-        picture = self.proof.name if self.proof is not None else ""
-        return Words("verdict", self.templates)("paragraph", self.study.verdict, picture)
+        return Words(words, self.templates)(macro, *given)
 
     @property
     def coexisting(self) -> list[str]:
@@ -338,15 +335,15 @@ class Report:
     @property
     def proof_summary(self) -> str:
         """How many critical points are proved, in a sentence."""
-        return summary(self.study.certificates or ())
+        return self.say("certificates", "summary", self.study.certificates or ())
 
     def accuracy(self) -> Iterator[Table]:
         """Error against run time: what each method reaches."""
-        return measurements(self.study.work) if self.study.work is not None else iter(())
+        return measurements(self.study.work, templates=self.templates) if self.study.work is not None else iter(())
 
     def fastest(self) -> Iterator[Table]:
         """The fastest method."""
-        return ranking(self.study.work) if self.study.work is not None else iter(())
+        return ranking(self.study.work, self.templates) if self.study.work is not None else iter(())
 
     def families(self) -> Table | None:
         """The families of motions of other impact sequences."""
@@ -359,7 +356,7 @@ class Report:
     @property
     def rigid_verdict(self) -> str:
         """Whether the rigid model is good enough, in a sentence."""
-        return compliance_verdict(self.study.compliance) if self.study.compliance is not None else ""
+        return compliance_verdict(self.study.compliance, self.templates) if self.study.compliance is not None else ""
 
     @property
     def not_found(self) -> list[str]:
@@ -377,11 +374,12 @@ class Report:
 
     def compliant(self) -> Iterator[Table]:
         """The motion with compliant membranes beside the rigid model."""
-        return comparison_with_rigid(self.study.compliance) if self.study.compliance is not None else iter(())
+        compliance = self.study.compliance
+        return comparison_with_rigid(compliance, self.templates) if compliance is not None else iter(())
 
     def lost(self) -> Iterator[tuple[float, str, str]]:
         """Factors of the stiffness at which the motion or the critical point is lost, which of them, and why."""
-        return lost(self.study.compliance) if self.study.compliance is not None else iter(())
+        return lost(self.study.compliance, self.templates) if self.study.compliance is not None else iter(())
 
     @property
     def findings(self) -> Findings | None:
@@ -391,7 +389,8 @@ class Report:
 
     def stiff(self) -> Iterator[Table]:
         """Solvers on the equation of compliant membranes."""
-        return solvers_on_stiff_membranes(self.study.compliance) if self.study.compliance is not None else iter(())
+        compliance = self.study.compliance
+        return solvers_on_stiff_membranes(compliance, self.templates) if compliance is not None else iter(())
 
 
 def _origin(study: Study, path: str) -> str:
