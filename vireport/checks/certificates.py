@@ -242,7 +242,7 @@ def _touching(orbit: Orbits, r: float, n: int) -> Iterator[Candidate]:
 
 
 @dataclass(frozen=True, slots=True)
-class Proof:
+class ProvedPoint:
     """A proved point, everything evaluated over its box.
 
     Attributes
@@ -269,7 +269,7 @@ class Proof:
     admissible: bool | None
 
 
-def _prove(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Candidate) -> Proof:
+def _prove(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Candidate) -> ProvedPoint:
     """Prove a point, or say by an `UnprovedError` why not."""
     ops, r, n = BallOps(), ball(sweep.device.restitution), sweep.device.period_ratio
     root = _root(sweep, point, symmetric, candidate)
@@ -287,7 +287,7 @@ def _prove(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Cand
         raise UnprovedError("the enclosure of the swept value stays wide")
     grazing = bool(candidate.rest or candidate.touch)
     blurred = candidate.condition in FOCI and not r * r > SHORTEST_FOCUS
-    return Proof(
+    return ProvedPoint(
         orbit=orbit,
         value=value,
         root=root,
@@ -369,7 +369,7 @@ def _cross(a: Sequence[Ball], b: Sequence[Ball]) -> Ball:
     return a[0] * b[1] - a[1] * b[0]
 
 
-def _stated(critical: CriticalPoint, point: PolishedMotion, proof: Proof, bits: int) -> Certificate:
+def _stated(critical: CriticalPoint, point: PolishedMotion, proof: ProvedPoint, bits: int) -> Certificate:
     """The certificate of a proved point."""
     orbit, value = proof.orbit, proof.value
     return Certificate(

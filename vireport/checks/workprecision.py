@@ -19,8 +19,8 @@ import numpy as np
 from vireport.base import NumericalError, Progress, installing
 from vireport.checks.benchmark import (
     Benchmark,
+    MeasuredQuantity,
     MethodTask,
-    Quantity,
     Target,
     benchmark_of,
 )
@@ -156,7 +156,7 @@ class WorkPrecision:
     repeats: int
 
     @property
-    def quantities(self) -> tuple[Quantity, ...]:
+    def quantities(self) -> tuple[MeasuredQuantity, ...]:
         """What was to be found."""
         return self.benchmark.quantities if self.benchmark is not None else ()
 

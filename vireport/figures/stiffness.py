@@ -24,7 +24,7 @@ from vireport.membranes import (
     FIXED,
     WRONG,
     Compliance,
-    Outcome,
+    RunOutcome,
     SolverRun,
     factor_text,
     findings,
@@ -104,7 +104,7 @@ def _errors(axes: Axes, study: Compliance, shown: list[float]) -> None:
         if run.factor in shown:
             k = shown.index(run.factor)
             look = MARK | {"marker": MARKERS[run.solver], "color": STIFFNESSES[k], "markersize": SIZES[k]}
-            look |= {} if run.outcome is Outcome.SOLVED else HOLLOW
+            look |= {} if run.outcome is RunOutcome.SOLVED else HOLLOW
             axes.plot(1e3 * run.seconds, _height(run), **look)
     axes.axhline(WRONG, **GUIDE)
     low = min(axes.get_ylim()[0], SMALLEST_ON_AXIS)

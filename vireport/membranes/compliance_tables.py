@@ -22,7 +22,7 @@ from vireport.membranes.stiff_solvers import (
     EXPLICIT,
     FIXED,
     WRONG,
-    Outcome,
+    RunOutcome,
     SolverRun,
 )
 from vireport.scenario import Parameter
@@ -46,12 +46,12 @@ USEFUL = 1e-4
 """Error at which solvers are compared: a hundredth of what is called wrong."""
 
 SHORT = {
-    Outcome.SOLVED: "",
-    Outcome.WRONG: "wrong",
-    Outcome.MISSED: "missed",
-    Outcome.STEP: "no step",
-    Outcome.OVERFLOW: "overflow",
-    Outcome.BUDGET: "gave up",
+    RunOutcome.SOLVED: "",
+    RunOutcome.WRONG: "wrong",
+    RunOutcome.MISSED: "missed",
+    RunOutcome.STEP: "no step",
+    RunOutcome.OVERFLOW: "overflow",
+    RunOutcome.BUDGET: "gave up",
 }
 """Ways to fail, short enough for a cell."""
 
@@ -159,9 +159,9 @@ def findings(comparison: Compliance) -> Findings:
     first, last = min(factors), max(factors)
     failed: dict[tuple[str, float], list[tuple[float, str]]] = {}
     for run in comparison.runs:
-        if run.outcome is not Outcome.SOLVED:
+        if run.outcome is not RunOutcome.SOLVED:
             failed.setdefault((run.solver, run.setting), []).append((run.factor, SHORT[run.outcome]))
-    fixed = [run for run in comparison.runs if run.solver == FIXED and run.outcome is Outcome.SOLVED]
+    fixed = [run for run in comparison.runs if run.solver == FIXED and run.outcome is RunOutcome.SOLVED]
     growths = {name: _growth(comparison, name, first, last) for name in EXPLICIT if name != FIXED and first < last}
     good = [run for run in comparison.runs if run.factor == last and run.error is not None and run.error <= USEFUL]
     return Findings(
@@ -256,7 +256,7 @@ def _contact_steps(comparison: Compliance, run: SolverRun) -> float:
 def _growth(comparison: Compliance, name: str, first: float, last: float) -> float | None:
     """Largest growth of the evaluations from the softest to the stiffest membrane; None where a run failed."""
     runs = [run for run in comparison.runs if run.solver == name and run.factor in (first, last)]
-    if any(run.outcome is not Outcome.SOLVED for run in runs):
+    if any(run.outcome is not RunOutcome.SOLVED for run in runs):
         return None
     work = {(run.setting, run.factor): run.evaluations for run in runs}
     return max(work[setting, last] / work[setting, first] for setting, factor in work if factor == first)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -86,14 +86,26 @@ NOTHING = 1e-30
 
 
 @dataclass(frozen=True, slots=True)
-class Input:
-    """A value of a scenario, with its symbol, its unit, its key, and whether it was given and where."""
+class InputRow:
+    """A value of a scenario for the table of inputs.
+
+    Attributes
+    ----------
+    title, symbol, value, unit : str
+    origin : str
+        ``given``, ``default``, or ``override`` for one that was set over the scenario.
+    design_point : bool
+        Whether it is the design point of the sweep.
+    path : str
+        Of its key.
+    """
 
     title: str
     symbol: str
     value: str
     unit: str
-    origin: str
+    origin: Literal["given", "default", "override"]
+    design_point: bool
     path: str
 
 
@@ -257,15 +269,16 @@ class Report:
         x, unit = self.design.motions, self.solution.device.velocity_unit(self.design.parameter, self.design.value)
         return float(unit * x.velocity_bottom[0]), float(-unit * x.velocity_top[0])
 
-    def inputs(self) -> Iterator[Input]:
+    def inputs(self) -> Iterator[InputRow]:
         """Every value of the scenario, in the order of the format."""
         for entry in inputs(self.study.scenario):
             if entry.path not in NOT_A_QUANTITY:
                 swept = entry.unit == UNIT_OF_SWEPT
                 unit = self.solution.parameter.unit if swept else UNITS.get(entry.unit, entry.unit)
-                origin = _origin(self.study, entry.path)
-                symbol = SYMBOLS.get(entry.path, "")
-                yield Input(entry.title, symbol, written(entry.value), unit, origin, entry.path)
+                symbol, origin = SYMBOLS.get(entry.path, ""), _origin(self.study, entry.path)
+                sweep = self.solution.sweep
+                chosen = sweep is not None and entry.path.rpartition(".")[2] == sweep.parameter
+                yield InputRow(entry.title, symbol, written(entry.value), unit, origin, chosen, entry.path)
 
     def derived(self) -> tuple[dict[str, float], ...]:
         """What follows at the design point, and at both ends of the sweep, as far as there are these."""
@@ -393,13 +406,11 @@ class Report:
         return solvers_on_stiff_membranes(compliance, self.templates) if compliance is not None else iter(())
 
 
-def _origin(study: Study, path: str) -> str:
-    """Whether a value was given, and where, or is a default; and whether it is the sweep's design point."""
-    origin = "given" if path in study.loaded.given else "default"
+def _origin(study: Study, path: str) -> Literal["given", "default", "override"]:
+    """Whether a value was given, and where, or is a default."""
     if study.loaded.is_set_over(path):
-        origin = "set over the scenario"
-    swept = study.solution.sweep is not None and path.rpartition(".")[2] == study.solution.sweep.parameter
-    return f"{origin}; design point" if swept else origin
+        return "override"
+    return "given" if path in study.loaded.given else "default"
 
 
 def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, float]:
