@@ -165,11 +165,16 @@ class Words:
         RenderError
             If there is no such macro, or it fails.
         """
+        environment = _environment(self.templates)
         with mistakes_named(self.file, self.templates):
-            module = _environment(self.templates).get_template(self.file).module
+            module = environment.get_template(self.file).module
             if not hasattr(module, macro):
                 raise RenderError(f"{self.file}: has no macro {macro!r}")
-            return _BLANKS.sub(" ", getattr(module, macro)(*given)).strip(" ")
+            try:
+                text: str = getattr(module, macro)(*given)
+            except Exception:
+                environment.handle_exception()  # raises it with the template's lines, not those of its code
+            return _BLANKS.sub(" ", text).strip(" ")
 
 
 @cache
