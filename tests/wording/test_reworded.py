@@ -27,13 +27,12 @@ def reworded(folder: Path, **changes: tuple[str, str]) -> Path:
     return folder
 
 
-def test_the_verdict_is_reworded_in_all_outputs_at_once(tmp_path: Path, capsys) -> None:
+def test_the_headline_is_reworded_on_the_terminal_and_in_files(tmp_path: Path, capsys) -> None:
     folder = reworded(tmp_path / "own", verdict=("local stability only", "stability near by"))
-    files = ["--format", "html,markdown,junit,json,svg", "-o", str(tmp_path / "out")]
+    files = ["--format", "markdown,junit,json", "-o", str(tmp_path / "out")]
     assert main(["run", str(EXAMPLE), "--templates", str(folder), *files]) == 1
     said = capsys.readouterr().err
-    texts = [(tmp_path / "out" / name).read_text() for name in ("report.html", "junit.xml")]
-    for text in (said, *texts):
+    for text in (said, (tmp_path / "out" / "junit.xml").read_text()):
         assert "stability near by" in text
         assert "local stability only" not in text
     assert analyse(load(EXAMPLE)).verdict.worded(folder).headline in said.splitlines()
