@@ -329,7 +329,10 @@ def _lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget)
 
 
 def _half_lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget) -> Complexes:
-    """The same of the flight to the top and the mirror image, whose determinant is r^2."""
+    """How far the flight to the top is from the mirror image of the start, and its trace from the one asked for.
+
+    The determinant of this half of a lap is r^2.
+    """
     up, top, (a11, _, _, a22) = _carried(method, target, BOTTOM, state, budget)
     trace = (-1.0 if target.kind is CriticalKind.PITCHFORK else 1.0) * (1 + target.r**2)
     return np.array([pi * (up - target.n), -top[1] - state[1], a11 - a22 - trace])

@@ -49,7 +49,8 @@ WRONG = 0.1
 """Error from which a method has found something else than what was asked for: far more than the guess is off."""
 
 ELSEWHERE = 1e-6
-"""The same, over three, where a method has no error of its own."""
+"""Setting below which a method is not held to less: three times a setting is the error from which its answer, where it
+follows flights, is something else than what was asked for."""
 
 ASYMPTOTIC = 0.03
 """Error above which a run is left out of a fitted order."""

@@ -43,7 +43,7 @@ NEAR = 0.1
 """Distance in velocity, q and phase up to which two critical points belong together."""
 
 MET = 1e-4
-"""The same, where their two lines are followed to within `ASIDE` of where they meet."""
+"""Distance up to which they do where their two lines are followed to within `ASIDE` of where they meet."""
 
 TWINS = 1e-5
 """Distance up to which a motion is the one looked for: less than that of the two, 1e-9 of d inside a fold."""

@@ -372,7 +372,10 @@ def _orbit_at(device: Device, membrane: Membrane, rigid: Rigid) -> tuple[Floats,
 def _critical_at(
     device: Device, varied: Parameter, membrane: Membrane, critical: CriticalPoint | None
 ) -> tuple[Floats | None, Finder]:
-    """The same of the critical point, whose swept value is what is found; without a start where there is none."""
+    """Velocity, phase and swept value at the rigid critical point, and how to find the compliant one.
+
+    What is found is the swept value; without a critical point there is no start.
+    """
 
     def find(factor: float, guess: Floats) -> tuple[float, Floats]:
         assert critical is not None
