@@ -24,7 +24,7 @@ from record import processor_time, record
 from scipy.optimize import brentq, root
 
 from vireport import load, loads
-from vireport.atlas import atlas, motions_above
+from vireport.atlas import atlas, candidates_above
 from vireport.motions import (
     Atlas,
     Curve,
@@ -71,7 +71,7 @@ def three_impacts() -> dict[str, float]:
 
     def closed_form() -> None:
         for i in range(0, COUNT, BLOCK):
-            motions = motions_above(family.word, flights[:, i : i + BLOCK], family.curve.model.r)
+            motions = candidates_above(family.word, flights[:, i : i + BLOCK], family.curve.model.r)
             generated_voltage(unit * motions.velocity, membrane), motions.trace, motions.admissible
 
     ours = processor_time(closed_form)[0] / COUNT

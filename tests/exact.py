@@ -14,10 +14,10 @@ import numpy as np
 from vireport.checks import reference
 from vireport.checks.reference import mp, mpf
 from vireport.motions import (
-    CriticalKind,
-    CriticalPoint,
+    Event,
     Motions,
     Orbits,
+    Point,
     Sweep,
     Symmetry,
     orbits,
@@ -144,30 +144,28 @@ def exact_at(sweep: Sweep, m: Motions, row: int, value: float, membrane: Membran
     return all_quantities(sweep, [*state, mpf(value)], membrane)
 
 
-def critical_motion(sweep: Sweep, critical: CriticalPoint) -> list[Any]:
+def critical_motion(sweep: Sweep, critical: Point) -> list[Any]:
     """The motion of a critical point, solved from the printed conditions; a touch has its time as a fifth unknown."""
-    r, n, point = mpf(sweep.device.restitution), sweep.device.period_ratio, critical.point
-    border = {CriticalKind.PERIOD_DOUBLING: -(1 + r**4), CriticalKind.NODE_FOCUS: 2 * r * r}.get(
-        critical.kind, 1 + r**4
-    )
-    guess = [point.velocity_bottom, point.phi, point.u, point.sweep_value]
-    orbit = orbits(np.array([point.u]), np.array([point.phi]), float(r), n)
-    near = touches(orbit, float(r), n)
+    r, n, point = mpf(sweep.device.restitution), sweep.device.period_ratio, critical.closed
+    border = {Event.PERIOD_DOUBLING: -(1 + r**4), Event.NODE_FOCUS: 2 * r * r}.get(critical.event, 1 + r**4)
+    guess = [point.velocity_bottom, point.phi_bottom, point.u, critical.sweep_value]
+    orbit = orbits(np.array([point.u]), np.array([point.phi_bottom]), float(r), n)
+    near = touches(orbit, float(r))
 
     def condition(state: reference.State, d: Any, gbar: Any, *time: Any) -> list[Any]:
-        if critical.change.at_rest:
-            return [state[0] if critical.change.name == "BOTTOM_REST" else reference.velocity_top(state, gbar, r, n)]
-        if critical.kind is not CriticalKind.GRAZING:
+        if critical.rest is not None:
+            return [state[0] if critical.rest == 0 else reference.velocity_top(state, gbar, r, n)]
+        if critical.event is not Event.GRAZING:
             trace = reference.trace(state, gbar, r, n)
-            return [(abs(trace) if critical.kind is CriticalKind.NODE_FOCUS else trace) - border]
+            return [(abs(trace) if critical.event is Event.NODE_FOCUS else trace) - border]
         start, speed, phase, _ = list(reference.flights(state, d, gbar, r, n))[0 if near[0].upward else 1]
         z, rate = reference.flight(time[0], start, speed, phase, gbar)
         return [rate, z - (start if near[0].at_start else -start)]
 
-    if critical.kind is CriticalKind.GRAZING and not critical.change.at_rest:
+    if critical.event is Event.GRAZING and critical.rest is None:
         guess.append(near[0].time)
     # A pitchfork is a double point of the curve of motions, and a simple one among the symmetric motions.
-    symmetric = critical.family is Symmetry.SYMMETRIC and critical.kind is CriticalKind.PITCHFORK
+    symmetric = critical.symmetry is Symmetry.SYMMETRIC and critical.event is Event.PITCHFORK
     return reference.special_motion(sweep.device, sweep.parameter, condition, guess, symmetric)
 
 

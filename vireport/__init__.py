@@ -4,7 +4,7 @@ from vireport import load, analyse
 
 study = analyse(load("examples/inclined.yaml"))
 for point in study.solution.critical_points:
-    print(point.label, point.kind, point.point.sweep_value)
+    print(point.label, point.event, point.sweep_value)
 """
 
 from __future__ import annotations

@@ -57,10 +57,10 @@ def test_families_with_two_impacts_are_the_branches_of_the_1_1_motions(name: str
             velocities = [v for f in found for m in f.at(coordinate) for v in (m.velocity[0], -m.velocity[1])]
             assert np.abs(np.array(velocities) - motions.velocity_bottom[row]).min() < 1e-10
     for point in solution.critical_points:
-        event = Event.ZERO_VELOCITY if point.change.at_rest else Event(point.kind)
-        at = point.point.sweep_value
+        event = Event.ZERO_VELOCITY if point.rest is not None else point.event
+        at = point.sweep_value
         # Where the ball oscillates between both membranes without an impact, there is no vertex.
-        if point.point.velocity_bottom or point.point.velocity_top:
+        if point.closed.velocity_bottom or point.closed.velocity_top:
             assert min(abs(value - at) for family in found for value in marks(family, event)) <= 2 * np.spacing(at)
 
 
@@ -69,18 +69,18 @@ def test_at_a_period_doubling_the_doubled_word_begins(example):
     (vertex,) = [v for v in found.vertices if v.label == "B1"]
     parent, child = (found.families[number - 1] for number in vertex.families)
     assert (parent.word.letters, child.word.letters, child.word.periods) == ("BT", "BTBT", 2)
-    assert child.marks[0].vertex is vertex
-    assert child.x[0, :4] == pytest.approx(np.tile(vertex.point.motion.velocity, 2), abs=1e-9)
+    assert child.marks[0].point is vertex
+    assert child.x[0, :4] == pytest.approx(np.tile(vertex.motion.velocity, 2), abs=1e-9)
     # It leaves with the square root of the distance: half as far beside at a quarter of it.
     aside = [
         abs(m.velocity[0] - m.velocity[2])
         for share in (1, 4)
-        for m in child.at(vertex.point.motion.coordinate - share * 1e-6)[:1]
+        for m in child.at(vertex.motion.coordinate - share * 1e-6)[:1]
     ]
     assert aside[1] / aside[0] == pytest.approx(2, abs=0.01)
     # The trace of the doubled motion is that of the square: from 1 + det downward, so that it begins stable.
     assert child.segments[0][2].attracts
-    assert vertex.point.sweep_value in child.stable_ranges[0]
+    assert vertex.sweep_value in child.stable_ranges[0]
 
 
 @pytest.mark.slow
@@ -92,10 +92,10 @@ def test_2_1_motion_ends_in_a_grazing_at_small_inclination_and_doubles_at_a_larg
     last = max(run, key=lambda row: -family.sweep_value[row])
     (mark,) = [mark for mark in family.marks if mark.row == last]
     assert mark.event is event
-    grazing = [m.vertex for m in family.marks if m.event is Event.GRAZING]
+    grazing = [m.point for m in family.marks if m.event is Event.GRAZING]
     words = {found.families[number - 1].word.letters for vertex in grazing for number in vertex.families}
     assert {"BBT", "BBBT"} <= words
-    begins = [m.vertex for m in family.marks if m.event is Event.ZERO_VELOCITY]
+    begins = [m.point for m in family.marks if m.event is Event.ZERO_VELOCITY]
     words = {found.families[number - 1].word.letters for vertex in begins for number in vertex.families}
     assert {"BT", "BBT"} <= words
     energies = [
@@ -113,12 +113,12 @@ def test_families_join_at_grazing_points_where_an_impact_has_no_velocity(example
     (vertex,) = [v for v in found.vertices if v.event is Event.GRAZING]
     words = {found.families[number - 1].word.letters for number in vertex.families}
     assert words == {"B", "BT", "BBT"}
-    motion = vertex.point.motion
+    motion = vertex.motion
     assert motion.word.letters == "BT"
     assert motion.velocity[1] == 0.0
     for number in vertex.families:
         family = found.families[number - 1]
-        (mark,) = [mark for mark in family.marks if mark.vertex is vertex]
+        (mark,) = [mark for mark in family.marks if mark.point is vertex]
         speeds = np.sort(np.abs(family.velocity[mark.row]))
         assert speeds[-1] == pytest.approx(motion.velocity[0], abs=1e-9)
         assert np.isnan(family.trace[mark.row]) == (speeds[0] < 1e-12)
@@ -179,16 +179,16 @@ def test_the_cascade_beyond_b1_doubles_at_feigenbaums_rate(example):
     swept = sweep(example("inclined"), start=0.5965, end=0.64)
     found = atlas(swept, Limits(2, 1))
     (vertex,) = [v for v in found.vertices if v.label == "B1"]
-    curve, motion, doublings = found.families[vertex.families[0] - 1].curve, vertex.point.motion, []
+    curve, motion, doublings = found.families[vertex.families[0] - 1].curve, vertex.motion, []
     for low in (swept.start, *4 * [0.6183]):
-        doublings.append(polished(swept, curve, motion, Event.PERIOD_DOUBLING).sweep_value)
+        doublings.append(polished(swept, motion, Event.PERIOD_DOUBLING).sweep_value)
         curve = replace(curve, low=float(swept.coordinate_of(low)))
         _, curve, _, start = next(neighbours(curve, motion, Event.PERIOD_DOUBLING, found.limits))
         strand = follow(curve, start)
         (row,) = [row for row, event in strand.events if event is Event.PERIOD_DOUBLING]
         motion = curve.motion(strand.points[row].x)
     assert motion.word == Word.of(32 * "BT", 32)
-    doublings.append(polished(swept, curve, motion, Event.PERIOD_DOUBLING).sweep_value)
+    doublings.append(polished(swept, motion, Event.PERIOD_DOUBLING).sweep_value)
     gaps = -np.diff(doublings[1:])  # the first doubling is apart from the others by two folds
     assert gaps[:-1] / gaps[1:] == pytest.approx([4.445, 4.650, 4.662], abs=1e-3)
     assert doublings[0] == pytest.approx(0.6294571410117573, abs=1e-15)

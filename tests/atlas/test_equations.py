@@ -134,7 +134,7 @@ def test_points_are_those_of_the_printed_maps_to_the_last_digit(name: str, examp
     assert all(mark.point.error_bound < 1e-14 for mark in marks)  # next to impacts of velocity zero too
     vertices = found.vertices
     for vertex in vertices[:: 1 + len(vertices) // 12]:
-        motion, event, r = vertex.point.motion, vertex.event, mpf(sweep.device.restitution)
+        motion, event, r = vertex.motion, vertex.event, mpf(sweep.device.restitution)
         if event is Event.PITCHFORK:
             continue  # singular without its symmetry; that of the 1:1 motions is compared with theirs
         word, count = motion.word, len(motion.word)
@@ -148,9 +148,9 @@ def test_points_are_those_of_the_printed_maps_to_the_last_digit(name: str, examp
             return [*printed_maps(word, x, d, gbar, r), printed_trace(word, x, d, gbar, r) - border]
 
         with reference.precise(), mp.workdps(150):  # differences of differences
-            guess = [mpf(float(v)) for v in (*motion.velocity, *motion.time, vertex.point.sweep_value)]
+            guess = [mpf(float(v)) for v in (*motion.velocity, *motion.time, vertex.sweep_value)]
             exact = reference.newton(conditions, guess, [1] * (2 * count + 1))
-            assert abs(exact[-1] - guess[-1]) <= vertex.point.error_bound
+            assert abs(exact[-1] - guess[-1]) <= vertex.error_bound
             assert max(abs(a - b) for a, b in zip(exact, guess, strict=True)) < 1e-15 * max(1, 2 * word.periods)
         kinds.add(event)
     assert Event.GRAZING in kinds or Event.FOLD in kinds

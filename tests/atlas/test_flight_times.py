@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vireport import load, loads
-from vireport.atlas import atlas, motion_of_cycle, motions_above
+from vireport.atlas import atlas, candidates_above, motion_of_cycle
 from vireport.atlas.exclusion import Exclusion
 from vireport.atlas.four_impacts import four_impacts
 from vireport.atlas.one_impact import one_impact
@@ -37,7 +37,7 @@ def random_flights(seed: int, periods: int, count: int, impacts: int = 3) -> np.
 @pytest.mark.parametrize(("walls", "periods"), [(BBT, 1), (BTT, 2), (BBT, 3)])
 def test_motions_with_three_impacts_solve_the_conditions(walls: tuple[int, ...], periods: int):
     word, r = Word(walls, periods), 0.6
-    found = motions_above(word, random_flights(periods, periods, 40), r)
+    found = candidates_above(word, random_flights(periods, periods, 40), r)
     for i in np.flatnonzero(np.abs(found.gbar) < 1):
         x, d = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]], found.d[i]
         assert max(map(abs, residuals(word, x, Model(Level(Held.D, d), r)))) < 1e-13
@@ -49,7 +49,7 @@ def test_motions_with_three_impacts_solve_the_conditions(walls: tuple[int, ...],
 
 def test_their_multipliers_have_the_product_of_the_restitution_and_the_sum_of_the_trace():
     word, r = Word(BBT, 2), 0.7
-    found = motions_above(word, random_flights(0, 2, 100), r)
+    found = candidates_above(word, random_flights(0, 2, 100), r)
     product, pull = np.eye(2), found.gbar + np.cos(np.pi * found.time)
     ends = [*found.time[1:], found.time[0] + 4]
     for i in range(3):
@@ -64,7 +64,7 @@ def test_their_multipliers_have_the_product_of_the_restitution_and_the_sum_of_th
 @pytest.mark.parametrize("walls", [BBT, BTT, (1, 1, 1, -1), (1, 1, -1, -1)])
 def test_the_mirror_image_is_a_motion_with_gravity_the_other_way(walls: tuple[int, ...]):
     flights = random_flights(1, 2, 50, len(walls))
-    one, other = (motions_above(s, flights, 0.5) for s in (Word(walls, 2), Word(walls, 2).mirrored()))
+    one, other = (candidates_above(s, flights, 0.5) for s in (Word(walls, 2), Word(walls, 2).mirrored()))
     np.testing.assert_allclose(other.velocity, -one.velocity, atol=1e-12)
     np.testing.assert_allclose(other.gbar, -one.gbar, atol=1e-12)
     np.testing.assert_allclose(other.d, one.d, atol=1e-12)
@@ -89,7 +89,7 @@ def test_motions_with_one_impact_solve_the_conditions(level: Level, low: float, 
 @pytest.mark.parametrize("periods", [1, 2, 3])
 def test_motions_with_two_impacts_on_the_bottom_solve_the_conditions_at_any_d(periods: int):
     word, r = Word((1, 1), periods), 0.6
-    found = motions_above(word, random_flights(periods, periods, 20, 2), r)
+    found = candidates_above(word, random_flights(periods, periods, 20, 2), r)
     assert np.isnan(found.d).all()
     assert (found.gbar > 0).all()
     for i in range(20):
@@ -109,7 +109,7 @@ def test_the_shortest_crossing_is_by_the_fastest_ball_with_the_largest_accelerat
 def test_no_cell_with_a_motion_is_left_out(walls: tuple[int, ...], periods: int):
     word, r = Word(walls, periods), 0.6
     flights = random_flights(periods, periods, 4000)
-    found = motions_above(word, flights, r)
+    found = candidates_above(word, flights, r)
     rows = np.flatnonzero(found.admissible & (found.gbar > 0.02) & (found.gbar < 1) & (found.d < 2))
     for i in rows[np.argsort(found.gap[rows])[:3]]:  # next to grazing, where other motions of a cell are none
         d, gbar = float(found.d[i]), float(found.gbar[i])
@@ -198,7 +198,7 @@ def test_every_motion_with_three_impacts_lies_on_a_family(walls: tuple[int, ...]
     """Random ones, most of them unstable and on families that join no other, each with a sweep that passes it."""
     sweep = sweep_of(load(example("inclined")).scenario)
     periods = 1 + seed % 3
-    found = motions_above(Word(walls, periods), random_flights(seed, periods, 4000), sweep.device.restitution)
+    found = candidates_above(Word(walls, periods), random_flights(seed, periods, 4000), sweep.device.restitution)
     rows = np.flatnonzero(
         found.admissible & (found.gbar > 0.02) & (found.gbar < 0.9 * unit_gbar(sweep)) & (found.d < 2)
     )

@@ -103,7 +103,9 @@ def test_the_table_of_motions_ends_with_a_row_for_each_impact_of_the_families(st
     (family,) = [f for f in study.atlas.families if f.word.letters == "BBT" and f.stable_runs]
     mine = [row for row in rows if row["family_number"] == str(family.number)]
     assert {row["q"] for row in mine} == {""}
-    assert {row["critical_point"] for row in mine} == {""} | {mark.vertex.label for mark in family.marks if mark.vertex}
+    assert {row["critical_point"] for row in mine} == {""} | {
+        mark.point.label for mark in family.marks if mark.point and mark.point.label
+    }
     assert [row["wall"] for row in mine[:3]] == ["bottom", "bottom", "top"]
     assert [float(row["velocity"]) for row in mine] == family.velocity.ravel().tolist()
     assert [row["stable"] == "true" for row in mine[::3]] == family.stable.tolist()
@@ -208,7 +210,7 @@ def test_results_without_families_have_the_1_1_motions(periods: int, low: float,
 
 def test_a_name_stands_for_a_vertex_or_the_middle_of_a_words_widest_stable_range(study):
     vertex = study.atlas.vertices[0]
-    assert study.atlas.named(vertex.label) == (vertex.point.sweep_value, vertex.point.motion)
+    assert study.atlas.named(vertex.label) == (vertex.sweep_value, vertex.motion)
     value, motion = study.atlas.named("BBT")
     widest = max((x for f in study.atlas.families if f.word.letters == "BBT" for x in f.stable_ranges), key=np.ptp)
     assert motion.word.letters == "BBT"
@@ -269,11 +271,11 @@ def test_figure_and_section_name_the_words(study):
     assert solid
     labels = {label for text in axes.texts for label in text.get_text().split(", ")}
     on_stable = [
-        (mark.vertex.label, np.ptp(family.d[first : last + 1]) / abs(np.diff(study.atlas.sweep.coordinate_range)[0]))
+        (mark.point.label, np.ptp(family.d[first : last + 1]) / abs(np.diff(study.atlas.sweep.coordinate_range)[0]))
         for family in study.atlas.families
         for first, last in family.stable_runs
         for mark in family.marks
-        if mark.vertex is not None and first <= mark.row <= last
+        if mark.point is not None and first <= mark.row <= last
     ]
     vertices = {vertex.label for vertex in study.atlas.vertices}
     seen = {label for label, width in on_stable if width > 0.002}

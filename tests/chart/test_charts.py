@@ -18,7 +18,6 @@ from vireport import load
 from vireport.atlas import atlas
 from vireport.chart import (
     Chart,
-    Condition,
     FollowedLocus,
     Line,
     Meeting,
@@ -31,9 +30,8 @@ from vireport.chart.outputs import caption_of
 from vireport.chart.over import plane_of
 from vireport.checks import reference
 from vireport.checks.reference import mp, mpf
-from vireport.motions import Event, Limits, find_motions, solve
+from vireport.motions import Condition, Event, Limits, find_motions, solve
 from vireport.motions.motion import BESIDE
-from vireport.motions.switching import at_rest
 from vireport.physics import Word
 from vireport.scenario import DesignInput
 from vireport.simulation import attractors, random_starts, start_speed
@@ -102,8 +100,8 @@ def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(ov
         k = 1 if plane(over).inputs[0] is DesignInput.RESTITUTION else i % 2
         other = float(plane(over).low[1 - k] + plane(over).widths[1 - k] * rng.uniform(0.02, 0.98))
         for critical in solve(Line(plane(over), k, other).sweep).critical_points:
-            value = critical.point.sweep_value
-            assert nearest(found, Event(critical.kind), k, other, value) < 1e-10, (critical.kind, k, other, value)
+            value = critical.sweep_value
+            assert nearest(found, critical.event, k, other, value) < 1e-10, (critical.event, k, other, value)
             checked += 1
     assert checked > 20
 
@@ -128,7 +126,7 @@ def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
 
 def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
     """The inputs at a point with a touch, in 40 digits by the printed maps, from a start that is off by some 1e-7."""
-    motion, rests, event = point.motion, at_rest(point.motion), point.events[0]
+    motion, rests, event = point.motion, point.motion.rests, point.events[0]
     word, count = motion.word, len(motion.word)
     without = motion.without_impacts(rests).word
     kept = [i for i in range(count) if i not in rests]

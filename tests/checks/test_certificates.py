@@ -19,7 +19,8 @@ from vireport.base.errors import NumericalError
 from vireport.checks import reference
 from vireport.checks.reference import mp, mpf
 from vireport.motions import (
-    CriticalKind,
+    CRITICAL,
+    Event,
     orbits,
     return_trace,
     solve,
@@ -95,7 +96,7 @@ def test_every_critical_point_is_proved(case, name: str) -> None:
     assert certificates
     for certificate, critical in zip(certificates, study.solution.critical_points, strict=True):
         assert certificate.proved, certificate
-        assert not certificate.beyond or critical.change.at_rest
+        assert not certificate.beyond or critical.rest is not None
         assert certificate.bound_holds
         assert certificate.admissible is True
         assert certificate.mirror_proved is not False
@@ -108,7 +109,7 @@ def test_every_critical_point_is_proved(case, name: str) -> None:
 def test_enclosures_hold_the_values_of_40_digits(case, name: str) -> None:
     study, certificates = case(name)
     for certificate, critical in zip(certificates, study.solution.critical_points, strict=True):
-        if critical.kind == "node_focus" and study.solution.device.restitution < 1e-6:
+        if critical.event == "node_focus" and study.solution.device.restitution < 1e-6:
             continue  # the reference does not tell the ends of so short a range of foci apart
         value = critical_motion(study.solution.sweep, critical)[3]
         assert contains(certificate.sweep_value, value), certificate
@@ -152,14 +153,14 @@ def test_random_sweeps_are_proved() -> None:
 
 
 @pytest.mark.parametrize("name", ["horizontal", "inclined", "forcing", "two periods"])
-@pytest.mark.parametrize("moved", ["u", "phi"])
+@pytest.mark.parametrize("moved", ["u", "phi_bottom"])
 def test_a_wrong_point_is_not_proved_at_its_place(case, name: str, moved: str) -> None:
     study, _ = case(name)
     for critical in study.solution.critical_points:
-        if moved == "u" and critical.family == "symmetric":
+        if moved == "u" and critical.symmetry == "symmetric":
             continue  # there q = 1/2 is known, and no unknown
-        wrong = replace(critical.point, **{moved: getattr(critical.point, moved) + 1e-6})
-        certificate = certify_point(study.solution.sweep, replace(critical, point=wrong, mirror=None))
+        wrong = replace(critical.closed, **{moved: getattr(critical.closed, moved) + 1e-6})
+        certificate = certify_point(study.solution.sweep, replace(critical, one_to_one=wrong, mirror=None))
         assert not certificate.proved
         assert certificate.reason
         assert certificate.sweep_value is None
@@ -169,33 +170,32 @@ def test_a_wrong_point_is_not_proved_at_its_place(case, name: str, moved: str) -
 def test_a_false_condition_is_not_proved(case, name: str) -> None:
     study, _ = case(name)
     for critical in study.solution.critical_points:
-        for kind in set(CriticalKind) - {CriticalKind.PITCHFORK, critical.kind}:
-            if critical.kind == "pitchfork" and kind == "fold":
+        for event in set(CRITICAL) - {Event.PITCHFORK, critical.event}:
+            if critical.event is Event.PITCHFORK and event is Event.FOLD:
                 continue  # one condition
-            certificate = certify_point(study.solution.sweep, replace(critical, kind=kind, mirror=None))
-            assert not certificate.proved, (critical, kind)
+            certificate = certify_point(study.solution.sweep, replace(critical, event=event, mirror=None))
+            assert not certificate.proved, (critical, event)
 
 
 def test_a_false_error_bound_is_found_out(case) -> None:
     study, _ = case("inclined")
     critical = study.solution.critical_points[0]
-    point = critical.point
-    beside = replace(point, sweep_value=point.sweep_value * (1 + 1e-12))
-    certificate = certify_point(study.solution.sweep, replace(critical, point=beside))
+    beside = replace(critical, sweep_value=critical.sweep_value * (1 + 1e-12))
+    certificate = certify_point(study.solution.sweep, beside)
     assert certificate.proved
     assert not certificate.bound_holds
     assert "but the error bound stated is not proved to hold for B1" in certify_text((certificate,), Parameter.LENGTH)
-    certificate = certify_point(study.solution.sweep, replace(critical, point=replace(point, d=point.d * (1 + 1e-12))))
+    certificate = certify_point(study.solution.sweep, replace(critical, d=critical.d * (1 + 1e-12)))
     assert certificate.beyond == ("d",)
     assert "B1 (d)" in certify_text((certificate,), Parameter.LENGTH)
-    tight = replace(point, error_bound=1e-20)
-    assert not certify_point(study.solution.sweep, replace(critical, point=tight)).bound_holds
+    tight = replace(critical, error_bound=1e-20)
+    assert not certify_point(study.solution.sweep, tight).bound_holds
 
 
 def test_a_mirror_image_that_is_none_is_found_out(case) -> None:
     study, _ = case("horizontal")
     critical = next(p for p in study.solution.critical_points if p.mirror is not None)
-    wrong = replace(critical.mirror, u=-0.99 * critical.point.u)
+    wrong = replace(critical.mirror, one_to_one=replace(critical.mirror.closed, u=-0.99 * critical.closed.u))
     assert certify_point(study.solution.sweep, replace(critical, mirror=wrong)).mirror_proved is False
 
 
@@ -387,9 +387,9 @@ def test_a_motion_of_the_wrong_direction_is_not_proved(case) -> None:
     # Half a period later, the equations hold with d and both velocities negative.
     study, _ = case("horizontal")
     for critical in study.solution.critical_points:
-        if critical.kind != "grazing":
-            reversed_point = replace(critical.point, phi=critical.point.phi + np.pi)
-            certificate = certify_point(study.solution.sweep, replace(critical, point=reversed_point, mirror=None))
+        if critical.event != "grazing":
+            half_on = replace(critical.closed, phi_bottom=critical.closed.phi_bottom + np.pi)
+            certificate = certify_point(study.solution.sweep, replace(critical, one_to_one=half_on, mirror=None))
             assert not certificate.proved
             assert "signs" in certificate.reason
 

@@ -187,7 +187,7 @@ def test_margins_and_voltages_are_those_of_the_studies() -> None:
     margin = found(three(), "margin from the design point to the period doubling below", "in d")
     for value, name in zip(margin.values, THREE, strict=True):
         points = study(name).solution.critical_points
-        b1 = next(x.point.d for x in points if x.label == "B1")
+        b1 = next(x.d for x in points if x.label == "B1")
         assert value == pytest.approx(100 * (b1 / float(study(name).solution.design.motions.d[0]) - 1), rel=1e-9)
     volts = found(three(), "U_ave of the stable")
     assert volts.values == tuple(study(name).solution.design.voltages.average_v[0] for name in THREE)

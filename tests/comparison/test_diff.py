@@ -58,7 +58,7 @@ def test_a_sweep_without_a_design_point_is_compared_as_well() -> None:
     assert swept.solution.design is None
     assert diff(swept.to_dict(), swept) == ()
     (moved,) = of("critical point", diff(swept.to_dict(), study("device.length_m=", "device.restitution=0.52")))
-    assert moved.after == study("device.restitution=0.52").solution.critical_points[0].point.sweep_value
+    assert moved.after == study("device.restitution=0.52").solution.critical_points[0].sweep_value
 
 
 def test_a_moved_critical_point_is_found_and_rounding_is_not() -> None:
@@ -83,7 +83,7 @@ def test_a_changed_scenario_tells_cause_and_effect() -> None:
     assert [(x.what, x.before, x.after) for x in of("scenario", found)] == [("device.restitution", 0.5, 0.52)]
     (moved,) = of("critical point", found)
     (start,) = of("stable range", found)
-    assert moved.after == start.after == study("device.restitution=0.52").solution.critical_points[0].point.sweep_value
+    assert moved.after == start.after == study("device.restitution=0.52").solution.critical_points[0].sweep_value
     before = {x.what: x.before for x in of("margin", found)}
     for symbol, share in (("s", -9.2216), ("f", -4.7223)):
         name = f"margin from the design point to the period doubling below, in {symbol}"
@@ -96,7 +96,7 @@ def test_a_point_that_appears_does_not_rename_the_others() -> None:
     wide = study("sweep.from=0.02", "sweep.to=0.75", name="horizontal")
     found = diff(results("horizontal"), wide)
     before = {(x["kind"], round(x["d"], 9)) for x in results("horizontal")["critical_points"]}
-    now = {(x.kind, round(x.point.d, 9)) for x in wide.solution.critical_points}
+    now = {(x.event, round(x.d, 9)) for x in wide.solution.critical_points}
     assert before < now
     assert len(of("critical point", found)) == len(now - before)
     assert all(x.before is None for x in of("critical point", found))

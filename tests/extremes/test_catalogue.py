@@ -95,8 +95,8 @@ def with_points(study: Study, change: Callable[[tuple], tuple]) -> Study:
 
 def moved(points, by: float = 1e-13):
     first, *others = points
-    value = first.point.sweep_value * (1 + by)
-    return (replace(first, point=replace(first.point, sweep_value=value)), *others)
+    value = first.sweep_value * (1 + by)
+    return (replace(first, sweep_value=value), *others)
 
 
 def nudged(rows_and_summary, column: int, by: float):

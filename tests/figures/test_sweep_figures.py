@@ -115,7 +115,7 @@ def test_every_critical_point_is_lettered_once_in_each_panel(name: str, figure: 
         if figure == "figure-2":
             assert sorted(labels(panel)) == expected
         else:  # some are off the axes, but never those that decide stability
-            kinds = {point.label: point.kind for point in study.solution.critical_points}
+            kinds = {point.label: point.event for point in study.solution.critical_points}
             assert len(set(labels(panel))) == len(labels(panel))
             off = set(expected) - set(labels(panel))
             assert {kinds[label] for label in off} <= {"grazing"}, k

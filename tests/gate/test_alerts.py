@@ -15,8 +15,7 @@ from vireport.design.sensitivity import contact_share, mass_elasticity, restitut
 from vireport.gate import Evidence, cause_of
 from vireport.gate.alerts import CAUSES
 from vireport.membranes import Grade
-from vireport.motions import Stability, Symmetry
-from vireport.motions.kinds import Change
+from vireport.motions import Event, Stability, Symmetry
 from vireport.physics import Fitting
 from vireport.scenario import Parameter
 from vireport.text.alerts import CATALOGUE, AlertCode, explanation
@@ -87,7 +86,7 @@ def test_each_way_into_the_geometry_is_one(way: int, example) -> None:
 def test_next_to_a_fold_digits_are_said_to_be_missing(example, study_of) -> None:
     text = example("horizontal").read_text()
     tilted = analyse(loads(text, overrides=["inclination_deg=0.5"]))
-    fold = next(c for c in tilted.solution.critical_points if c.kind == "fold").point.sweep_value
+    fold = next(c for c in tilted.solution.critical_points if c.event == "fold").sweep_value
     at = [f"device.length_m={float(np.nextafter(fold, side))!r}" for side in (0.0, 1.0)]
     raised = [codes(example, "horizontal", "inclination_deg=0.5", one) for one in at]
     assert any("VR008" in one for one in raised)
@@ -97,7 +96,9 @@ def test_next_to_a_fold_digits_are_said_to_be_missing(example, study_of) -> None
 def test_at_a_grazing_point_it_is_undecided_whether_there_is_a_motion(example) -> None:
     text = example("horizontal").read_text()
     tilted = analyse(loads(text, overrides=["inclination_deg=14"]))
-    grazing = next(c.point.sweep_value for c in tilted.solution.critical_points if c.change is Change.TOUCH)
+    grazing = next(
+        c.sweep_value for c in tilted.solution.critical_points if c.event is Event.GRAZING and c.rest is None
+    )
     for length, raised in ((grazing, True), (1.001 * grazing, False)):
         study = analyse(loads(text, overrides=["inclination_deg=14", f"device.length_m={length!r}"]))
         assert ("VR014" in {alert.code for alert in study.alerts}) == raised
@@ -202,7 +203,7 @@ def ending(relative: float) -> SimpleNamespace:
 
 
 def rough(*labels: str) -> tuple[SimpleNamespace, ...]:
-    return tuple(SimpleNamespace(label=x, point=SimpleNamespace(error_bound=1e-9, sweep_value=0.7)) for x in labels)
+    return tuple(SimpleNamespace(label=x, error_bound=1e-9, sweep_value=0.7) for x in labels)
 
 
 def deep(**fitting: float) -> SimpleNamespace:

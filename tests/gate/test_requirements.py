@@ -115,7 +115,7 @@ def test_power_and_field_on_both_sides_of_their_limit(key: str) -> None:
 @pytest.mark.parametrize("name", ["inclined", "design-point"])
 def test_margin_to_the_period_doubling_that_is_nearest(name: str, key: str, study_of) -> None:
     nearest = study_of(name).solution.design.endings()[0]
-    assert (nearest.kind, nearest.parameter) == ("period_doubling", "frequency_hz")
+    assert (nearest.event, nearest.parameter) == ("period_doubling", "frequency_hz")
     value = 100 * abs(nearest.relative)
     for limit, passed in ((value - 1e-9, True), (value + 1e-9, False)):
         one = only(name, {key: limit})
@@ -144,7 +144,7 @@ def test_margin_is_that_of_the_motion_that_ends_first() -> None:
     # another motion that is not there at 0.42 m: it begins in the fold C1, near 0.375 m.
     study = analyse(load(ROOT / "examples/horizontal.yaml", {"inclination_deg": 1, "device.length_m": 0.42}))
     assert study.solution.design.motions.stable.sum() == 1
-    value = {point.label: point.point.sweep_value for point in study.solution.critical_points}
+    value = {point.label: point.sweep_value for point in study.solution.critical_points}
     assert value["B1"] == study.solution.stable_ranges[0].start < value["B2"] < value["C1"] < 0.42
     for at, below in ((0.42, ["B2"]), (0.36, ["C1", "B2", "B1"]), (0.40, ["B2"])):
         over = {"inclination_deg": 1, "device.length_m": at}
@@ -231,7 +231,7 @@ def test_a_yield_is_all_only_where_that_is_proved() -> None:
 )
 def test_inclinations_up_to_the_period_doubling(sweep: dict[str, object] | None, study_of) -> None:
     margins = study_of("design-point").solution.design.margins
-    (end,) = (m.sweep_value for m in margins if m.parameter == "inclination_deg" and m.kind == "period_doubling")
+    (end,) = (m.sweep_value for m in margins if m.parameter == "inclination_deg" and m.event == "period_doubling")
     for to, passed in ((end - 1e-9, True), (end + 1e-9, False)):
         required = {"inclination_from_deg": 40, "inclination_to_deg": to}
         one = only("inclined", required, device__length_m=0.70, sweep=sweep)

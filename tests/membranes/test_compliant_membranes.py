@@ -206,7 +206,7 @@ def test_own_membrane_moves_the_period_doubling_more_than_the_motion(made) -> No
     assert own.orbit.bottom.duration / 2 == pytest.approx(0.0209, abs=1e-4)
     assert own.orbit.bottom.velocity / made.rigid.velocity_bottom - 1 == pytest.approx(0.01024, abs=1e-5)
     assert own.critical_value == pytest.approx(0.581545, abs=1e-6)
-    assert made.critical.point.sweep_value == pytest.approx(0.629457, abs=1e-6)
+    assert made.critical.sweep_value == pytest.approx(0.629457, abs=1e-6)
     assert made.volts.by_deflection < made.volts.rigid < made.volts.by_velocity
     assert made.grade == 2
     assert "B1" in verdict(made)

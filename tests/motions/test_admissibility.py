@@ -7,12 +7,13 @@ import pytest
 from strategies import random_sweeps
 
 from vireport.motions import (
-    CriticalKind,
+    Event,
     Orbits,
+    flight_turns,
     orbits,
     solve,
+    wall_gap,
 )
-from vireport.motions.admissibility import turning_points, wall_gap
 from vireport.physics import flight
 
 
@@ -44,7 +45,7 @@ def sampled_extremes(o: Orbits, r: float, i: int) -> list[float]:
 @pytest.mark.parametrize("seed", range(4))
 def test_gap_against_dense_sampling(seed: int, n: int) -> None:
     o, r = random_motions(seed, n)
-    gap = wall_gap(o, r, n)
+    gap = wall_gap(o, r)
     rows = np.concatenate([np.nonzero(gap < o.d)[0][:40], np.nonzero(gap == o.d)[0][:40]])
     assert len(rows) > 20
     for i in rows:
@@ -56,16 +57,16 @@ def test_gap_against_dense_sampling(seed: int, n: int) -> None:
 def test_turning_points_are_at_rest_and_inside_their_flight(n: int) -> None:
     o, r = random_motions(11, n)
     count = 0
-    for turn in turning_points(o, r, n):
-        k = turn.index
-        before = o.velocity_bottom[k] if turn.upward else o.velocity_top[k]
-        sine, cosine = (o.sin_phi[k], o.cos_phi[k]) if turn.upward else (o.sin_top[k], o.cos_top[k])
+    for impact, turn in flight_turns(o, r):
+        k, upward = turn.index, impact == 0
+        before = o.velocity_bottom[k] if upward else o.velocity_top[k]
+        sine, cosine = (o.sin_phi[k], o.cos_phi[k]) if upward else (o.sin_top[k], o.cos_top[k])
         later = np.arctan2(sine, cosine) + np.pi * turn.time
         v = flight.velocity(turn.time, -r * before, sine, np.sin(later), o.gbar[k])
         # Newton's last step is at most 1e-10 there: the position, which is what counts, depends on its square.
         assert np.all(np.abs(v) < 1e-10 * np.maximum(turn.time, 1.0) * (1 + o.gbar[k]))
-        assert np.all((turn.time >= 0) & (turn.time <= (o.time_up[k] if turn.upward else o.time_down[k])))
-        np.testing.assert_allclose(turn.from_start_wall + turn.from_end_wall, o.d[k])
+        assert np.all((turn.time >= 0) & (turn.time <= (o.time_up[k] if upward else o.time_down[k])))
+        np.testing.assert_allclose(turn.covered + turn.room, o.d[k])
         count += len(k)
     assert count > 100
 
@@ -77,7 +78,7 @@ def test_without_restitution_a_ball_that_is_pressed_on_is_not_admissible() -> No
     o = o.select((o.velocity_bottom > 1e-3) & (o.velocity_top < -1e-3) & (o.d > 0) & (o.gbar >= 0))
     pressed = (o.gbar + o.cos_phi > 1e-3) | (o.gbar + o.cos_top < -1e-3)
     assert pressed.sum() > 20
-    assert np.all(wall_gap(o, 0.0, 1)[pressed] <= 0)
+    assert np.all(wall_gap(o, 0.0)[pressed] <= 0)
 
 
 def test_a_motion_that_touches_a_membrane_is_none_and_one_that_comes_to_rest_on_it_has_a_gap() -> None:
@@ -86,8 +87,8 @@ def test_a_motion_that_touches_a_membrane_is_none_and_one_that_comes_to_rest_on_
         for branch in solve(sweep).branches:
             for row in range(len(branch.motions)):
                 point = branch.critical_point(row)
-                if point is not None and point.kind is CriticalKind.GRAZING:
-                    kinds.add(point.change.at_rest)
-                    assert (branch.motions.wall_gap[row] > 0) == point.change.at_rest
-                    assert not branch.motions.admissible[row] or point.change.at_rest
+                if point is not None and point.event is Event.GRAZING:
+                    kinds.add(point.rest is not None)
+                    assert (branch.motions.wall_gap[row] > 0) == (point.rest is not None)
+                    assert not branch.motions.admissible[row] or point.rest is not None
     assert kinds == {False, True}

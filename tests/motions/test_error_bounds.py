@@ -24,7 +24,7 @@ from vireport.design.bounds import bounds_of
 from vireport.design.point import around_length
 from vireport.motions import (
     Branch,
-    CriticalKind,
+    Event,
     Motions,
     Sweep,
     impact_velocities,
@@ -32,7 +32,6 @@ from vireport.motions import (
     undecided,
 )
 from vireport.motions.error_bounds import motion_bounds, voltage_bounds
-from vireport.motions.kinds import BranchEnd
 from vireport.physics import (
     Conversion,
     Device,
@@ -69,7 +68,7 @@ def exact_conversion(device: Device, exact: dict[str, Any]) -> dict[str, Any]:
 def ends_of_sweep(branch: Branch) -> set[int]:
     """Rows at which it is the sweep that cuts a branch."""
     rows = (0, branch.ends[0]), (len(branch.motions) - 1, branch.ends[1])
-    return {row for row, why in rows if why is BranchEnd.SWEEP}
+    return {row for row, why in rows if why.event is Event.SWEEP_END}
 
 
 def ratios_of(solution: Solution, chosen: int) -> dict[str, list[float]]:
@@ -163,7 +162,7 @@ def test_a_number_that_passes_zero_has_a_bound() -> None:
     for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
         for row in range(len(branch.motions)):
             point = branch.critical_point(row)
-            if point is not None and point.kind is CriticalKind.NODE_FOCUS:
+            if point is not None and point.event is Event.NODE_FOCUS:
                 zeros.append(bounds["discriminant"][row])
                 assert abs(branch.motions.discriminant[row]) <= zeros[-1] < 1e-10
     assert len(zeros) >= 3
@@ -251,15 +250,15 @@ def test_bounds_of_margins_and_stable_ranges_hold(device: Device) -> None:
                     assert value in (low, high)
                 else:
                     errors.append(float(abs(mpf(value) - critical_motion(diagram.sweep, point)[3])))
-                    assert errors[-1] <= point.point.error_bound
+                    assert errors[-1] <= point.error_bound
     assert np.count_nonzero(errors) > 10
 
 
 def test_admissible_is_undecided_where_rounding_decides() -> None:
     device = replace(DEVICE, inclination_deg=14.0)
     diagram = solve(Sweep(device, Parameter.LENGTH, 0.15, 0.5))
-    touching = (x for x in diagram.critical_points if x.kind is CriticalKind.GRAZING and not x.change.at_rest)
-    length = float(next(touching).point.sweep_value)
+    touching = (x for x in diagram.critical_points if x.event is Event.GRAZING and x.rest is None)
+    length = float(next(touching).sweep_value)
     open_count = wrong = 0
     for k in (*range(-12, 13), -1e9, 1e9):
         point = replace(device, length_m=length * (1 + k * 2.2e-16))

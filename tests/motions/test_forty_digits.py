@@ -49,7 +49,7 @@ def test_critical_points_within_their_bounds(batch: int) -> None:
     checked = 0
     for sweep in SWEEPS[20 * batch : 20 * batch + 20]:
         for critical in solve(sweep).critical_points:
-            value, point = critical_motion(sweep, critical)[3], critical.point
+            value, point = critical_motion(sweep, critical)[3], critical
             checked += 1
             assert abs(mpf(point.sweep_value) - value) <= point.error_bound, (sweep, critical)
             assert point.error_bound <= TOLERANCE * abs(point.sweep_value)

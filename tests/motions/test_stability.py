@@ -71,7 +71,7 @@ def test_classification_at_and_around_each_boundary() -> None:
     words = [
         STABILITIES[i]
         for i in classify(
-            np.array([0, focus, -focus, np.nextafter(focus, 0), edge, -edge, np.nextafter(edge, 0), 9.0]), r
+            np.array([0, focus, -focus, np.nextafter(focus, 0), edge, -edge, np.nextafter(edge, 0), 9.0]), r * r
         )
     ]
     assert words == [
@@ -88,13 +88,13 @@ def test_classification_at_and_around_each_boundary() -> None:
 
 @given(st.floats(-50, 50), st.floats(0.05, 0.99))
 def test_eigenvalues_solve_the_characteristic_equation(trace: float, r: float) -> None:
-    one, two = eigenvalues(trace, r)
+    one, two = eigenvalues(trace, r * r)
     assert one >= two
     assert one + two == pytest.approx(trace, rel=1e-12, abs=1e-300)
-    if discriminant(trace, r) >= 0:
+    if discriminant(trace, r * r) >= 0:
         assert one * two == pytest.approx(r**4, rel=1e-12)
         small = min(abs(one), abs(two))
-        exact = np.roots([1.0, -trace, r**4]) if discriminant(trace, r) > 1e-3 else None
+        exact = np.roots([1.0, -trace, r**4]) if discriminant(trace, r * r) > 1e-3 else None
         if exact is not None:
             assert small == pytest.approx(min(abs(exact)), rel=1e-9)
     else:
@@ -104,11 +104,11 @@ def test_eigenvalues_solve_the_characteristic_equation(trace: float, r: float) -
 def test_types_agree_with_the_eigenvalues() -> None:
     rng = np.random.default_rng(1)
     trace, r = rng.uniform(-3, 3, 10_000), 0.6
-    one, two = eigenvalues(trace, r)
-    largest = np.where(discriminant(trace, r) < 0, r * r, np.maximum(np.abs(one), np.abs(two)))
-    words = np.array(STABILITIES)[classify(trace, r)]
+    one, two = eigenvalues(trace, r * r)
+    largest = np.where(discriminant(trace, r * r) < 0, r * r, np.maximum(np.abs(one), np.abs(two)))
+    words = np.array(STABILITIES)[classify(trace, r * r)]
     assert (np.char.startswith(words, "stable") == (largest < 1)).all()
-    assert (np.char.endswith(words, "focus") == (discriminant(trace, r) < 0)).all()
+    assert (np.char.endswith(words, "focus") == (discriminant(trace, r * r) < 0)).all()
 
 
 def test_symmetric_motion_is_a_square_of_its_half_map() -> None:

@@ -238,7 +238,7 @@ def test_every_stable_motion_is_in_the_picture(r: float) -> None:
     picture = picture_of(r, 1, low, high)
     x, gbar = rng.uniform(low, high, (count, 2)).T
     found = find_motions(np.exp(x), gbar, r, 1)
-    stable = found.admissible & (classify(found.trace, r) != UNSTABLE)
+    stable = found.admissible & (classify(found.trace, r * r) != UNSTABLE)
     i, j = (picture.index(of[found.cell[stable]], axis) for axis, of in enumerate((x, gbar)))
     speeds = np.stack([found.orbit.velocity_bottom, -found.orbit.velocity_top])[:, stable]
     assert stable.sum() > 40

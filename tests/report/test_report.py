@@ -162,7 +162,7 @@ def test_table_1_is_the_results(name: str, page, study_of) -> None:
     )
     assert len(rows) == len(study.solution.table)
     for printed, row in zip(rows, study.solution.table, strict=True):
-        assert (printed[0].lower(), printed[5]) == (row.family, row.stability)
+        assert (printed[0].lower(), printed[5]) == (row.symmetry, row.stability)
         values = (row.d_start, row.d_end, row.sweep_start, row.sweep_end)
         assert [number(text) for text in printed[1:5]] == pytest.approx(values, rel=6e-8)
 
@@ -174,17 +174,17 @@ def test_critical_points_are_the_results(name: str, page, study_of) -> None:
     rows = page(name).tables["Critical points: where"].columns("Point", swept, "± bound", "d")
     for (label, value, bound, d), point in zip(rows, points, strict=True):
         assert label == point.label
-        assert number(value) == pytest.approx(point.point.sweep_value, rel=6e-12)
+        assert number(value) == pytest.approx(point.sweep_value, rel=6e-12)
         assert len(value.replace(".", "").lstrip("0")) == 12
-        assert point.point.error_bound <= number(bound) <= 1.1 * point.point.error_bound
-        assert number(d) == pytest.approx(point.point.d, rel=6e-12)
+        assert point.error_bound <= number(bound) <= 1.1 * point.error_bound
+        assert number(d) == pytest.approx(point.d, rel=6e-12)
     rows = page(name).tables["Critical points: the motion there"].columns("Point", "q", "φB", "φT", "ŻT")
     mirrored = [(p, twin) for p in points for twin in (False, True) if not twin or p.mirror is not None]
     for (label, *texts), (point, twin) in zip(rows, mirrored, strict=True):
-        motion = point.mirror if twin else point.point
-        top = (point.point.phi + 3.141592653589793) % 6.283185307179586 if twin else point.phi_top
+        motion = (point.mirror if twin else point).closed
+        top = (point.closed.phi_bottom + 3.141592653589793) % 6.283185307179586 if twin else point.closed.phi_top
         assert label == point.label
-        values = (0.5 + motion.u, motion.phi, top, motion.velocity_top)
+        values = (0.5 + motion.u, motion.phi_bottom, top, motion.velocity_top)
         assert [number(text) for text in texts] == pytest.approx(values, rel=6e-8, abs=1e-12)
 
 

@@ -10,7 +10,7 @@ from vireport import analyse, load
 from vireport.base import RenderError
 from vireport.checks.paper import Agreement, ComparedRow, ComparedTypes, Misprint, PrintedPhase, PrintedQuantity
 from vireport.cli import main
-from vireport.motions import CriticalKind, Stability, Symmetry
+from vireport.motions import Event, Stability, Symmetry
 from vireport.report.templates import fill
 from vireport.wording import TEMPLATES, Words
 
@@ -99,7 +99,7 @@ class Compared:
 
 
 def test_each_row_of_the_papers_numbers_is_worded() -> None:
-    phase = PrintedPhase(CriticalKind.PITCHFORK, "C1", "3.66", "top")
+    phase = PrintedPhase(Event.PITCHFORK, "C1", "3.66", "top")
     rows = [
         ComparedRow(PrintedQuantity.POINT_PHASE, "C1", "3.66", 3.62, Agreement.DIFFERS, phase=phase, mirrored=True),
         ComparedRow(PrintedQuantity.POINT_D, "C1", "", 0.25, Agreement.NOT_PRINTED),

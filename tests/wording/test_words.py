@@ -18,7 +18,7 @@ from vireport import analyse, load
 from vireport.figures.captions import Circles, Extent
 from vireport.gate import Evidence, verdict_of
 from vireport.membranes import Grade
-from vireport.motions import CriticalKind
+from vireport.motions import Event
 from vireport.physics import Word
 from vireport.report.templates import FILTERS
 from vireport.scenario import DesignInput, Parameter
@@ -231,9 +231,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         ["no critical point near", "Stable motion ends nowhere along any input"],
     ),
     "an unlabelled end of grazing": (
-        lambda: Evidence(
-            with_end(solved("inclined"), kind=CriticalKind.GRAZING, label="", distance=1.5, relative=None)
-        ),
+        lambda: Evidence(with_end(solved("inclined"), event=Event.GRAZING, label="", distance=1.5, relative=None)),
         [
             "Its nearest end is a grazing point (beyond it the ball touches a membrane in another way), 1.5° away in "
             "inclination",
@@ -311,10 +309,9 @@ def at_design(solution, **changed: object):
 
 def with_end(solution, **of: object):
     """A solution whose stable motion ends at one point only."""
-    point = thing(family="asymmetric", d=0.5, error_bound=0.0)
     end = {
         "parameter": DesignInput.INCLINATION,
-        "point": thing(point=point),
+        "point": thing(d=0.5),
         "ends_stability": True,
         "sweep_value": 46.5,
     }
@@ -362,7 +359,7 @@ ALONG = {
 
 SPEEDS = [Extent("speed", 0.5, 1.2345, where="bottom"), Extent("phase", 1e-9, 3.0, where="top")]
 VALUES = [Extent("discriminant", -1.0, 2e9), Extent("eigenvalues", 0.5, 0.5)]
-POINTS = [thing(label=label, point=thing(sweep_value=value)) for label, value in (("B1", 0.55), ("C1", 0.58))]
+POINTS = [thing(label=label, sweep_value=value) for label, value in (("B1", 0.55), ("C1", 0.58))]
 PERIODIC = {
     "panels": ["a", "b"],
     "setting": "s = 0.5 m",
@@ -548,7 +545,7 @@ def test_a_figure_is_worded(macro: str, x: dict[str, object], part: str, taken) 
     assert said("figures", f"{macro.rpartition('_')[0]}_title")
 
 
-B1 = thing(label="B1", kind=CriticalKind.PERIOD_DOUBLING)
+B1 = thing(label="B1", event=Event.PERIOD_DOUBLING)
 ORBIT = thing(longest_contact=0.0418, stable=True)
 OWN = thing(orbit=ORBIT, critical_value=0.58, reason="")
 

@@ -3,12 +3,12 @@
 from vireport.atlas.atlas import atlas
 from vireport.atlas.cycles import motion_of_cycle, portrait_of
 from vireport.atlas.exclusion import FINE
-from vireport.atlas.surface import motions_above
+from vireport.atlas.surface import candidates_above
 
 __all__ = [
     "FINE",
     "atlas",
+    "candidates_above",
     "motion_of_cycle",
-    "motions_above",
     "portrait_of",
 ]

@@ -24,7 +24,7 @@ from vireport.atlas.exclusion import (
 )
 from vireport.atlas.four_impacts import four_impacts, side_of
 from vireport.atlas.one_impact import one_impact
-from vireport.atlas.surface import Motions
+from vireport.atlas.surface import Candidates
 from vireport.base import Progress
 from vireport.motions import (
     SAME,
@@ -33,7 +33,6 @@ from vireport.motions import (
     BifurcationDiagram,
     Claim,
     Completeness,
-    CriticalKind,
     Curve,
     Event,
     Family,
@@ -41,17 +40,16 @@ from vireport.motions import (
     Mark,
     Model,
     Motion,
-    PolishedPoint,
-    Strand,
+    Point,
     Sweep,
-    Vertex,
-    at_rest,
+    Trail,
     completed,
     follow,
     neighbours,
     polished,
     solve,
     touching,
+    turns,
 )
 from vireport.physics import Word
 
@@ -78,7 +76,7 @@ def atlas(
     ----------
     sweep : Sweep
     limits : Limits
-        Motions beyond them are left out.
+        Candidates beyond them are left out.
     simulated : iterable of Motion
         Found otherwise, as further starts.
     progress : callable, optional
@@ -104,7 +102,7 @@ def _starts(search: _Search) -> Iterator[Motion]:
                     time = m.phi_bottom[i] / pi + np.array([0.0, 2 * k * m.q[i]])
                     velocity = np.array([m.velocity_bottom[i], m.velocity_top[i]])
                     yield Motion(Word((1, -1), k), velocity, time, float(search.sweep.coordinate(m)[i]))
-        if not search.model.level.horizontal:
+        if not search.model.horizontal:
             single = one_impact(search.model, search.low, search.high, k)
             yield from (single.motion(i, search.model.level) for i in range(len(single.d)))
     for words in zip(*map(search.excluded, range(1, search.limits.periods + 1)), strict=True):
@@ -167,17 +165,17 @@ class _Search:
         Over a period gravity adds 2 k gbar to the velocity, of which impacts take (1 + r) times their sum. There are no
         motions with impacts on the top only, nor in a horizontal capsule on either membrane only.
         """
-        counts = () if self.model.level.horizontal else (2, 3, 4)
+        counts = () if self.model.horizontal else (2, 3, 4)
         return [Word(count * (1,), periods) for count in counts if count <= self.limits.impacts]
 
     def representative(self, word: Word) -> Word:
         """The one of a sequence's rotations and, in a horizontal capsule, mirror images that stands for all."""
-        images = (word, word.mirrored()) if self.model.level.horizontal else (word,)
+        images = (word, word.mirrored()) if self.model.horizontal else (word,)
         return min((image.canonical() for image in images), key=lambda image: image.letters)
 
     def explore(self, motion: Motion) -> None:
         """Follow the family of a motion, and all that it is joined to."""
-        motion = self.model.representative(motion)
+        motion = motion.representative(self.model.horizontal)
         curve = self._curve(motion.word)
         x = curve.nearest(curve.vector(motion)) if self.limits.admit(motion.word) else None
         if x is not None:
@@ -193,10 +191,10 @@ class _Search:
                     self._add(curve, completed(curve, first, strand))
                 else:
                     events = [(0, begins), *((i + 1, event) for i, event in strand.events)]
-                    self._add(curve, Strand([vertex, *strand.points], events))
+                    self._add(curve, Trail([vertex, *strand.points], events))
 
     def _curve(self, word: Word) -> Curve:
-        return Curve(word, self.model, self.low, self.high)
+        return Curve(word, self.model, self.low, self.high, self.high - self.low)
 
     def _wanted(self, curve: Curve, x: Floats) -> bool:
         """Whether a solution is a motion within the limits that lies on no family yet."""
@@ -213,7 +211,7 @@ class _Search:
         return [*self.on_bottom(periods), *self.words(3, periods)]
 
     def by_exclusion(self, words: tuple[Word, ...]) -> Iterator[Motion]:
-        """Motions of one word that lie on no family known; each must be explored before the next is asked for."""
+        """Candidates of one word that lie on no family known; each must be explored before the next is asked for."""
         exclusion = Exclusion(self.model, self.low, self.high, words)
         cells = exclusion.cells()
         while cells:
@@ -230,7 +228,7 @@ class _Search:
         """The same with four impacts, as far as a search over a grid finds them."""
         yield from self._unknown(*four_impacts(self.model, self.low, self.high, word))
 
-    def _unknown(self, motions: Motions, flights: Floats) -> Iterator[Motion]:
+    def _unknown(self, motions: Candidates, flights: Floats) -> Iterator[Motion]:
         rows = np.flatnonzero(~self._near(motions.word, flights))
         while rows.size:
             yield motions.motion(int(rows[0]), self.model.level)
@@ -240,23 +238,23 @@ class _Search:
         """Which flight times are near to those of motions of a family, or of their images."""
         count, squares = self.squares.get(word, (0, np.array([np.inf])))  # of so many families, ascending
         if count < len(self.families):
-            images = (_images(family, word, self.model.level.horizontal) for family in self.families[count:])
+            images = (_images(family, word, self.model.horizontal) for family in self.families[count:])
             squares = np.unique(np.concatenate([squares, *map(_squares, chain.from_iterable(images))]))
             self.squares[word] = len(self.families), squares
         codes = _codes(flights)
         return np.asarray(squares.take(np.searchsorted(squares, codes), mode="clip") == codes)
 
     def _same(self, one: Motion, other: Motion) -> bool:
-        return one.distance(other, mirror=self.model.level.horizontal) < SAME
+        return one.distance(other, mirror=self.model.horizontal) < SAME
 
     def _alike(self, motion: Motion) -> Iterator[Family]:
         """Families whose word the motion has, or its mirror image where there is one."""
         words = {motion.word.canonical()}
-        if self.model.level.horizontal:
+        if self.model.horizontal:
             words.add(motion.word.mirrored().canonical())
         return (family for family in self.families if family.word.canonical() in words)
 
-    def _add(self, curve: Curve, strand: Strand) -> None:
+    def _add(self, curve: Curve, strand: Trail) -> None:
         """Take up a family, and what it meets."""
         x = np.array([point.x for point in strand.points])
         trace = np.array([point.trace for point in strand.points])
@@ -274,9 +272,9 @@ class _Search:
         """The vertex at an event, a new one with starts of what else comes to it; None where no motion is left."""
         curve = self._curve(motion.word)
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
-            motion, event = touching(motion, self.model.turns(motion)), Event.GRAZING
-        motion = self.model.representative(motion.primitive())
-        if len(at_rest(motion)) == len(motion.word):
+            motion, event = touching(motion, turns(motion, *self.model.at((motion.coordinate,)))), Event.GRAZING
+        motion = motion.primitive().representative(self.model.horizontal)
+        if len(motion.rests) == len(motion.word):
             return None
         for meeting in self.meetings:
             if meeting.event is event and self._same(meeting.motion, motion):
@@ -290,13 +288,11 @@ class _Search:
         """What was found, with its events solved for in decimals."""
         order = sorted(self.families, key=lambda f: (len(f.word), f.word.letters, f.word.periods, f.number))
         numbers = {family.number: k for k, family in enumerate(order, 1)}
-        points = [
-            (meeting, polished(self.sweep, meeting.curve, meeting.motion, meeting.event)) for meeting in self.meetings
-        ]
+        points = [(meeting, polished(self.sweep, meeting.motion, meeting.event)) for meeting in self.meetings]
         points.sort(key=lambda pair: (pair[1].sweep_value, len(pair[0].motion.word)))
         labels = self._labels(points)
         vertices = {
-            id(meeting): Vertex(label, meeting.event, point, tuple(sorted(numbers[i] for i in meeting.families)))
+            id(meeting): replace(point, label=label, families=tuple(sorted(numbers[i] for i in meeting.families)))
             for (meeting, point), label in zip(points, labels, strict=True)
         }
         marked = (self._marked(family, numbers[family.number], vertices) for family in order)
@@ -304,7 +300,7 @@ class _Search:
 
     def _completeness(self) -> Iterator[Completeness]:
         """What is claimed of the words that are looked for."""
-        horizontal = self.model.level.horizontal
+        horizontal = self.model.horizontal
         closed = [] if horizontal else ["B"]
         closed += ["BT"] if self.limits.impacts > 1 else []
         # Of these there are none, see `on_bottom`.
@@ -318,18 +314,16 @@ class _Search:
         for word in self.words(4, self.limits.periods):
             yield Completeness(word.letters, Claim.SEARCHED, side_of(word) / 2)
 
-    def _labels(self, points: list[tuple[_Meeting, PolishedPoint]]) -> Iterator[str]:
+    def _labels(self, points: list[tuple[_Meeting, Point]]) -> Iterator[str]:
         """Labels of vertices along the sweep: critical points of the 1:1 motions keep those that they have."""
         known = list(self.diagram.critical_points)
         one_to_one = Word((1, -1), self.sweep.device.period_ratio)
-        counts = Counter(critical.kind.letter for critical in known)
+        counts = Counter(critical.event.letter for critical in known)
         for meeting, point in points:
-            letter, critical = CriticalKind(meeting.event).letter, None
+            letter, critical = meeting.event.letter, None
             if any(self.families[number - 1].word == one_to_one for number in meeting.families):
                 near = SAME * abs(point.sweep_value)
-                at = [
-                    x for x in known if x.kind.letter == letter and abs(x.point.sweep_value - point.sweep_value) < near
-                ]
+                at = [x for x in known if x.event.letter == letter and abs(x.sweep_value - point.sweep_value) < near]
                 critical = next(iter(at), None)
             if critical is None:
                 counts[letter] += 1
@@ -338,21 +332,20 @@ class _Search:
                 known.remove(critical)
                 yield critical.label
 
-    def _marked(self, family: Family, number: int, vertices: dict[int, Vertex]) -> Family:
+    def _marked(self, family: Family, number: int, vertices: dict[int, Point]) -> Family:
         """A family with its events, the coordinate of each as it was solved for."""
         marks = []
         for row, event in self.events[family.number]:
             meeting = self.at_event.get((family.number, row))
-            vertex = vertices[id(meeting)] if meeting is not None else None
-            point = vertex.point if vertex is not None else None
+            point = vertices[id(meeting)] if meeting is not None else None
             if event is Event.NODE_FOCUS:
-                point = polished(self.sweep, family.curve, family.curve.motion(family.x[row]), event)
+                point = polished(self.sweep, family.curve.motion(family.x[row]), event)
             if event is Event.SWEEP_END:
                 ends = self.sweep.start, self.sweep.end
                 family.sweep_value[row] = min(ends, key=lambda end: abs(end - float(family.sweep_value[row])))
             if point is not None:
                 family.sweep_value[row] = point.sweep_value
-            marks.append(Mark(row, event, vertex, point))
+            marks.append(Mark(row, event, point))
         return replace(family, number=number, marks=tuple(marks))
 
 

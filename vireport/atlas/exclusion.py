@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.atlas.surface import (
-    Motions,
+    Candidates,
     Solution,
+    candidates_above,
     into_range,
-    motions_above,
     onto_sweep,
     room,
     solution,
     sweep_conditions,
     within,
 )
-from vireport.motions import Held, Model, turning_points
+from vireport.motions import Held, Model
 from vireport.physics import (
     AFFINE,
     Affine,
@@ -172,17 +172,17 @@ class Exclusion:
         masks = np.split(possible, np.cumsum(counts)[:-1])
         return [part[mask] for part, mask in zip(cells, masks, strict=True)]
 
-    def motions(self, cells: Cells) -> tuple[Motions, Floats]:
+    def motions(self, cells: Cells) -> tuple[Candidates, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
         word, level, r, farthest = cells.word, self.model.level, self.model.r, REACH * cells.side
         found, flights = onto_sweep(word, cells.centre, r, level, farthest)
         if not word.one_sided:
             flights = into_range(found, flights, level, farthest, (self.low, self.high))
-            found = motions_above(word, flights, r)
+            found = candidates_above(word, flights, r)
         found, rows = within(self._placed(found), level, self.low, self.high)
         return found, flights[:, rows]
 
-    def _placed(self, motions: Motions) -> Motions:
+    def _placed(self, motions: Candidates) -> Candidates:
         if not motions.word.one_sided:
             return motions
         return replace(motions, d=room(self.model.level, self.high, motions.gbar) + 0 * motions.gbar)
@@ -265,19 +265,23 @@ class Exclusion:
         same share of its flight throughout the cell.
         """
         r, walls = self.model.r, np.array(self.words[0].walls)
-        above = self._placed(motions_above(self.words[0], corner + side / 2, r, period))
-        turns = turning_points(walls, above.velocity, above.time, period, (above.d, above.gbar), r, NEAR_TURN)
-        order = np.argsort(-turns.gap, kind="stable")
+        above = self._placed(candidates_above(self.words[0], corner + side / 2, r, period))
+        turns = list(above.turns(period, NEAR_TURN))
+        index, elapsed, gap = (
+            np.concatenate([np.empty(0, kind), *(getattr(part, name) for _, part in turns)])
+            for name, kind in (("index", np.intp), ("time", float), ("gap", float))
+        )
+        order = np.argsort(-gap, kind="stable")
         farthest = np.full(len(period), -1)
-        farthest[turns.motion[order]] = order  # of the turning points of a motion the last one assigned
-        rows = np.flatnonzero(np.isin(farthest, np.flatnonzero(turns.gap < 0)))
+        farthest[index[order]] = order  # of the turning points of a motion the last one assigned
+        rows = np.flatnonzero(np.isin(farthest, np.flatnonzero(gap < 0)))
         boxes, x, turning = _boxes(corner[:, rows], side[rows]), x.at(rows), farthest[rows]
-        after = turns.after[turning]
+        after = np.repeat([i for i, _ in turns], [len(part.index) for _, part in turns])[turning]
         durations = [*boxes, period[rows] - sum(boxes[1:], boxes[0])]
         duration, time, velocity = (_chosen(after, numbers) for numbers in (durations, x.time, x.velocity))
-        elapsed = duration * (turns.elapsed[turning] / duration.centre)
-        start, turn = (_phase(x.sine, x.cosine, t) for t in (time, time + elapsed))
-        covered = flight.displacement(elapsed, flight.reflect(velocity, r), start[0], start[1], turn[1], x.gbar)
+        flown = duration * (elapsed[turning] / duration.centre)
+        start, turn = (_phase(x.sine, x.cosine, t) for t in (time, time + flown))
+        covered = flight.displacement(flown, flight.reflect(velocity, r), start[0], start[1], turn[1], x.gbar)
         wall, d, factor = walls[after], self._d(x), x.positive
         beyond = np.zeros(len(period), dtype=bool)
         for gap in (d * ((1 - wall) / 2) - covered, d * ((1 + wall) / 2) + covered):

@@ -1,4 +1,4 @@
-"""Motions with four impacts, searched for over a grid of the times of all of them.
+"""Candidates with four impacts, searched for over a grid of the times of all of them.
 
 At each three times after the first impact there is one solution, and it is a motion of a sweep where two conditions
 hold: a curve, which passes cells in whose corners the signs of both differ.
@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.atlas.surface import (
-    Motions,
+    Candidates,
     Solution,
+    candidates_above,
     into_range,
-    motions_above,
     onto_sweep,
     solution,
     sweep_conditions,
@@ -57,8 +57,8 @@ def side_of(word: Word) -> float:
     return float(max(FINEST, period / round((6 * MOST_POINTS) ** (1 / 3))))
 
 
-def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Motions, Floats]:
-    """Motions of a sweep, in the cells that its curve passes, with all their flight times but the last.
+def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Candidates, Floats]:
+    """Candidates of a sweep, in the cells that its curve passes, with all their flight times but the last.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Mot
     flights = np.maximum(np.concatenate(starts, axis=1), side / 4)  # where two times are in one cell
     motions, flights = onto_sweep(word, flights, model.r, model.level, 2 * side)
     flights = into_range(motions, flights, model.level, 2 * side, (low, high))
-    motions, rows = within(motions_above(word, flights, model.r), model.level, low, high)
+    motions, rows = within(candidates_above(word, flights, model.r), model.level, low, high)
     return motions, flights[:, rows]
 
 

@@ -1,4 +1,4 @@
-"""Motions with one impact, on the bottom, in some forcing periods: all along a sweep, by the phase of the impact."""
+"""Candidates with one impact, on the bottom, in some forcing periods: all along a sweep, by the phase of the impact."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import asin, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.atlas.surface import Motions, room, within
+from vireport.atlas.surface import Candidates, room, within
 from vireport.motions import Held, Model
 from vireport.physics import Word
 
@@ -18,7 +18,7 @@ PARTS, HALVINGS = 256, 14
 a millionth of a radian is left undecided there."""
 
 
-def one_impact(model: Model, low: float, high: float, periods: int) -> Motions:
+def one_impact(model: Model, low: float, high: float, periods: int) -> Candidates:
     """Find one motion of each family.
 
     Parameters
@@ -38,11 +38,11 @@ def one_impact(model: Model, low: float, high: float, periods: int) -> Motions:
     """
     level, a = model.level, pi * periods * (1 - model.r) / (1 + model.r)
 
-    def above(phase: Floats) -> Motions:
+    def above(phase: Floats) -> Candidates:
         gbar = np.sin(phase) / a
         velocity, d = 2 * periods * gbar / (1 + model.r), room(level, high, gbar) + 0 * gbar
         word, excess = Word((1,), periods), np.empty((0, len(d)))
-        return Motions(word, velocity[None], phase[None] / pi, gbar, d, excess, model.r)
+        return Candidates(word, velocity[None], phase[None] / pi, gbar, d, excess, model.r)
 
     if level.held is Held.GBAR:
         sine = a * level.value

@@ -1,4 +1,4 @@
-"""Motions with two to four impacts in closed form above their flight times.
+"""Candidates with two to four impacts in closed form above their flight times.
 
 At given flight times the conditions are linear and homogeneous in the velocities, the sine and cosine of the phase,
 gbar and d. With three impacts they leave one solution above each pair of flight times, without iteration; with four,
@@ -9,7 +9,7 @@ two on the three.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions import Held, Level, Model, Motion, Turns, trace, turning_points
-from vireport.physics import ARRAYS, Word
+from vireport.motions import SMALLEST_STEP, Held, Level, Model, Motion, Turns, trace, turning_points
+from vireport.physics import ARRAYS, Flight, Word, flight
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -193,8 +193,8 @@ def _product(a: Sequence[Any], b: Sequence[Any]) -> Any:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motions:
-    """Motions with one sequence of impacts, in arrays; some may only solve the equations.
+class Candidates:
+    """Candidates with one sequence of impacts, in arrays; some may only solve the equations.
 
     Attributes
     ----------
@@ -217,10 +217,10 @@ class Motions:
     excess: Floats
     r: float
 
-    def __getitem__(self, index: Any) -> Motions:
+    def __getitem__(self, index: Any) -> Candidates:
         """Some of them."""
         parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], self.excess[:, index])
-        return Motions(self.word, *parts, self.r)
+        return Candidates(self.word, *parts, self.r)
 
     def coordinate(self, level: Level) -> Floats:
         """What orders a sweep."""
@@ -236,11 +236,23 @@ class Motions:
         x = [*self.velocity, *self.time, self.gbar]
         return np.asarray(trace(self.word, x, Model(Level(Held.D, self.d), self.r), ARRAYS))
 
-    @property
-    def turns(self) -> Turns:
-        """The turning points of the ball."""
-        walls, period = np.array(self.word.walls), 2.0 * self.word.periods
-        return turning_points(walls, self.velocity, self.time, period, (self.d, self.gbar), self.r)
+    def turns(self, period: Any = None, settled: float = SMALLEST_STEP) -> Iterator[tuple[int, Turns]]:
+        """The turning points of the ball, by the impact that begins the flight.
+
+        Parameters
+        ----------
+        period : ndarray (n,), optional
+            Of each motion [t_c], where it is not that of the word.
+        settled : float
+            Newton step at which a turning point is found [t_c].
+        """
+        walls, whole = self.word.walls, 2.0 * self.word.periods if period is None else period
+        ends = [*self.time[1:], self.time[0] + whole]
+        for i, (wall, start, end) in enumerate(zip(walls, self.time, ends, strict=True)):
+            phase, velocity = np.pi * start, flight.reflect(self.velocity[i], self.r)
+            way = Flight(-wall, velocity, np.sin(phase), np.cos(phase), end - start, self.gbar, self.d)
+            for part in turning_points(way, phase, wall == walls[(i + 1) % len(walls)], settled=settled):
+                yield i, part
 
     @property
     def gap(self) -> Floats:
@@ -251,8 +263,8 @@ class Motions:
         speeds = self.velocity * np.array(self.word.walls)[:, None]
         sound = (speeds > 0).all(axis=0) & (self.d > 0)
         gap, rows = np.where(sound, np.inf, 0.0), np.flatnonzero(sound)
-        turns = self[rows].turns
-        np.minimum.at(gap, rows[turns.motion], turns.gap)
+        for _, part in self[rows].turns():
+            np.minimum.at(gap, rows[part.index], part.gap)
         return gap
 
     @property
@@ -261,7 +273,7 @@ class Motions:
         return np.asarray(self.gap > 0)
 
 
-def motions_above(word: Word, flights: Floats, r: float, period: Floats | None = None) -> Motions:
+def candidates_above(word: Word, flights: Floats, r: float, period: Floats | None = None) -> Candidates:
     """The motions with three impacts above pairs of flight times, and what may be one with four above triples.
 
     Parameters
@@ -286,7 +298,7 @@ def motions_above(word: Word, flights: Floats, r: float, period: Floats | None =
         start = np.arctan2(scale * x.sine, scale * x.cosine) / np.pi % 2
         groups = scale * x.gbar, scale * (np.nan if x.d is None else x.d)
         excess = scale * np.reshape(x.excess, (len(x.excess), len(scale)))
-        return Motions(word, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, excess, r)
+        return Candidates(word, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, excess, r)
 
 
 def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
@@ -299,7 +311,7 @@ def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
     return gbar * (level.value if level.held is Held.RATIO else largest / level.value)
 
 
-def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Motions, NDArray[np.intp]]:
+def within(motions: Candidates, level: Level, low: float, high: float) -> tuple[Candidates, NDArray[np.intp]]:
     """Those that are admissible and in the range of a sweep's coordinate, and which they are."""
     gap = motions.gap
     if motions.word.one_sided and level.held is Held.GBAR:  # motions at all d that leave the ball its room
@@ -311,7 +323,7 @@ def within(motions: Motions, level: Level, low: float, high: float) -> tuple[Mot
 
 def onto_sweep(
     word: Word, flights: Floats, r: float, level: Level, farthest: float, coordinate: Floats | None = None
-) -> tuple[Motions, Floats]:
+) -> tuple[Candidates, Floats]:
     """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
 
     Parameters
@@ -349,10 +361,12 @@ def onto_sweep(
         settled[rows[near & ends]] = True
         rows = rows[near & ~ends]
     flights = flights[:, settled]
-    return motions_above(word, flights, r), flights
+    return candidates_above(word, flights, r), flights
 
 
-def into_range(motions: Motions, flights: Floats, level: Level, farthest: float, limits: tuple[float, float]) -> Floats:
+def into_range(
+    motions: Candidates, flights: Floats, level: Level, farthest: float, limits: tuple[float, float]
+) -> Floats:
     """Flight times of motions of a sweep, and next to those beyond its range of others of their families inside.
 
     A family may be in the range for less than a cell, and its motion nearest to a start outside.

@@ -1,7 +1,7 @@
 """Charts: the loci of events in the plane of two inputs, the points where they meet, and their figure and files."""
 
+from vireport.chart import outputs
 from vireport.chart.chart import Chart, chart
-from vireport.chart.loci import Condition
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import FollowedLocus
 from vireport.chart.over import chart_of
@@ -9,11 +9,11 @@ from vireport.chart.plane import Line, Plane
 
 __all__ = [
     "Chart",
-    "Condition",
     "FollowedLocus",
     "Line",
     "Meeting",
     "Plane",
     "chart",
     "chart_of",
+    "outputs",
 ]

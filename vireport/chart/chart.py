@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain, pairwise
-from math import pi
-
-import numpy as np
 
 from vireport.atlas import FINE, atlas
 from vireport.base import NumericalError
@@ -19,7 +16,7 @@ from vireport.chart.network import (
     Start,
 )
 from vireport.chart.plane import Line, Plane, lines
-from vireport.motions import Atlas, CriticalKind, Event, Limits, Motion, solve, touching, turns
+from vireport.motions import Atlas, Event, Limits, solve
 from vireport.physics import Word
 
 CUTS, SOLVED_CUTS = 3, 16
@@ -74,7 +71,7 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
     network, crossed = Network(plane, limits, None if cuts else one_to_one), []
     for line in lines(plane, SOLVED_CUTS):
         progress(f"1:1 motions along the {line.quantity}")
-        for start in _one_to_one_starts(line, one_to_one):
+        for start in _one_to_one_starts(line):
             network.explore(start)
     for line in lines(plane, cuts):
         progress(f"motions along the {line.quantity}, {plane.inputs[1 - line.varied].show(line.other)}")
@@ -87,7 +84,7 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
     return Chart(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
 
 
-def _one_to_one_starts(line: Line, word: Word) -> Iterator[Start]:
+def _one_to_one_starts(line: Line) -> Iterator[Start]:
     """The critical points of the 1:1 motions on a sweep across a plane."""
     sweep = line.sweep
     try:
@@ -95,21 +92,15 @@ def _one_to_one_starts(line: Line, word: Word) -> Iterator[Start]:
     except NumericalError:
         points = []
     for critical in points:
-        at = critical.point
-        time = at.phi / pi + np.array([0.0, 2 * word.periods * (at.u + 0.5)])
-        motion = Motion(word, np.array([at.velocity_bottom, at.velocity_top]), time, at.d)
-        if critical.kind is CriticalKind.GRAZING:
-            motion = touching(motion, turns(motion, at.d, at.gbar, float(sweep.device.restitution)))
-        yield Start(motion, line.inputs(at.sweep_value), Event(critical.kind))
+        yield Start(critical.motion, line.inputs(critical.sweep_value), critical.event)
 
 
 def _starts(families: Atlas, line: Line) -> Iterator[Start]:
     """The points on a sweep across a plane where families meet, or motions change between node and focus."""
-    points = [(vertex.point, vertex.event) for vertex in families.vertices]
     marks = chain.from_iterable(family.marks for family in families.families)
-    points += [(mark.point, mark.event) for mark in marks if mark.point and mark.event is Event.NODE_FOCUS]
-    for point, event in points:
-        yield Start(point.motion, line.inputs(point.sweep_value), event)
+    turned = [mark.point for mark in marks if mark.point is not None and mark.event is Event.NODE_FOCUS]
+    for point in (*families.vertices, *turned):
+        yield Start(point.motion, line.inputs(point.sweep_value), point.event)
 
 
 def _stable(families: Atlas, line: Line) -> Stable:

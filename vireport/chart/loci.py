@@ -14,17 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.chart.plane import Here, Plane
+from vireport.chart.plane import Plane
 from vireport.motions import (
     AT_ZERO,
     BESIDE,
     RANK,
     STEEPEST,
     Arc,
+    Condition,
     Event,
     Motion,
     Path,
-    Point,
+    PathPoint,
     Turn,
     linearised,
     residuals,
@@ -34,9 +35,6 @@ from vireport.motions import (
 from vireport.physics import ARRAYS, Word
 
 Floats = NDArray[np.float64]
-
-IMAGINARY = 1e-30
-"""Imaginary step of derivatives, whose square is lost in rounding."""
 
 TURNED_BACK = 1e-3
 """Difference of a motion to its own image up to which a locus of folds turns back there as that: from the image its
@@ -51,55 +49,6 @@ STANDSTILL = 1e-5
 
 FIRST_STEP, LONGEST_STEP, SHARPEST = 3e-3, 0.06, 0.25
 """As of families, but longer: along most loci the trace is given, and its poles need no short steps."""
-
-
-@dataclass(frozen=True, slots=True)
-class Condition:
-    """What holds on a locus.
-
-    Attributes
-    ----------
-    event : Event
-    rests : tuple of int
-        Impacts without velocity; what concerns the trace is of the motion without them.
-    sign : int
-        Of the trace, where the type changes between node and focus.
-    """
-
-    event: Event
-    rests: tuple[int, ...] = ()
-    sign: int = 1
-
-    def value(self, word: Word, x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
-        """Zero where it holds; of the velocities and times in `x`, at d, gbar and r."""
-        count, r = len(word), groups[2]
-        if self.event is Event.GRAZING:
-            return x[self.rests[0]]
-        if self.event is Event.DEGENERATE_GRAZING:
-            return weighted_trace(word, x, groups, ops)
-        kept = [i for i in range(count) if i not in self.rests]
-        word = Word(tuple(word.walls[i] for i in kept), word.periods)
-        x = [x[i] for i in (*kept, *(count + i for i in kept))]
-        return weighted_trace(word, x, groups, ops) - self._level(r ** len(kept)) * prod(x[: len(kept)])
-
-    def _level(self, decay: Any) -> Any:
-        """The trace, by the root of the determinant."""
-        if self.event is Event.NODE_FOCUS:
-            return self.sign * 2 * decay
-        return (1 + decay * decay) * (-1 if self.event is Event.PERIOD_DOUBLING else 1)
-
-    def linearised(self, word: Word, x: Floats, here: Here) -> tuple[float, Floats]:
-        """Its value and derivatives by the unknowns, over their length."""
-        own = 2 * len(word)
-        if self.event is Event.GRAZING:
-            return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
-        at = np.append(x[:own], here.groups)
-        steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))
-        values = self.value(word, steps[:own], (steps[own], steps[own + 1], steps[own + 2]), ARRAYS)
-        slopes = np.imag(values) / IMAGINARY
-        gradient = np.append(slopes[:own], slopes[own:] @ here.gradients)
-        length = float(np.linalg.norm(gradient)) or 1.0
-        return float(np.real(values[0])) / length, gradient / length
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +88,7 @@ class Locus(Path):
         if self.condition.event is Event.PITCHFORK:
             half = len(self.word) // 2
             values[2 * half :], matrix[2 * half :] = self._mirror(x), self._mirror_slopes()
-        value, gradient = self.condition.linearised(self.word, x, here)
+        value, gradient = self.condition.linearised(self.word, x, here.groups, here.gradients)
         return np.append(values, value), np.vstack([matrix, gradient]) * self.scale
 
     def residuals(self, x: Sequence[Any], plane: Plane) -> list[Any]:
@@ -195,7 +144,7 @@ class Locus(Path):
             return 0.0
         return abs(atan(arc.end.trace) - atan(arc.start.trace)) / STEEPEST
 
-    def ended(self, arc: Arc) -> tuple[Event, Point]:
+    def ended(self, arc: Arc) -> tuple[Event, PathPoint]:
         """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
         _, last = self.located(arc, lambda point: point.margin)
         margins, count = self.margins(last.x), len(self.word)
@@ -207,30 +156,30 @@ class Locus(Path):
         stopped = (np.abs(margins[4 : 4 + count]) < AT_ZERO).any()  # beside which rounding may leave a turning point
         return (Event.ZERO_VELOCITY if stopped else Event.GRAZING), last
 
-    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def happenings(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the locus. Raises as `located`."""
         if self.condition.event is Event.FOLD:
             return self._standstill(arc)
         if self.condition.event is not Event.GRAZING:
             return [], False
-        found: list[tuple[float, Point, Event | None]] = []
+        found: list[tuple[float, PathPoint, Event | None]] = []
         for event in (Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING):
             value = self.coincidence(event)
             if value(arc.start) * value(arc.end) < 0:
                 found.append((*self.located(arc, value), event))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], False
 
-    def coincidence(self, event: Event) -> Callable[[Point], float]:
+    def coincidence(self, event: Event) -> Callable[[PathPoint], float]:
         """How far a motion is from another event besides that of the locus."""
         condition, own = Condition(event, self.condition.rests), 2 * len(self.word)
 
-        def value(point: Point) -> float:
+        def value(point: PathPoint) -> float:
             x = point.x.tolist()
             return float(condition.value(self.word, x[:own], self.plane.at(x[own:]), ARRAYS))
 
         return value
 
-    def criticality(self, point: Point) -> float:
+    def criticality(self, point: PathPoint) -> float:
         """On which side of a locus of period doublings the doubled motions are, and how far.
 
         Across the locus, in shares of the ranges, over the square of their distance from the motion of the point, to
@@ -277,7 +226,7 @@ class Locus(Path):
         guess = np.concatenate([x[: size // 2], x[size : size + size // 2], x[-2:]])
         return Locus(word, self.plane, Condition(Event.PERIOD_DOUBLING)), guess
 
-    def _standstill(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def _standstill(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
         """A cusp, where a locus of folds turns round in the plane; or where it goes back as its own image."""
         way, after = arc.start.tangent[-2:], arc.end.tangent[-2:]
         if float(way @ after) > 0:

@@ -13,12 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.chart.loci import Condition, Locus
+from vireport.chart.loci import Locus
 from vireport.chart.plane import Plane
-from vireport.motions import Event, Motion, at_rest, linearised, newton, residuals
+from vireport.motions import FARTHEST, Condition, Event, Motion, linearised, newton, residuals
 from vireport.physics import DIGITS, FLOATS, DecimalOps, Word
 
 Floats = NDArray[np.float64]
+
+STEP = 1e-6
+"""Step of central differences in doubles: the cube root of their rounding, at which the difference is best."""
 
 AT_CUSP = Decimal("1e-12"), 1e-4
 """Steps along the null vector, of derivatives of the trace in decimals and in doubles."""
@@ -49,7 +52,7 @@ class Meeting:
     @property
     def word(self) -> str:
         """The motion's, without touches."""
-        return self.motion.without_impacts(at_rest(self.motion)).word.canonical().letters
+        return self.motion.without_impacts(self.motion.rests).word.canonical().letters
 
 
 def meeting(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Event]) -> Meeting:
@@ -57,20 +60,30 @@ def meeting(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Event]
     size, doubled = 2 * len(motion.word), events[1] is Event.DEGENERATE_DOUBLING
     guess = [*motion.velocity.tolist(), *motion.time.tolist(), *p.tolist()]
     conditions, further = _conditions(plane, motion, guess, events)
-    reach = [inf] * doubled  # changes with the amplitude may have any size
+    reach = inf if doubled else FARTHEST  # changes with the amplitude may have any size
     with localcontext() as context:
         context.prec = DIGITS * (2 if doubled else 1)
         decimals, doubles = (partial(conditions, replace(plane, ops=ops)) for ops in (DecimalOps(), FLOATS))
         try:
-            x = newton(decimals, doubles, [Decimal(value) for value in (*guess, *further)], {size, size + 1}, *reach)
+            x = newton(decimals, partial(_differences, doubles, (size, size + 1)), [*guess, *further], reach)
         except NumericalError:
             return Meeting(events, motion, (float(p[0]), float(p[1])), (inf, inf))
         value = [float(number) for number in x[: size + 2]]
         errors = [max(abs(float(x[i] - Decimal(value[i]))), float(np.spacing(abs(value[i])))) for i in (size, size + 1)]
     rounded = np.array(value[:size])
-    rounded[list(at_rest(motion))] = 0.0
+    rounded[list(motion.rests)] = 0.0
     exact = replace(motion, velocity=rounded[: size // 2], time=rounded[size // 2 :])
     return Meeting(events, exact, (value[size], value[size + 1]), (errors[0], errors[1]))
+
+
+def _differences(function: Callable[[list[float]], list[float]], relative: tuple[int, ...], x: list[float]) -> Floats:
+    """Derivatives by central differences, with steps relative to the size of some unknowns."""
+    columns = []
+    for i, value in enumerate(x):
+        step = STEP * (abs(value) if i in relative and value else 1.0)
+        ends = (function([*x[:i], value + sign * step, *x[i + 1 :]]) for sign in (1, -1))
+        columns.append([(a - b) / (2 * step) for a, b in zip(*ends, strict=True)])
+    return np.array(columns).T
 
 
 Conditions = Callable[[Plane, list[Any]], list[Any]]
@@ -83,7 +96,9 @@ def _conditions(
     """The conditions of a point, and a guess of the unknowns that they have besides motion and inputs."""
     size, word = 2 * len(motion.word), motion.word
     if events[1] is Event.CUSP:
-        normal = np.linalg.svd(linearised(word, np.array(guess), plane.here(guess[size:]))[1][:, :size])[2][-1]
+        normal = np.asarray(
+            np.linalg.svd(linearised(word, np.array(guess), plane.here(guess[size:]))[1][:, :size])[2][-1]
+        )
         return partial(_at_cusp, word, normal), normal.tolist()
     if events[1] is Event.DEGENERATE_DOUBLING:
         _, _, away = Locus(word, plane, Condition(events[0])).doubled(np.array(guess))
@@ -95,7 +110,7 @@ def _conditions(
 
 def _at_grazing(motion: Motion, event: Event, plane: Plane, x: list[Any]) -> list[Any]:
     """The conditions where a membrane is touched, and touched again or another event happens."""
-    rests, own = at_rest(motion), 2 * len(motion.word)
+    rests, own = motion.rests, 2 * len(motion.word)
     # Of a symmetric motion the touches of the second half are those of the first.
     free = rests[: len(rests) // 2] if event is Event.PITCHFORK else rests
     conditions = [Condition(Event.GRAZING, (rest,)) for rest in free]

@@ -18,18 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.chart.loci import Condition, Locus
+from vireport.chart.loci import Locus
 from vireport.chart.meetings import Meeting, meeting
 from vireport.chart.plane import Plane
 from vireport.motions import (
     BESIDE,
     IMAGE,
     Arc,
+    Condition,
     Event,
     Limits,
     Motion,
-    Point,
-    at_rest,
+    PathPoint,
     completed,
     follow,
     off,
@@ -151,7 +151,7 @@ class Network:
     only: Word | None
     loci: list[FollowedLocus] = field(default_factory=list)
     meetings: list[Meeting] = field(default_factory=list)
-    _queue: deque[tuple[Locus, Point]] = field(default_factory=deque)
+    _queue: deque[tuple[Locus, PathPoint]] = field(default_factory=deque)
 
     def explore(self, start: Start) -> None:
         """Follow the locus through a start, and all that it is joined to."""
@@ -160,7 +160,7 @@ class Network:
         if event is Event.NODE_FOCUS:
             weighted = weighted_trace(motion.word, guess.tolist(), self.plane.at(p.tolist()))
             sign = 1 if weighted * prod(motion.velocity) > 0 else -1
-        path = Locus(motion.word, self.plane, Condition(event, at_rest(motion), sign))
+        path = Locus(motion.word, self.plane, Condition(event, motion.rests, sign))
         x = path.nearest(guess) if self._wanted(path) else None
         if x is not None and np.abs((x[-2:] - p) / self.plane.widths).max() < SAME_POINT:
             self._follow(path, path.point(x, path.tangent(x)))
@@ -175,11 +175,11 @@ class Network:
         wanted = self.only is None or self.only in (touched.canonical(), path.word.canonical())
         return wanted and self.limits.admit(touched)
 
-    def _follow(self, path: Locus, first: Point) -> None:
+    def _follow(self, path: Locus, first: PathPoint) -> None:
         """Follow a locus both ways from a motion, unless it is known."""
         motion = path.motion(first.x)
         waits = np.diff(motion.time, append=motion.time[0] + 2 * motion.word.periods)
-        if not path.admits(first.x) or waits.min() < BESIDE or at_rest(motion) != path.condition.rests:
+        if not path.admits(first.x) or waits.min() < BESIDE or motion.rests != path.condition.rests:
             return
         if self._is_redundant(motion) or self._known(path, first.x):
             return
@@ -204,7 +204,7 @@ class Network:
             for one in turned
             if locus.event is path.condition.event
             and one.word == locus.path.word
-            and at_rest(one) == locus.path.condition.rests
+            and one.rests == locus.path.condition.rests
         )
 
     def _meet(self, path: Locus, x: Floats, event: Event) -> None:
@@ -229,7 +229,7 @@ class Network:
         if event is Event.DEGENERATE_DOUBLING:
             folds, y, way = path.doubled(x)
             self._leave(folds, y, [way])
-        rests = at_rest(motion)
+        rests = motion.rests
         for removed in chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)):
             less = motion.without_impacts(removed)
             for through in self._through(less, p):
@@ -285,7 +285,7 @@ class Network:
 
     def _through(self, motion: Motion, p: Floats) -> Iterator[Locus]:
         """The loci through a point: of every condition that holds for a motion with some of its touches as impacts."""
-        rests, groups = at_rest(motion), self.plane.at(p.tolist())
+        rests, groups = motion.rests, self.plane.at(p.tolist())
         x = [*motion.velocity.tolist(), *motion.time.tolist()]
         both = len(motion.word) // 2 if self._symmetric(motion) else 0  # of a symmetric motion, touches are pairs
         pairs = {tuple(sorted({rest, (rest + both) % len(motion.word)})) for rest in rests}
@@ -300,12 +300,12 @@ class Network:
 
 def _distinct(motion: Motion) -> Motion:
     """A motion without impacts of velocity zero that are the same touch as another."""
-    pairs, period = combinations(at_rest(motion), 2), 2 * motion.word.periods
+    pairs, period = combinations(motion.rests, 2), 2 * motion.word.periods
     late = [(j, motion.time[j] - motion.time[i]) for i, j in pairs]
     return motion.without_impacts([j for j, wait in late if abs((wait + 1) % period - 1) < BESIDE])
 
 
-def _degenerate(path: Locus, points: list[Point]) -> Iterator[Point]:
+def _degenerate(path: Locus, points: list[PathPoint]) -> Iterator[PathPoint]:
     """Where along a locus of period doublings these change from soft to hard."""
     values = [path.criticality(point) for point in points]
     for (point, new), ends in zip(pairwise(points), pairwise(values), strict=True):

@@ -25,18 +25,6 @@ from vireport.text import (
 NAMES = "figure-chart.png", "figure-chart.svg", "chart.json", "chart.md"
 """Files that a chart is written to."""
 
-EVENTS = {
-    Event.PERIOD_DOUBLING: "period doubling",
-    Event.FOLD: "fold",
-    Event.PITCHFORK: "pitchfork",
-    Event.NODE_FOCUS: "node to focus",
-    Event.GRAZING: "grazing",
-    Event.DEGENERATE_GRAZING: "degenerate grazing",
-    Event.CUSP: "cusp",
-    Event.DEGENERATE_DOUBLING: "degenerate period doubling",
-}
-"""Names of events for the reader."""
-
 NOTE = (
     "Two grazings: two touches in one motion. Degenerate grazing: period doublings and folds of the motion with the "
     "further impact begin. Cusp: two curves of folds end together. Degenerate period doubling: it changes from soft "
@@ -59,7 +47,7 @@ def files(chart: Chart, provenance: Provenance) -> dict[str, bytes]:
 def caption_of(chart: Chart) -> str:
     """What the figure of a chart shows."""
     x, y = (one.quantity for one in chart.plane.inputs)
-    kinds = ", ".join(dict.fromkeys(EVENTS[locus.event] for locus in chart.loci))
+    kinds = ", ".join(dict.fromkeys(locus.event.words for locus in chart.loci))
     return f"Chart of {y} against {x}: {counted(chart)}{kinds and f'; the curves are of {kinds}'}."
 
 
@@ -95,10 +83,10 @@ def name_of(point: Meeting) -> str:
     """What happens at a point."""
     own, other = point.events
     if other is not Event.GRAZING:
-        return EVENTS[other]
+        return other.words
     if own is Event.GRAZING:
         return "two grazings"
-    return EVENTS[own] if own is Event.DEGENERATE_GRAZING else f"{EVENTS[own]} with grazing"
+    return own.words if own is Event.DEGENERATE_GRAZING else f"{own.words} with grazing"
 
 
 def _row(point: Meeting) -> tuple[str, ...]:

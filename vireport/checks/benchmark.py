@@ -19,9 +19,9 @@ from vireport.design import (
     design_point,
 )
 from vireport.motions import (
-    CriticalKind,
-    CriticalPoint,
+    Event,
     Motions,
+    Point,
     Sweep,
     Symmetry,
 )
@@ -40,7 +40,7 @@ NEAREST = 0.2
 """Share of the distance to the next motion at the same parameters by which the guess is off at the most: beyond,
 methods would rightly go there."""
 
-KINDS = (CriticalKind.PERIOD_DOUBLING,), (CriticalKind.PITCHFORK, CriticalKind.FOLD)
+KINDS = (Event.PERIOD_DOUBLING,), (Event.PITCHFORK, Event.FOLD)
 """Kinds of critical points that are taken, the first that there is."""
 
 SHOWN = 20
@@ -77,7 +77,7 @@ class Target:
         With a device that has all its parameters.
     swept : bool
         Whether the scenario has this sweep; otherwise it is one through its design point.
-    kind : CriticalKind or None
+    kind : Event or None
         Of the critical point (a period doubling, fold or pitchfork); None for a motion.
     symmetric : bool
         Whether it is a symmetric motion of a horizontal capsule.
@@ -86,7 +86,7 @@ class Target:
 
     sweep: Sweep
     swept: bool
-    kind: CriticalKind | None
+    kind: Event | None
     symmetric: bool
     guess: Guess
 
@@ -103,7 +103,7 @@ class Target:
     @property
     def trace(self) -> float:
         """Trace of DP at the critical point: a multiplier of -1 or of +1."""
-        return (-1.0 if self.kind is CriticalKind.PERIOD_DOUBLING else 1.0) * (1 + self.r**4)
+        return (-1.0 if self.kind is Event.PERIOD_DOUBLING else 1.0) * (1 + self.r**4)
 
     def groups(self, value: float) -> tuple[float, float]:
         """Return d and gbar at a value of the swept parameter."""
@@ -163,7 +163,7 @@ class Benchmark:
 
     motion: Target
     critical: Target | None
-    point: CriticalPoint | None
+    point: Point | None
     membrane: Membrane | None
     quantities: tuple[MeasuredQuantity, ...]
     exact: dict[str, Any]
@@ -226,13 +226,13 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     exact: dict[str, Any] = {"velocity": orbit.velocity, "phase": orbit.phase}
     if solution.membrane is not None:
         exact["voltage"] = reference_voltage(orbit, solution.membrane)
-    point = next((point for kinds in KINDS for point in solution.critical_points if point.kind in kinds), None)
+    point = next((point for kinds in KINDS for point in solution.critical_points if point.event in kinds), None)
     critical = None
     if point is not None:
-        p, symmetric = point.point, point.family is Symmetry.SYMMETRIC
-        guess = [p.velocity_bottom, p.phi, 0.5 + p.u, p.sweep_value]
-        orbit = reference_orbit(device, parameter, guess, point.kind)
-        critical = Target(sweep, swept, point.kind, symmetric, _aside(orbit, symmetric, offset))
+        p, symmetric = point.closed, point.symmetry is Symmetry.SYMMETRIC
+        guess = [p.velocity_bottom, p.phi_bottom, 0.5 + p.u, point.sweep_value]
+        orbit = reference_orbit(device, parameter, guess, point.event)
+        critical = Target(sweep, swept, point.event, symmetric, _aside(orbit, symmetric, offset))
         exact["critical"] = orbit.value
     quantities = tuple(
         MeasuredQuantity(

@@ -7,7 +7,7 @@ doubles, each taken as the exact number that it is.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,25 +26,19 @@ from vireport.checks.enclosures import (
     prove,
 )
 from vireport.motions import (
-    CONDITIONS,
     BifurcationDiagram,
     Condition,
-    CriticalKind,
-    CriticalPoint,
+    Event,
     Held,
     Level,
+    OneToOne,
     Orbits,
-    PolishedMotion,
-    StrandEvent,
+    Point,
     Sweep,
     Symmetry,
-    equations,
     level_residual,
-    orbit_at,
     orbits,
-    pressing_condition,
     return_trace,
-    touch_condition,
     touches,
 )
 from vireport.scenario import Parameter
@@ -61,9 +55,6 @@ WIDEST = 1e-24
 AT_REST = 1e-12
 """Impact velocity of a polished point below which the impact is one that loses its velocity."""
 
-FOCI = (CONDITIONS[StrandEvent.FOCUS_BELOW], CONDITIONS[StrandEvent.FOCUS_ABOVE])
-"""Both ends of a range of foci."""
-
 SHORTEST_FOCUS = 1e-9
 """r^2 down to which the trace at a stated point, in doubles, tells which end of a range of foci it is."""
 
@@ -72,6 +63,9 @@ BRACKETED = 1e-12
 
 FIRST_TRIES = 6
 """Turning points tried as the one that touches a membrane, the nearest first."""
+
+STATED = "u", "phi", "d", "gbar", "velocity_bottom", "velocity_top"
+"""The numbers of a point that have error bounds, by their names in `Orbits`."""
 
 Enclosure = tuple[str, str]
 """A decimal number below and one above."""
@@ -84,7 +78,7 @@ class Certificate:
     Attributes
     ----------
     label : str
-    kind : CriticalKind
+    kind : Event
         Those of the critical point.
     proved : bool
         Whether exactly one point fulfils its equations near the one stated, with impact velocities of the right signs
@@ -112,7 +106,7 @@ class Certificate:
     """
 
     label: str
-    kind: CriticalKind
+    kind: Event
     proved: bool
     reason: str
     sweep_value: Enclosure | None = None
@@ -147,12 +141,12 @@ def certify(diagram: BifurcationDiagram | None) -> tuple[Certificate, ...]:
     return tuple(certify_point(diagram.sweep, critical) for critical in diagram.critical_points)
 
 
-def certify_point(sweep: Sweep, critical: CriticalPoint) -> Certificate:
+def certify_point(sweep: Sweep, critical: Point) -> Certificate:
     """Prove one critical point of a sweep, and its mirror image if it has one."""
     if _neglects_gravity(sweep):
         reason = "gravity along the capsule was neglected, so that the equations solved are not the scenario's"
-        return Certificate(critical.label, critical.kind, False, reason)
-    certificate = _certificate(sweep, critical, critical.point)
+        return Certificate(critical.label, critical.event, False, reason)
+    certificate = _certificate(sweep, critical, critical)
     if critical.mirror is None:
         return certificate
     mirror = _certificate(sweep, critical, critical.mirror)
@@ -165,23 +159,24 @@ def _neglects_gravity(sweep: Sweep) -> bool:
     return sweep.level_in(ops).horizontal and bool(ops.sin_degrees(ball(sweep.device.inclination_deg)) != 0)
 
 
-def _certificate(sweep: Sweep, critical: CriticalPoint, point: PolishedMotion) -> Certificate:
+def _certificate(sweep: Sweep, critical: Point, point: Point) -> Certificate:
     """Try the candidates with more and more bits; the first is the likely one, and its failure is reported."""
     reason = "no turning point of the ball is near a membrane"
-    candidates = list(_candidates(sweep, critical.kind, point))
+    candidates = list(_candidates(sweep, critical.event, point.closed))
     for bits in PRECISIONS:
         reasons = []
         for candidate in candidates:
             try:
                 with precision(bits):
-                    proof = _prove(sweep, point, critical.family is Symmetry.SYMMETRIC, candidate)
+                    symmetric = critical.symmetry is Symmetry.SYMMETRIC
+                    proof = _prove(sweep, point.closed, symmetric, candidate)
                     return _stated(critical, point, proof, bits)
             except UnprovedError as failure:
                 reasons.append(str(failure))
         reason = reasons[0] if reasons else reason
     if point.error_bound > BRACKETED * abs(point.sweep_value):
         reason = f"the point is only bracketed, not polished, and {reason}"
-    return Certificate(critical.label, critical.kind, False, reason)
+    return Certificate(critical.label, critical.event, False, reason)
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,55 +185,100 @@ class Candidate:
 
     Attributes
     ----------
-    condition : callable
-        As in `critical`.
-    more : tuple of float
-        Guesses of its further unknowns: the time of a touch.
-    rest : StrandEvent or None
-        For an impact without velocity, which.
-    touch : tuple of bool, or None
-        Whether in the flight upward, and whether on the wall left. Without a further unknown it is at time zero.
+    condition : Condition
+    touch : Touch or None
+        For a touch of a membrane, where it is thought to be; without a time, the moment in which the membrane left
+        begins to hold the ball.
     """
 
     condition: Condition
-    more: tuple[float, ...] = ()
-    rest: StrandEvent | None = None
-    touch: tuple[bool, bool] | None = None
+    touch: Touching | None = None
+
+    @property
+    def rest(self) -> int | None:
+        """The impact that has no velocity: 0 for the bottom, 1 for the top."""
+        return self.condition.rests[0] if self.condition.rests else None
 
 
-def _candidates(sweep: Sweep, kind: CriticalKind, point: PolishedMotion) -> Iterator[Candidate]:
+@dataclass(frozen=True, slots=True)
+class Touching:
+    """A touch of a membrane: in the flight upward or not, of the membrane left or not, and a guess of its time."""
+
+    upward: bool
+    at_start: bool
+    time: float | None
+
+
+Equations = Callable[[list[Any]], list[Any]]
+"""q - 1/2 and phase, or the phase alone of a symmetric motion, and the time of a touch -> residuals, as many."""
+
+
+def _orbit_at(sweep: Sweep, x: Sequence[Any], symmetric: bool, ops: Any) -> Orbits:
+    """The motion of some unknowns: q - 1/2 and phase, or the phase alone of a symmetric motion; others may follow."""
+    r, n = ops.exact(sweep.device.restitution), sweep.device.period_ratio
+    return orbits(0 * r, x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
+
+
+def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: Any) -> Equations:
+    """What the unknowns have to fulfil in the closed form: the level of the sweep, and the condition.
+
+    Among the symmetric motions of a horizontal capsule, u = 0 takes the place of the level.
+    """
+    r, level, own = ops.exact(sweep.device.restitution), sweep.level_in(ops), 1 if symmetric else 2
+
+    def residuals(x: list[Any]) -> list[Any]:
+        orbit = _orbit_at(sweep, x, symmetric, ops)
+        held = [] if symmetric else [level_residual(level, orbit)]
+        return [*held, *_residuals(candidate, orbit, x[own:], r, ops)]
+
+    return residuals
+
+
+def _residuals(candidate: Candidate, orbit: Orbits, more: Sequence[Any], r: Any, ops: Any) -> list[Any]:
+    """What is zero where the condition holds."""
+    touch = candidate.touch
+    if touch is None:
+        if candidate.rest is not None:
+            return [orbit.velocity_top if candidate.rest else orbit.velocity_bottom]
+        return [candidate.condition.excess(return_trace(orbit, r), r * r)]
+    way = orbit.flights(r)[0 if touch.upward else 1]
+    if not more:
+        return [-way.pressing(way.cosine)]
+    (t,) = more
+    sine, cosine = way.turned(ops.sin(ops.pi * t), ops.cos(ops.pi * t))
+    covered = way.covered(t, cosine, ops.pi)
+    # Divided by the time, the distance to the membrane left is not zero at the start of the flight as well.
+    return [way.speed(t, sine, ops.pi), covered / t if touch.at_start else covered - orbit.d]
+
+
+def _candidates(sweep: Sweep, event: Event, point: OneToOne) -> Iterator[Candidate]:
     r, n = float(sweep.device.restitution), sweep.device.period_ratio
-    orbit = orbits(np.array([point.u]), np.array([point.phi]), r, n)
-    if kind is CriticalKind.NODE_FOCUS:
-        below = bool(return_trace(orbit, r)[0] < 0)
-        yield Candidate(CONDITIONS[StrandEvent.FOCUS_BELOW if below else StrandEvent.FOCUS_ABOVE])
-    elif kind is CriticalKind.PERIOD_DOUBLING:
-        yield Candidate(CONDITIONS[StrandEvent.DOUBLING])
-    elif kind is not CriticalKind.GRAZING:
-        yield Candidate(CONDITIONS[StrandEvent.MEETING])
+    orbit = orbits(np.array([point.u]), np.array([point.phi_bottom]), r, n)
+    if event is Event.NODE_FOCUS:
+        yield Candidate(Condition(event, sign=-1 if return_trace(orbit, r)[0] < 0 else 1))
+    elif event is not Event.GRAZING:
+        yield Candidate(Condition(event))
     else:
         # With hardly any gravity both velocities are small; the smaller one is that of the impact at rest.
-        speeds = sorted(
-            [(abs(point.velocity_bottom), StrandEvent.BOTTOM_REST), (abs(point.velocity_top), StrandEvent.TOP_REST)]
-        )
+        speeds = sorted([(abs(point.velocity_bottom), 0), (abs(point.velocity_top), 1)])
         resting = [rest for speed, rest in speeds if speed < AT_REST]
         for rest in resting:
-            yield Candidate(CONDITIONS[rest], rest=rest)
+            yield Candidate(Condition(Event.ZERO_VELOCITY, (rest,)))
         if not resting:
-            yield from _touching(orbit, r, n)
+            yield from (Candidate(Condition(event), touch) for touch in _touching(orbit, r))
 
 
-def _touching(orbit: Orbits, r: float, n: int) -> Iterator[Candidate]:
-    """Turning points near a wall, the nearest first, then touches shortly after an impact (see `polish_grazing`)."""
-    for _, time, upward, at_start in touches(orbit, r, n)[:FIRST_TRIES]:
-        yield Candidate(touch_condition(upward, at_start), (time,), touch=(upward, at_start))
+def _touching(orbit: Orbits, r: float) -> Iterator[Touching]:
+    """Turning points near a wall, the nearest first, then touches shortly after an impact."""
+    for _, time, upward, at_start in touches(orbit, r)[:FIRST_TRIES]:
+        yield Touching(upward, at_start, time)
     for upward, way in zip((True, False), orbit.flights(r), strict=True):
         acceleration, jerk = float(way.pressing(way.cosine)[0]), float(way.jerk(way.sine)[0])
         if r == 0:
             # The ball leaves at rest, and touches where the membrane begins to hold it.
-            yield Candidate(pressing_condition(upward, 0.0), touch=(upward, True))
+            yield Touching(upward, True, None)
         elif acceleration * jerk < 0:
-            yield Candidate(touch_condition(upward, True), (-1.5 * acceleration / jerk,), touch=(upward, True))
+            yield Touching(upward, True, -1.5 * acceleration / jerk)
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,15 +309,15 @@ class ProvedPoint:
     admissible: bool | None
 
 
-def _prove(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Candidate) -> ProvedPoint:
+def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) -> ProvedPoint:
     """Prove a point, or say by an `UnprovedError` why not."""
     ops, r, n = BallOps(), ball(sweep.device.restitution), sweep.device.period_ratio
     root = _root(sweep, point, symmetric, candidate)
     (time,) = root.box[1 if symmetric else 2 :] or [None]
-    orbit = _simplified(orbit_at(sweep, root.box, symmetric, ops), sweep.level_in(ops), candidate.rest, r, n)
+    orbit = _simplified(_orbit_at(sweep, root.box, symmetric, ops), sweep.level_in(ops), candidate.rest, r, n)
     _check_signs(orbit, candidate.rest)
     if time is not None and not 0 < time < (
-        orbit.time_up if candidate.touch and candidate.touch[0] else orbit.time_down
+        orbit.time_up if candidate.touch and candidate.touch.upward else orbit.time_down
     ):
         raise UnprovedError("the touch of the membrane is not within the flight")
     value = sweep.value(orbit.d, orbit.gbar, ops)
@@ -285,8 +325,9 @@ def _prove(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Cand
         raise UnprovedError("no value of the swept parameter is proved to give the groups of the motion")
     if not value.rad() <= WIDEST * abs(value):
         raise UnprovedError("the enclosure of the swept value stays wide")
-    grazing = bool(candidate.rest or candidate.touch)
-    blurred = candidate.condition in FOCI and not r * r > SHORTEST_FOCUS
+    event = candidate.condition.event
+    grazing = event in (Event.GRAZING, Event.ZERO_VELOCITY)
+    blurred = event is Event.NODE_FOCUS and not r * r > SHORTEST_FOCUS
     return ProvedPoint(
         orbit=orbit,
         value=value,
@@ -297,49 +338,48 @@ def _prove(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Cand
     )
 
 
-def _root(sweep: Sweep, point: PolishedMotion, symmetric: bool, candidate: Candidate) -> Root:
+def _root(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) -> Root:
     """The one solution near a point of the candidate's condition and the level; its unknowns are q, phase, and more."""
-    unknowns = [("q", point.u, abs(point.u) or 1.0), ("phase", point.phi, 1.0)][1 if symmetric else 0 :]
+    unknowns = [("q", point.u, abs(point.u) or 1.0), ("phase", point.phi_bottom, 1.0)][1 if symmetric else 0 :]
     start, scale = [x for _, x, _ in unknowns], [size for _, _, size in unknowns]
-    system = equations(sweep, candidate.condition, symmetric, BallOps())
-    root = prove(system, [*start, *candidate.more], [*scale, *(abs(t) or 1.0 for t in candidate.more)])
+    system = _equations(sweep, candidate, symmetric, BallOps())
+    more = [] if candidate.touch is None or candidate.touch.time is None else [candidate.touch.time]
+    root = prove(system, [*start, *more], [*scale, *(abs(t) or 1.0 for t in more)])
     for (name, stated, size), x in zip(unknowns, root.box, strict=False):
         if not abs(x - ball(stated)) <= PLACE * size:
             raise UnprovedError(f"the {name} that solves the equations is not the one stated")
     return root
 
 
-def _simplified(orbit: Orbits, level: Level, rest: StrandEvent | None, r: Ball, n: int) -> Orbits:
+def _simplified(orbit: Orbits, level: Level, rest: int | None, r: Ball, n: int) -> Orbits:
     """Put in what the conditions say exactly; the velocity at the top then follows by (3.8)."""
     gbar = level.value if level.held is Held.GBAR else orbit.gbar
     d = level.value if level.held is Held.D else orbit.d
     both = 2 * n * gbar / (1 + r)
     bottom = orbit.velocity_bottom
     if rest is not None:
-        bottom = 0 * r if rest is StrandEvent.BOTTOM_REST else both
-    top = 0 * r if rest is StrandEvent.TOP_REST else both - bottom
+        bottom = 0 * r if rest == 0 else both
+    top = 0 * r if rest == 1 else both - bottom
     return replace(orbit, gbar=gbar, d=d, velocity_bottom=bottom, velocity_top=top)
 
 
-def _check_signs(orbit: Orbits, rest: StrandEvent | None) -> None:
+def _check_signs(orbit: Orbits, rest: int | None) -> None:
     # An impact without velocity is what the condition asks for; at q = 1/2 it takes the other one with it.
     bottom, top = orbit.velocity_bottom, orbit.velocity_top
     moving = bottom > 0 and top < 0
-    resting = rest and (bottom > 0 or bottom == 0) and (top < 0 or top == 0)
+    resting = rest is not None and (bottom > 0 or bottom == 0) and (top < 0 or top == 0)
     if not (moving or resting):
         raise UnprovedError("the impact velocities do not have the signs of a motion")
     if not (orbit.d > 0 and abs(orbit.u) < 0.5):
         raise UnprovedError("the length or a flight time is not positive")
 
 
-def _admissible(
-    orbit: Orbits, r: Ball, touch: tuple[bool, bool] | None, time: Ball | None, symmetric: bool
-) -> bool | None:
+def _admissible(orbit: Orbits, r: Ball, touch: Touching | None, time: Ball | None, symmetric: bool) -> bool | None:
     """Whether the ball is proved to stay between the membranes, but for a touch; None where it is undecided."""
     inside = []
     for upward, way in zip((True, False), orbit.flights(r), strict=True):
-        touching = touch is not None and (symmetric or upward == touch[0])
-        inside.append(stays_between(way, (time, touch[1]) if touch and touching else None))
+        touching = touch is not None and (symmetric or upward == touch.upward)
+        inside.append(stays_between(way, (time, touch.at_start) if touch and touching else None))
     return False if False in inside else None if None in inside else True
 
 
@@ -349,7 +389,7 @@ def _slope(sweep: Sweep, box: list[Ball], symmetric: bool) -> int:
     level = sweep.level_in(ops)
 
     def functions(x: list[Any]) -> list[Any]:
-        orbit = orbit_at(sweep, x, symmetric, ops)
+        orbit = _orbit_at(sweep, x, symmetric, ops)
         held = [] if symmetric else [level_residual(level, orbit)]
         return [return_trace(orbit, r), sweep.coordinate(orbit), *held]
 
@@ -369,12 +409,12 @@ def _cross(a: Sequence[Ball], b: Sequence[Ball]) -> Ball:
     return a[0] * b[1] - a[1] * b[0]
 
 
-def _stated(critical: CriticalPoint, point: PolishedMotion, proof: ProvedPoint, bits: int) -> Certificate:
+def _stated(critical: Point, point: Point, proof: ProvedPoint, bits: int) -> Certificate:
     """The certificate of a proved point."""
     orbit, value = proof.orbit, proof.value
     return Certificate(
         label=critical.label,
-        kind=critical.kind,
+        kind=critical.event,
         proved=True,
         reason="",
         sweep_value=bounds(value),
@@ -386,23 +426,26 @@ def _stated(critical: CriticalPoint, point: PolishedMotion, proof: ProvedPoint, 
         bits=bits,
         bound_holds=bool(abs(value - ball(point.sweep_value)) <= point.error_bound),
         radius=proof.root.radius,
-        side=_side(critical.kind, proof.slope, proof.negative),
+        side=_side(critical.event, proof.slope, proof.negative),
         admissible=proof.admissible,
-        beyond=tuple(
-            name
-            for name in ("u", "phi", "d", "gbar", "velocity_bottom", "velocity_top")
-            if not abs(getattr(orbit, name) - ball(getattr(point, name))) <= point.bounds[name]
-        ),
+        beyond=tuple(name for name in STATED if not _holds(point, name, getattr(orbit, name))),
     )
 
 
-def _side(kind: CriticalKind, slope: int, negative: bool) -> str:
+def _holds(point: Point, name: str, proved: Ball) -> bool:
+    """Whether a number of a point is proved to be within its stated error bound."""
+    own = "phi_bottom" if name == "phi" else name
+    stated = getattr(point, name) if name in ("d", "gbar") else getattr(point.closed, own)
+    return bool(abs(proved - ball(stated)) <= point.closed.bounds[own])
+
+
+def _side(kind: Event, slope: int, negative: bool) -> str:
     """What lies on which side, where the sign of the trace's slope is known.
 
     Stable is what has a trace between -(1 + r^4) and 1 + r^4, a focus between -2 r^2 and 2 r^2.
     """
-    if not slope or kind in (CriticalKind.FOLD, CriticalKind.GRAZING):
+    if not slope or kind in (Event.FOLD, Event.GRAZING):
         return ""
-    type_changes = kind is CriticalKind.NODE_FOCUS
-    inward = slope if kind is CriticalKind.PERIOD_DOUBLING or (type_changes and negative) else -slope
+    type_changes = kind is Event.NODE_FOCUS
+    inward = slope if kind is Event.PERIOD_DOUBLING or (type_changes and negative) else -slope
     return f"{'focus' if type_changes else 'stable'} {'above' if inward > 0 else 'below'}"

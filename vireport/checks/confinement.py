@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 
 from vireport.checks.enclosures import Ball, BallOps, dyadic
-from vireport.motions import Flight
+from vireport.physics import Flight
 
 DEEPEST, MOST_PARTS = 100, 3000
 """Halvings of a flight, and parts of it, before it is left undecided whether the ball stays between the membranes."""
@@ -62,10 +62,10 @@ def _moving(way: Flight, t: Ball) -> tuple[Ball, Ball, Ball]:
     ops, middle = BallOps(), t.mid()
     acceleration = way.pressing(way.turned(*t.sin_cos_pi())[1])
     sine, cosine = way.turned(*middle.sin_cos_pi())
-    speed = way.speed(middle, sine, ops) + acceleration * (t - middle)
-    return way.covered(middle, cosine, ops) + speed * (t - middle), speed, acceleration
+    speed = way.speed(middle, sine, ops.pi) + acceleration * (t - middle)
+    return way.covered(middle, cosine, ops.pi) + speed * (t - middle), speed, acceleration
 
 
 def _jerk(way: Flight, t: Ball) -> Ball:
     """Rate of the acceleration away from the wall left, over all times in a ball."""
-    return way.jerk(way.turned(*t.sin_cos_pi())[0], BallOps())
+    return way.jerk(way.turned(*t.sin_cos_pi())[0], BallOps().pi)

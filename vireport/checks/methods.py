@@ -32,7 +32,7 @@ from vireport.checks.flights import (
 from vireport.checks.rootfinding import Floats, solve
 from vireport.design import design_point
 from vireport.motions import (
-    CriticalKind,
+    Event,
     Held,
     Jacobian,
     Orbits,
@@ -238,7 +238,7 @@ def printed_critical(target: Target, stop: float, budget: Budget) -> float:
         at_bottom, at_top = gbar + cos(phase), gbar + cos(phase + pi * up)
         first = flight_jacobian(up, velocity, top, at_bottom, at_top, r)
         second = flight_jacobian(2 * n - up, top, velocity, at_top, at_bottom, r)
-        return [*closed, product_trace(first, second) - target.trace]
+        return [*closed, product_trace([first, second]) - target.trace]
 
     x = solve(residual, [guess.velocity, guess.phase, guess.q, guess.value / unit], stop, FORMULA_NOISE)
     return float(x[3]) * unit
@@ -325,7 +325,7 @@ def _lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget)
     """How far a lap is from closing, in phase [rad] and velocity [y_c], and its trace from that asked for."""
     up, top, first = _carried(method, target, BOTTOM, state, budget)
     down, end, second = _carried(method, target, TOP, top, budget)
-    return np.array([pi * (up + down - 2 * target.n), end[1] - state[1], product_trace(first, second) - target.trace])
+    return np.array([pi * (up + down - 2 * target.n), end[1] - state[1], product_trace([first, second]) - target.trace])
 
 
 def _half_lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget) -> Complexes:
@@ -334,7 +334,7 @@ def _half_lap(method: FlightMethod, target: Target, state: Complexes, budget: Bu
     The determinant of this half of a lap is r^2.
     """
     up, top, (a11, _, _, a22) = _carried(method, target, BOTTOM, state, budget)
-    trace = (-1.0 if target.kind is CriticalKind.PITCHFORK else 1.0) * (1 + target.r**2)
+    trace = (-1.0 if target.kind is Event.PITCHFORK else 1.0) * (1 + target.r**2)
     return np.array([pi * (up - target.n), -top[1] - state[1], a11 - a22 - trace])
 
 
@@ -407,8 +407,8 @@ def whole_motion(target: Target, _: float, budget: Budget) -> SolvedMotion:
 
 def whole_critical(target: Target, _: float, budget: Budget) -> float:
     """The critical point among all that the package finds in the sweep, without a guess."""
-    points = [point for point in solve_sweep(target.sweep).critical_points if point.kind is target.kind]
-    return min((p.point.sweep_value for p in points), key=lambda value: abs(value - target.guess.value))
+    points = [point for point in solve_sweep(target.sweep).critical_points if point.event is target.kind]
+    return min((p.sweep_value for p in points), key=lambda value: abs(value - target.guess.value))
 
 
 def _shooting(

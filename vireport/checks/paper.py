@@ -16,15 +16,16 @@ import numpy as np
 
 from vireport.design import Solution, around_length
 from vireport.motions import (
-    CriticalKind,
-    CriticalPoint,
+    FARTHEST,
+    Event,
+    Point,
     Stability,
     Sweep,
     Symmetry,
     find_motions,
     motions_of,
-    polish,
-    value_condition,
+    orbits,
+    place_at,
 )
 from vireport.scenario import Parameter
 
@@ -55,7 +56,7 @@ class PrintedMotion:
 class PrintedPhase:
     """A critical point that the paper gives by the phase at one of its impacts, as printed."""
 
-    kind: CriticalKind
+    kind: Event
     letter: str
     printed: str
     impact: Literal["bottom", "top"]
@@ -66,7 +67,7 @@ class PrintedTypes:
     """A block of Table 1: types from small d to large on the branch that has a critical point of that kind."""
 
     family: Symmetry
-    kind: CriticalKind
+    kind: Event
     words: tuple[Stability, ...]
 
 
@@ -118,13 +119,13 @@ CASES = (
         parameter=Parameter.LENGTH,
         held=("amplitude_n", 3.0),
         phases=(
-            PrintedPhase(CriticalKind.PITCHFORK, "C1", "3.66", "top"),
-            PrintedPhase(CriticalKind.PERIOD_DOUBLING, "B1", "3.02", "top"),
+            PrintedPhase(Event.PITCHFORK, "C1", "3.66", "top"),
+            PrintedPhase(Event.PERIOD_DOUBLING, "B1", "3.02", "top"),
         ),
         letters=("A1", "A2", "A3"),
         types=(
-            PrintedTypes(Symmetry.SYMMETRIC, CriticalKind.PITCHFORK, (UNSTABLE, NODE, FOCUS)),
-            PrintedTypes(Symmetry.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE, FOCUS, NODE)),
+            PrintedTypes(Symmetry.SYMMETRIC, Event.PITCHFORK, (UNSTABLE, NODE, FOCUS)),
+            PrintedTypes(Symmetry.ASYMMETRIC, Event.PERIOD_DOUBLING, (UNSTABLE, NODE, FOCUS, NODE)),
         ),
         motion=PrintedMotion("Fig. 3(a, b)", "0.3688", "0.7153", "0.5924", "0.5", "0.56"),
         misprints=(*SLIPS, Misprint.SADDLE_NODE),
@@ -134,9 +135,9 @@ CASES = (
         inclination_deg=45.0,
         parameter=Parameter.LENGTH,
         held=("amplitude_n", 3.0),
-        phases=(PrintedPhase(CriticalKind.PERIOD_DOUBLING, "B1", "0.49", "bottom"),),
+        phases=(PrintedPhase(Event.PERIOD_DOUBLING, "B1", "0.49", "bottom"),),
         letters=(),
-        types=(PrintedTypes(Symmetry.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
+        types=(PrintedTypes(Symmetry.ASYMMETRIC, Event.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
         motion=PrintedMotion("Fig. 3(c, d)", "0.4604", "1.004", "0.5635", "0.587", "0.69"),
         misprints=SLIPS,
     ),
@@ -145,9 +146,9 @@ CASES = (
         inclination_deg=45.0,
         parameter=Parameter.AMPLITUDE,
         held=("length_m", 0.75),
-        phases=(PrintedPhase(CriticalKind.PERIOD_DOUBLING, "B1", "0.22", "bottom"),),
+        phases=(PrintedPhase(Event.PERIOD_DOUBLING, "B1", "0.22", "bottom"),),
         letters=(),
-        types=(PrintedTypes(Symmetry.ASYMMETRIC, CriticalKind.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
+        types=(PrintedTypes(Symmetry.ASYMMETRIC, Event.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
         motion=PrintedMotion("Fig. 3(e, f)", "0.2814", "0.726", "0.2101", "0.6507", "0.75"),
         misprints=(*SLIPS, Misprint.PERIOD_4),
     ),
@@ -299,7 +300,7 @@ def _critical_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]
         candidates = [
             (abs(ours - float(phase.printed)), ours, mirrored, point)
             for point in points
-            if point.kind is phase.kind
+            if point.event is phase.kind
             for ours, mirrored in _phases(point, phase.impact)
         ]
         if not candidates:
@@ -313,15 +314,15 @@ def _critical_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]
             yield _letter_row(point.label, point)
 
 
-def _letter_row(letter: str, point: CriticalPoint) -> ComparedRow:
-    return ComparedRow(PrintedQuantity.POINT_D, letter, "", point.point.d, Agreement.NOT_PRINTED)
+def _letter_row(letter: str, point: Point) -> ComparedRow:
+    return ComparedRow(PrintedQuantity.POINT_D, letter, "", point.d, Agreement.NOT_PRINTED)
 
 
-def _phases(point: CriticalPoint, impact: str) -> Iterator[tuple[float, bool]]:
+def _phases(point: Point, impact: str) -> Iterator[tuple[float, bool]]:
     """Phases at an impact: of the motion, and of its mirror image, half a period from the other impact."""
-    yield (point.point.phi if impact == "bottom" else point.phi_top), False
+    yield (point.closed.phi_bottom if impact == "bottom" else point.closed.phi_top), False
     if point.mirror is not None:
-        other = point.phi_top if impact == "bottom" else point.point.phi
+        other = point.closed.phi_top if impact == "bottom" else point.closed.phi_bottom
         yield (other + pi) % (2 * pi), True
 
 
@@ -335,18 +336,17 @@ def _motion_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
     guess = _stable_motion(sweep, value)
     if guess is None:
         return
-    points = [
-        polish(
-            sweep,
-            *guess,
-            value_condition(sweep, float(sweep.value(at, None))),
-            symmetric=case.inclination_deg == 0 and abs(guess[0]) < SYMMETRIC,
-        )
-        for at in (d, d - half, d + half)
+    horizontal = case.inclination_deg == 0 and abs(guess[0]) < SYMMETRIC
+    near = orbits(np.array([guess[0]]), np.array([guess[1]]), sweep.device.restitution, sweep.device.period_ratio)
+    places = [
+        place_at(sweep, float(sweep.value(at, None)), near, horizontal, FARTHEST) for at in (d, d - half, d + half)
     ]
-    yield _motion_row(PrintedQuantity.VELOCITY, printed, printed.velocity, [point.velocity_bottom for point in points])
-    yield _motion_row(PrintedQuantity.PHASE, printed, printed.phi, [point.phi for point in points])
-    yield _motion_row(PrintedQuantity.SHARE, printed, printed.q, [0.5 + point.u for point in points])
+    speeds = [
+        float(orbits(*place, sweep.device.restitution, sweep.device.period_ratio).velocity_bottom) for place in places
+    ]
+    yield _motion_row(PrintedQuantity.VELOCITY, printed, printed.velocity, speeds)
+    yield _motion_row(PrintedQuantity.PHASE, printed, printed.phi, [phi for _, phi in places])
+    yield _motion_row(PrintedQuantity.SHARE, printed, printed.q, [0.5 + u for u, _ in places])
     if case.parameter is Parameter.LENGTH:
         yield _motion_row(PrintedQuantity.LENGTH, printed, printed.length_m, [value])
 
@@ -371,7 +371,7 @@ def _stable_motion(sweep: Sweep, value: float) -> tuple[float, float] | None:
 def _type_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedTypes]:
     points = solution.critical_points
     for types in case.types:
-        branch = next((point.branch for point in points if point.kind is types.kind), None)
+        branch = next((point.families[0] for point in points if point.event is types.kind), None)
         ours = tuple(row.stability for row in solution.table if row.branch == branch)
         if ours:
             yield ComparedTypes(types.family, types.words, ours)

@@ -99,5 +99,5 @@ def reproduce(solution: Solution) -> Reproduction | None:
 
 def _periods_to_die_out(trace: float, discriminant: float, r: float) -> int:
     """Periods in which the larger multiplier takes the distance from the motion to a small share of `REPRODUCED`."""
-    largest = r * r if discriminant < 0 else max(map(abs, eigenvalues(trace, r)))
+    largest = r * r if discriminant < 0 else max(map(abs, eigenvalues(trace, r * r)))
     return 2 + ceil(log(SMALL * REPRODUCED / ASIDE) / log(max(largest, SMALL)))

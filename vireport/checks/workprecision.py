@@ -49,8 +49,7 @@ WRONG = 0.1
 """Error from which a method has found something else than what was asked for: far more than the guess is off."""
 
 ELSEWHERE = 1e-6
-"""Setting below which a method is not held to less: three times a setting is the error from which its answer, where it
-follows flights, is something else than what was asked for."""
+"""A third of the least error from which a run has found something else, where its setting alone limits the error."""
 
 ASYMPTOTIC = 0.03
 """Error above which a run is left out of a fitted order."""

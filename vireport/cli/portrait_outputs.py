@@ -124,5 +124,5 @@ def _table(found: list[Found], place: str) -> Table:
 def _png(drawn: list[Found], sweep: Sweep, place: str) -> bytes:
     from vireport.figures import held_by, portraits_picture
 
-    shown = [portrait_of(family.curve.model, motion, place) for _, family, motion in drawn]
+    shown = [portrait_of(family.model, motion, place) for _, family, motion in drawn]
     return portraits_picture(shown, held_by(sweep.device, (sweep.parameter,))).png

@@ -147,7 +147,7 @@ def _ranked(drawing: Drawing) -> Drawing:
     The number of a branch stands for another family in another scenario.
     """
     stable = {part.branch.number for part in drawing.parts if part.stable}
-    families = {part.branch.number: part.branch.family for part in drawing.parts}
+    families = {part.branch.number: part.branch.symmetry for part in drawing.parts}
     ordered = sorted(
         drawing.branches, key=lambda number: (families[number] != "symmetric", number not in stable, number)
     )

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Literal
 
-from vireport.motions import CriticalKind, Stability
+from vireport.motions import Event, Stability
 from vireport.physics import Device
 from vireport.scenario import DesignInput, Parameter, ScalarInput
 
@@ -208,7 +208,7 @@ def _stable_motions(design: Mapping[str, Any] | None) -> tuple[Quantity, Entry]:
 
 def _critical_points(points: Sequence[Mapping[str, Any]], swept: Parameter) -> Items:
     for point in points:
-        kind, value, d = CriticalKind(point["kind"]).words, float(point["sweep_value"]), float(point["d"])
+        kind, value, d = Event(point["kind"]).words, float(point["sweep_value"]), float(point["d"])
         bound = float(point["error_bound"])
         held = HELD if swept is Parameter.INCLINATION else ""
         # d goes with the square of a frequency, and with the first power of a length or of the inverse of a force.
@@ -250,7 +250,7 @@ def _end(part: Mapping[str, Any], end: str) -> tuple[float, str, float]:
 def _margins(margins: Sequence[Mapping[str, Any]], device: Device, swept: Parameter | None) -> Items:
     """Distances to the critical points that end the stable motions of the design point, in per cent, nearest first."""
     for margin in margins:
-        varied, kind = DesignInput(margin["parameter"]), CriticalKind(margin["kind"]).words
+        varied, kind = DesignInput(margin["parameter"]), Event(margin["kind"]).words
         critical = float(margin["sweep_value"])
         design = critical - float(margin["distance"])
         if not margin["ends_stability"] or margin["relative"] is None:

@@ -113,7 +113,7 @@ class Ranked:
             "smallest_margin": room if room is not None and isfinite(room) else None,
             "margin_limited": None if room is None else isfinite(room),
             "margin_parameter": None if self.margin is None else str(self.margin.parameter),
-            "margin_kind": None if self.margin is None else str(self.margin.kind),
+            "margin_kind": None if self.margin is None else str(self.margin.event),
             "u_ave_v": self.merits[Merit.VOLTAGE],
             "u_per_second_v": self.merits[Merit.RATE],
             "stable_range": [[part.start, part.end] for part in self.study.solution.stable_ranges],
@@ -286,6 +286,6 @@ def _ends(design: DesignPoint) -> Iterator[str]:
         if end is None:
             yield "none"
         elif end.relative is None:
-            yield f"{'+' if end.distance > 0 else ''}{varied.show(end.distance, 3)} {end.kind.letter}"
+            yield f"{'+' if end.distance > 0 else ''}{varied.show(end.distance, 3)} {end.event.letter}"
         else:
-            yield f"{percent(end.relative, signed=True)} {end.kind.letter}"
+            yield f"{percent(end.relative, signed=True)} {end.event.letter}"

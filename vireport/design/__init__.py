@@ -1,7 +1,9 @@
 """The design point: its motions, their margins, tolerances and yield, and how strongly they hang on each input."""
 
+from vireport.design import margins
 from vireport.design.devices import FACTOR_OF, devices_off, region_of
-from vireport.design.margins import HIGHEST_RESTITUTION, Margin
+from vireport.design.lines import HIGHEST_RESTITUTION
+from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval, around_length, design_point, motions_at, stable_ranges
 from vireport.design.proof import prove_again
 from vireport.design.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
@@ -24,6 +26,7 @@ __all__ = [
     "design_point",
     "devices_off",
     "input_error",
+    "margins",
     "mass_elasticity",
     "motions_at",
     "prove_again",

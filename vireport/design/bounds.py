@@ -64,11 +64,11 @@ def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str,
         critical = branch.critical_point(row)
         if critical is None:
             continue
-        own = {**critical.point.bounds, "sweep_value": critical.point.error_bound}
+        own = {**critical.closed.bounds, "sweep_value": critical.error_bound}
         for name in ("sweep_value", "d", "gbar", "velocity_bottom", "velocity_top"):
             bounds[name][row] = max(bounds[name][row], own[name])
         bounds["q"][row] = max(bounds["q"][row], own["u"])
-        bounds["phi_bottom"][row] = max(bounds["phi_bottom"][row], own["phi"])
+        bounds["phi_bottom"][row] = max(bounds["phi_bottom"][row], own["phi_bottom"])
     return bounds
 
 

@@ -1,64 +1,42 @@
 """How far a design point is, in every input, from where its stable motions end.
 
-Each stable motion is followed along the lines on which the inputs move it (see `continuation`), and where it ends is
-polished in long decimals together with the position on the line, from which the values of the inputs follow exactly.
+Where a stable motion ends along a line (see `lines`) is solved for in decimals together with the position on the line,
+from which the values of the inputs follow exactly.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from decimal import Decimal, localcontext
-from enum import Enum
-from math import inf
+from math import inf, pi
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.design.continuation import (
-    BRACKET,
-    IMAGINARY,
-    LONGEST_STEP,
-    Endpoint,
-    Paths,
-    follow,
-)
+from vireport.design.lines import LINES, Ending, Line, along, endings, mirrored, value_at
 from vireport.motions import (
-    CONDITIONS,
     DECIMALS,
-    POLISHED_NUMBERS,
-    Change,
     Condition,
-    CriticalKind,
-    CriticalPoint,
-    Equations,
+    Event,
+    Motion,
     Motions,
     Orbits,
-    PolishedMotion,
-    StrandEvent,
-    Symmetry,
-    newton,
+    Point,
+    Solved,
+    in_decimals,
+    linearised,
+    motion_of,
+    one_to_one,
     orbits,
-    polish_grazing,
-    rounded_motion,
-    singled_out,
+    point_of,
+    solve_one_to_one,
 )
-from vireport.physics import (
-    COMPLEX,
-    DIGITS,
-    FINEST_D,
-    FLOATS,
-    NO_GRAVITY,
-    Device,
-)
-from vireport.scenario import DesignInput, Parameter
+from vireport.physics import FLOATS, Device
+from vireport.scenario import DesignInput
 
 Floats = NDArray[np.float64]
-
-HIGHEST_RESTITUTION = 0.99
-"""Up to which margins in restitution are looked for; no pair of materials is known to have more."""
 
 SAME_POINT = 1e-9
 """Relative difference of two values below which two critical points are one."""
@@ -67,48 +45,10 @@ LARGEST_SHARE = 1e100
 """Largest relative margin; beyond it the design value is as good as zero."""
 
 
-class Line(Enum):
-    """A straight line through a design point in (d, gbar, r); the value is the inputs that move a device along it.
+OPEN = 8e-7
+"""Part of a position, and of one more than it, that is left open where an end is located but does not settle."""
 
-    The position on it is 0 at the design point. Along the first two it is the relative change of d, along the others
-    the change of gbar and of r. While a motion is followed, the logarithm of d stands for its relative change.
-    """
-
-    LENGTHS = DesignInput.LENGTH, DesignInput.FREQUENCY
-    FORCES = DesignInput.AMPLITUDE, DesignInput.CAPSULE_MASS
-    GRAVITY = (DesignInput.INCLINATION,)
-    RESTITUTION = (DesignInput.RESTITUTION,)
-
-    def direction(self, d: Any, gbar: Any) -> tuple[Any, Any, Any]:
-        """Change of (d, gbar, r) with the position, at the groups of the design point."""
-        growth, shift = self.rates
-        d_growth, gbar_growth, r_growth = (
-            g * start + s for g, start, s in zip(growth, (d, gbar, 0), shift, strict=True)
-        )
-        return d_growth, gbar_growth, r_growth
-
-    @property
-    def rates(self) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
-        """How (d, gbar, r) change along it: as exponential functions of the position, and in proportion to it."""
-        fixed = 0, 0, 0
-        return {
-            Line.LENGTHS: ((1, 0, 0), fixed),
-            Line.FORCES: ((1, 1, 0), fixed),
-            Line.GRAVITY: (fixed, (0, 1, 0)),
-            Line.RESTITUTION: (fixed, (0, 0, 1)),
-        }[self]
-
-    @staticmethod
-    def sense(varied: DesignInput) -> float:
-        """1 where an input grows with the position on its line, -1 where it falls."""
-        return -1.0 if varied is DesignInput.AMPLITUDE else 1.0
-
-    def position(self, followed: float) -> float:
-        """The position, from that by which a motion was followed."""
-        return float(np.expm1(followed)) if self in (Line.LENGTHS, Line.FORCES) else followed
-
-
-LINES, INPUTS = tuple(Line), tuple(DesignInput)
+INPUTS = tuple(DesignInput)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,9 +58,9 @@ class Margin:
     Attributes
     ----------
     parameter : DesignInput
-    point : CriticalPoint
+    point : Point
         Its label is that of the scenario's sweep, "" where it does not lie on it; without a sweep it is only unique
-        within one input. Its branch is 0 where it is none of the sweep's critical points.
+        within one input. It lies on families only if it is one of the sweep's critical points.
     distance : float
         The input's value there less the design value.
     relative : float or None
@@ -135,7 +75,7 @@ class Margin:
     """
 
     parameter: DesignInput
-    point: CriticalPoint
+    point: Point
     distance: float
     relative: float | None
     ends_stability: bool
@@ -143,9 +83,9 @@ class Margin:
     derivatives: dict[DesignInput, float | None]
 
     @property
-    def kind(self) -> CriticalKind:
-        """Of the critical point."""
-        return self.point.kind
+    def event(self) -> Event:
+        """What happens at the critical point."""
+        return self.point.event
 
     @property
     def label(self) -> str:
@@ -154,13 +94,13 @@ class Margin:
 
     @property
     def name(self) -> str:
-        """Kind and label of the critical point."""
-        return f"{self.kind.words} {self.label}".rstrip()
+        """Event and label of the critical point."""
+        return f"{self.event.words} {self.label}".rstrip()
 
     @property
     def sweep_value(self) -> float:
         """Where the critical point is, in the input's unit."""
-        return self.point.point.sweep_value
+        return self.point.sweep_value
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,13 +120,13 @@ class Margins:
 
 
 def margin(
-    device: Device, parameter: DesignInput, point: CriticalPoint, ends: bool, derivatives: dict[DesignInput, Any]
+    device: Device, parameter: DesignInput, point: Point, ends: bool, derivatives: dict[DesignInput, Any]
 ) -> Margin:
     """Measure how far a critical point of one input is from a device's value of it."""
     value = cast(float, getattr(device, parameter))
-    distance = point.point.sweep_value - value
+    distance = point.sweep_value - value
     relative = distance / value if abs(distance) < LARGEST_SHARE * value else None
-    error = point.point.error_bound + float(np.spacing(abs(distance)))
+    error = point.error_bound + float(np.spacing(abs(distance)))
     return Margin(parameter, point, distance, relative, ends, error, derivatives)
 
 
@@ -218,217 +158,132 @@ def margins_of(
     """
     found: list[Margin] = []
     unresolved: list[DesignInput] = []
-    for end in follow(_paths(device, motions, lines, signs)):
-        line = LINES[end.source]
-        if end.event is None:
-            unresolved += line.value
-        elif end.event not in (StrandEvent.START, StrandEvent.END):
-            found += _margins_at(device, line, end)
+    for end in endings(device, motions, lines, signs):
+        if end.event is Event.LOST:
+            unresolved += end.line.value
+        elif end.event is not Event.SWEEP_END:
+            found += _margins_at(device, end)
     return Margins(tuple(nearest_first(found)), tuple(dict.fromkeys(unresolved)))
 
 
-def mirrored(device: Device) -> bool:
-    """Whether the motions have mirror images."""
-    return bool(device.inclination_deg == 0 and device.period_ratio % 2 == 1)
-
-
-def _paths(device: Device, motions: Motions, lines: Sequence[Line], signs: tuple[float, ...]) -> Paths:
-    """Every stable motion on every line, in the directions in which the line goes on."""
-    d, gbar = (float(group) for group in device.groups(Parameter.LENGTH, device.length_m))
-    r, reflected = float(device.restitution), mirrored(device)
-    rows = []
-    for row in np.flatnonzero(motions.stable):
-        for line in lines:
-            low, high = _extent(line, device, d, gbar)
-            flat = reflected and line is not Line.GRAVITY
-            if flat and motions.u[row] < 0:
-                continue  # the mirror image of another
-            symmetric = flat and bool(motions.u[row] == 0)
-            start = (motions.u[row], motions.phi_bottom[row], 0.0)
-            for sign in signs:
-                if (low if sign < 0 else high) != 0:
-                    flags = symmetric, flat > symmetric
-                    rows.append((*line.rates, low, high, sign, *flags, start, LINES.index(line), False))
-    columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.empty((0, 3))] * 10
-    return Paths((d, gbar, r), device.period_ratio, *columns)
-
-
-def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
-    """The values of an input between which ends of stable motion are looked for."""
-    low, high = varied.limits
-    if varied is DesignInput.RESTITUTION:
-        high = max(HIGHEST_RESTITUTION, (1 + device.restitution) / 2)
-    return low, high
-
-
-def _extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, float]:
-    """How far motions are followed: until the length is lost in rounding, 0 and 90 degrees, the limits of r."""
-    if line is Line.GRAVITY:
-        upright = device.capsule_mass_kg * device.gravity_m_s2 / device.amplitude_n
-        return (-gbar, upright - gbar if device.inclination_deg != 90 else 0.0) if upright > NO_GRAVITY else (0.0, 0.0)
-    if line is Line.RESTITUTION:
-        least, most = reach(device, DesignInput.RESTITUTION)
-        return least - device.restitution, most - device.restitution
-    return float(np.log(device.finest(FINEST_D) / d)), inf
-
-
-def value_at(device: Device, varied: DesignInput, position: Any, groups: tuple[Any, Any], ops: Any) -> Any:
-    """The value of an input that moves a device from its design point to a position on the input's line."""
-    value, grown = ops.exact(getattr(device, varied)), 1 + position
-    match varied:
-        case DesignInput.FREQUENCY:
-            return value * ops.sqrt(grown)
-        case DesignInput.AMPLITUDE:
-            return value / grown
-        case DesignInput.INCLINATION:
-            return device.value(Parameter.INCLINATION, groups[0], groups[1] + position, ops)
-        case DesignInput.RESTITUTION:
-            return value + position
-        case _:
-            return value * grown
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LinePoint:
-    """A motion on a line that a condition singles out, in decimals: its unknowns, and the motion itself.
-
-    `more` are the condition's further unknowns.
-    """
-
-    condition: Condition
-    u: Decimal
-    phi: Decimal
-    position: Decimal
-    more: tuple[Decimal, ...]
-    orbit: Orbits
-
-
-def _equations(device: Device, line: Line, condition: Condition, symmetric: bool, ops: Any) -> Equations:
-    """What the unknowns (u,) phi, position and those of the condition have to fulfil on a line."""
-    d, gbar = device.groups(Parameter.LENGTH, device.length_m, ops)
-    along_d, along_gbar, along_r = line.direction(d, gbar)
-    restitution, n = ops.exact(device.restitution), device.period_ratio
-
-    def residuals(x: list[Any]) -> list[Any]:
-        u, phi, position, *more = [0 * x[0], *x] if symmetric else x
-        r = restitution + position * along_r
-        orbit = orbits(u, phi, r, n, ops)
-        held = [] if symmetric else [orbit.gbar - gbar - position * along_gbar]
-        return [orbit.d - d - position * along_d, *held, *condition(orbit, more, r, ops)]
-
-    return residuals
-
-
-def _polished(device: Device, line: Line, end: Endpoint) -> LinePoint:
-    """Solve for the end of a motion on a line; to be called at the precision that is wanted."""
-    r = float(device.restitution) + (end.x[2] if line is Line.RESTITUTION else 0.0)
-    symmetric, n = end.symmetric, device.period_ratio
-
-    def polished(u: Any, phi: Any, condition: Condition, more: tuple[float, ...]) -> LinePoint:
-        guess = [Decimal(v) for v in (*(() if symmetric else (u,)), phi, line.position(float(end.x[2])), *more)]
-        exact, double = (_equations(device, line, condition, symmetric, kind) for kind in (DECIMALS, FLOATS))
-        relative = {len(guess) - 1} if more else set()
-        relative |= {0} if not symmetric and line is not Line.GRAVITY else set()
-        x = newton(exact, double, guess, relative)
-        u, phi, position, *times = [Decimal(0), *x] if symmetric else x
-        known = DECIMALS.exact(device.restitution) + (position if line is Line.RESTITUTION else 0)
-        return LinePoint(condition, u, phi, position, tuple(times), orbits(u, phi, known, n, DECIMALS))
-
-    u, phi, _ = map(float, end.x)
-    if end.event is StrandEvent.GRAZING:
-        near = orbits(np.array([u]), np.array([phi]), r, n)
-        return cast(LinePoint, polish_grazing(near, r, n, polished))
-    return polished(u, phi, CONDITIONS[cast(StrandEvent, end.event)], ())
-
-
-def _margins_at(device: Device, line: Line, end: Endpoint) -> list[Margin]:
+def _margins_at(device: Device, end: Ending) -> list[Margin]:
     """The margins that the end of a motion on a line is in the line's inputs."""
-    event = cast(StrandEvent, end.event)
-    kind, change = (CriticalKind.PITCHFORK, Change.HANDOVER) if end.pitchfork else (event.kind, event.change)
-    family = Symmetry.SYMMETRIC if end.symmetric else Symmetry.ASYMMETRIC
-    flat = line is not Line.GRAVITY and bool(device.inclination_deg == 0)
-    found = []
-    with localcontext() as context:
-        context.prec = DIGITS
-        groups = device.groups(Parameter.LENGTH, device.length_m, DECIMALS)
+    with in_decimals():
         try:
-            point = _polished(device, line, end)
+            solved, rests, touches = _solved(device, end)
         except (NumericalError, ArithmeticError):
-            point = None
-        normal = None if point is None else _normal(device, line, point, end)
-        for varied in line.value:
-            if point is None:
-                motion = _bracketed(device, line, varied, end)
-            else:
-                value = value_at(device, varied, point.position, groups, DECIMALS)
-                r = float(value) if line is Line.RESTITUTION else float(device.restitution)
-                motion = rounded_motion(point.orbit, value, r, device.period_ratio, flat)
-            critical = CriticalPoint("", kind, family, motion, None, 0, change)
-            derivatives = _derivatives(device, varied, motion, normal)
-            if mirrored(device) and line is not Line.GRAVITY:
+            return [
+                margin(device, varied, _bracketed(device, varied, end), True, _no_derivatives(varied))
+                for varied in end.line.value
+            ]
+        normal, found = _normal(solved, end, rests), []
+        event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
+        for varied in end.line.value:
+            value = value_at(device, varied, solved.x[-1], solved.groups, DECIMALS)
+            point = point_of(solved, event, value, rests, touches)
+            derivatives = _derivatives(device, varied, point, normal)
+            if mirrored(device) and end.line is not Line.GRAVITY:
                 # Tilted to either side, a fold of symmetric motions moves alike; other ends come in pairs that part.
-                derivatives[DesignInput.INCLINATION] = 0.0 if end.symmetric and kind is CriticalKind.FOLD else None
-            found.append(margin(device, varied, critical, True, derivatives))
-    return found
+                derivatives[DesignInput.INCLINATION] = 0.0 if end.symmetric and event is Event.FOLD else None
+            found.append(margin(device, varied, point, True, derivatives))
+        return found
 
 
-def _bracketed(device: Device, line: Line, varied: DesignInput, end: Endpoint) -> PolishedMotion:
-    """The end of a motion as it was bracketed, where the polish does not settle."""
-    u, phi, followed = map(float, end.x)
-    position = line.position(followed)
-    d, gbar = device.groups(Parameter.LENGTH, device.length_m)
-    r = float(device.restitution) + (position if line is Line.RESTITUTION else 0.0)
-    orbit = orbits(u, phi, r, device.period_ratio)
-    numbers = {name: float(getattr(orbit, name)) for name in POLISHED_NUMBERS}
-    open_ = BRACKET * LONGEST_STEP * (1 + abs(position))
-    bounds = {name: open_ * (1 + abs(x)) for name, x in numbers.items()}
-    value, *ends = (
-        float(value_at(device, varied, position + step, (d, gbar), FLOATS)) for step in (0.0, -open_, open_)
+def _place(device: Device, end: Ending) -> tuple[Orbits, float]:
+    """The 1:1 motion at the end of a motion, as far as it is known (arrays of length one), and its restitution."""
+    n, r = device.period_ratio, along(end.line, device, FLOATS).at((float(end.x[-1]),))[2]
+    u = 0.0 if end.symmetric else float(end.x[3] - end.x[2]) / (2 * n) - 0.5
+    return orbits(np.array([u]), np.array([pi * end.x[2]]), r, n), r
+
+
+def _solved(device: Device, end: Ending) -> tuple[Solved, tuple[int, ...], tuple[int, ...]]:
+    """Solve for the end of a motion on a line; its impacts without velocity, and those of them that are touches."""
+    orbit, r = _place(device, end)
+    rests: tuple[int, ...] = ()
+    if end.event is Event.ZERO_VELOCITY:
+        rests = (0, 1) if end.symmetric else (int(np.argmin(np.abs(end.x[:2]))),)
+    condition, position = Condition(end.event, rests), float(end.x[-1])
+    solved, touches = solve_one_to_one(
+        lambda ops: along(end.line, device, ops), orbit, r, device.period_ratio, position, condition, end.symmetric
     )
-    return singled_out(r, device.period_ratio, numbers, bounds, value, max(abs(other - value) for other in ends))
+    return solved, (*rests, *touches), touches
 
 
-def _normal(device: Device, line: Line, point: LinePoint, end: Endpoint) -> Floats:
+def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
+    """The end of a motion as it was located, where it does not settle in decimals."""
+    orbit, r = _place(device, end)
+    position, line = float(end.x[-1]), along(end.line, device, FLOATS)
+    numbers = {name: float(getattr(orbit, field)[0]) for name, field in LOCATED.items()}
+    left_open = OPEN * (1 + abs(position))
+    bounds = {name: left_open * (1 + abs(x)) for name, x in numbers.items()}
+    value, *ends = (
+        float(value_at(device, varied, at, line.at((at,)), FLOATS))
+        for at in (position, position - left_open, position + left_open)
+    )
+    event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
+    closed = one_to_one(r, device.period_ratio, numbers, bounds)
+    motion = motion_of(orbit, device.period_ratio, position)
+    error = max(abs(other - value) for other in ends)
+    return Point(event, motion, numbers["d"], numbers["gbar"], value, error, closed)
+
+
+LOCATED = {"u": "u", "phi_bottom": "phi", "d": "d", "gbar": "gbar"} | {
+    name: name for name in ("velocity_bottom", "velocity_top")
+}
+"""What is known of an end that was only located: names in `OneToOne`, and in `Orbits`."""
+
+
+class _Groups:
+    """The groups themselves as what varies."""
+
+    @staticmethod
+    def at(varied: Sequence[Any]) -> tuple[Any, Any, Any]:
+        d, gbar, r = varied
+        return d, gbar, r
+
+    @staticmethod
+    def slopes(varied: Sequence[Any]) -> Floats:
+        return np.eye(3)
+
+
+def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
     """Normal, in (d, gbar, r), of the surface on which motions end in this way; NaN where it has none.
 
-    The conditions R(y; d, gbar, r) = 0 of such a motion, y its unknowns, are one more than the unknowns. The vector w
-    that w R_y = 0 gives w R_(d, gbar, r), which is orthogonal to every change that leaves the conditions fulfilled: the
-    implicit function theorem. The derivatives are exact, by imaginary steps.
+    The conditions R(y; d, gbar, r) = 0 of such a motion, y its velocities and times, are one more than the unknowns.
+    The vector w that w R_y = 0 gives w R_(d, gbar, r), which is orthogonal to every change that leaves the conditions
+    fulfilled: the implicit function theorem.
     """
-    if end.pitchfork:
+    if end.event is Event.PITCHFORK:
         return np.full(3, np.nan)
-    r = float(device.restitution) + (float(point.position) if line is Line.RESTITUTION else 0.0)
-    at = [float(point.u), float(point.phi), *map(float, point.more), r]
-
-    def conditions(x: list[complex]) -> list[complex]:
-        orbit = orbits(x[0], x[1], x[-1], device.period_ratio, COMPLEX)
-        return [orbit.d, orbit.gbar, *point.condition(orbit, x[2:-1], x[-1], COMPLEX)]
-
-    columns = [
-        [v.imag / IMAGINARY for v in conditions([complex(v, IMAGINARY * (i == k)) for i, v in enumerate(at)])]
-        for k in range(len(at))
-    ]
-    gradients = np.array(columns).T
+    count = len(solved.word)
+    velocity, time = (np.array([float(x) for x in solved.x[k : k + count]]) for k in (0, count))
+    # Where two touches mirror each other either can be taken: with both as impacts each would be a condition.
+    motion = Motion(solved.word, velocity, time, 0.0).without_impacts(rests[1:] if len(solved.word) > 2 else ())
+    groups = tuple(float(group) for group in solved.groups)
+    x = np.concatenate([motion.velocity, motion.time, groups])
+    condition = Condition(end.event, rests[:1])
+    if end.event is Event.GRAZING and not rests:
+        pressed = np.abs(groups[1] + np.cos(np.pi * motion.time))
+        condition = Condition(end.event, held=int(np.argmin(pressed)))
+    _, gradient = condition.linearised(motion.word, x, (groups[0], groups[1], groups[2]), np.eye(3))
+    gradients = np.vstack([linearised(motion.word, x, _Groups())[1], gradient])
     if not np.isfinite(gradients).all():
         return np.full(3, np.nan)
+    own = 2 * len(motion.word)
     scale = np.max(np.abs(gradients), axis=1, keepdims=True)
-    own = gradients / np.where(scale == 0, 1.0, scale)
-    weight = np.linalg.svd(own[:, :-1])[0][:, -1] / np.where(scale == 0, 1.0, scale)[:, 0]
-    return np.array([-weight[0], -weight[1], float(weight @ gradients[:, -1])])
+    rows = gradients / np.where(scale == 0, 1.0, scale)
+    weight = np.linalg.svd(rows[:, :own])[0][:, -1]
+    return np.asarray(weight @ rows[:, own:])
 
 
-def _derivatives(
-    device: Device, varied: DesignInput, motion: PolishedMotion, normal: Floats | None
-) -> dict[DesignInput, float | None]:
+def _no_derivatives(varied: DesignInput) -> dict[DesignInput, float | None]:
+    return {other: None for other in DesignInput if other is not varied}
+
+
+def _derivatives(device: Device, varied: DesignInput, point: Point, normal: Floats) -> dict[DesignInput, float | None]:
     """Derivatives of the value of an input at which motion ends, with respect to the others."""
-    if normal is None:
-        return {other: None for other in DesignInput if other is not varied}
-    at = device.with_values({varied: motion.sweep_value})
-    slopes = {name: float(normal @ np.array(at.slopes(name, motion.d, motion.gbar))) for name in DesignInput}
+    at = device.with_values({varied: point.sweep_value})
+    slopes = {name: float(normal @ np.array(at.slopes(name, point.d, point.gbar))) for name in DesignInput}
     own = slopes.pop(varied)
     derivatives = {name: -slope / own if own else inf for name, slope in slopes.items()}
-    return {
-        name: derivatives[name] if np.isfinite(derivatives[name]) else None
-        for name in DesignInput
-        if name is not varied
-    }
+    return {name: slope if np.isfinite(slope) else None for name, slope in derivatives.items()}

@@ -10,29 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.design.margins import (
-    SAME_POINT,
-    Line,
-    Margin,
-    margin,
-    margins_of,
-    mirrored,
-    nearest_first,
-    reach,
-)
+from vireport.design.lines import Line, mirrored, reach
+from vireport.design.margins import SAME_POINT, Margin, margin, margins_of, nearest_first
 from vireport.motions import (
+    FARTHEST,
     BifurcationDiagram,
     Branch,
-    CriticalKind,
-    CriticalPoint,
+    Event,
     Motions,
+    Point,
     Sweep,
     Symmetry,
     find_motions,
     motions_of,
     orbits,
-    polish,
-    value_condition,
+    place_at,
 )
 from vireport.physics import (
     NO_GRAVITY,
@@ -60,18 +52,18 @@ class StableInterval:
     parameter : ScalarInput
         The swept parameter, or the input that is varied around a design point.
     start, end : float
-    start_point, end_point : CriticalPoint or None
+    start_point, end_point : Point or None
         None where it is the sweep, or what the input can be, that ends.
     """
 
     parameter: ScalarInput
     start: float
     end: float
-    start_point: CriticalPoint | None
-    end_point: CriticalPoint | None
+    start_point: Point | None
+    end_point: Point | None
 
     @property
-    def ends(self) -> tuple[tuple[float, CriticalPoint | None], tuple[float, CriticalPoint | None]]:
+    def ends(self) -> tuple[tuple[float, Point | None], tuple[float, Point | None]]:
         """Both ends, each with the critical point there."""
         return (self.start, self.start_point), (self.end, self.end_point)
 
@@ -127,9 +119,9 @@ class DesignPoint:
     voltages: Voltages | None = None
     conversion: Conversion | None = None
 
-    def endings(self, *kinds: CriticalKind) -> list[Margin]:
+    def endings(self, *kinds: Event) -> list[Margin]:
         """The margins to the ends of stable motions, nearest first; of some kinds only, where any are given."""
-        return [one for one in self.margins if one.ends_stability and (not kinds or one.kind in kinds)]
+        return [one for one in self.margins if one.ends_stability and (not kinds or one.event in kinds)]
 
 
 def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPoint:
@@ -163,17 +155,18 @@ def _labelled(margins: Sequence[Margin]) -> list[Margin]:
     counts: dict[tuple[DesignInput, str], int] = {}
     named = []
     for one in sorted(margins, key=lambda one: (one.parameter, one.sweep_value)):
-        key = one.parameter, one.kind.letter
+        key = one.parameter, one.event.letter
         counts[key] = counts.get(key, 0) + 1
-        named.append(replace(one, point=replace(one.point, label=f"{one.kind.letter}{counts[key]}")))
+        named.append(replace(one, point=replace(one.point, label=f"{one.event.letter}{counts[key]}")))
     return named
 
 
-def _same_motion(one: CriticalPoint, other: CriticalPoint) -> bool:
+def _same_motion(one: Point, other: Point) -> bool:
     """Whether two critical points of one restitution are one motion, or mirror images."""
-    a, b = one.point, other.point
-    alike = abs(a.d - b.d) <= SAME_POINT * b.d and abs(a.gbar - b.gbar) <= SAME_POINT * max(b.gbar, NO_GRAVITY)
-    return one.kind is other.kind and alike and abs(abs(a.u) - abs(b.u)) <= SAME_POINT
+    a, b = one.closed, other.closed
+    alike = abs(one.d - other.d) <= SAME_POINT * other.d
+    alike &= abs(one.gbar - other.gbar) <= SAME_POINT * max(other.gbar, NO_GRAVITY)
+    return one.event is other.event and alike and abs(abs(a.u) - abs(b.u)) <= SAME_POINT
 
 
 def _stable_ranges(
@@ -215,20 +208,22 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Sym
     n, level = device.period_ratio, sweep.level
     d, gbar = device.groups(Parameter.LENGTH, device.length_m)
     guesses = find_motions(np.array([d]), np.array([gbar]), device.restitution, n)
-    at_length = value_condition(sweep, device.length_m)
     rows = []
-    for u, phi, gap in zip(guesses.orbit.u, guesses.orbit.phi, guesses.wall_gap, strict=True):
-        symmetric = level.horizontal and n % 2 == 1 and bool(u == 0)
+    for k, gap in enumerate(guesses.wall_gap):
+        orbit = guesses.orbit.select([k])
+        symmetric = level.horizontal and n % 2 == 1 and bool(orbit.u[0] == 0)
         try:
-            point = polish(sweep, float(u), float(phi), at_length, symmetric=symmetric)
+            u, phi = place_at(sweep, device.length_m, orbit, symmetric, FARTHEST)
         except NumericalError:
             if gap > 0:  # on a fold, to rounding: two motions in one
-                rows.append((symmetric, float(u), float(np.mod(phi, 2 * np.pi)), DOUBLE_ROOT, DOUBLE_ROOT))
+                place = float(orbit.u[0]), float(np.mod(orbit.phi[0], 2 * np.pi))
+                rows.append((symmetric, *place, DOUBLE_ROOT, DOUBLE_ROOT))
             continue  # else a solution that passes through a membrane, where the equations degenerate
-        if point.velocity_bottom > 0 > point.velocity_top:
-            rows.append((symmetric, point.u, point.phi, point.bounds["u"], point.bounds["phi"]))
-    u, phi, error_u, error_phi = (np.array([row[k] for row in rows], dtype=float) for k in range(1, 5))
-    motions = motions_of(sweep, level, orbits(u, phi, device.restitution, n))
+        exact = orbits(u, phi, device.restitution, n)
+        if exact.velocity_bottom > 0 > exact.velocity_top:
+            rows.append((symmetric, u, phi, float(np.spacing(abs(u))), float(np.spacing(phi))))
+    at_u, at_phi, error_u, error_phi = (np.array([row[k] for row in rows], dtype=float) for k in range(1, 5))
+    motions = motions_of(sweep, level, orbits(at_u, at_phi, device.restitution, n))
     motions.sweep_value[:] = getattr(device, parameter)
     motions.d[:] = d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
@@ -239,7 +234,7 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Sym
 
 def ending_beyond(
     device: Device, parameter: Parameter, value: float, sign: float, known: DesignPoint | None = None
-) -> CriticalPoint | None:
+) -> Point | None:
     """Where the stable motions at a value of a parameter have all ended, if it grows (sign 1) or falls (-1) from there.
 
     None where no motion is stable, or where one of them does not end, or is not followed to its end. `known` is a
@@ -255,19 +250,19 @@ def ending_beyond(
     own = motions.u >= 0 if mirrored(device) and parameter is not Parameter.INCLINATION else True
     rows = np.flatnonzero(motions.stable & own)
     onward = [one.point for one in (known.endings() if known is not None else ()) if one.parameter is varied]
-    onward = [one for one in onward if known is not None and sign * (one.point.sweep_value - known.value) > 0]
-    first = min(onward, key=lambda one: sign * one.point.sweep_value, default=None)
-    if len(rows) == 1 and first is not None and sign * (first.point.sweep_value - value) > 0:
+    onward = [one for one in onward if known is not None and sign * (one.sweep_value - known.value) > 0]
+    first = min(onward, key=lambda one: sign * one.sweep_value, default=None)
+    if len(rows) == 1 and first is not None and sign * (first.sweep_value - value) > 0:
         return first  # the design point's stable motions are all stable here still, where only one is
     for row in rows:
         found = margins_of(device, motions.select([row]), [line], (line.sense(varied) * sign,)).found
         ends.append(next((one.point for one in found if one.parameter is varied), None))
     if not ends or None in ends:
         return None
-    return max((end for end in ends if end is not None), key=lambda end: sign * end.point.sweep_value)
+    return max((end for end in ends if end is not None), key=lambda end: sign * end.sweep_value)
 
 
-End = tuple[float, CriticalPoint | None]
+End = tuple[float, Point | None]
 """A swept value at which something ends, and the critical point there; None where it is the sweep that ends."""
 
 

@@ -29,11 +29,12 @@ from vireport.design.devices import (
     Region,
     stable_motions,
 )
-from vireport.motions import Flight, Orbits, return_trace
+from vireport.motions import TRACE_LEVELS, Event, Orbits, return_trace
 from vireport.physics import (
     AFFINE,
     AFFINE_ROUNDING,
     Affine,
+    Flight,
     between,
 )
 
@@ -89,7 +90,7 @@ def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mas
     with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
         d, gbar, r = region.groups(low, high)
         mapped, orbit, moved = _tube(d, gbar, r, n, guess)
-        trace, border = return_trace(orbit, r), 1 + r**4
+        trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](r * r)
         proved = mapped & (r.upper < 1) & ((border - trace).lower > 0) & ((border + trace).lower > 0)
         proved &= (orbit.velocity_bottom.lower > 0) & (orbit.velocity_top.upper < 0)
         rows = np.flatnonzero(proved)
@@ -176,7 +177,7 @@ def _stays_between(way: Flight, n: int, count: int) -> Mask:
         time = part.duration * between(place / parts, (place + 1) / parts, TIME, SYMBOLS)
         angle = ops.pi * time
         sine, cosine = part.turned(ops.sin(angle), ops.cos(angle))
-        covered, speed, away = part.covered(time, cosine, ops), part.speed(time, sine, ops), part.pressing(cosine)
+        covered, speed, away = part.covered(time, cosine, ops.pi), part.speed(time, sine, ops.pi), part.pressing(cosine)
         left = part.d - covered
         forward, first, last = speed.lower > 0, place == 0, place == parts - 1
         clear = (covered.lower > 0) | (first & (forward | (away.lower > 0)))

@@ -70,7 +70,7 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     elasticity = 0.0
     for k, other in enumerate(changed):
         own = others.cell == k
-        stable = classify(others.trace[own], float(other)) != UNSTABLE
+        stable = classify(others.trace[own], float(other) ** 2) != UNSTABLE
         velocities = others.orbit.velocity_bottom[own][stable & others.admissible[own]]
         if velocities.size < rows.size:
             return RestitutionEffect(float(other), 0.0)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vireport.base import NumericalError
 from vireport.design.bounds import Bounds, bounds_of
-from vireport.design.margins import mirrored
+from vireport.design.lines import mirrored
 from vireport.design.point import (
     DesignPoint,
     StableInterval,
@@ -22,8 +22,8 @@ from vireport.design.point import (
 from vireport.motions import (
     BifurcationDiagram,
     Branch,
-    CriticalPoint,
     Motions,
+    Point,
     Sweep,
     TableRow,
     impact_velocities,
@@ -84,7 +84,7 @@ class Solution:
         return self.diagram.branches if self.diagram is not None else ()
 
     @property
-    def critical_points(self) -> tuple[CriticalPoint, ...]:
+    def critical_points(self) -> tuple[Point, ...]:
         """Where the type of motion changes along the sweep."""
         return self.diagram.critical_points if self.diagram is not None else ()
 
@@ -94,7 +94,7 @@ class Solution:
         return stable_ranges(self.diagram) if self.diagram is not None else ()
 
     @cached_property
-    def beyond(self) -> tuple[tuple[CriticalPoint | None, ...], ...]:
+    def beyond(self) -> tuple[tuple[Point | None, ...], ...]:
         """Where each stable range would end, below and above, if the sweep went on.
 
         None where it ends within the sweep, or nowhere that rounding resolves.

@@ -25,9 +25,9 @@ from vireport.extremes.judge import (
     point_error,
 )
 from vireport.motions import (
-    CriticalKind,
-    CriticalPoint,
+    Event,
     Motions,
+    Point,
     Symmetry,
     motions_of,
     sample,
@@ -79,11 +79,11 @@ def critical_cases(harvester: Harvester) -> Iterator[Case]:
     """Every case of critical points."""
     flat, slight = harvester.with_device(inclination_deg=0.0), harvester.with_groups(gbar=SLIGHT)
     for name, kind, where in (
-        ("pitchfork", CriticalKind.PITCHFORK, flat),
-        ("fold", CriticalKind.FOLD, slight),
-        ("double eigenvalue (Delta = 0)", CriticalKind.NODE_FOCUS, slight),
-        ("period doubling", CriticalKind.PERIOD_DOUBLING, slight),
-        ("grazing", CriticalKind.GRAZING, slight),
+        ("pitchfork", Event.PITCHFORK, flat),
+        ("fold", Event.FOLD, slight),
+        ("double eigenvalue (Delta = 0)", Event.NODE_FOCUS, slight),
+        ("period doubling", Event.PERIOD_DOUBLING, slight),
+        ("grazing", Event.GRAZING, slight),
     ):
         expected = "each in the sweep within its stated bound, as in 40 digits"
         check = partial(_check_points, where.device)
@@ -108,23 +108,23 @@ def critical_cases(harvester: Harvester) -> Iterator[Case]:
         yield Case("grazing", f"gap {name}", expected, partial(_grazing, slight, gap), _check_gaps)
 
 
-def _points(harvester: Harvester, kind: CriticalKind) -> list[CriticalPoint]:
-    points = [point for point in harvester.over().solution.critical_points if point.kind is kind]
+def _points(harvester: Harvester, kind: Event) -> list[Point]:
+    points = [point for point in harvester.over().solution.critical_points if point.event is kind]
     if not points:
         raise NotThereError(f"this device has no {kind.replace('_', ' ')} there")
     return points
 
 
-def _check_points(device: Device, points: Sequence[CriticalPoint]) -> CaseFinding:
+def _check_points(device: Device, points: Sequence[Point]) -> CaseFinding:
     errors = [point_error(point, device, Parameter.LENGTH) for point in points]
-    text = ", ".join(f"{point.label} at d = {point.point.d:.10g}" for point in points)
+    text = ", ".join(f"{point.label} at d = {point.d:.10g}" for point in points)
     right = all(error <= max(stated, UNIT) for error, stated in errors)
     return CaseFinding(text, max(error for error, _ in errors), 2 * UNIT, right)
 
 
-def _standing(harvester: Harvester, kind: CriticalKind) -> list[Study]:
+def _standing(harvester: Harvester, kind: Event) -> list[Study]:
     """The device at each such point, and one spacing of doubles to either side."""
-    values = [point.point.sweep_value for point in _points(harvester, kind)[:MOST_POINTS]]
+    values = [point.sweep_value for point in _points(harvester, kind)[:MOST_POINTS]]
     lengths = [length for x in values for length in (x, float(np.nextafter(x, 0)), float(np.nextafter(x, np.inf)))]
     return [harvester.with_device(length_m=length).study() for length in lengths]
 
@@ -138,7 +138,7 @@ def _check_standing(studies: Sequence[Study]) -> CaseFinding:
 def _beside_folds(harvester: Harvester, inside: float) -> list[tuple[Motions, list[Any], float]]:
     """Devices so little inside each fold: their motions, the two that must be among them, and d."""
     answers = []
-    for point in _points(harvester, CriticalKind.FOLD):
+    for point in _points(harvester, Event.FOLD):
         beside, states = _twins(harvester, point, inside)
         design = beside.study().solution.design
         assert design is not None
@@ -156,23 +156,23 @@ def _check_twins(answers: Sequence[tuple[Motions, list[Any], float]]) -> CaseFin
     return CaseFinding(text, max(apart), BOUND)
 
 
-def _twins(harvester: Harvester, point: CriticalPoint, inside: float) -> tuple[Harvester, list[Any]]:
+def _twins(harvester: Harvester, point: Point, inside: float) -> tuple[Harvester, list[Any]]:
     """A device so little inside a fold, and the two motions that meet in it, in 40 digits."""
     from vireport.checks import reference as exact
 
-    n, p = harvester.device.period_ratio, point.point
+    n, p = harvester.device.period_ratio, point.closed
 
     def device_beside(bend: Any) -> tuple[Harvester, Any]:
-        beside = harvester.with_device(length_m=p.sweep_value * (1 + inside * (1 if bend > 0 else -1)))
+        beside = harvester.with_device(length_m=point.sweep_value * (1 + inside * (1 if bend > 0 else -1)))
         return beside, exact.groups(beside.device, Parameter.LENGTH, beside.device.length_m)[0]
 
     with exact.precise():
         r = exact.mpf(harvester.device.restitution)
         gbar = exact.groups(harvester.device, Parameter.LENGTH, 1)[1]
-        if point.family is Symmetry.SYMMETRIC:
+        if point.symmetry is Symmetry.SYMMETRIC:
             beside, d = device_beside(-1)  # (1+r) Zd/2 - 2 cos(phi)/pi^2 is largest at the fold
             return beside, list(exact.symmetric_motions(d, r, n))
-        fold, phase = [exact.mpf(x) for x in (p.velocity_bottom, p.u, p.d)], exact.mpf(p.phi)
+        fold, phase = [exact.mpf(x) for x in (p.velocity_bottom, p.u, point.d)], exact.mpf(p.phi_bottom)
 
         def at_phase(phase: Any) -> list[Any]:
             def closed(x: list[Any]) -> list[Any]:
@@ -192,7 +192,7 @@ def _twins(harvester: Harvester, point: CriticalPoint, inside: float) -> tuple[H
 def _check_changes(study: Study) -> CaseFinding:
     """Count the changes of type by the printed trace along the whole curve, and compare with the points found."""
     counted = _counted_changes(study.solution)
-    points = [p for p in study.solution.critical_points if p.kind is CriticalKind.NODE_FOCUS]
+    points = [p for p in study.solution.critical_points if p.event is Event.NODE_FOCUS]
     changes = sum(1 if p.mirror is None else 2 for p in points)
     errors = [point_error(p, study.solution.device, Parameter.LENGTH)[0] for p in points]
     text = f"{count(changes, 'change')} found, {counted} counted"
@@ -220,7 +220,7 @@ def _counted_changes(solution: Solution) -> int:
     return counted
 
 
-Pair = tuple[CriticalPoint, CriticalPoint]
+Pair = tuple[Point, Point]
 """A period doubling and a graze."""
 
 Meeting = tuple[float, list[tuple[Pair, Device]], Study]
@@ -240,7 +240,7 @@ def _meeting(harvester: Harvester) -> Meeting:
         raise NotThereError("no period doubling of this device meets a grazing point") from error
     beside = [harvester.with_groups(gbar=gbar * factor) for factor in (1 - ASIDE, 1 + ASIDE)]
     pairs_beside = [(pair, near.device) for near in beside if (pair := _nearest_pair(near)) is not None]
-    return gbar, pairs_beside, harvester.with_groups(gbar=gbar, d=grazing.point.d).over()
+    return gbar, pairs_beside, harvester.with_groups(gbar=gbar, d=grazing.d).over()
 
 
 def _check_meeting(answer: Meeting) -> CaseFinding:
@@ -253,30 +253,30 @@ def _check_meeting(answer: Meeting) -> CaseFinding:
     return combined((one_side, examine(study, degenerate=True)), text)
 
 
-def _distance(first: CriticalPoint, second: CriticalPoint) -> float:
+def _distance(first: Point, second: Point) -> float:
     """Between the motions at two critical points."""
-    a, b = first.point, second.point
-    turned = float(abs(wrapped(a.phi - b.phi)))
+    a, b = first.closed, second.closed
+    turned = float(abs(wrapped(a.phi_bottom - b.phi_bottom)))
     return max(abs(a.velocity_bottom - b.velocity_bottom), abs(a.u - b.u), turned)
 
 
 def _nearest_pair(harvester: Harvester) -> Pair | None:
     """The period doubling and the graze whose motions are nearest to each other; None where there is none."""
     points = harvester.over().solution.critical_points
-    doubling = [point for point in points if point.kind is CriticalKind.PERIOD_DOUBLING]
-    grazing = [point for point in points if point.kind is CriticalKind.GRAZING and not point.change.at_rest]
+    doubling = [point for point in points if point.event is Event.PERIOD_DOUBLING]
+    grazing = [point for point in points if point.event is Event.GRAZING and point.rest is None]
     return min(((a, b) for a in doubling for b in grazing), key=lambda pair: _distance(*pair), default=None)
 
 
-def _codimension_two(harvester: Harvester, near: CriticalPoint) -> float:
+def _codimension_two(harvester: Harvester, near: Point) -> float:
     """The gbar at which a motion both grazes and has lambda = -1."""
     from vireport.checks import reference as exact
 
-    n, p = harvester.device.period_ratio, near.point
+    n, p = harvester.device.period_ratio, near.closed
     with exact.precise():
         r = exact.mpf(harvester.device.restitution)
-        guess = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi), exact.mpf(p.u))
-        turns = exact.turning_points(guess, exact.mpf(p.d), exact.mpf(p.gbar), r, n)
+        guess = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi_bottom), exact.mpf(p.u))
+        turns = exact.turning_points(guess, exact.mpf(near.d), exact.mpf(near.gbar), r, n)
         _, which, time = min(turns, key=lambda turn: abs(turn[0]))
 
         def residual(x: list[Any]) -> list[Any]:
@@ -286,26 +286,26 @@ def _codimension_two(harvester: Harvester, near: CriticalPoint) -> float:
             doubled = exact.trace(state, gbar, r, n) + 1 + r**4
             return [*exact.periodicity(state, d, gbar, r, n), doubled, rate, d / 2 - abs(z)]
 
-        return float(exact.newton(residual, [*guess, p.d, p.gbar, time])[4])
+        return float(exact.newton(residual, [*guess, near.d, near.gbar, time])[4])
 
 
-def _cusp(harvester: Harvester) -> list[tuple[CriticalPoint, Device]]:
+def _cusp(harvester: Harvester) -> list[tuple[Point, Device]]:
     """The pitchfork, and the fold next to it at smaller and smaller gbar, each with its device."""
     flat = harvester.with_device(inclination_deg=0.0)
-    pitchfork = _points(flat, CriticalKind.PITCHFORK)[0]
+    pitchfork = _points(flat, Event.PITCHFORK)[0]
     points = [(pitchfork, flat.device)]
     for gbar in CUSP_GBARS:
         slight = harvester.with_groups(gbar=gbar)
-        folds = _points(slight, CriticalKind.FOLD)
-        points.append((min(folds, key=lambda point: abs(point.point.d - pitchfork.point.d)), slight.device))
+        folds = _points(slight, Event.FOLD)
+        points.append((min(folds, key=lambda point: abs(point.d - pitchfork.d)), slight.device))
     return points
 
 
-def _check_cusp(points: Sequence[tuple[CriticalPoint, Device]]) -> CaseFinding:
+def _check_cusp(points: Sequence[tuple[Point, Device]]) -> CaseFinding:
     """The distance from the pitchfork falls by 100 where gbar does by 1000."""
     errors = [point_error(point, device, Parameter.LENGTH)[0] for point, device in points]
-    d0 = points[0][0].point.d
-    distances = [d0 - fold.point.d for fold, _ in points[1:]]
+    d0 = points[0][0].d
+    distances = [d0 - fold.d for fold, _ in points[1:]]
     orders = [float(np.log10(a / b)) / 3 for a, b in pairwise(distances)]
     right = all(abs(order - CUSP_ORDER) < ORDER_BOUND for order in orders)
     texts = ", ".join(f"{x:.3g}" for x in distances)
@@ -315,7 +315,7 @@ def _check_cusp(points: Sequence[tuple[CriticalPoint, Device]]) -> CaseFinding:
 
 def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Device]]:
     """Devices whose ball passes a membrane at this distance: their motions, and which of them it is."""
-    points = [p for p in _points(harvester, CriticalKind.GRAZING) if not p.change.at_rest]
+    points = [p for p in _points(harvester, Event.GRAZING) if p.rest is None]
     if not points or harvester.device.restitution == 0:
         raise NotThereError("the ball of this device touches no membrane but the one that it is leaving")
     answers = []
@@ -323,7 +323,7 @@ def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Devic
         graze = harvester.with_device(length_m=float(exact_value(point, harvester.device, Parameter.LENGTH, gap)))
         design = graze.study().solution.design
         assert design is not None
-        m, p = design.motions, point.point
+        m, p = design.motions, point.closed
         near = int(np.argmin(np.abs(m.velocity_bottom - p.velocity_bottom) + np.abs(m.q - 0.5 - p.u)))
         answers.append((m, near, graze.device))
     return answers

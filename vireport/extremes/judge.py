@@ -22,10 +22,9 @@ import numpy as np
 
 from vireport.base import VireportError, installing
 from vireport.motions import (
-    Change,
-    CriticalKind,
-    CriticalPoint,
+    Event,
     Motions,
+    Point,
     Symmetry,
 )
 from vireport.physics import Device, wrapped
@@ -348,32 +347,32 @@ def distance_to(motions: Motions, state: Sequence[Any]) -> float:
     return float(np.min(apart, initial=np.inf))
 
 
-def point_error(point: CriticalPoint, device: Device, parameter: Parameter) -> tuple[float, float]:
+def point_error(point: Point, device: Device, parameter: Parameter) -> tuple[float, float]:
     """Relative error of a critical point's swept value against 40 digits, and the bound that is stated of it."""
     value = float(exact_value(point, device, parameter))
     scale = abs(value) or 1.0
-    return abs(point.point.sweep_value - value) / scale, point.point.error_bound / scale
+    return abs(point.sweep_value - value) / scale, point.error_bound / scale
 
 
-def exact_value(point: CriticalPoint, device: Device, parameter: Parameter, gap: float = 0.0) -> Any:
+def exact_value(point: Point, device: Device, parameter: Parameter, gap: float = 0.0) -> Any:
     """The swept value of a critical point, solved from the printed conditions; of a near graze, with its gap."""
     from vireport.checks import reference as exact
 
-    n, p, symmetric = device.period_ratio, point.point, point.family is Symmetry.SYMMETRIC
+    n, p, symmetric = device.period_ratio, point.closed, point.symmetry is Symmetry.SYMMETRIC
     with exact.precise():
         r = exact.mpf(device.restitution)
-        start = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi), exact.mpf(p.u))
-        x = [*start, exact.mpf(p.sweep_value)]
+        start = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi_bottom), exact.mpf(p.u))
+        x = [*start, exact.mpf(point.sweep_value)]
 
         def solved(condition: Any, x: list[Any]) -> list[Any]:
             return exact.special_motion(device, parameter, condition, x, symmetric)
 
-        if point.kind is not CriticalKind.GRAZING:
-            return exact.with_trace(device, parameter, point.kind, x, symmetric)[3]
-        if point.change.at_rest:
-            at_top = point.change is Change.TOP_REST
+        if point.event is not Event.GRAZING:
+            return exact.with_trace(device, parameter, point.event, x, symmetric)[3]
+        if point.rest is not None:
+            at_top = point.rest == 1
             return solved(lambda state, d, g: [exact.velocity_top(state, g, r, n) if at_top else state[0]], x)[3]
-        d, gbar = exact.groups(device, parameter, p.sweep_value)
+        d, gbar = exact.groups(device, parameter, point.sweep_value)
         turns = exact.turning_points(start, d, gbar, r, n)
         distance, which, time = min(turns, key=lambda turn: abs(turn[0]), default=(exact.mpf(1), 0, exact.mpf(0)))
         if abs(distance) > MATCH or (r == 0 and time < SHORT):

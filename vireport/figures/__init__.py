@@ -1,11 +1,12 @@
 """Every figure of a study, drawn from its numbers, with caption and alternative text."""
 
+from vireport.figures.atlas import COLORS
 from vireport.figures.captions import OUTSIDE, about, alt_text, held, held_by, shown_along, swept_range, title_of
 from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.live import in_page, live_data
-from vireport.figures.overlay import COLORS, overlay
+from vireport.figures.overlay import overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, literal, png_of, style

@@ -179,11 +179,11 @@ def _seen(axis: SweepAxis, family: Family) -> list[tuple[int, int]]:
 def _vertices(axes: Axes, axis: SweepAxis, atlas: Atlas) -> list[Label]:
     """Mark the vertices, and return the labels of those on stable motions that are seen."""
     marked = ((mark, run) for family in atlas.families for run in _seen(axis, family) for mark in family.marks)
-    lettered = {mark.vertex.label for mark, (first, last) in marked if mark.vertex and first <= mark.row <= last}
+    lettered = {mark.point.label for mark, (first, last) in marked if mark.point and first <= mark.row <= last}
     labels = []
     for vertex in atlas.vertices:
-        speed = np.sort(np.abs(vertex.point.motion.velocity))[::-1]
-        at = np.full(len(speed), float(axis.of(vertex.point)))
+        speed = np.sort(np.abs(vertex.motion.velocity))[::-1]
+        at = np.full(len(speed), float(axis.of(vertex)))
         on_stable = vertex.label in lettered
         axes.add_artist(Line2D(at, speed, **VERTEX | ({} if on_stable else MINOR)))
         if on_stable:

@@ -166,7 +166,7 @@ def _circles(figure: Task, simulated: PairedImpacts | None) -> Circles | None:
 
 
 def _eigenvalues(part: Stretch) -> tuple[Floats, Floats]:
-    return eigenvalues(part.branch.motions.trace[part.rows], part.branch.motions.restitution)
+    return eigenvalues(part.branch.motions.trace[part.rows], part.branch.motions.decay)
 
 
 def _extents(study: Study, figure: Task, parts: Sequence[Stretch]) -> Iterator[tuple[bool, list[Extent]]]:

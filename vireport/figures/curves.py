@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from vireport.design import Solution
 from vireport.motions import (
     Branch,
-    CriticalPoint,
     Motions,
+    Point,
     Stability,
     Sweep,
 )
@@ -109,17 +109,17 @@ class Stretch:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Event:
+class DrawnPoint:
     """A critical point where it is drawn: on its branch, and on the mirror image of that.
 
     Attributes
     ----------
-    point : CriticalPoint
+    point : Point
     places : tuple of (Branch, int)
         Branches and rows.
     """
 
-    point: CriticalPoint
+    point: Point
     places: tuple[tuple[Branch, int], ...]
 
 
@@ -147,14 +147,14 @@ def stretches(solution: Solution) -> list[Stretch]:
     return sorted(parts, key=lambda part: part.stable)
 
 
-def events(solution: Solution) -> list[Event]:
+def events(solution: Solution) -> list[DrawnPoint]:
     """The critical points with the rows at which they stand."""
-    places: dict[CriticalPoint, list[tuple[Branch, int]]] = {point: [] for point in solution.critical_points}
+    places: dict[Point, list[tuple[Branch, int]]] = {point: [] for point in solution.critical_points}
     for branch in solution.branches:
         for row in range(len(branch.motions)):
             if (point := branch.critical_point(row)) is not None:
                 places[point].append((branch, row))
-    return [Event(point, tuple(rows)) for point, rows in places.items() if rows]
+    return [DrawnPoint(point, tuple(rows)) for point, rows in places.items() if rows]
 
 
 def doubled(study: Study) -> list[Doubled]:

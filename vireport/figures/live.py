@@ -114,7 +114,7 @@ def _branch(branch: Branch, drawing: Drawing, pictures: Sequence[Picture]) -> di
     labels = {k: point.label for k, row in enumerate(rows) if (point := branch.critical_point(int(row))) is not None}
     words = branch.motions.words
     return {
-        "name": f"branch {branch.number}, {branch.family}{mirror}",
+        "name": f"branch {branch.number}, {branch.symmetry}{mirror}",
         "columns": dict(_columns(branch, solution.parameter, solution.device, rows)),
         "words": [words[row] for row in rows],
         "labels": labels,
@@ -143,7 +143,7 @@ def _columns(branch: Branch, swept: Parameter, device: Device, rows: Rows) -> It
     for name, values in numbers.items():
         yield name, [_rounded(value) for value in values[rows]]
     imaginary = np.sqrt(np.maximum(-motions.discriminant, 0.0)) / 2
-    for k, values in enumerate(eigenvalues(motions.trace, motions.restitution), 1):
+    for k, values in enumerate(eigenvalues(motions.trace, motions.decay), 1):
         turns = f" {'+' if k == 1 else MINUS} "
         yield (
             f"multiplier_{k}",

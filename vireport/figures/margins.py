@@ -32,7 +32,7 @@ def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figu
         axes.set_yticks(range(len(shifts)), [f"{name.quantity} {name.symbol}" for name, _ in shifts])
         axes.invert_yaxis()
         axes.axvline(0.0, **GUIDE)
-        axes.set_xlabel(f"shift of the {end.kind.words} in {end.parameter.symbol} [% of its value]")
+        axes.set_xlabel(f"shift of the {end.event.words} in {end.parameter.symbol} [% of its value]")
         return finished(figure, height, [], [])
 
 

@@ -128,7 +128,7 @@ def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values,
     for event in drawing.events:
         for branch, row in event.places:
             if (y := values(drawing, branch)) is not None:
-                marker = POINT | MARKERS[event.point.kind] | look
+                marker = POINT | MARKERS[event.point.event] | look
                 axes.add_artist(Line2D([_at(branch, along)[row]], [y[row]], **marker))
     design = drawing.study.solution.design
     if design is not None and drawing.design_at is not None and (y := values(drawing, design)) is not None:

@@ -23,7 +23,7 @@ from vireport.figures.curves import (
     TURN,
     Curve,
     Doubled,
-    Event,
+    DrawnPoint,
     Floats,
     PairedImpacts,
     Stretch,
@@ -50,7 +50,7 @@ from vireport.figures.style import (
     Look,
     style,
 )
-from vireport.motions import Branch, CriticalKind, eigenvalues
+from vireport.motions import Branch, Event, eigenvalues
 from vireport.physics import Voltages
 from vireport.study import Study, Task
 from vireport.text import MINUS, PREFIXES, capital
@@ -69,12 +69,12 @@ MARK: Look = {"linestyle": "none", "color": Color.BLACK, "markersize": 5.0, "mar
 DESIGN: Look = MARK | {"marker": "P", "markersize": 8.5, "zorder": 3.8}
 """Larger than the markers of critical points, and under them."""
 POINT: Look = MARK | {"markeredgecolor": "white"}
-MARKERS: dict[CriticalKind, Look] = {
-    CriticalKind.NODE_FOCUS: {"marker": "o"},
-    CriticalKind.PERIOD_DOUBLING: {"marker": "s"},
-    CriticalKind.FOLD: {"marker": "d", "markersize": 6.5},
-    CriticalKind.PITCHFORK: {"marker": "D"},
-    CriticalKind.GRAZING: {"marker": "^", "markersize": 6.0},
+MARKERS: dict[Event, Look] = {
+    Event.NODE_FOCUS: {"marker": "o"},
+    Event.PERIOD_DOUBLING: {"marker": "s"},
+    Event.FOLD: {"marker": "d", "markersize": 6.5},
+    Event.PITCHFORK: {"marker": "D"},
+    Event.GRAZING: {"marker": "^", "markersize": 6.0},
 }
 CIRCLE: Look = MARK | {
     "marker": "o", "markersize": 4.5, "markerfacecolor": "none", "markeredgewidth": 0.8, "zorder": 3.5,
@@ -122,7 +122,7 @@ class Drawing:
     study: Study
     axis: SweepAxis
     parts: list[Stretch]
-    events: list[Event]
+    events: list[DrawnPoint]
     doubled: list[Doubled]
     simulated: PairedImpacts | None
     branches: dict[int, str]
@@ -140,7 +140,7 @@ def drawing_of(study: Study, simulated: PairedImpacts | None = None) -> Drawing:
     solution, sweep = curves.swept_solution(study)
     parts = curves.stretches(solution)
     branches = {
-        branch.number: f"branch {branch.number}, {branch.family}"
+        branch.number: f"branch {branch.number}, {branch.symmetry}"
         for branch in solution.branches
         if branch.mirror_of is None and any(part.branch is branch for part in parts)
     }
@@ -365,12 +365,12 @@ def _mark_design(axes: Axes, row: _Row, drawing: Drawing) -> None:
 def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
     """Mark the critical points on all curves of a panel; each gets one label, at the largest value if there is room."""
     labels: list[Label] = []
-    by_kind: dict[CriticalKind, list[Curve]] = {}
+    by_kind: dict[Event, list[Curve]] = {}
     for event in drawing.events:
         values = np.array([[y[i] for y in row.values(drawing, branch)] for branch, i in event.places])
         places = np.array([drawing.axis.of(branch.motions)[i] for branch, i in event.places])
         x, y = np.repeat(places, values.shape[1]), values.ravel()
-        by_kind.setdefault(event.point.kind, []).append((x, y))
+        by_kind.setdefault(event.point.event, []).append((x, y))
         largest_first = np.argsort(-np.abs(y), kind="stable")
         link = f"#point-{event.point.label}" if linked else None
         labels.append(Label(event.point.label, x[largest_first], y[largest_first], link=link))
@@ -438,7 +438,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> Rows:
     )
     eigenvalue = _Row(
         "eigenvalues λ₁, λ₂ or Re λ [–]",
-        lambda x, branch: eigenvalues(branch.motions.trace, branch.motions.restitution),
+        lambda x, branch: eigenvalues(branch.motions.trace, branch.motions.decay),
         lambda x, part, k: look(x, part, THICK if part.focus else THIN),
         (Color.GREY, Color.GREY),
         limits=(-LAMBDA_LIMIT, LAMBDA_LIMIT),
@@ -493,7 +493,7 @@ def _doubled_legend(drawings: Sequence[Drawing]) -> list[Entry]:
 
 def point_legend(drawings: Sequence[Drawing]) -> list[Entry]:
     """The kinds of critical points that occur, and the design point."""
-    kinds = {event.point.kind for drawing in drawings for event in drawing.events}
+    kinds = {event.point.event for drawing in drawings for event in drawing.events}
     points = [(f"{kind.letter} {kind.words}", POINT | MARKERS[kind]) for kind in kinds]
     points.sort(key=lambda entry: entry[0])
     if any(drawing.design_at is not None for drawing in drawings):

@@ -141,7 +141,7 @@ def _near_critical(results: Evidence) -> Iterator[Sentence]:
 
 def _rough(results: Evidence) -> Iterator[Sentence]:
     points = results.solution.critical_points
-    rough = [c.label for c in points if c.point.error_bound > ROUGH * abs(c.point.sweep_value)]
+    rough = [c.label for c in points if c.error_bound > ROUGH * abs(c.sweep_value)]
     if rough:
         yield Sentence("one" if len(rough) == 1 else "several", {"labels": ", ".join(rough)})
 

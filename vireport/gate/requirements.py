@@ -25,8 +25,9 @@ from vireport.design import (
     stable_ranges,
 )
 from vireport.motions import (
+    CRITICAL,
     BifurcationDiagram,
-    CriticalKind,
+    Event,
     Sweep,
     impact_velocities,
     solve,
@@ -410,8 +411,8 @@ def _beyond(
     swept = diagram.sweep.start, diagram.sweep.end
     for (value, point), beyond in zip(part.ends, (low - part.start, part.end - high), strict=True):
         if point is not None:
-            bound = point.point.error_bound
-            known = f"{point.kind.words}, known to within {bound:.1g} {_unit(diagram.sweep.parameter)}"
+            bound = point.error_bound
+            known = f"{point.event.words}, known to within {bound:.1g} {_unit(diagram.sweep.parameter)}"
             yield beyond, value, "" if beyond > bound else known
         elif value in swept and beyond >= 0:
             yield None, value, ""
@@ -419,7 +420,7 @@ def _beyond(
             yield beyond, value, "" if beyond > ROUNDING * abs(value) else "end of what is known"
 
 
-def _margin(results: Evidence, limit: Limit, kinds: tuple[CriticalKind, ...]) -> Outcome:
+def _margin(results: Evidence, limit: Limit, kinds: tuple[Event, ...]) -> Outcome:
     """Distance of the nearest end of stable motion, of some kinds, in whichever input; without one it is met."""
     design, device = results.design, results.solution.device
     if design.unresolved:
@@ -575,9 +576,9 @@ def _agreement(results: Evidence, limit: Limit) -> Outcome:
 
 
 MARGINS = {
-    "margin_period_doubling_percent": ("Margin to period doubling", (CriticalKind.PERIOD_DOUBLING,)),
-    "margin_grazing_percent": ("Margin to grazing", (CriticalKind.GRAZING,)),
-    "margin_any_percent": ("Margin to the end of stable motion", tuple(CriticalKind)),
+    "margin_period_doubling_percent": ("Margin to period doubling", (Event.PERIOD_DOUBLING,)),
+    "margin_grazing_percent": ("Margin to grazing", (Event.GRAZING,)),
+    "margin_any_percent": ("Margin to the end of stable motion", CRITICAL),
 }
 """Titles of the margins, and the kinds of critical point that they are to, by their keys."""
 

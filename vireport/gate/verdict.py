@@ -17,7 +17,7 @@ import numpy as np
 from vireport.design import DesignPoint, Margin, Solution, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.requirements import Criterion, Evidence, Question, unmet
-from vireport.motions import CriticalKind, CriticalPoint, Stability, Symmetry
+from vireport.motions import Event, Point, Stability, Symmetry
 from vireport.scenario import DesignInput, Parameter
 
 if TYPE_CHECKING:
@@ -254,7 +254,7 @@ class Verdict:
             yield parameter, float(getattr(solution.device, parameter))
 
     @property
-    def ends_of_ranges(self) -> list[tuple[float, CriticalPoint]]:
+    def ends_of_ranges(self) -> list[tuple[float, Point]]:
         """The critical points that end the stable ranges of the sweep, each with its value."""
         parts = self.evidence.solution.stable_ranges
         return [(value, point) for part in parts for value, point in part.ends if point is not None]
@@ -431,10 +431,10 @@ def _handover(design: DesignPoint, end: Margin) -> Margin | None:
     """The pitchfork of the sweep, if any, that a symmetric motion meets before its stable range ends."""
     if end.parameter in FIXED_D or not design.families or design.families[0] is not Symmetry.SYMMETRIC:
         return None
-    start, last = float(design.motions.d[0]), end.point.point.d
+    start, last = float(design.motions.d[0]), end.point.d
     for margin in design.margins:
-        within = 0 < (margin.point.point.d - start) / (last - start) < 1
-        if margin.kind is CriticalKind.PITCHFORK and margin.parameter not in FIXED_D and within:
+        within = 0 < (margin.point.d - start) / (last - start) < 1
+        if margin.event is Event.PITCHFORK and margin.parameter not in FIXED_D and within:
             return margin
     return None
 

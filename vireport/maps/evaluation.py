@@ -128,7 +128,7 @@ def _motions(motions: PointwiseMotions, r: Floats) -> dict[str, Any]:
     """Columns `motions`, `stable` and `MOTION`; NaN where there is no motion."""
     real = np.flatnonzero(motions.admissible)
     cell, trace = motions.cell[real], motions.trace[real]
-    code = classify(trace, r[cell])
+    code = classify(trace, r[cell] ** 2)
     stable = code != UNSTABLE
     orbit = motions.orbit
     order = np.lexsort((orbit.u[real], -np.round(orbit.velocity_bottom[real], DECIMALS), ~stable, cell))

@@ -38,6 +38,6 @@ def loci_of(plan: MapPlan) -> tuple[Locus, ...]:
     if parameter is None:
         return ()
     sweep = Sweep(device, parameter, float(low[1 - k]), float(high[1 - k]))
-    values = ((Event(point.kind), point.point.sweep_value) for point in solve(sweep).critical_points)
+    values = ((point.event, point.sweep_value) for point in solve(sweep).critical_points)
     lines = ((event, np.insert(np.full((2, 1), value), k, (low[k], high[k]), axis=1)) for event, value in values)
     return tuple(Locus(event, points) for event, points in lines)

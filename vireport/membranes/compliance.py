@@ -26,7 +26,7 @@ from vireport.membranes.compliant_motion import (
     find_orbit,
 )
 from vireport.membranes.stiff_solvers import SolverRun, period_of, run_ladder
-from vireport.motions import CriticalKind, CriticalPoint
+from vireport.motions import Event, Point
 from vireport.physics import (
     Device,
     Membrane,
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 SHORTEST = 1 / 8
 """Share of the way in epsilon below which no smaller step is tried where a motion is lost."""
 
-MULTIPLIER = {CriticalKind.PERIOD_DOUBLING: -1.0, CriticalKind.FOLD: 1.0}
+MULTIPLIER = {Event.PERIOD_DOUBLING: -1.0, Event.FOLD: 1.0}
 """Of the critical points that are followed, the preferred kind first."""
 
 FITTED = 3
@@ -204,7 +204,7 @@ class Compliance:
     reason : str
         Why there is nothing to compare, or "".
     rigid : Rigid or None
-    critical : CriticalPoint or None
+    critical : Point or None
         Of the rigid model, the one that is followed.
     varied : Parameter
         The parameter that varies towards it.
@@ -226,7 +226,7 @@ class Compliance:
 
     reason: str = ""
     rigid: Rigid | None = None
-    critical: CriticalPoint | None = None
+    critical: Point | None = None
     varied: Parameter = Parameter.LENGTH
     design_value: float = 0.0
     order: float = 0.0
@@ -339,13 +339,13 @@ def _rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
     return rigid, solution.device.with_values({design.parameter: design.value})
 
 
-def _followed(solution: Solution, device: Device) -> tuple[Parameter, CriticalPoint | None]:
+def _followed(solution: Solution, device: Device) -> tuple[Parameter, Point | None]:
     """The critical point that is followed, with the parameter that varies: the nearest period doubling, or fold."""
     own = float(getattr(device, solution.parameter))
     for kind in MULTIPLIER:
-        points = [point for point in solution.critical_points if point.kind is kind]
+        points = [point for point in solution.critical_points if point.event is kind]
         if points:
-            return solution.parameter, min(points, key=lambda point: abs(point.point.sweep_value - own))
+            return solution.parameter, min(points, key=lambda point: abs(point.sweep_value - own))
         if solution.diagram is None and solution.design is not None:
             for margin in solution.design.endings(kind):
                 if margin.parameter.sweepable is not None:
@@ -370,7 +370,7 @@ def _orbit_at(device: Device, membrane: Membrane, rigid: Rigid) -> tuple[Floats,
 
 
 def _critical_at(
-    device: Device, varied: Parameter, membrane: Membrane, critical: CriticalPoint | None
+    device: Device, varied: Parameter, membrane: Membrane, critical: Point | None
 ) -> tuple[Floats | None, Finder]:
     """Velocity, phase and swept value at the rigid critical point, and how to find the compliant one.
 
@@ -379,11 +379,13 @@ def _critical_at(
 
     def find(factor: float, guess: Floats) -> tuple[float, Floats]:
         assert critical is not None
-        x = find_critical(device, varied, membrane, factor, guess, MULTIPLIER[critical.kind])
+        x = find_critical(device, varied, membrane, factor, guess, MULTIPLIER[critical.event])
         return float(x[-1]), x
 
-    point = critical.point if critical is not None else None
-    return (None if point is None else np.array([point.velocity_bottom, point.phi, point.sweep_value])), find
+    if critical is None:
+        return None, find
+    closed = critical.closed
+    return np.array([closed.velocity_bottom, closed.phi_bottom, critical.sweep_value]), find
 
 
 def _descend(factors: Sequence[float], exponent: float, start: Floats | None, find: Finder) -> list[tuple[Any, str]]:
@@ -415,13 +417,13 @@ def _descend(factors: Sequence[float], exponent: float, start: Floats | None, fi
     return rungs[::-1]
 
 
-def _convergence(rigid: Rigid, critical: CriticalPoint | None, rungs: Sequence[StiffnessRung]) -> Iterator[Convergence]:
+def _convergence(rigid: Rigid, critical: Point | None, rungs: Sequence[StiffnessRung]) -> Iterator[Convergence]:
     """Distances from the rigid model on all rungs, and the rates at which they vanish."""
 
     def of_orbit(distance: Callable[[CompliantOrbit], float]) -> tuple[float | None, ...]:
         return tuple(None if rung.orbit is None else abs(distance(rung.orbit)) for rung in rungs)
 
-    at = critical.point.sweep_value if critical is not None else 1.0
+    at = critical.sweep_value if critical is not None else 1.0
     distances = {
         "velocity": of_orbit(lambda orbit: _shift(orbit.bottom.velocity, rigid.velocity_bottom)),
         "phase": of_orbit(lambda orbit: _shift(orbit.bottom.phase, rigid.phase_bottom, phase=True)),
@@ -483,7 +485,7 @@ def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
     """Where the critical point is, and the margin to it, judged by the shift over that margin."""
     if comparison.critical is None or comparison.own is None:
         return
-    label, at, value = comparison.critical.label, comparison.critical.point.sweep_value, comparison.own.critical_value
+    label, at, value = comparison.critical.label, comparison.critical.sweep_value, comparison.own.critical_value
     varied, side = comparison.varied, 1 if comparison.design_value > at else -1
     margin = side * (comparison.design_value - at)
     yield Compared(f"{label}, {varied.symbol}", varied, at, value)

@@ -1,39 +1,22 @@
 """Periodic motions of any word: what they are, what happens to them, and those with two impacts in closed form."""
 
-from vireport.motions.admissibility import touches, wall_gap
-from vireport.motions.branches import Branch, CriticalPoint
-from vireport.motions.critical import (
-    CONDITIONS,
-    DECIMALS,
-    POLISHED_NUMBERS,
-    Condition,
-    Equations,
-    PolishedMotion,
-    equations,
-    newton,
-    orbit_at,
-    polish,
-    polish_grazing,
-    pressing_condition,
-    rounded_motion,
-    singled_out,
-    touch_condition,
-    value_condition,
-)
+from vireport.motions.branches import Branch
+from vireport.motions.conditions import Condition
+from vireport.motions.critical import motion_at, motion_of, place_at, solve_one_to_one
 from vireport.motions.diagram import BifurcationDiagram, TableRow, solve, table
 from vireport.motions.error_bounds import NO_BOUND, finite, motion_bounds, rounded_up, undecided, voltage_bounds
-from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark, Vertex, multipliers
+from vireport.motions.events import CRITICAL, TRACE_LEVELS, Event
+from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark, multipliers
 from vireport.motions.generation import Rung, generation, impact_rate, ladder
-from vireport.motions.kinds import Change, CriticalKind, StrandEvent, Symmetry
 from vireport.motions.level_curve import sample
-from vireport.motions.motion import BESIDE, IMAGE, SAME, Motion, Turn, turns
+from vireport.motions.motion import AT_ZERO, BESIDE, IMAGE, SAME, Motion, Symmetry
 from vireport.motions.one_to_one import Motions, impact_velocities, motions_of
-from vireport.motions.orbits import Flight, Orbits, coefficients, orbits, orbits_above
-from vireport.motions.paths import AT_ZERO, RANK, STEEPEST, Arc, Curve, Event, Path, Point, Strand, completed, follow
+from vireport.motions.orbits import Orbits, coefficients, orbits
+from vireport.motions.paths import RANK, STEEPEST, Arc, Curve, Path, PathPoint, Trail, completed, follow
 from vireport.motions.periodicity import Model, linearised, residuals, trace, weighted_trace
-from vireport.motions.points import PolishedPoint, polished
+from vireport.motions.points import DETAILS, OneToOne, Point, model_of, one_to_one, point_of, polished
 from vireport.motions.pointwise import PointwiseMotions, differentiated_motions, find_motions
-from vireport.motions.roots import bracketed_root, may_hide_zeros
+from vireport.motions.polish import DECIMALS, FARTHEST, Solved, in_decimals, newton
 from vireport.motions.stability import (
     STABILITIES,
     UNSTABLE,
@@ -44,41 +27,38 @@ from vireport.motions.stability import (
     flight_jacobian,
     product_trace,
     return_trace,
-    stability_border,
 )
-from vireport.motions.sweep import Held, Level, Sweep, level_residual, level_terms
-from vireport.motions.switching import Beginning, Limits, at_rest, neighbours, off, touching
-from vireport.motions.turning import Turns, turning_points
+from vireport.motions.sweep import Held, Level, Sweep, level_residual
+from vireport.motions.switching import Beginning, Limits, neighbours, off, touching
+from vireport.motions.turning import SMALLEST_STEP, Turn, Turns, flight_turns, touches, turning_points, turns, wall_gap
 
 __all__ = [
     "AT_ZERO",
     "BESIDE",
-    "CONDITIONS",
+    "CRITICAL",
     "DECIMALS",
+    "DETAILS",
+    "FARTHEST",
     "IMAGE",
     "NO_BOUND",
-    "POLISHED_NUMBERS",
     "RANK",
     "SAME",
+    "SMALLEST_STEP",
     "STABILITIES",
     "STEEPEST",
+    "TRACE_LEVELS",
     "UNSTABLE",
     "Arc",
     "Atlas",
     "Beginning",
     "BifurcationDiagram",
     "Branch",
-    "Change",
     "Claim",
     "Completeness",
     "Condition",
-    "CriticalKind",
-    "CriticalPoint",
     "Curve",
-    "Equations",
     "Event",
     "Family",
-    "Flight",
     "Held",
     "Jacobian",
     "Level",
@@ -87,73 +67,66 @@ __all__ = [
     "Model",
     "Motion",
     "Motions",
+    "OneToOne",
     "Orbits",
     "Path",
+    "PathPoint",
     "Point",
     "PointwiseMotions",
-    "PolishedMotion",
-    "PolishedPoint",
     "Rung",
+    "Solved",
     "Stability",
-    "Strand",
-    "StrandEvent",
     "Sweep",
     "Symmetry",
     "TableRow",
+    "Trail",
     "Turn",
     "Turns",
-    "Vertex",
-    "at_rest",
-    "bracketed_root",
     "classify",
     "coefficients",
     "completed",
     "differentiated_motions",
     "eigenvalues",
-    "equations",
     "find_motions",
     "finite",
     "flight_jacobian",
+    "flight_turns",
     "follow",
     "generation",
     "impact_rate",
     "impact_velocities",
+    "in_decimals",
     "ladder",
     "level_residual",
-    "level_terms",
     "linearised",
-    "may_hide_zeros",
+    "model_of",
+    "motion_at",
     "motion_bounds",
+    "motion_of",
     "motions_of",
     "multipliers",
     "neighbours",
     "newton",
     "off",
-    "orbit_at",
+    "one_to_one",
     "orbits",
-    "orbits_above",
-    "polish",
-    "polish_grazing",
+    "place_at",
+    "point_of",
     "polished",
-    "pressing_condition",
     "product_trace",
     "residuals",
     "return_trace",
-    "rounded_motion",
     "rounded_up",
     "sample",
-    "singled_out",
     "solve",
-    "stability_border",
+    "solve_one_to_one",
     "table",
-    "touch_condition",
     "touches",
     "touching",
     "trace",
     "turning_points",
     "turns",
     "undecided",
-    "value_condition",
     "voltage_bounds",
     "wall_gap",
     "weighted_trace",

@@ -5,50 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from vireport.motions.critical import PolishedMotion
-from vireport.motions.kinds import (
-    BranchEnd,
-    Change,
-    CriticalKind,
-    Symmetry,
-)
+from vireport.motions.conditions import Condition
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions
+from vireport.motions.points import Point
 from vireport.motions.stability import STABILITIES, Stability
 from vireport.physics import Voltages
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CriticalPoint:
-    """Where the type of motion changes.
-
-    Attributes
-    ----------
-    label : str
-        Letter and number, numbered along d (along the sweep where d is constant).
-    kind : CriticalKind
-    family : Symmetry
-    point : PolishedMotion
-        The motion, with the error bound of its sweep value.
-    mirror : PolishedMotion or None
-        The mirror image of the motion, where the capsule is horizontal.
-    branch : int
-        Number of the branch it lies on (of the first of two mirror images).
-    change : Change
-        What happens there.
-    """
-
-    label: str
-    kind: CriticalKind
-    family: Symmetry
-    point: PolishedMotion
-    mirror: PolishedMotion | None
-    branch: int
-    change: Change
-
-    @property
-    def phi_top(self) -> float:
-        """Phase at the top impact [rad]."""
-        return self.point.phi_top
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,8 +29,8 @@ class Segment:
         return self.admissible and self.stability.attracts
 
 
-Mark = CriticalPoint | CriticalKind | None
-"""What a row of a branch is: a critical point, only its kind where no motion nearby is admissible, or nothing."""
+RowMark = Point | Event | None
+"""What a row of a branch is: a critical point, only its event where no motion nearby is admissible, or nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,36 +41,36 @@ class Branch:
     ----------
     number : int
         From 1, in the order of the results.
-    family : Symmetry
+    symmetry : Symmetry
     mirror_of : int or None
         Number of the branch whose mirror image this is.
     motions : Motions
         On a critical point itself, the type of stability is the less stable side's.
-    marks : tuple of Mark
+    marks : tuple of RowMark
         For each motion the critical point it is.
-    ends : tuple of BranchEnd
-        Why the branch begins and ends.
+    ends : tuple of Condition
+        What the branch begins and ends with.
     voltages : Voltages or None
         None where no energy is evaluated.
     """
 
     number: int
-    family: Symmetry
+    symmetry: Symmetry
     mirror_of: int | None
     motions: Motions
-    marks: tuple[Mark, ...]
-    ends: tuple[BranchEnd, BranchEnd]
+    marks: tuple[RowMark, ...]
+    ends: tuple[Condition, Condition]
     voltages: Voltages | None = None
 
-    def critical_point(self, row: int) -> CriticalPoint | None:
+    def critical_point(self, row: int) -> Point | None:
         """The critical point that a row is."""
         mark = self.marks[row]
-        return mark if isinstance(mark, CriticalPoint) else None
+        return mark if isinstance(mark, Point) else None
 
     @property
     def labels(self) -> list[str]:
         """For each motion the label of the critical point it is, its kind in brackets, or ""."""
-        return [mark.label if isinstance(mark, CriticalPoint) else f"({mark})" if mark else "" for mark in self.marks]
+        return [mark.label if isinstance(mark, Point) else f"({mark})" if mark else "" for mark in self.marks]
 
     def segments(self) -> list[Segment]:
         """Stretches between critical points, each of one stability and either admissible or not."""

@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.branches import Branch, CriticalPoint, Mark
-from vireport.motions.kinds import BranchEnd, CriticalKind, Symmetry
-from vireport.motions.level_curve import Curve, curve_of, sample
+from vireport.motions.branches import Branch, RowMark
+from vireport.motions.events import Event
+from vireport.motions.level_curve import LevelCurve, curve_of, sample
+from vireport.motions.motion import Symmetry
+from vireport.motions.points import Point
 from vireport.motions.stability import Stability
 from vireport.motions.sweep import Held, Sweep
 from vireport.motions.tracing import branches_of
@@ -32,16 +34,16 @@ class BifurcationDiagram:
 
     Attributes
     ----------
-    curve : Curve
+    curve : LevelCurve
         Of the motions on their surface.
     branches : tuple of Branch
-    critical_points : tuple of CriticalPoint
+    critical_points : tuple of Point
         Ordered by their labels' numbers: along d, along the sweep where d is constant.
     """
 
-    curve: Curve
+    curve: LevelCurve
     branches: tuple[Branch, ...]
-    critical_points: tuple[CriticalPoint, ...]
+    critical_points: tuple[Point, ...]
 
     @property
     def sweep(self) -> Sweep:
@@ -62,11 +64,11 @@ def solve(sweep: Sweep) -> BifurcationDiagram:
     return BifurcationDiagram(curve, branches, critical_points)
 
 
-def _numbered(curve: Curve, unordered: list[Branch]) -> tuple[tuple[Branch, ...], tuple[CriticalPoint, ...]]:
+def _numbered(curve: LevelCurve, unordered: list[Branch]) -> tuple[tuple[Branch, ...], tuple[Point, ...]]:
     """Number branches and critical points, and join mirror images."""
     ordered = sorted(unordered, key=_order)
     mirrored = _mirrors(curve, ordered)
-    critical: list[CriticalPoint] = []
+    critical: list[Point] = []
     owner: dict[tuple[int, int], int] = {}
     for i, branch in enumerate(ordered):
         for row in range(len(branch.motions)):
@@ -76,20 +78,20 @@ def _numbered(curve: Curve, unordered: list[Branch]) -> tuple[tuple[Branch, ...]
             twin = next((k for k, other in enumerate(critical) if _is_twin(other, found, mirrored[i])), None)
             if twin is None:
                 owner[i, row] = len(critical)
-                critical.append(replace(found, branch=i + 1))
+                critical.append(replace(found, families=(i + 1,)))
             else:
                 owner[i, row] = twin
-                critical[twin] = replace(critical[twin], mirror=found.point)
+                critical[twin] = replace(critical[twin], mirror=found)
     labels, order = _labels(curve, critical)
     points = {k: replace(critical[k], label=labels[k]) for k in order}
     branches = []
     for i, (branch, mirror) in enumerate(zip(ordered, mirrored, strict=True)):
-        marks: list[Mark] = [
-            points[owner[i, row]] if (i, row) in owner else mark.kind if isinstance(mark, CriticalPoint) else None
+        marks: list[RowMark] = [
+            points[owner[i, row]] if (i, row) in owner else mark.event if isinstance(mark, Point) else None
             for row, mark in enumerate(branch.marks)
         ]
         for row in (0, -1):
-            if branch.ends[row] is BranchEnd.PITCHFORK:
+            if branch.ends[row].event is Event.PITCHFORK:
                 marks[row] = next((point for point in points.values() if _meets(point, branch, row)), None)
         mirror_of = None if mirror is None else mirror + 1
         branches.append(replace(branch, number=i + 1, mirror_of=mirror_of, marks=tuple(marks)))
@@ -98,43 +100,41 @@ def _numbered(curve: Curve, unordered: list[Branch]) -> tuple[tuple[Branch, ...]
 
 def _order(branch: Branch) -> tuple[bool, bool]:
     """Symmetric branches first, and of two mirror images the one with the larger q."""
-    return branch.family is Symmetry.ASYMMETRIC, float(branch.motions.q.min()) < 0.5 - SAME_SHARE
+    return branch.symmetry is Symmetry.ASYMMETRIC, float(branch.motions.q.min()) < 0.5 - SAME_SHARE
 
 
-def _labels(curve: Curve, critical: list[CriticalPoint]) -> tuple[dict[int, str], list[int]]:
+def _labels(curve: LevelCurve, critical: list[Point]) -> tuple[dict[int, str], list[int]]:
     """Letters and numbers along d (along the sweep where d is constant), and the order they are numbered in."""
     constant = curve.level.held is Held.D
-    order = sorted(
-        range(len(critical)), key=lambda k: (0.0 if constant else critical[k].point.d, critical[k].point.sweep_value)
-    )
+    order = sorted(range(len(critical)), key=lambda k: (0.0 if constant else critical[k].d, critical[k].sweep_value))
     counts: dict[str, int] = {}
     labels = {}
     for k in order:
-        letter = critical[k].kind.letter
+        letter = critical[k].event.letter
         counts[letter] = counts.get(letter, 0) + 1
         labels[k] = f"{letter}{counts[letter]}"
     return labels, order
 
 
-def _is_twin(other: CriticalPoint, found: CriticalPoint, mirrored: int | None) -> bool:
+def _is_twin(other: Point, found: Point, mirrored: int | None) -> bool:
     """Whether a critical point is the mirror image of another that was found on the branch `mirrored`."""
-    if mirrored is None or other.branch != mirrored + 1 or other.kind != found.kind or other.mirror is not None:
+    if mirrored is None or other.families != (mirrored + 1,) or other.event != found.event or other.mirror is not None:
         return False
-    value = found.point.sweep_value
-    return abs(other.point.sweep_value - value) <= SAME_POINT * abs(value)
+    value = found.sweep_value
+    return abs(other.sweep_value - value) <= SAME_POINT * abs(value)
 
 
-def _meets(point: CriticalPoint, branch: Branch, row: int) -> bool:
+def _meets(point: Point, branch: Branch, row: int) -> bool:
     """Whether a critical point is the pitchfork at which an asymmetric branch begins."""
-    apart = abs(point.point.d - float(branch.motions.d[row]))
-    return point.kind is CriticalKind.PITCHFORK and apart <= SAME_POINT * point.point.d
+    apart = abs(point.d - float(branch.motions.d[row]))
+    return point.event is Event.PITCHFORK and apart <= SAME_POINT * point.d
 
 
-def _mirrors(curve: Curve, ordered: list[Branch]) -> list[int | None]:
+def _mirrors(curve: LevelCurve, ordered: list[Branch]) -> list[int | None]:
     """For each branch of a horizontal capsule, the earlier one whose mirror image it is."""
     mirrors: list[int | None] = [None] * len(ordered)
     for i, branch in enumerate(ordered):
-        if curve.horizontal and branch.family is Symmetry.ASYMMETRIC:
+        if curve.horizontal and branch.symmetry is Symmetry.ASYMMETRIC:
             earlier = (k for k in range(i) if mirrors[k] is None and _reflected(branch, ordered[k]))
             mirrors[i] = next(earlier, None)
     return mirrors
@@ -149,7 +149,7 @@ def _reflected(first: Branch, second: Branch) -> bool:
         rows = np.stack([m.d, sign * (m.q - 0.5), speed], axis=1)[[0, -1]]
         return np.asarray(rows[np.argsort(rows[:, 1])])
 
-    return first.family == second.family and bool(
+    return first.symmetry == second.symmetry and bool(
         np.allclose(ends(first, 1.0), ends(second, -1.0), rtol=0, atol=SAME_ENDS)
     )
 
@@ -165,10 +165,10 @@ class TableRow:
 
     Attributes
     ----------
-    family : Symmetry
+    symmetry : Symmetry
     branch : int
         Number of the branch; mirror images share the row of the first.
-    start_point, end_point : CriticalPoint or None
+    start_point, end_point : Point or None
         At the ends of the interval; None where it is the sweep or the branch that ends.
     stability : Stability
     d_start, d_end : float
@@ -179,10 +179,10 @@ class TableRow:
         Rows of the branch at these ends.
     """
 
-    family: Symmetry
+    symmetry: Symmetry
     branch: int
-    start_point: CriticalPoint | None
-    end_point: CriticalPoint | None
+    start_point: Point | None
+    end_point: Point | None
     stability: Stability
     d_start: float
     d_end: float
@@ -217,7 +217,7 @@ def _table_rows(branch: Branch, constant_d: bool) -> list[TableRow]:
         first, last = sorted((part.first, part.last), key=lambda row: float(key[row]))
         rows.append(
             TableRow(
-                family=branch.family,
+                symmetry=branch.symmetry,
                 branch=branch.number,
                 start_point=branch.critical_point(first),
                 end_point=branch.critical_point(last),

@@ -123,7 +123,7 @@ def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None
         "velocity_top": velocity_top,
         "trace": _unless_lost(_from(trace, m.trace), m.trace),
         "determinant": 4 * UNIT * m.determinant,
-        "discriminant": _unless_lost(_from(discriminant(trace, r), m.discriminant), m.discriminant),
+        "discriminant": _unless_lost(_from(discriminant(trace, r * r), m.discriminant), m.discriminant),
         "wall_gap": np.where(at_rest, np.inf, d + np.where(m.wall_gap < m.d, turning, 0.0)),
     }
 

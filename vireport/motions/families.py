@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 
 from vireport.motions.distance import error_bounds
 from vireport.motions.error_bounds import value_bound
+from vireport.motions.events import Event
 from vireport.motions.motion import Motion
-from vireport.motions.paths import Curve, Event
-from vireport.motions.points import PolishedPoint
-from vireport.motions.stability import Stability
+from vireport.motions.paths import Curve
+from vireport.motions.periodicity import Model
+from vireport.motions.points import Point, model_of
+from vireport.motions.stability import STABILITIES, Stability, classify
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits
-from vireport.physics import GROUP_ERROR, UNIT, Rounded, Word
+from vireport.physics import FLOATS, GROUP_ERROR, UNIT, Rounded, Word
 
 Floats = NDArray[np.float64]
 
@@ -30,35 +32,12 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Vertex:
-    """Where families begin, end or meet.
-
-    Attributes
-    ----------
-    label : str
-        Letter of its kind and number, numbered along the sweep.
-    event : Event
-        `GRAZING` where an impact of one of the families has velocity zero.
-    point : PolishedPoint
-        The motion there, with the touches of a membrane as impacts of velocity zero.
-    families : tuple of int
-        Numbers of the families, in ascending order.
-    """
-
-    label: str
-    event: Event
-    point: PolishedPoint
-    families: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Mark:
-    """What happens at a row of a family; the vertex where it is one, and the motion there where it is singled out."""
+    """What happens at a row of a family, and the motion there where it is singled out."""
 
     row: int
     event: Event
-    vertex: Vertex | None
-    point: PolishedPoint | None
+    point: Point | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +74,15 @@ class Family:
         return self.curve.word
 
     @property
+    def model(self) -> Model:
+        """What its sweep holds."""
+        return model_of(self.sweep, FLOATS)
+
+    def stability(self, trace: float) -> Stability:
+        """Type of a motion with this trace."""
+        return STABILITIES[int(classify(trace, self.model.r ** len(self.word)))]
+
+    @property
     def name(self) -> str:
         """The word of its motions and their period, such as BBT every forcing period."""
         return self.word.name
@@ -123,7 +111,7 @@ class Family:
     @property
     def d(self) -> Floats:
         """Distance between the membranes, of each motion."""
-        return np.broadcast_to(self.curve.model.groups(self.x[:, -1])[0], len(self.x))
+        return np.broadcast_to(self.model.groups(self.x[:, -1])[0], len(self.x))
 
     @cached_property
     def segments(self) -> tuple[tuple[int, int, Stability], ...]:
@@ -139,7 +127,7 @@ class Family:
             ends = self.x[[first, last]]
             x = self.curve.at(ends.mean(axis=0), float(ends[:, -1].mean()))
             trace = float(self.trace[[first, last]].mean()) if x is None else self.curve.trace(x)
-        return self.curve.stability(trace)
+        return self.stability(trace)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -169,7 +157,7 @@ class Family:
     @property
     def determinant(self) -> float:
         """Of the product of the flights' Jacobians, r^(2N)."""
-        return float(self.curve.model.r ** (2 * len(self.word)))
+        return float(self.model.r ** (2 * len(self.word)))
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -182,12 +170,12 @@ class Family:
 
         Where families cross it is the point where they do, which was solved for in decimals.
         """
-        bounds = error_bounds(self.curve, self.x)
+        bounds = error_bounds(self.curve, self.model, self.x)
         for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
             laps, others = divmod(len(self.word), len(point.motion.word))
             if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound) and not others:
                 motion, exact = self.curve.motion(self.x[row]), point.motion.times(laps)
-                away = motion.distance(exact, mirror=self.curve.model.level.horizontal)
+                away = motion.distance(exact, mirror=self.model.horizontal)
                 bounds[row] = max(away, abs(motion.coordinate - exact.coordinate)) + np.spacing(self.x[row]).max()
         return bounds
 
@@ -195,7 +183,7 @@ class Family:
     def error_bounds(self) -> dict[str, Floats]:
         """The same of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]."""
         bounds, count = self.error_bound, len(self.word)
-        groups = self.curve.model.groups(Rounded(self.x[:, -1], bounds[:, -1]))
+        groups = self.model.groups(Rounded(self.x[:, -1], bounds[:, -1]))
         d, gbar = (x if isinstance(x, Rounded) else Rounded(x, 2 * GROUP_ERROR * abs(x)) for x in groups)
         phase = pi * bounds[:, count:-1] + TURNS * UNIT * np.abs(self.time)
         value = value_bound(self.sweep, self.sweep_value, d, gbar)
@@ -265,7 +253,7 @@ class Atlas:
     limits : Limits
     families : tuple of Family
         By number of impacts, word, periods and range.
-    vertices : tuple of Vertex
+    vertices : tuple of Point
         Along the sweep.
     completeness : tuple of Completeness
         Of each word that is looked for; all others are `Claim.FOLLOWED`.
@@ -274,7 +262,7 @@ class Atlas:
     sweep: Sweep
     limits: Limits
     families: tuple[Family, ...]
-    vertices: tuple[Vertex, ...]
+    vertices: tuple[Point, ...]
     completeness: tuple[Completeness, ...]
 
     def at(self, value: float) -> list[tuple[Family, Motion]]:
@@ -290,7 +278,7 @@ class Atlas:
         """
         for vertex in self.vertices:
             if vertex.label == name:
-                return vertex.point.sweep_value, vertex.point.motion
+                return vertex.sweep_value, vertex.motion
         word = Word.of(name, 1).canonical().letters if set(name) <= {"B", "T"} else name
         families = [family for family in self.families if family.word.canonical().letters == word]
         stable = [(family, *run) for family in families for run in family.stable_runs]
@@ -316,7 +304,7 @@ class Atlas:
     def stable_at(self, value: float) -> list[tuple[Family, Motion]]:
         """Every stable motion at a value of the swept parameter, with its family."""
 
-        def trace(family: Family, motion: Motion) -> float:
-            return family.curve.trace(family.curve.vector(motion))
+        def attracts(family: Family, motion: Motion) -> bool:
+            return family.stability(family.curve.trace(family.curve.vector(motion))).attracts
 
-        return [pair for pair in self.at(value) if pair[0].curve.stability(trace(*pair)).attracts]
+        return [pair for pair in self.at(value) if attracts(*pair)]

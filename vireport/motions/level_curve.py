@@ -15,17 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.motions.admissibility import wall_gap
-from vireport.motions.kinds import StrandEvent
+from vireport.motions.conditions import Condition
+from vireport.motions.events import Event
 from vireport.motions.orbits import Orbits, coefficients, orbits_above
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
-from vireport.motions.stability import (
-    discriminant,
-    focus_border,
-    return_trace,
-    stability_border,
-)
+from vireport.motions.stability import discriminant, return_trace
 from vireport.motions.sweep import Level, Sweep, level_terms
+from vireport.motions.turning import wall_gap
 from vireport.physics import FINEST_D
 from vireport.scenario import Parameter
 
@@ -65,8 +61,22 @@ MOST_SAMPLES = 200_000
 PASSES = 60
 """Bisections of one first step: enough to come from 1/96 of a strand down to rounding."""
 
-VALIDITY = slice(StrandEvent.BOTTOM_REST, None)
-"""Columns of `event_values` that are positive on what may be a motion."""
+COLUMNS: tuple[Condition, ...] = (
+    Condition(Event.PERIOD_DOUBLING),
+    Condition(Event.NODE_FOCUS, sign=-1),
+    Condition(Event.NODE_FOCUS),
+    Condition(Event.FOLD),
+    Condition(Event.GRAZING),
+    Condition(Event.ZERO_VELOCITY, (0,)),
+    Condition(Event.ZERO_VELOCITY, (1,)),
+    Condition(Event.SWEEP_END, sign=-1),
+    Condition(Event.SWEEP_END),
+)
+"""What can happen along a strand: the conditions whose functions are the columns of `LevelCurve.event_values`. A
+meeting of motions is a fold unless it is shown to be a pitchfork."""
+
+TRACED, MEETING, GRAZING, VALIDITY = slice(0, 4), 3, 4, slice(5, None)
+"""Columns that concern the trace; those of meetings and of grazing; those that are positive on what may be a motion."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,7 +198,7 @@ def evaluate(strands: list[Strand], which: Ints, w: Floats, level: Level, r: flo
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class LevelCurve:
     """A level curve ready to be evaluated.
 
     Attributes
@@ -230,27 +240,30 @@ class Curve:
         return self.at(np.full(len(w), strand), w)
 
     def event_values(self, orbit: Orbits, with_gap: object = True) -> Floats:
-        """Functions whose zeros are the events of `StrandEvent`; the last four are positive on what may be a motion.
+        """Functions that are zero where the conditions of `COLUMNS` hold.
 
-        The gap costs most; it is NaN outside the mask `with_gap` and where there can be no motion.
+        The last four are positive on what may be a motion. The gap costs most; it is NaN outside the mask `with_gap`
+        and where there can be no motion.
         """
         r, (low, high) = self.r, self.bounds
         coordinate = self.sweep.coordinate(orbit)
         with np.errstate(all="ignore"):
             trace = return_trace(orbit, r)
-        edge, focus, unknown = stability_border(r), focus_border(r), np.full(trace.shape, np.nan)
+        unknown = np.full(trace.shape, np.nan)
         # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
-        foci = [trace + focus, trace - focus] if r > 0 else [unknown, unknown]
+        traced = [
+            condition.excess(trace, r * r) if r > 0 or condition.event is not Event.NODE_FOCUS else unknown
+            for condition in COLUMNS[TRACED]
+        ]
         in_sweep = (coordinate - low) / (high - low), (high - coordinate) / (high - low)
-        validity = orbit.velocity_bottom, -orbit.velocity_top, *in_sweep
-        values = np.array([trace + edge, *foci, trace - edge, unknown, *validity])
+        values = np.array([*traced, unknown, orbit.velocity_bottom, -orbit.velocity_top, *in_sweep])
         inside = (values[VALIDITY].min(axis=0) > 0) & with_gap
         if inside.any():
-            values[StrandEvent.GRAZING, inside] = wall_gap(orbit.select(inside), r, self.n)
+            values[GRAZING, inside] = wall_gap(orbit.select(inside), r)
         return values.T
 
 
-def curve_of(sweep: Sweep) -> Curve:
+def curve_of(sweep: Sweep) -> LevelCurve:
     """Find the level curve of a sweep."""
     level, device = sweep.level, sweep.device
     ends = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
@@ -258,12 +271,12 @@ def curve_of(sweep: Sweep) -> Curve:
     largest = largest_groups(device.restitution, device.period_ratio)
     low, high = sweep.coordinate_range
     if any(group > most for group, most in zip(least, largest, strict=True)):
-        return Curve(sweep, level, [], (low, high))
+        return LevelCurve(sweep, level, [], (low, high))
     strands = find_strands(level, device.restitution, device.period_ratio)
     # A sweep over decades is bounded on the scale of the motions, or else its ends are lost in rounding.
     if sweep.parameter is Parameter.INCLINATION:
-        return Curve(sweep, level, strands, (low, min(high, largest[1])))
-    return Curve(sweep, level, strands, (max(low, min(device.finest(FINEST_D), high / 2)), min(high, largest[0])))
+        return LevelCurve(sweep, level, strands, (low, min(high, largest[1])))
+    return LevelCurve(sweep, level, strands, (max(low, min(device.finest(FINEST_D), high / 2)), min(high, largest[0])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -286,12 +299,12 @@ class Samples:
     drawn: Floats
 
 
-def sample(curve: Curve) -> Samples:
+def sample(curve: LevelCurve) -> Samples:
     """Sample every strand, finer wherever the drawn curve bends, jumps, or may enter the sweep unseen.
 
     Parameters
     ----------
-    curve : Curve
+    curve : LevelCurve
 
     Raises
     ------
@@ -325,14 +338,15 @@ def sample(curve: Curve) -> Samples:
     return samples
 
 
-def _samples(curve: Curve, which: Ints, w: Floats) -> Samples:
+def _samples(curve: LevelCurve, which: Ints, w: Floats) -> Samples:
     orbit = curve.at(which, w)
     events = curve.event_values(orbit, with_gap=False)
-    r, trace = curve.r, events[:, StrandEvent.DOUBLING] - stability_border(curve.r)
+    r = curve.r
+    trace = COLUMNS[0].trace(events[:, 0], r * r)
     low, high = curve.bounds
     speed = 1 + (1 + r) / (1 - r) / np.pi
     with np.errstate(all="ignore"):
-        root = np.sqrt(np.abs(np.clip(discriminant(trace, r), -4.0, 4.0)))
+        root = np.sqrt(np.abs(np.clip(discriminant(trace, r * r), -4.0, 4.0)))
         # The trace passes through infinity where an impact velocity vanishes; faded, the eigenvalues are continuous.
         fade = np.clip(-100 * orbit.velocity_bottom * orbit.velocity_top, -1.0, 1.0) / 3
         drawn = np.stack(

@@ -1,32 +1,28 @@
-"""Periodic motions with any sequence of impacts: what they are, when two are the same, and their turning points.
+"""Periodic motions of any word: what they are, and when two are the same.
 
 A motion is known by its impacts. Times are in t_c, half a forcing period, with the forcing phase pi t.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from math import acos, cos, inf, pi, sin
-from typing import Any, NamedTuple
+from enum import StrEnum
+from math import inf, pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import Word, flight
+from vireport.physics import Word
 
 Floats = NDArray[np.float64]
-
-BISECTIONS = 60
-"""Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""
-
-SETTLED = 1e-8
-"""Newton step [t_c] at which a turning point is found: Z' being zero there, its square is what moves the position."""
 
 SAME = 1e-7
 """Difference of velocity [y_c] and time [t_c] up to which two motions are one: between the error of a solution
 (1e-12) and the distance of different motions at one value of the swept parameter."""
+
+AT_ZERO = 1e-9
+"""Velocity or gap that is zero where an event says that one is: far above rounding, far below any that differ."""
 
 BESIDE = 1e-3
 """Time [t_c] from an impact without velocity within which a turning point is the same touch: its distance grows with
@@ -37,13 +33,20 @@ IMAGE = 1e-5
 the digits are left."""
 
 
+class Symmetry(StrEnum):
+    """Whether a motion is its own mirror image, as some of a horizontal capsule are."""
+
+    SYMMETRIC = "symmetric"
+    ASYMMETRIC = "asymmetric"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
     """A periodic motion (dimensionless).
 
     Attributes
     ----------
-    sequence : Sequence
+    word : Word
     velocity : ndarray (N,)
         Relative velocity just before each impact [y_c]; positive at the bottom, negative at the top.
     time : ndarray (N,)
@@ -62,6 +65,11 @@ class Motion:
         """Forcing phase at each impact [rad], in [0, 2 pi)."""
         return np.mod(pi * self.time, 2 * pi)
 
+    @property
+    def rests(self) -> tuple[int, ...]:
+        """The impacts that have no velocity."""
+        return tuple(np.flatnonzero(np.abs(self.velocity) < AT_ZERO).tolist())
+
     def rotated(self, first: int) -> Motion:
         """The same motion, with its impacts counted from another one, which is within the first forcing period."""
         time = np.concatenate([self.time[first:], self.time[:first] + 2 * self.word.periods])
@@ -76,6 +84,12 @@ class Motion:
     def mirrored(self) -> Motion:
         """The mirror image, a motion where gravity has no part along the capsule."""
         return replace(self, word=self.word.mirrored(), velocity=-self.velocity, time=self.time + 1)
+
+    def representative(self, mirror: bool) -> Motion:
+        """The one of its rotations and, with `mirror`, its mirror images that stands for all."""
+        image = self.mirrored()
+        exchanged = mirror and image.word.canonical().letters < self.word.canonical().letters
+        return (image if exchanged else self).canonical()
 
     def times(self, count: int) -> Motion:
         """Several periods of the motion, as one."""
@@ -123,58 +137,3 @@ class Motion:
         others = (other, other.mirrored()) if mirror else (other,)
         images = (x.rotated(i) for x in others for i in x.word.firsts(self.word))
         return min(map(self.apart, images), default=inf)
-
-
-class Turn(NamedTuple):
-    """A turning point of the ball: the flight it is in, its time, the wall it is turned towards, and its distance."""
-
-    after: int
-    time: float
-    wall: int
-    gap: float
-
-
-def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
-    """Every turning point of a motion, with its distance from the wall that the ball turns back from.
-
-    The zeros of Z' are bracketed by those of Z'' = gbar + cos(phase), which are known, so that none is missed. The
-    distance is negative where the ball would have passed through the membrane.
-    """
-    lift = acos(-gbar) / pi if gbar < 1 else 1.0
-    swing = sin(pi * lift)
-    still = ((lift, swing), (2 - lift, -swing)) if gbar < 1 else ()
-    walls, times, velocities = motion.word.walls, motion.time.tolist(), motion.velocity.tolist()
-    times.append(times[0] + 2 * motion.word.periods)
-    velocities.append(velocities[0])
-    for i, wall in enumerate(walls):
-        start, end, after, phase = times[i], times[i + 1], flight.reflect(velocities[i], r), pi * times[i]
-        sine, cosine = sin(phase), cos(phase)
-        laps = range(2 * int(start // 2), 2 * int(end // 2) + 1, 2)
-        inner = [(lap + t, there) for lap in laps for t, there in still if start < lap + t < end]
-        speeds = [(t, flight.velocity(t - start, after, sine, there, gbar)) for t, there in inner]
-        for low, high in pairwise([(start, after), *speeds, (end, velocities[i + 1])]):
-            if low[1] * high[1] < 0:
-                time = _rest(low, high, (start, after, sine), gbar)
-                towards = 1 if low[1] > 0 else -1
-                z = wall * d / 2 + flight.displacement(time - start, after, sine, cosine, cos(pi * time), gbar)
-                yield Turn(i, time, towards, d / 2 - towards * z)
-
-
-def _rest(low: tuple[float, float], high: tuple[float, float], flown: tuple[float, float, float], gbar: float) -> float:
-    """Time at which a monotone Z' is zero, between two at which it is given with them.
-
-    `flown` are the time, Z' and the sine of the phase at the beginning of the flight.
-    """
-    start, after, sine = flown
-    (a, before), (b, behind) = low, high
-    # where it would be if Z' were half a wave, as it is where gbar = 0
-    t = a + (b - a) * acos((before + behind) / (behind - before)) / pi
-    for _ in range(BISECTIONS):
-        phase = pi * t
-        value, slope = flight.velocity(t - start, after, sine, sin(phase), gbar), gbar + cos(phase)
-        a, b = (a, t) if (value > 0) == (behind > 0) else (t, b)
-        new = t - value / slope if slope else a
-        if abs(new - t) < SETTLED and slope:
-            return new
-        t = new if a < new < b else (a + b) / 2
-    return t

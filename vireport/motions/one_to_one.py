@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.admissibility import wall_gap
 from vireport.motions.orbits import Orbits
 from vireport.motions.stability import (
     STABILITIES,
@@ -18,6 +17,7 @@ from vireport.motions.stability import (
     return_trace,
 )
 from vireport.motions.sweep import Held, Level, Sweep
+from vireport.motions.turning import wall_gap
 from vireport.physics import Device
 from vireport.scenario import Parameter
 
@@ -75,6 +75,11 @@ class Motions:
         return len(self.d)
 
     @property
+    def decay(self) -> float:
+        """Root of the determinant of DP: r^2, the product of the restitution coefficients over both impacts."""
+        return self.restitution * self.restitution
+
+    @property
     def determinant(self) -> Floats:
         """Of DP: r^4 for every motion, Eq. (A.3)."""
         return np.full(len(self), self.restitution**4)
@@ -106,14 +111,14 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:
 
     The group that the sweep holds is given its exact value.
     """
-    r, n = sweep.device.restitution, sweep.device.period_ratio
+    r = sweep.device.restitution
     d, gbar = np.array(orbit.d, dtype=float), np.array(orbit.gbar, dtype=float)
     if level.held is Held.GBAR:
         gbar[:] = level.value
     elif level.held is Held.D:
         d[:] = level.value
     trace = np.array(return_trace(orbit, r))
-    gap = wall_gap(orbit, r, n)
+    gap = wall_gap(orbit, r)
     return Motions(
         sweep_value=np.array(sweep.value(d, gbar), dtype=float),
         d=d,
@@ -125,8 +130,8 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:
         velocity_bottom=np.array(orbit.velocity_bottom),
         velocity_top=np.array(orbit.velocity_top),
         trace=trace,
-        discriminant=discriminant(trace, r),
-        stability=classify(trace, r),
+        discriminant=discriminant(trace, r * r),
+        stability=classify(trace, r * r),
         wall_gap=gap,
         admissible=gap > 0,
         restitution=r,

@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-from vireport.physics import ARRAYS, flight
+from vireport.physics import ARRAYS, Flight, flight
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,63 +147,6 @@ class Orbits:
             Flight(-1, bottom, self.sin_phi, self.cos_phi, self.time_up, self.gbar, self.d),
             Flight(1, top, self.sin_top, self.cos_top, self.time_down, self.gbar, self.d),
         )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Flight:
-    """A flight from one membrane to the other, as numbers or arrays of one shape (dimensionless).
-
-    Attributes
-    ----------
-    direction : int
-        Sign of a velocity from the membrane left to the other: -1 upward, 1 downward.
-    velocity : array_like
-        Z' just after the impact that it begins with.
-    sine, cosine : array_like
-        Of the forcing phase at that impact.
-    duration : array_like
-        Flight time [t_c].
-    gbar, d : array_like
-        Gravity, and the distance between the membranes.
-    """
-
-    direction: int
-    velocity: Any
-    sine: Any
-    cosine: Any
-    duration: Any
-    gbar: Any
-    d: Any
-
-    def select(self, index: Any) -> Flight:
-        """The flights picked by an index or mask, of arrays of one shape."""
-        return Flight(self.direction, *(getattr(self, name)[index] for name in FLIGHT_NUMBERS))
-
-    def speed(self, t: Any, sine: Any, ops: Any = ARRAYS) -> Any:
-        """Velocity away from the membrane left, a time t after the impact, where the phase has this sine."""
-        return self.direction * flight.velocity(t, self.velocity, self.sine, sine, self.gbar, pi=ops.pi)
-
-    def covered(self, t: Any, cosine: Any, ops: Any = ARRAYS) -> Any:
-        """Distance from the membrane left, a time t after the impact, where the phase has this cosine."""
-        return self.direction * flight.displacement(
-            t, self.velocity, self.sine, self.cosine, cosine, self.gbar, pi=ops.pi
-        )
-
-    def pressing(self, cosine: Any) -> Any:
-        """Acceleration away from the membrane left, where the phase has this cosine."""
-        return self.direction * flight.acceleration(cosine, self.gbar)
-
-    def jerk(self, sine: Any, ops: Any = ARRAYS) -> Any:
-        """Rate of that acceleration, where the phase has this sine."""
-        return -self.direction * ops.pi * sine
-
-    def turned(self, sine: Any, cosine: Any) -> tuple[Any, Any]:
-        """Sine and cosine of the phase when it has grown by an angle with this sine and cosine."""
-        return self.sine * cosine + self.cosine * sine, self.cosine * cosine - self.sine * sine
-
-
-FLIGHT_NUMBERS = tuple(field.name for field in fields(Flight) if field.name != "direction")
-"""What a `Flight` holds numbers of."""
 
 
 def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS) -> Orbits:

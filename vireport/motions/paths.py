@@ -9,18 +9,21 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from functools import cached_property
-from math import atan, copysign, inf, nan, pi, sqrt
+from math import atan, copysign, inf, isfinite, nan, pi, sqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.motions.motion import IMAGE, Motion
-from vireport.motions.periodicity import Model, linearised, trace
+from vireport.motions.conditions import Condition
+from vireport.motions.events import TRACE_LEVELS, Event
+from vireport.motions.motion import AT_ZERO, IMAGE, Motion
+from vireport.motions.periodicity import Variation, linearised, trace
+from vireport.motions.roots import GOLDEN
 from vireport.motions.stability import STABILITIES, Stability, classify
+from vireport.motions.turning import Turn, turns
 from vireport.physics import Word
 
 Floats = NDArray[np.float64]
@@ -66,34 +69,27 @@ RANK = 1e-7
 MOST_ASIDE = 1e3
 """Length of a tangent before it is normalised, at which another curve crosses."""
 
-AT_ZERO = 1e-9
-"""Velocity or gap that is zero where an event says that one is: far above rounding, far below any that differ."""
 
+PASSED = Condition(Event.PERIOD_DOUBLING), Condition(Event.NODE_FOCUS), Condition(Event.NODE_FOCUS, sign=-1)
+"""What a family passes through: where the trace has a value, and the motions go on."""
 
-class Event(StrEnum):
-    """What happens at a point of a family.
+MEETING = Condition(Event.FOLD)
+"""Where motions meet, in a fold or a pitchfork."""
 
-    From grazing on these end it; a period doubling or a pitchfork does where the family turns back as its own image.
-    The last three are points of loci: where folds and period doublings of the motion with the impact begin at a grazing
-    point; where loci of folds have a cusp, or meet that of the period doubling at which their motions begin.
-    """
+NEARBY, DOUBTFUL = 0.3, 0.5
+"""Distance of the trace to a border within which it is asked whether it crosses it within a step and comes back; and
+the share of the lesser distance at the ends, below which the parabola has to come for the trace to be looked at."""
 
-    PERIOD_DOUBLING = "period_doubling"
-    FOLD = "fold"
-    PITCHFORK = "pitchfork"
-    NODE_FOCUS = "node_focus"
-    GRAZING = "grazing"
-    ZERO_VELOCITY = "zero_velocity"
-    SWEEP_END = "sweep_end"
-    CLOSED = "closed_curve"
-    LOST = "not_followed"
-    DEGENERATE_GRAZING = "degenerate_grazing"
-    CUSP = "cusp"
-    DEGENERATE_DOUBLING = "degenerate_period_doubling"
+SEARCHED, SECTIONS = 0.2, 20
+"""Share of the step to either side of the parabola's extremum, in which that of the trace is looked for, and the golden
+sections that find it, to the root of rounding."""
+
+CROSSED = 1e-11
+"""Depth beyond which the trace crosses a border rather than touches it, as asymmetric motions do at a pitchfork."""
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class PathPoint:
     """A motion on a path, or a guess at one.
 
     Attributes
@@ -124,8 +120,8 @@ class Point:
 class Arc:
     """A step of a path, as the cubic that goes through the motions at both ends in the direction of the path."""
 
-    start: Point
-    end: Point
+    start: PathPoint
+    end: PathPoint
 
     @cached_property
     def length(self) -> float:
@@ -146,13 +142,13 @@ class Arc:
         cube = (self.length * both - 2 * self._way) / self.length**3
         return turned / (2 * self.length) - 1.5 * self.length * cube, cube
 
-    def at(self, size: float) -> Point:
+    def at(self, size: float) -> PathPoint:
         """The cubic at an arclength from the start, its direction not normalised."""
         path, tangent, (square, cube) = self.start.path, self.start.tangent, self._bend
         x = self.start.x + path.scale * (size * (tangent + size * (square + size * cube)))
-        return Point(path, x, tangent + size * (2 * square + 3 * size * cube))
+        return PathPoint(path, x, tangent + size * (2 * square + 3 * size * cube))
 
-    def crossing(self, value: Callable[[Point], float]) -> tuple[float, float]:
+    def crossing(self, value: Callable[[PathPoint], float]) -> tuple[float, float]:
         """Arclength at which a function is zero whose signs differ at the ends, and its slope there."""
         first, last = value(self.start), value(self.end)
         slope = (last - first) / self.length
@@ -195,11 +191,11 @@ class Path(ABC):
         """How much what must change little within a step does, as a share of the most for no event to be missed."""
 
     @abstractmethod
-    def ended(self, arc: Arc) -> tuple[Event, Point]:
+    def ended(self, arc: Arc) -> tuple[Event, PathPoint]:
         """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
 
     @abstractmethod
-    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def happenings(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the path. Raises as `located`."""
 
     def strain(self, arc: Arc) -> float:
@@ -216,11 +212,11 @@ class Path(ABC):
             return steepest
         return max(steepest, step * (turned + step) / least)
 
-    def reach(self, point: Point) -> float:
+    def reach(self, point: PathPoint) -> float:
         """Longest step: as `strain` sees what is hidden, it may go with the root of the least velocity or gap."""
         return max(min(sqrt(max(point.margin, 0.0)) / 2, self.longest), CLOSE)
 
-    def leaves(self, x: Floats, first: Point) -> bool:
+    def leaves(self, x: Floats, first: PathPoint) -> bool:
         """Whether nothing happens between a point from which the path begins and a motion next to it."""
         return True
 
@@ -253,18 +249,18 @@ class Path(ABC):
         """The motion nearest to a guess."""
         return (self._newton(guess, np.zeros(len(guess)), True) or (None,))[0]
 
-    def point(self, x: Floats, along: Floats) -> Point:
+    def point(self, x: Floats, along: Floats) -> PathPoint:
         """A motion with the direction of the path there, on the side of another direction."""
         return self._point(x, _within_rank(np.concatenate([self.linearised(x)[1], along[None]]), np.eye(len(x))[-1]))
 
-    def _point(self, x: Floats, along: Floats) -> Point:
-        return Point(self, x, along / sqrt(along @ along))
+    def _point(self, x: Floats, along: Floats) -> PathPoint:
+        return PathPoint(self, x, along / sqrt(along @ along))
 
     def tangent(self, x: Floats) -> Floats:
         """The direction of the path, of either sign."""
         return np.asarray(np.linalg.svd(self.linearised(x)[1])[2][-1])
 
-    def beside(self, arc: Arc, size: float) -> Point:
+    def beside(self, arc: Arc, size: float) -> PathPoint:
         """The motion next to a point of an arc, or beyond its end.
 
         Raises
@@ -280,7 +276,7 @@ class Path(ABC):
             raise NumericalError(f"a family of {self.word.letters} was lost")
         return self._point(*found)
 
-    def located(self, arc: Arc, value: Callable[[Point], float]) -> tuple[float, Point]:
+    def located(self, arc: Arc, value: Callable[[PathPoint], float]) -> tuple[float, PathPoint]:
         """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
         known, (guess, slope) = {}, arc.crossing(value)
 
@@ -291,7 +287,7 @@ class Path(ABC):
         size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, LOCATED)
         return abs(size), known[size]
 
-    def reached(self, arc: Arc, which: int, value: float) -> tuple[float, Point]:
+    def reached(self, arc: Arc, which: int, value: float) -> tuple[float, PathPoint]:
         """Where, along an arc, one of the unknowns of the path has a value that lies between those at its ends.
 
         Raises
@@ -342,49 +338,49 @@ def _within_rank(matrix: Floats, right: Floats) -> Floats:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Strand:
+class Trail:
     """Points along a curve, and what happens at some of them: the last one ends it."""
 
-    points: list[Point]
+    points: list[PathPoint]
     events: list[tuple[int, Event]]
 
-    def reversed(self) -> Strand:
+    def reversed(self) -> Trail:
         """The same, followed the other way."""
         last = len(self.points) - 1
-        return Strand(self.points[::-1], [(last - i, event) for i, event in self.events[::-1]])
+        return Trail(self.points[::-1], [(last - i, event) for i, event in self.events[::-1]])
 
 
-def follow(path: Path, start: Point) -> Strand:
-    """Follow a path from a motion, in the direction of its tangent, until something ends it."""
-    strand, arc, step = Strand([start], []), Arc(start, start), path.first
-    while len(strand.points) < MOST_POINTS and step > SHORTEST_STEP:
+def follow(path: Path, start: PathPoint, until: frozenset[Event] = frozenset()) -> Trail:
+    """Follow a path from a motion, in the direction of its tangent, until something ends it, or one of some events."""
+    trail, arc, step = Trail([start], []), Arc(start, start), path.first
+    while len(trail.points) < MOST_POINTS and step > SHORTEST_STEP:
         step = min(step, path.reach(arc.end))
         try:
             new = Arc(arc.end, path.beside(arc, arc.length + step))
             strain = path.strain(new)
             if strain <= 1:
-                if _advance(path, strand, new):
-                    return strand
+                if _advance(path, trail, new, until):
+                    return trail
                 arc = new
         except NumericalError:
             strain = inf
         step *= AIM / min(max(strain, LEAST), MOST)
-    strand.events.append((len(strand.points) - 1, Event.LOST))
-    return strand
+    trail.events.append((len(trail.points) - 1, Event.LOST))
+    return trail
 
 
-def completed(path: Path, start: Point, forward: Strand) -> Strand:
-    """A strand with the other way from its start in front of it."""
+def completed(path: Path, start: PathPoint, forward: Trail) -> Trail:
+    """A trail with the other way from its start in front of it."""
     if forward.events[-1][1] is Event.CLOSED:
         return forward
     back = follow(path, replace(start, tangent=-start.tangent)).reversed()
     shift = len(back.points) - 1
     events = [*back.events, *((i + shift, event) for i, event in forward.events)]
-    return Strand([*back.points, *forward.points[1:]], events)
+    return Trail([*back.points, *forward.points[1:]], events)
 
 
-def _advance(path: Path, strand: Strand, arc: Arc) -> bool:
-    """Add the points of one step to a strand, and return whether it ends there.
+def _advance(path: Path, trail: Trail, arc: Arc, until: frozenset[Event]) -> bool:
+    """Add the points of one step to a trail, and return whether it ends there.
 
     Raises
     ------
@@ -393,20 +389,22 @@ def _advance(path: Path, strand: Strand, arc: Arc) -> bool:
     """
     end, new = path.ended(arc) if arc.end.margin <= 0 else (None, arc.end)
     happenings, over = path.happenings(Arc(arc.start, new))
-    if end is None and _closes(strand, new):
-        end, new = Event.CLOSED, strand.points[0]
+    if end is None and _closes(trail, new):
+        end, new = Event.CLOSED, trail.points[0]
     for motion, event in happenings if over else [*happenings, (new, end)]:
-        strand.points.append(motion)
+        trail.points.append(motion)
         if event is not None:
-            strand.events.append((len(strand.points) - 1, event))
+            trail.events.append((len(trail.points) - 1, event))
+            if event in until:
+                return True
     return over or end is not None
 
 
-def _closes(strand: Strand, new: Point) -> bool:
+def _closes(trail: Trail, new: PathPoint) -> bool:
     """Whether a curve has come back to the motion that it began with."""
-    last, first = strand.points[-1], strand.points[0]
+    last, first = trail.points[-1], trail.points[0]
     way, back = new.x - last.x, first.x - last.x
-    if len(strand.points) < 8 or float(last.tangent @ first.tangent) < 1 - SHARPEST**2 / 2:
+    if len(trail.points) < 8 or float(last.tangent @ first.tangent) < 1 - SHARPEST**2 / 2:
         return False
     along = float(way @ back) / float(way @ way)
     return 0 <= along <= 1 and float(np.abs(back - along * way).max()) < 0.1 * float(np.abs(way).max())
@@ -414,31 +412,37 @@ def _closes(strand: Strand, new: Point) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Curve(Path):
-    """The motions of one sequence as a curve, between two values of the coordinate.
+    """The motions of one word as a curve, between two values of what varies.
 
     Attributes
     ----------
-    sequence : Sequence
-    model : Model
+    word : Word
+    model : Variation
+        How the groups depend on what varies.
     low, high : float
-        Range of the coordinate.
+        Range of what varies, the coordinate.
+    width : float
+        What the coordinate is measured by, the range of a sweep.
     """
 
     word: Word
-    model: Model
+    model: Variation
     low: float
     high: float
+    width: float
 
     @cached_property
     def scale(self) -> Floats:
-        """The sweep's range, and 1 of velocities and times."""
-        return np.append(np.ones(2 * len(self.word)), self.high - self.low)
+        """The width of the coordinate, and 1 of velocities and times."""
+        return np.append(np.ones(2 * len(self.word)), self.width)
 
-    @cached_property
-    def borders(self) -> tuple[float, float]:
-        """|tr| at which a multiplier has modulus 1, 1 + r^(2N), and at which Delta = 0, 2 r^N."""
-        decay = self.model.r ** len(self.word)
-        return 1 + decay * decay, 2 * decay
+    def groups(self, x: Floats) -> tuple[float, float, float]:
+        """The groups d and gbar, and r, at a motion."""
+        return self.model.at((float(x[-1]),))
+
+    def decay(self, x: Floats) -> float:
+        """Product of the restitution coefficients over the impacts of a motion, the root of the determinant."""
+        return float(self.groups(x)[2] ** len(self.word))
 
     def vector(self, motion: Motion) -> Floats:
         """The unknowns of a motion."""
@@ -449,10 +453,14 @@ class Curve(Path):
         count = len(self.word)
         return Motion(self.word, x[:count], x[count:-1], float(x[-1]))
 
+    def turns(self, x: Floats) -> list[Turn]:
+        """The turning points of a motion."""
+        return list(turns(self.motion(x), *self.groups(x)))
+
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
-        """The conditions and their derivatives, the last by the share of the sweep."""
+        """The conditions and their derivatives, the last by the coordinate over its width."""
         values, matrix = linearised(self.word, x, self.model)
-        matrix[:, -1] *= self.high - self.low
+        matrix[:, -1] *= self.width
         return values, matrix
 
     def at(self, guess: Floats, coordinate: float) -> Floats | None:
@@ -467,15 +475,15 @@ class Curve(Path):
         touches = any(abs(velocity) < AT_ZERO for velocity in row[: len(self.word)])
         return nan if touches else float(trace(self.word, row, self.model))
 
-    def stability(self, trace: float) -> Stability:
-        """Type of a motion with this trace."""
-        return STABILITIES[int(classify(trace, self.model.r ** (len(self.word) / 2)))]
+    def stability(self, x: Floats) -> Stability:
+        """Type of a motion."""
+        return STABILITIES[int(classify(self.trace(x), self.decay(x)))]
 
     def margins(self, x: Floats) -> list[float]:
         """What is positive of a motion within the sweep: both distances to its ends, velocities, gaps to the walls."""
-        share = (float(x[-1]) - self.low) / (self.high - self.low)
-        gaps = [turn.gap for turn in self.model.turns(self.motion(x))]
-        return [share, 1 - share, *self._speeds(x), *gaps]
+        share = (float(x[-1]) - self.low) / self.width
+        rest = (self.high - self.low) / self.width - share
+        return [share, rest, *self._speeds(x), *(turn.gap for turn in self.turns(x))]
 
     def _speeds(self, x: Floats) -> list[float]:
         """Velocities of impacts, towards their walls."""
@@ -488,18 +496,21 @@ class Curve(Path):
         """
         if min(self._speeds(arc.end.x)) < AT_ZERO:
             return 0.0 if arc.length < LAST_STEP or self._near_pole(arc.start) else inf
-        change = atan(arc.end.trace / self.borders[0]) - atan(arc.start.trace / self.borders[0])
-        return abs(change) / STEEPEST
+        return abs(self._angle(arc.end) - self._angle(arc.start)) / STEEPEST
 
-    def _near_pole(self, point: Point) -> bool:
+    def _angle(self, point: PathPoint) -> float:
+        """What stands for the trace: its size at the borders of stability is pi/4, at a pole pi/2."""
+        return atan(point.trace / TRACE_LEVELS[Event.FOLD](self.decay(point.x)))
+
+    def _near_pole(self, point: PathPoint) -> bool:
         """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
-        return pi / 2 - abs(atan(point.trace / self.borders[0])) < STEEPEST
+        return pi / 2 - abs(self._angle(point)) < STEEPEST
 
-    def leaves(self, x: Floats, first: Point) -> bool:
+    def leaves(self, x: Floats, first: PathPoint) -> bool:
         """Whether nothing happens between a point from which the curve begins and a motion next to it."""
         return not (x[: len(self.word)] == 0).any() or self._near_pole(first)
 
-    def ended(self, arc: Arc) -> tuple[Event, Point]:
+    def ended(self, arc: Arc) -> tuple[Event, PathPoint]:
         """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
         ends = ((-1, self.low, 1), (-1, self.high, -1))
         bounds = [*ends, *((i, 0.0, wall) for i, wall in enumerate(self.word.walls))]
@@ -512,40 +523,69 @@ class Curve(Path):
                 return Event.ZERO_VELOCITY if touches else Event.SWEEP_END, first
         return Event.GRAZING, self.located(arc, lambda point: point.margin)[1]
 
-    def happenings(self, arc: Arc) -> tuple[list[tuple[Point, Event | None]], bool]:
+    def happenings(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the family. Raises as `located`."""
-        border, focus = self.borders
-        found: list[tuple[float, Point, Event | None]] = []
+        beyond = self._beyond_a_border(arc)
+        if beyond is not None:
+            first, over = self.happenings(Arc(arc.start, beyond))
+            second, ends = ([], True) if over else self.happenings(Arc(beyond, arc.end))
+            return [*first, *second], ends
+        found: list[tuple[float, PathPoint, Event | None]] = []
 
-        def pass_through(value: Callable[[Point], float]) -> bool:
+        def pass_through(value: Callable[[PathPoint], float]) -> bool:
             return value(arc.start) * value(arc.end) < 0
 
-        for event, level in (
-            (Event.PERIOD_DOUBLING, -border), (Event.NODE_FOCUS, focus), (Event.NODE_FOCUS, -focus),
-        ):  # fmt: skip
-            if pass_through(_above(level)):
-                found.append((*self.located(arc, _above(level)), event))
-        over, meets = False, pass_through(_above(border))
+        for condition in PASSED:
+            if pass_through(self._excess(condition)):
+                found.append((*self.located(arc, self._excess(condition)), condition.event))
+        meeting = self._excess(MEETING)
+        over, meets = False, pass_through(meeting)
         if pass_through(_along):
-            where = self.located(arc, _above(border) if meets else _along)
+            where = self.located(arc, meeting if meets else _along)
             image = None if meets else _turned_back(self, where[1].x)
             over = image is not None
             found = [one for one in found if not over or one[0] < where[0]]
             if meets or over:
                 found.append((*where, image or Event.FOLD))
         elif meets:
-            where = self.located(arc, _above(border))
+            where = self.located(arc, meeting)
             if _is_symmetric(self, where[1].x):
                 found.append((*where, Event.PITCHFORK))
         return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over
 
+    def _excess(self, condition: Condition) -> Callable[[PathPoint], float]:
+        """How far the trace of a motion is above that of a condition."""
+        return lambda point: float(condition.excess(point.trace, self.decay(point.x)))
 
-def _above(level: float) -> Callable[[Point], float]:
-    """How far the trace of a motion is above a level."""
-    return lambda point: point.trace - level
+    def _beyond_a_border(self, arc: Arc) -> PathPoint | None:
+        """A motion within a step at which the trace has crossed a border to which it comes back, if there is one.
+
+        It is looked for where the parabola through both ends and the middle of the step comes near a border: the trace
+        turns little within a step.
+        """
+        for condition in (*PASSED, MEETING):
+            excess = self._excess(condition)
+            start, end = excess(arc.start), excess(arc.end)
+            near = min(abs(start), abs(end)) < NEARBY * max(1.0, abs(condition.trace(0.0, self.decay(arc.start.x))))
+            if not (start * end > 0 and near and isfinite(start + end)):
+                continue
+            slope, bend = end - start, 2 * (start + end - 2 * excess(arc.at(arc.length / 2)))
+            share = 0.5 - slope / (2 * bend) if bend else 0.0
+            lowest = start + share * (slope - bend) + share * share * bend
+            if not 0 < share < 1 or lowest * copysign(1, start) > DOUBTFUL * min(abs(start), abs(end)):
+                continue
+            low, high = (share - SEARCHED) * arc.length, (share + SEARCHED) * arc.length
+            for _ in range(SECTIONS):
+                inner = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+                values = [copysign(1, start) * excess(self.beside(arc, size)) for size in inner]
+                low, high = (low, inner[1]) if values[0] < values[1] else (inner[0], high)
+            deepest = self.beside(arc, (low + high) / 2)
+            if copysign(1, start) * excess(deepest) < -CROSSED:
+                return deepest
+        return None
 
 
-def _along(point: Point) -> float:
+def _along(point: PathPoint) -> float:
     """How fast the swept parameter changes along the curve."""
     return float(point.tangent[-1])
 
@@ -553,7 +593,7 @@ def _along(point: Point) -> float:
 def _is_symmetric(curve: Curve, x: Floats) -> bool:
     """Whether a motion of a horizontal capsule is its own mirror image."""
     motion = curve.motion(x)
-    return curve.model.level.horizontal and motion.distance(motion.mirrored()) < IMAGE
+    return curve.model.horizontal and motion.distance(motion.mirrored()) < IMAGE
 
 
 def _turned_back(curve: Curve, x: Floats) -> Event | None:

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.motion import Motion, Turn, turns
-from vireport.motions.stability import Jacobian, flight_jacobian
+from vireport.motions.stability import flight_jacobian, product_trace
 from vireport.motions.sweep import Held, Level
 from vireport.physics import FLOATS, Word, flight
 
@@ -32,21 +31,34 @@ class Grouped(Protocol):
 
 
 class Varied(Grouped, Protocol):
-    """The same with derivatives."""
+    """What varies of a device, with the derivatives of the groups by it."""
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Of d, gbar and r, (3, len(varied))."""
+        """Derivatives of d, gbar and r, (3, len(varied))."""
+
+
+class Variation(Varied, Protocol):
+    """One number of a device that varies, along which motions are followed."""
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether gravity has no part along the capsule, whatever varies: motions then have mirror images."""
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
     """What a sweep leaves as it is: a line in the plane of d and gbar, and the restitution coefficient.
 
-    As `Plane`, it gives the groups at what varies, which follows the velocities and times among the unknowns.
+    It gives the groups at what varies, which follows the velocities and times among the unknowns.
     """
 
     level: Level
     r: Any
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether gravity has no part along the capsule."""
+        return self.level.horizontal
 
     def groups(self, coordinate: Any) -> tuple[Any, Any]:
         """The groups d and gbar at a value of the coordinate that orders the sweep."""
@@ -68,16 +80,6 @@ class Model:
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """Their derivatives by it, (3, 1)."""
         return np.array([[*self.slope, 0.0]]).T
-
-    def representative(self, motion: Motion) -> Motion:
-        """The one of a motion's rotations, and in a horizontal capsule mirror images, that stands for all."""
-        image = motion.mirrored()
-        exchanged = self.level.horizontal and image.word.canonical().letters < motion.word.canonical().letters
-        return (image if exchanged else motion).canonical()
-
-    def turns(self, motion: Motion) -> list[Turn]:
-        """The turning points of a motion."""
-        return list(turns(motion, *self.groups(motion.coordinate), self.r))
 
 
 class Leg(NamedTuple):
@@ -167,7 +169,7 @@ def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> An
     for leg in legs(word, x[count : 2 * count], ops):
         pulls = gbar + leg.cosine_start, gbar + leg.cosine_end
         flights.append(flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, r))
-    return _product_trace(flights)
+    return product_trace(flights)
 
 
 def weighted_trace(word: Word, x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any = FLOATS) -> Any:
@@ -181,13 +183,4 @@ def weighted_trace(word: Word, x: Sequence[Any], groups: tuple[Any, Any, Any], o
         start, end, speed = gbar + leg.cosine_start, gbar + leg.cosine_end, x[leg.end]
         time, velocity = start * leg.duration - r * x[leg.start], r * leg.duration
         flights.append((time, velocity, time * end - start * speed, velocity * end - r * speed))
-    return _product_trace(flights)
-
-
-def _product_trace(flights: list[Jacobian]) -> Any:
-    """Trace of the product of matrices, the last one on the left."""
-    product = flights[0]
-    for a, b, c, d in flights[1:]:
-        e, f, g, h = product
-        product = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
-    return product[0] + product[3]
+    return product_trace(flights)

@@ -1,141 +1,231 @@
-"""Motions singled out by an event, to the last digit of a double: solved in decimals, with error bounds."""
+"""Motions at which something happens, with error bounds: critical points of a sweep, and where families meet."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from decimal import Decimal, localcontext
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from decimal import Decimal
+from functools import lru_cache
 from math import inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vireport.motions.motion import Motion
-from vireport.motions.paths import Curve, Event
-from vireport.motions.periodicity import (
-    Model,
-    linearised,
-    residuals,
-    trace,
-)
+from vireport.base import NumericalError
+from vireport.motions.conditions import Condition
+from vireport.motions.events import Event
+from vireport.motions.motion import Motion, Symmetry
+from vireport.motions.orbits import orbits
+from vireport.motions.periodicity import Model, trace
+from vireport.motions.polish import DECIMALS, Equation, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
-from vireport.motions.switching import at_rest
-from vireport.physics import COMPLEX, DIGITS, DecimalOps
+from vireport.physics import FLOATS
 
-Floats = NDArray[np.float64]
+DETAILS = {
+    (Event.PERIOD_DOUBLING, None): "lambda = -1",
+    (Event.FOLD, None): "lambda = 1, two motions meet",
+    (Event.PITCHFORK, None): "lambda = 1, the symmetric motion passes its stability to two asymmetric ones",
+    (Event.NODE_FOCUS, None): "Delta = 0, the type changes between node and focus",
+    (Event.GRAZING, None): "a turning point of the ball touches a membrane",
+    (Event.ZERO_VELOCITY, 0): "the impact at the bottom loses its velocity",
+    (Event.ZERO_VELOCITY, 1): "the impact at the top loses its velocity",
+}
+"""What happens to a 1:1 motion at an event, by the impact that has no velocity."""
 
-SETTLED, FARTHEST = 1e-28, 1e-3
-"""Correction still due up to which a double is certain, and the one at which the point has been left for another."""
 
-MOST_STEPS = 12
-"""Corrections, of which two are usual."""
-
-STEP = 1e-100
-"""Of imaginary steps: derivatives by them are free of differences, and so exact up to rounding."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PolishedPoint:
-    """A motion singled out by an event.
+@dataclass(frozen=True, slots=True)
+class OneToOne:
+    """A 1:1 motion in the variables of the closed form.
 
     Attributes
     ----------
+    u : float
+        q - 1/2.
+    phi_bottom, phi_top : float
+        Phase at the impacts [rad], in [0, 2 pi).
+    velocity_bottom, velocity_top : float
+        Relative velocity just before the impacts [y_c].
+    bounds : dict
+        Error bounds of these and of d and gbar, by their names.
+    """
+
+    u: float
+    phi_bottom: float
+    phi_top: float
+    velocity_bottom: float
+    velocity_top: float
+    bounds: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """A motion at which something happens, to the last digit of a double.
+
+    Attributes
+    ----------
+    event : Event
+        `GRAZING` also where an impact has no velocity, which is a touch of the motion without it.
     motion : Motion
-        Correctly rounded; at a grazing point with the touches as impacts of velocity zero.
+        Correctly rounded, with its touches as impacts of velocity zero.
     d, gbar : float
         Correctly rounded.
     sweep_value, error_bound : float
-        In the unit of the swept parameter; inf where the conditions do not settle in decimals, as where several events
-        coincide.
+        What varies, in its unit; the bound is inf where the conditions do not settle in decimals, as where several
+        events coincide.
+    one_to_one : OneToOne or None
+        The motion without its touches, where that is a 1:1 motion.
+    label : str
+        Letter of the event and number along the sweep; "" where it has none.
+    families : tuple of int
+        Numbers of the families that it lies on, ascending.
+    mirror : Point or None
+        The mirror image, where it was found too.
     """
 
+    event: Event
     motion: Motion
     d: float
     gbar: float
     sweep_value: float
     error_bound: float
+    one_to_one: OneToOne | None = None
+    label: str = ""
+    families: tuple[int, ...] = ()
+    mirror: Point | None = field(default=None, repr=False)
+
+    @property
+    def closed(self) -> OneToOne:
+        """The 1:1 motion; of a point that is known to lie on a family of these."""
+        if self.one_to_one is None:
+            raise TypeError(f"{self.motion.word.letters} is no 1:1 motion")
+        return self.one_to_one
+
+    @property
+    def symmetry(self) -> Symmetry:
+        """Whether a 1:1 motion is its own mirror image."""
+        return Symmetry.SYMMETRIC if self.closed.u == 0 else Symmetry.ASYMMETRIC
+
+    @property
+    def rest(self) -> int | None:
+        """The impact of a 1:1 motion that has no velocity: 0 for the bottom, also where neither has one; 1 for the top.
+
+        None where both have one.
+        """
+        closed = self.closed
+        return 0 if closed.velocity_bottom == 0 else 1 if closed.velocity_top == 0 else None
+
+    @property
+    def detail(self) -> str:
+        """What happens there, to a 1:1 motion."""
+        return DETAILS[self.event if self.rest is None else Event.ZERO_VELOCITY, self.rest]
 
 
-def polished(sweep: Sweep, curve: Curve, motion: Motion, event: Event) -> PolishedPoint:
-    """Solve the conditions of a motion and of an event together, from the motion as it was found in doubles."""
-    with localcontext() as context:
-        context.prec = DIGITS
-        ops = DecimalOps()
-        model = Model(sweep.level_in(ops), ops.exact(sweep.device.restitution))
-        x = _Conditions(curve, motion, event).solved(model, ops)
-        if x is None:
-            d, gbar = curve.model.groups(motion.coordinate)
-            return PolishedPoint(motion, float(d), float(gbar), float(sweep.value(d, gbar)), inf)
-        d, gbar = model.groups(x[-1])
-        exact = sweep.value(d, gbar, ops)
-        value = float(exact)
-        error = max(abs(float(exact - Decimal(value))), float(np.spacing(abs(value))))
-        rounded = np.array([float(number) for number in x])
-        rounded[list(at_rest(curve.motion(rounded)))] = 0.0
-        return PolishedPoint(curve.motion(rounded), float(d), float(gbar), value, error)
+def point_of(
+    solved: Solved, event: Event, value: Decimal, rests: Sequence[int] = (), touches: Sequence[int] = ()
+) -> Point:
+    """Round a motion in decimals to doubles; within `in_decimals`.
+
+    Parameters
+    ----------
+    solved : Solved
+    event : Event
+    value : Decimal
+        What varies.
+    rests : sequence of int
+        Impacts that have no velocity, by the condition; what the decimals leave of it is rounding.
+    touches : sequence of int
+        Those of them that stand for touches of a 1:1 motion.
+    """
+    word, count = solved.word, len(solved.word)
+    velocity = np.array([float(number) for number in solved.x[:count]])
+    time = np.array([float(number) for number in solved.x[count : 2 * count]])
+    velocity[list(rests)] = 0.0
+    d, gbar, r = map(float, solved.groups)
+    rounded = float(value)
+    error = max(abs(float(value - Decimal(rounded))), float(np.spacing(abs(rounded))))
+    motion = Motion(word, velocity, time, float(solved.x[-1]))
+    own = [i for i in range(count) if i not in touches]
+    if [word.walls[i] for i in own] != [1, -1]:
+        return Point(event, motion, d, gbar, rounded, error)
+    bottom, top = own
+    u, phi = place_of(solved, bottom, top)
+    numbers = {
+        "u": u,
+        "phi_bottom": phi,
+        "d": d,
+        "gbar": gbar,
+        "velocity_bottom": float(velocity[bottom]),
+        "velocity_top": float(velocity[top]),
+    }
+    # Rounding to a double is half a spacing; a whole one also covers what the polish has left.
+    bounds = {name: float(np.spacing(abs(number))) for name, number in numbers.items()}
+    bounds |= {name: 0.0 for i, name in ((bottom, "velocity_bottom"), (top, "velocity_top")) if i in rests}
+    return Point(event, motion, d, gbar, rounded, error, one_to_one(r, word.periods, numbers, bounds))
 
 
-@dataclass(frozen=True, slots=True)
-class _Conditions:
-    """Conditions of a motion and of an event, in the unknowns that its symmetry leaves."""
+def place_of(solved: Solved, bottom: int = 0, top: int = 1) -> tuple[float, float]:
+    """Place of a 1:1 motion, q - 1/2 and phase in [0, 2 pi), correctly rounded; within `in_decimals`.
 
-    curve: Curve
-    motion: Motion
-    event: Event
+    Parameters
+    ----------
+    solved : Solved
+    bottom, top : int
+        Its impacts; others are touches.
+    """
+    start, end = (solved.x[len(solved.word) + impact] for impact in (bottom, top))
+    u = 0.0 if solved.symmetric else float((end - start) / (2 * solved.word.periods) - Decimal("0.5"))
+    return u, float(DECIMALS.pi * start % (2 * DECIMALS.pi))
 
-    def solved(self, model: Model, ops: DecimalOps) -> list[Decimal] | None:
-        """The unknowns of the motion, by corrections with a Jacobian in doubles; None where they do not settle."""
-        guess = self.reduced(self.curve.vector(self.motion))
+
+def one_to_one(r: float, n: int, numbers: dict[str, float], bounds: dict[str, float]) -> OneToOne:
+    """Complete the numbers of a 1:1 motion, with their bounds, by the phase at the top."""
+    u, phi = numbers["u"], numbers["phi_bottom"]
+    orbit = orbits(u, phi, r, n)
+    phi_top = float(np.mod(np.arctan2(orbit.sin_top, orbit.cos_top), 2 * np.pi))
+    rounding = (10 + 10 * n) * float(np.finfo(float).eps)
+    top = {"phi_top": bounds["phi_bottom"] + 2 * np.pi * n * bounds["u"] + rounding}
+    return OneToOne(u, phi, phi_top, numbers["velocity_bottom"], numbers["velocity_top"], {**bounds, **top})
+
+
+@lru_cache(maxsize=8)
+def model_of(sweep: Sweep, ops: Any) -> Model:
+    """What a sweep holds, in a kind of number: many points of one sweep are solved for."""
+    return Model(sweep.level_in(ops), ops.exact(sweep.device.restitution))
+
+
+def solved_on_sweep(sweep: Sweep, guess: Motion, equation: Equation, symmetric: bool = False, **more: Any) -> Solved:
+    """Solve for a motion of a sweep; see `solve_motion`, whose parameters these are."""
+    return solve_motion(lambda ops: model_of(sweep, ops), guess, equation, symmetric, **more)
+
+
+def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
+    """The motion of a sweep at an event, from the motion as it was found in doubles.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    motion : Motion
+        With its touches as impacts of velocity zero; symmetric where the event is a pitchfork.
+    event : Event
+
+    Returns
+    -------
+    Point
+        The motion as it was found, with an infinite error bound, where the conditions do not settle.
+    """
+    model = model_of(sweep, FLOATS)
+    x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
+    sign = -1 if event is Event.NODE_FOCUS and trace(motion.word, x, model) < 0 else 1
+    condition = Condition(event, motion.rests, sign)
+
+    def equation(x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
+        return condition.value(motion.word, x, groups, ops)
+
+    with in_decimals():
         try:
-            inverse = np.linalg.inv(self._jacobian(np.array(guess)))
-        except np.linalg.LinAlgError:
-            return None
-        y, last = [ops.exact(float(value)) for value in guess], SETTLED
-        for _ in range(MOST_STEPS):
-            step = inverse @ np.array([float(value) for value in self.residuals(y, model, ops)])
-            y = [value - ops.exact(float(off)) for value, off in zip(y, step, strict=True)]
-            size = float(np.abs(step).max())
-            if not size < FARTHEST:
-                return None
-            if size * min(size / last, 1.0) < SETTLED:  # the next one, as each is about the same share of the last
-                return self.whole(y)
-            last = size
-        return None
-
-    def _jacobian(self, y: Floats) -> Floats:
-        """Derivatives of the motion's conditions, and of the event's by imaginary steps."""
-        model, steps = self.curve.model, y + 1j * STEP * np.eye(len(y))
-        origin = np.array(self.whole(list(0 * y)))
-        spread = np.stack([np.array(self.whole(list(unit))) - origin for unit in np.eye(len(y))], axis=1)
-        matrix = linearised(self.curve.word, np.array(self.whole(y.tolist())), model)[1]
-        gradient = [self._condition(self.whole(step), model, COMPLEX).imag / STEP for step in steps.tolist()]
-        return np.vstack([(matrix @ spread)[: len(y) - 1], gradient])
-
-    def reduced(self, x: Any) -> list[Any]:
-        """Of a symmetric motion the first half of the impacts, else all that is given, and the coordinate."""
-        count = len(self.curve.word)
-        if self.event is not Event.PITCHFORK:
-            return list(x)
-        return [*x[: count // 2], *x[count : count + count // 2], x[-1]]
-
-    def whole(self, y: list[Any]) -> list[Any]:
-        """The unknowns of the motion: the second half of the impacts is the mirror image of the first."""
-        if self.event is not Event.PITCHFORK:
-            return y
-        half, k = len(y) // 2, self.curve.word.periods
-        velocity, time = y[:half], y[half:-1]
-        return [*velocity, *(-v for v in velocity), *time, *(t + k for t in time), y[-1]]
-
-    def residuals(self, y: list[Any], model: Model, ops: Any) -> list[Any]:
-        """The motion's, of a symmetric one over the first half, and the event's."""
-        word, x = self.curve.word, self.whole(y)
-        return [*residuals(word, x, model, ops)[: len(y) - 1], self._condition(x, model, ops)]
-
-    def _condition(self, x: list[Any], model: Model, ops: Any) -> Any:
-        if self.event is Event.GRAZING:
-            return x[at_rest(self.motion)[0]]
-        decay = model.r ** len(self.curve.word)
-        value = trace(self.curve.word, x, model, ops)
-        if self.event is Event.NODE_FOCUS:
-            return value - (2 * decay if value.real > 0 else -2 * decay)
-        return value + (1 + decay * decay) * (1 if self.event is Event.PERIOD_DOUBLING else -1)
+            solved = solved_on_sweep(sweep, motion, equation, event is Event.PITCHFORK)
+        except (NumericalError, ArithmeticError):
+            d, gbar = model.groups(motion.coordinate)
+            return Point(event, motion, float(d), float(gbar), float(sweep.value(d, gbar)), inf)
+        d, gbar, _ = solved.groups
+        return point_of(solved, event, sweep.value(d, gbar, DECIMALS), motion.rests)

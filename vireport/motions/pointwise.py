@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.admissibility import turning_points, wall_gap
+from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.level_curve import largest_groups
 from vireport.motions.orbits import Orbits, coefficients, orbits
 from vireport.motions.roots import cubic_root, secant_root
-from vireport.motions.stability import return_trace, stability_border
+from vireport.motions.stability import return_trace
+from vireport.motions.turning import flight_turns, wall_gap
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -92,7 +93,7 @@ class PointwiseMotions:
 
     def stable(self, r: Floats, slack: float = 0.0) -> Mask:
         """Whether motions are stable and admissible, or lack up to `slack` of it; r is that of each design point."""
-        within = np.abs(self.trace.real) < stability_border(r.real[self.cell]) + slack
+        within = np.abs(self.trace.real) < TRACE_LEVELS[Event.FOLD](r.real[self.cell] ** 2) + slack
         return np.asarray(within & (self.wall_gap.real > -slack))
 
 
@@ -167,7 +168,7 @@ def _evaluated(cell: Ints, u: Floats, phi: Floats, d: Floats, gbar: Floats, r: A
     orbit, cell = orbit.select(right), cell[right]
     orbit = replace(orbit, gbar=gbar[cell], d=d[cell])
     trace = np.asarray(return_trace(orbit, r[cell]))
-    return PointwiseMotions(cell, orbit, trace, wall_gap(orbit, r[cell], n))
+    return PointwiseMotions(cell, orbit, trace, wall_gap(orbit, r[cell]))
 
 
 def differentiated_motions(d: Any, gbar: Any, r: Any, n: int) -> PointwiseMotions:
@@ -196,8 +197,8 @@ def differentiated_motions(d: Any, gbar: Any, r: Any, n: int) -> PointwiseMotion
         phi = phi + 1j * (of_gbar * along_u.d.imag - of_d * along_u.gbar.imag) / determinant
     orbit = replace(orbits(u, phi, r, n), gbar=gbar, d=d)
     gap = d.copy()
-    for turn in turning_points(found.orbit, r.real, n, nearest=True):
-        way = orbit.flights(r)[0 if turn.upward else 1].select(turn.index)
+    for impact, turn in flight_turns(found.orbit, r.real, nearest=True):
+        way = orbit.flights(r)[impact].select(turn.index)
         angle = np.pi * turn.time
         covered = way.covered(turn.time, way.turned(np.sin(angle), np.cos(angle))[1])
         np.minimum.at(gap, turn.index, np.minimum(covered, way.d - covered))

@@ -6,12 +6,14 @@ decides everything, and near Delta = 0 rounded eigenvalues would have lost half 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits
 
 
@@ -92,51 +94,48 @@ def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
 
 def return_trace(orbit: Orbits, r: Any) -> Any:
     """Trace of DP = DP2 DP1 of Eq. (4.2), whose determinant is r^4 (A.3)."""
-    return product_trace(*flight_jacobians(orbit, r))
+    return product_trace(flight_jacobians(orbit, r))
 
 
-def product_trace(first: Jacobian, second: Jacobian) -> Any:
-    """Trace of the second matrix times the first."""
-    (a11, a12, a21, a22), (b11, b12, b21, b22) = first, second
-    return b11 * a11 + b12 * a21 + b21 * a12 + b22 * a22
+def product_trace(flights: Sequence[Jacobian]) -> Any:
+    """Trace of the product of the Jacobians of flights in their order, the last one on the left."""
+    first = flights[0]
+    for a, b, c, d in flights[1:-1]:
+        e, f, g, h = first
+        first = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
+    if len(flights) == 1:
+        return first[0] + first[3]
+    (e, f, g, h), (a, b, c, d) = first, flights[-1]
+    return a * e + b * g + c * f + d * h
 
 
-def focus_border(r: Any) -> Any:
-    """|tr| at which Delta = 0, twice the root of the determinant: 2 r^2. Below it a motion is a focus."""
-    return 2 * r * r
+def discriminant(trace: Any, decay: Any) -> Any:
+    """Delta = tr^2 - 4 det of Eq. (4.3), as the product (tr - 2 decay)(tr + 2 decay) that keeps its digits near zero.
 
-
-def stability_border(r: Any) -> Any:
-    """|tr| at which a multiplier has the modulus 1, one more than the determinant: 1 + r^4.
-
-    A fold or pitchfork stands at tr = 1 + r^4, a period doubling at tr = -(1 + r^4).
+    `decay` is the root of the determinant, as in `TRACE_LEVELS`: r^2 of a 1:1 motion.
     """
-    return 1 + r**4
+    focus = TRACE_LEVELS[Event.NODE_FOCUS](decay)
+    return (trace - focus) * (trace + focus)
 
 
-def discriminant(trace: Any, r: Any) -> Any:
-    """Delta = tr^2 - 4 r^4 of Eq. (4.3), as the product (tr - 2 r^2)(tr + 2 r^2) that keeps its digits near zero."""
-    return (trace - focus_border(r)) * (trace + focus_border(r))
-
-
-def eigenvalues(trace: Any, r: float) -> tuple[Any, Any]:
+def eigenvalues(trace: Any, decay: float) -> tuple[Any, Any]:
     """Real eigenvalues, or their real part where Delta < 0, Eq. (4.3); larger first.
 
-    The one that would cancel is taken from the product lambda_1 lambda_2 = r^4.
+    The one that would cancel is taken from the product lambda_1 lambda_2 = decay^2.
 
     Notes
     -----
     The paper prints Im(lambda) = sqrt([4 Det - Tr^2]/2); the 2 stands outside the root.
     """
     trace = np.asarray(trace, dtype=float)
-    root = np.sqrt(np.maximum(discriminant(trace, r), 0.0))
+    root = np.sqrt(np.maximum(discriminant(trace, decay), 0.0))
     large = (trace + np.copysign(root, trace)) / 2
     safe = np.where(root > 0, large, 1.0)
-    small = np.where(root > 0, r**4 / safe, large)
+    small = np.where(root > 0, decay * decay / safe, large)
     return np.maximum(large, small), np.minimum(large, small)
 
 
-def classify(trace: Any, r: Any) -> NDArray[np.int8]:
+def classify(trace: Any, decay: Any) -> NDArray[np.int8]:
     """Table 1's type of each motion as the `code` of a `Stability`, from |tr| against both borders."""
-    size = np.abs(trace)
-    return np.where(size < focus_border(r), FOCUS, np.where(size < stability_border(r), NODE, UNSTABLE)).astype(np.int8)
+    size, focus, edge = np.abs(trace), TRACE_LEVELS[Event.NODE_FOCUS](decay), TRACE_LEVELS[Event.FOLD](decay)
+    return np.where(size < focus, FOCUS, np.where(size < edge, NODE, UNSTABLE)).astype(np.int8)

@@ -14,14 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import UsageError
-from vireport.motions.motion import BESIDE, Motion, Turn
-from vireport.motions.paths import (
-    AT_ZERO,
-    Curve,
-    Event,
-    Path,
-    Point,
-)
+from vireport.motions.events import Event
+from vireport.motions.motion import AT_ZERO, BESIDE, Motion
+from vireport.motions.paths import Curve, Path, PathPoint
+from vireport.motions.turning import Turn
 from vireport.physics import Word
 
 Floats = NDArray[np.float64]
@@ -65,20 +61,15 @@ class Limits:
 def touching(motion: Motion, turns: Iterable[Turn]) -> Motion:
     """A motion at a grazing point, with every touch among its turning points as an impact of velocity zero."""
     velocity = motion.velocity.copy()
-    velocity[list(at_rest(motion))] = 0.0
-    motion, rests = replace(motion, velocity=velocity), motion.time[list(at_rest(motion))]
+    velocity[list(motion.rests)] = 0.0
+    motion, rests = replace(motion, velocity=velocity), motion.time[list(motion.rests)]
     for turn in reversed(list(turns)):
         if abs(turn.gap) < AT_ZERO and not (np.abs(rests - turn.time) < BESIDE).any():
             motion = motion.with_impact(turn.after, turn.wall, turn.time)
     return motion
 
 
-def at_rest(motion: Motion) -> tuple[int, ...]:
-    """The impacts of a motion that have no velocity."""
-    return tuple(np.flatnonzero(np.abs(motion.velocity) < AT_ZERO).tolist())
-
-
-Beginning = tuple[Event | None, Curve, Point, Point]
+Beginning = tuple[Event | None, Curve, PathPoint, PathPoint]
 """How a family begins at a vertex, its curve, the vertex, and its first motion; None where it goes through."""
 
 
@@ -115,7 +106,7 @@ def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> It
 
 def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Beginning]:
     """The families at a grazing point: in each period of some, each touch may be an impact or none."""
-    rests, size = at_rest(motion), len(motion.word)
+    rests, size = motion.rests, len(motion.word)
     removals = list(chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)))
     most = min(limits.periods // motion.word.periods, limits.impacts // (size - len(rests)))
     for count in range(1, most + 1):
@@ -123,7 +114,7 @@ def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Be
             rotations = [choice[i:] + choice[:i] for i in range(1, count)]
             removed = [i + period * size for period, which in enumerate(choice) for i in removals[which]]
             if all(choice < other for other in rotations) and count * size - len(removed) <= limits.impacts:
-                own = curve.model.representative(motion.times(count).without_impacts(removed))
+                own = motion.times(count).without_impacts(removed).representative(curve.model.horizontal)
                 side = replace(curve, word=own.word)
                 begins = Event.GRAZING if len(removed) == count * len(rests) else Event.ZERO_VELOCITY
                 x = side.vector(own)
@@ -131,14 +122,14 @@ def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Be
                 yield from ((begins, side, *pair) for way in (tangent, -tangent) for pair in off(side, x, way))
 
 
-def off(path: Path, x: Floats, direction: Floats) -> Iterator[tuple[Point, Point]]:
+def off(path: Path, x: Floats, direction: Floats) -> Iterator[tuple[PathPoint, PathPoint]]:
     """The point and the first motion next to it in a direction, if there is one within the range."""
     for step in STEPS_OFF:
         y = path.solved(x + step * path.scale * direction, direction)
         if y is not None and path.admits(y):
             first = path.point(y, direction)
             if path.leaves(x, first) or step == STEPS_OFF[-1]:
-                yield Point(path, x, direction), first
+                yield PathPoint(path, x, direction), first
                 return
 
 

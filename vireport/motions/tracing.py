@@ -9,40 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from math import pi, remainder
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.motions.branches import Branch, CriticalPoint
-from vireport.motions.critical import (
-    CONDITIONS,
-    POLISHED_NUMBERS,
-    PolishedMotion,
-    place_at,
-    polish,
-    polish_grazing,
-    singled_out,
-)
-from vireport.motions.kinds import (
-    BranchEnd,
-    Change,
-    CriticalKind,
-    StrandEvent,
-    Symmetry,
-)
-from vireport.motions.level_curve import (
-    VALIDITY,
-    Curve,
-    Samples,
-    Strand,
-)
+from vireport.motions.branches import Branch
+from vireport.motions.conditions import Condition
+from vireport.motions.critical import motion_of, place_at, solve_one_to_one
+from vireport.motions.events import Event
+from vireport.motions.level_curve import COLUMNS, GRAZING, MEETING, TRACED, VALIDITY, LevelCurve, Samples, Strand
+from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions, motions_of
 from vireport.motions.orbits import Orbits, orbits
+from vireport.motions.points import Point, model_of, one_to_one, point_of
+from vireport.motions.polish import DECIMALS, FARTHEST, in_decimals
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import NODE, UNSTABLE
 
@@ -82,6 +65,9 @@ BEGINS_AT_SYMMETRY = 1e-12
 TURN_STEP = 1e-4
 """Step of w over which a turn of the sweep's coordinate is told from its going on."""
 
+BRACKETED = "u", "phi", "d", "gbar", "velocity_bottom", "velocity_top"
+"""What is known of an event that was only bracketed, by the names of `Orbits`."""
+
 BRACKET_ROUNDING = 1e-12
 """Relative rounding of what is known of an event that was only bracketed."""
 
@@ -96,16 +82,16 @@ class Piece:
     w : ndarray
         Parameters, ascending; events are among them.
     event : ndarray of int
-        A `StrandEvent` for each parameter, -1 for an ordinary sample.
+        Of each parameter the place in `COLUMNS`, -1 for an ordinary sample.
     """
 
     strand: int
     w: Floats
     event: NDArray[np.int8]
 
-    def event_at(self, row: int) -> StrandEvent | None:
-        """The event at a row."""
-        return None if self.event[row] < 0 else StrandEvent(self.event[row])
+    def condition_at(self, row: int) -> Condition | None:
+        """What holds at a row."""
+        return None if self.event[row] < 0 else COLUMNS[self.event[row]]
 
     def with_rows(self, w: Floats, event: NDArray[np.int8]) -> Piece:
         """The piece with more parameters."""
@@ -114,7 +100,7 @@ class Piece:
         return Piece(self.strand, merged[order], np.concatenate([self.event, event])[order])
 
 
-def _pieces(curve: Curve, samples: Samples) -> list[Piece]:
+def _pieces(curve: LevelCurve, samples: Samples) -> list[Piece]:
     """Cut the strands into runs of possible motions and locate the events on them."""
     runs = [run for k in range(len(curve.strands)) for run in _runs(curve, samples, k)]
     if not runs:
@@ -138,7 +124,7 @@ class Run:
     after: float | None
 
 
-def _runs(curve: Curve, samples: Samples, k: int) -> Iterator[Run]:
+def _runs(curve: LevelCurve, samples: Samples, k: int) -> Iterator[Run]:
     """The runs of strand k, cut where it passes through the symmetric motion."""
     strand = curve.strands[k]
     mine = samples.which == k
@@ -160,7 +146,7 @@ def _runs(curve: Curve, samples: Samples, k: int) -> Iterator[Run]:
             yield Run(k, np.concatenate([lead, body, tail]), ends[2 * i], ends[2 * i + 1])
 
 
-def _symmetric_points(curve: Curve, strand: Strand) -> list[float]:
+def _symmetric_points(curve: LevelCurve, strand: Strand) -> list[float]:
     """Parameters at which an asymmetric strand of a horizontal capsule passes through the symmetric motion."""
     if not curve.horizontal or strand.symmetric:
         return []
@@ -169,10 +155,10 @@ def _symmetric_points(curve: Curve, strand: Strand) -> list[float]:
 
 
 Ends = tuple[tuple[float, int], tuple[float, int]]
-"""The parameter at which a run begins and ends, and the `StrandEvent` there."""
+"""The parameter at which a run begins and ends, and the place in `COLUMNS` of what holds there."""
 
 
-def _locate_ends(curve: Curve, runs: list[Run]) -> list[Ends]:
+def _locate_ends(curve: LevelCurve, runs: list[Run]) -> list[Ends]:
     """Where each run ends and which condition fails there."""
     edges = [(run.strand, w, beyond) for run in runs for w, beyond in ((run.w[0], run.before), (run.w[-1], run.after))]
     which = np.array([strand for strand, _, _ in edges], dtype=np.intp)
@@ -186,7 +172,7 @@ def _locate_ends(curve: Curve, runs: list[Run]) -> list[Ends]:
     values = conditions(root)
     tied = values <= values.min(axis=1, keepdims=True) + TIED
     failing = np.where(tied, conditions(bad), np.inf).argmin(axis=1)
-    ends = [(float(w), int(k) + StrandEvent.BOTTOM_REST) for w, k in zip(root, failing, strict=True)]
+    ends = [(float(w), int(k) + VALIDITY.start) for w, k in zip(root, failing, strict=True)]
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
@@ -205,10 +191,10 @@ def _joined(pieces: list[Piece]) -> tuple[Ints, Ints, Floats]:
     return which, owner, np.concatenate([inside(p.w) for p in pieces])
 
 
-def _with_dips(curve: Curve, pieces: list[Piece]) -> list[Piece]:
+def _with_dips(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     """Add to the pieces the extrema at which the trace crosses a border between two samples and comes back."""
     which, owner, w = _joined(pieces)
-    value = curve.event_values(curve.at(which, w), with_gap=False)[:, : StrandEvent.GRAZING]
+    value = curve.event_values(curve.at(which, w), with_gap=False)[:, TRACED]
     with np.errstate(invalid="ignore"):
         dips = may_hide_zeros(value)
     row, event = np.nonzero(dips & (owner[2:] == owner[:-2])[:, None])
@@ -227,21 +213,21 @@ def _with_dips(curve: Curve, pieces: list[Piece]) -> list[Piece]:
     return [p.with_rows(x, np.full(len(x), -1, dtype=np.int8)) for p, x in zip(pieces, extra, strict=True)]
 
 
-def _with_inner_events(curve: Curve, pieces: list[Piece]) -> list[Piece]:
+def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     """Insert the changes of stability and the grazing points into the pieces."""
     which, owner, w = _joined(pieces)
     orbit = curve.at(which, w)
-    values = curve.event_values(orbit)[:, : StrandEvent.GRAZING + 1]
+    values = curve.event_values(orbit)[:, : GRAZING + 1]
     # On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing: rounding there is no event.
     asymmetric = np.array([not strand.symmetric for strand in curve.strands])[which]
     touching = asymmetric & (np.abs(orbit.u) < AT_SYMMETRY) & curve.horizontal
-    values[touching, StrandEvent.MEETING] = np.nan
+    values[touching, MEETING] = np.nan
     with np.errstate(invalid="ignore"):
         crossing = (values[1:] > 0) != (values[:-1] > 0)
     crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
     crossing &= np.abs(values[1:]) + np.abs(values[:-1]) < LARGEST_STEP
     row, event = np.nonzero(crossing)
-    rows, grazing = np.arange(len(row)), event == StrandEvent.GRAZING
+    rows, grazing = np.arange(len(row)), event == GRAZING
 
     def event_value(w: Floats) -> Floats:
         return np.asarray(curve.event_values(curve.at(which[row], w), grazing)[rows, event])
@@ -251,45 +237,51 @@ def _with_inner_events(curve: Curve, pieces: list[Piece]) -> list[Piece]:
     return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
 
 
-def branches_of(curve: Curve, samples: Samples) -> list[Branch]:
+def branches_of(curve: LevelCurve, samples: Samples) -> list[Branch]:
     """The branches of a curve with the critical points on them, neither of them numbered yet."""
     return [_branch(curve, piece) for piece in _pieces(curve, samples)]
 
 
-def _branch(curve: Curve, piece: Piece) -> Branch:
-    found = {int(row): StrandEvent(piece.event[row]) for row in np.nonzero(piece.event >= 0)[0]}
+def _branch(curve: LevelCurve, piece: Piece) -> Branch:
+    found = {int(row): COLUMNS[piece.event[row]] for row in np.nonzero(piece.event >= 0)[0]}
     orbit = curve.on(piece.strand, piece.w)
-    points = {row: _point(curve, piece, row, event, orbit) for row, event in found.items() if not event.ends_sweep}
-    if at_rest := [row for row, event in found.items() if event.at_rest]:
+    points = {
+        row: _point(curve, piece, row, condition, orbit)
+        for row, condition in found.items()
+        if condition.event is not Event.SWEEP_END
+    }
+    if at_rest := [row for row, condition in found.items() if condition.event is Event.ZERO_VELOCITY]:
         w, inner = piece.w.copy(), [1 if row == 0 else row - 1 for row in at_rest]
         w[at_rest] += INSET * (piece.w[inner] - piece.w[at_rest])
         orbit = curve.on(piece.strand, w)
     u, phi = np.array(orbit.u), np.array(orbit.phi)
     _polish_ends(curve, piece, u, phi)
-    for row, critical in points.items():
-        if not critical.change.at_rest:
-            u[row], phi[row] = critical.point.u, critical.point.phi
+    for row, point in points.items():
+        if point.rest is None:
+            u[row], phi[row] = point.closed.u, point.closed.phi_bottom
     at_symmetry = _symmetric_ends(curve, piece, orbit)
     u[at_symmetry] = 0.0
     motions = motions_of(curve.sweep, curve.level, orbits(u, phi, curve.r, curve.n))
     _pin(motions, curve, piece, points, at_symmetry)
     ends = _why_ends(piece, 0, at_symmetry), _why_ends(piece, -1, at_symmetry)
-    return Branch(0, _family(curve, piece), None, motions, tuple(map(points.get, range(len(motions)))), ends)
+    return Branch(0, _symmetry(curve, piece), None, motions, tuple(map(points.get, range(len(motions)))), ends)
 
 
-def _family(curve: Curve, piece: Piece) -> Symmetry:
+def _symmetry(curve: LevelCurve, piece: Piece) -> Symmetry:
     return Symmetry.SYMMETRIC if curve.strands[piece.strand].symmetric else Symmetry.ASYMMETRIC
 
 
-def _end_value(curve: Curve, event: StrandEvent | None) -> float | None:
+def _end_value(curve: LevelCurve, condition: Condition | None) -> float | None:
     """The swept value of the sweep's end that cuts a strand; None if none does or the curve stops before it."""
-    sweep, last = curve.sweep, event is StrandEvent.END
-    if event is None or not event.ends_sweep or curve.bounds[last] != sweep.coordinate_range[last]:
+    if condition is None or condition.event is not Event.SWEEP_END:
+        return None
+    sweep, last = curve.sweep, condition.sign > 0
+    if curve.bounds[last] != sweep.coordinate_range[last]:
         return None
     return sorted((sweep.start, sweep.end), key=sweep.coordinate_of)[last]
 
 
-def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
+def _polish_ends(curve: LevelCurve, piece: Piece, u: Floats, phi: Floats) -> None:
     """Put the motion of the very end of the sweep into the rows where it cuts a piece.
 
     Along the strand the end is only as well known as the parameter fixes the sweep's coordinate; next to a horizontal
@@ -297,100 +289,101 @@ def _polish_ends(curve: Curve, piece: Piece, u: Floats, phi: Floats) -> None:
     """
     symmetric = curve.strands[piece.strand].symmetric
     for row, inner in ((0, 1), (-1, -2)):
-        value = _end_value(curve, piece.event_at(row))
+        value = _end_value(curve, piece.condition_at(row))
         if value is None:
             continue
         reach = abs(remainder(phi[row] - phi[inner], 2 * pi))
         with suppress(NumericalError, ArithmeticError):
-            u[row], phi[row] = place_at(curve.sweep, value, float(u[row]), float(phi[row]), symmetric, reach)
+            orbit = orbits(u[[row]], phi[[row]], curve.r, curve.n)
+            u[row], phi[row] = place_at(curve.sweep, value, orbit, symmetric, max(reach, FARTHEST))
 
 
-def _point(curve: Curve, piece: Piece, row: int, event: StrandEvent, orbit: Orbits) -> CriticalPoint:
+def _point(curve: LevelCurve, piece: Piece, row: int, condition: Condition, orbit: Orbits) -> Point:
     """The critical point at a row of a piece, whose motions are `orbit`."""
+    symmetric = curve.strands[piece.strand].symmetric
+    event = Event.GRAZING if condition.event is Event.ZERO_VELOCITY else condition.event
+    if event is Event.FOLD and symmetric and not _turns(curve, piece, row):
+        event = Event.PITCHFORK
+    # An impact of a symmetric motion loses its velocity together with the other one.
+    rests = (0, 1) if symmetric and condition.rests else condition.rests
     try:
-        point = _polished(curve, piece, event, orbit.select([row]))
+        return _polished(curve, event, condition, rests, orbit.select([row]), symmetric)
     except (NumericalError, ArithmeticError):
-        point = _bracketed(curve, piece, row)
-    family, kind, change = _family(curve, piece), event.kind, event.change
-    symmetric = family is Symmetry.SYMMETRIC
-    if event.at_rest:
-        # Zero by the condition, not what the polish or the bracket leaves of it.
-        own = "velocity_bottom" if event is StrandEvent.BOTTOM_REST else "velocity_top"
-        still = dict.fromkeys(("velocity_bottom", "velocity_top") if symmetric else (own,), 0.0)
-        point = replace(point, **still, bounds={**point.bounds, **still})
-    elif event is StrandEvent.MEETING and symmetric and not _turns(curve, piece, row):
-        kind, change = CriticalKind.PITCHFORK, Change.HANDOVER
-    return CriticalPoint("", kind, family, point, None, 0, change)
+        return _bracketed(curve, piece, row, event, rests)
 
 
-def _polished(curve: Curve, piece: Piece, event: StrandEvent, orbit: Orbits) -> PolishedMotion:
+def _polished(
+    curve: LevelCurve, event: Event, condition: Condition, rests: tuple[int, ...], orbit: Orbits, symmetric: bool
+) -> Point:
     """An event of a piece, polished; `orbit` is the motion as far as it is known (arrays of length one)."""
-    polished = partial(polish, curve.sweep, symmetric=curve.strands[piece.strand].symmetric)
-    if event is StrandEvent.GRAZING:
-        return cast(PolishedMotion, polish_grazing(orbit, curve.r, curve.n, polished))
-    return polished(float(orbit.u[0]), float(orbit.phi[0]), CONDITIONS[event])
+    sweep, coordinate = curve.sweep, float(curve.sweep.coordinate(orbit)[0])
+    with in_decimals():
+        solved, touches = solve_one_to_one(
+            lambda ops: model_of(sweep, ops), orbit, curve.r, curve.n, coordinate, condition, symmetric
+        )
+        d, gbar, _ = solved.groups
+        return point_of(solved, event, sweep.value(d, gbar, DECIMALS), (*rests, *touches), touches)
 
 
-def _bracketed(curve: Curve, piece: Piece, row: int) -> PolishedMotion:
+def _bracketed(curve: LevelCurve, piece: Piece, row: int, event: Event, rests: tuple[int, ...]) -> Point:
     """The event as it was bracketed, where the polish does not settle: its bound is what the bracket leaves open."""
+    sweep = curve.sweep
     orbit = curve.on(piece.strand, piece.w[row] + BRACKET * np.array([0.0, -1.0, 1.0]))
 
     def spread(values: Floats) -> float:
         return float(np.max(np.abs(values - values[0])) + BRACKET_ROUNDING * abs(values[0]))
 
-    value = np.asarray(curve.sweep.value(orbit.d, orbit.gbar), dtype=float)
-    numbers = {name: np.asarray(getattr(orbit, name), dtype=float) for name in POLISHED_NUMBERS}
-    middle, bounds = {k: float(x[0]) for k, x in numbers.items()}, {k: spread(x) for k, x in numbers.items()}
-    return singled_out(curve.r, curve.n, middle, bounds, float(value[0]), spread(value))
+    value = np.asarray(sweep.value(orbit.d, orbit.gbar), dtype=float)
+    columns = {"phi_bottom" if name == "phi" else name: np.asarray(getattr(orbit, name)) for name in BRACKETED}
+    numbers, bounds = {k: float(x[0]) for k, x in columns.items()}, {k: spread(x) for k, x in columns.items()}
+    for name in (("velocity_bottom", "velocity_top")[rest] for rest in rests):
+        numbers[name] = bounds[name] = 0.0  # by the condition, not what the bracket leaves of it
+    motion = motion_of(orbit.select([0]), curve.n, float(sweep.coordinate(orbit)[0]))
+    closed = one_to_one(curve.r, curve.n, numbers, bounds)
+    return Point(event, motion, numbers["d"], numbers["gbar"], float(value[0]), spread(value), closed)
 
 
-def _turns(curve: Curve, piece: Piece, row: int) -> bool:
+def _turns(curve: LevelCurve, piece: Piece, row: int) -> bool:
     """Whether the sweep's coordinate has an extremum at an event."""
     x = curve.sweep.coordinate(curve.on(piece.strand, piece.w[row] + TURN_STEP * np.array([-1.0, 0.0, 1.0])))
     return bool((x[0] - x[1]) * (x[2] - x[1]) > 0)
 
 
-def _symmetric_ends(curve: Curve, piece: Piece, orbit: Orbits) -> list[int]:
+def _symmetric_ends(curve: LevelCurve, piece: Piece, orbit: Orbits) -> list[int]:
     """Rows, 0 or -1, at which an asymmetric branch of a horizontal capsule begins at the symmetric motion."""
     if not curve.horizontal or curve.strands[piece.strand].symmetric:
         return []
     return [row for row in (0, -1) if abs(orbit.u[row]) < BEGINS_AT_SYMMETRY]
 
 
-def _pin(
-    motions: Motions, curve: Curve, piece: Piece, points: dict[int, CriticalPoint], at_symmetry: list[int]
-) -> None:
+def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Point], at_symmetry: list[int]) -> None:
     """Put into the rows of a branch what is known exactly there.
 
     Where an impact has no velocity, the trace stays that of `INSET` before it.
     """
     sweep = curve.sweep
     for row in (0, -1):
-        end = _end_value(curve, piece.event_at(row))
+        end = _end_value(curve, piece.condition_at(row))
         if end is not None:
             motions.sweep_value[row] = end
             motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
-    for row, critical in points.items():
-        point = critical.point
+    for row, point in points.items():
+        closed = point.closed
         motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
-        motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + point.u, point.u, point.phi
-        motions.velocity_bottom[row], motions.velocity_top[row] = point.velocity_bottom, point.velocity_top
-        motions.phi_top[row] = point.phi_top
-        if critical.kind is not CriticalKind.GRAZING:
-            motions.stability[row] = NODE if critical.kind is CriticalKind.NODE_FOCUS else UNSTABLE
-        elif not critical.change.at_rest:
+        motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + closed.u, closed.u, closed.phi_bottom
+        motions.velocity_bottom[row], motions.velocity_top[row] = closed.velocity_bottom, closed.velocity_top
+        motions.phi_top[row] = closed.phi_top
+        if point.event is not Event.GRAZING:
+            motions.stability[row] = NODE if point.event is Event.NODE_FOCUS else UNSTABLE
+        elif point.rest is None:
             motions.wall_gap[row], motions.admissible[row] = 0.0, False
     motions.stability[at_symmetry] = UNSTABLE
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
 
 
-def _why_ends(piece: Piece, row: int, at_symmetry: list[int]) -> BranchEnd:
-    match piece.event_at(row):
-        case None:
-            return BranchEnd.PITCHFORK if row in at_symmetry else BranchEnd.CLOSED
-        case StrandEvent.BOTTOM_REST:
-            return BranchEnd.BOTTOM_REST
-        case StrandEvent.TOP_REST:
-            return BranchEnd.TOP_REST
-        case _:
-            return BranchEnd.SWEEP
+def _why_ends(piece: Piece, row: int, at_symmetry: list[int]) -> Condition:
+    """What a branch begins or ends with."""
+    condition = piece.condition_at(row)
+    if condition is None:
+        return Condition(Event.PITCHFORK if row in at_symmetry else Event.CLOSED)
+    return condition

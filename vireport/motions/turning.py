@@ -1,91 +1,269 @@
-"""Turning points of many motions at once: whether the ball stays between the membranes in its flights.
+"""Where the ball turns in its flights: whether a solution of the equations is a motion.
 
-Z' is monotone between the zeros of Z'' = gbar + cos(phase), which are known, so that none is missed.
+The conditions of a motion only know the ends of each flight. The turning points between are the zeros of Z', and Z' is
+monotone between the zeros of Z'' = gbar + cos(phase), which are known. So every turning point is found for certain,
+without sampling: `turning_points` for arrays of flights, `turns` for one motion in Python's numbers, with which a
+motion is followed ten times as fast.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from math import acos, cos, pi, sin
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.motions.motion import Motion
+from vireport.motions.orbits import Orbits
 from vireport.motions.roots import newton_root
-from vireport.physics import flight
+from vireport.physics import Flight, flight
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
-SETTLED = 1e-10
-"""Newton step [t_c] at which a turning point is found: Z' being zero there, its square is what moves the position."""
+SMALLEST_STEP = 1e-10
+"""Newton step [t_c] at which a turning point is found: as Z' is zero there, it moves the position by its square."""
+
+BISECTIONS = 60
+"""Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""
+
+SETTLED = 1e-8
+"""Newton step [t_c] at which a turning point of one motion is found, which is followed and solved for afterwards."""
 
 
-class Turns(NamedTuple):
-    """Turning points: of which motion, in the flight after which impact, how long after it, and how far from the wall.
+@dataclass(frozen=True, slots=True, eq=False)
+class Turns:
+    """Turning points of one flight of each of some motions, some of them.
 
-    The distance is negative where the ball would have passed through the membrane.
+    Attributes
+    ----------
+    index : ndarray of int
+        Which motion of those given; one that turns several times is there as often.
+    time : ndarray
+        Since the flight began [t_c].
+    covered, room : ndarray
+        Distance from the membrane left, and to the other one; negative beyond it.
+    back : ndarray of bool
+        Whether the ball turns back towards the membrane left, rather than away from it again.
     """
 
-    motion: Ints
-    after: Ints
-    elapsed: Floats
-    gap: Floats
+    index: Ints
+    time: Floats
+    covered: Floats
+    room: Floats
+    back: NDArray[np.bool_]
+
+    @property
+    def gap(self) -> Floats:
+        """Distance to the membrane that the ball turns back from."""
+        return np.where(self.back, self.room, self.covered)
 
 
 def turning_points(
-    walls: Ints,
-    velocity: Floats,
-    time: Floats,
-    period: float | Floats,
-    groups: tuple[Floats, Floats],
-    r: float,
-    settled: float = SETTLED,
-) -> Turns:
-    """Find the turning points of motions with one sequence of impacts.
+    way: Flight, phase: Floats, returns: bool, nearest: bool = False, settled: float = SMALLEST_STEP
+) -> Iterator[Turns]:
+    """Every turning point of one flight of each motion, or those that can be the `nearest` to a membrane.
 
     Parameters
     ----------
-    walls : ndarray (N,)
-        The membrane of each impact: 1 bottom, -1 top.
-    velocity, time : ndarray (N, n)
-        Of the impacts of each motion [y_c], [t_c].
-    period : float or ndarray (n,)
-        Of the motions [t_c].
-    groups : tuple of ndarray (n,)
-        Their d and gbar.
-    r : float
-        Restitution coefficient.
+    way : Flight
+        Arrays of one length.
+    phase : ndarray
+        Forcing phase at which each begins [rad].
+    returns : bool
+        Whether the flights come back to the membrane that they left.
+    nearest : bool
+        Of flights across, only what can be nearest to a membrane.
     settled : float
         Newton step at which a turning point is found [t_c].
     """
-    d, gbar = groups
-    ends = np.concatenate([time[1:], time[:1] + period])
-    after, sine = flight.reflect(velocity, r), np.sin(np.pi * time)
-    # Z'' is zero at phases of this and the opposite sign; where gbar > 1 it is positive throughout.
-    turn = np.arccos(np.clip(-gbar, -1.0, 1.0)) / np.pi
-    lap = 2 * np.floor(time / 2)
-    laps = int(np.ceil(np.fmax.reduce(ends - lap, axis=None, initial=0.0) / 2))  # NaN are left out
-    border_time, border_speed = [time], [after]
-    for i in range(laps):
-        for at, swing in ((turn, np.sin(np.pi * turn)), (2 - turn, -np.sin(np.pi * turn))):
-            t = lap + 2 * i + at
-            speed = flight.velocity(t - time, after, sine, swing, gbar)
-            speed = np.where(t > time, np.where(t < ends, speed, np.roll(velocity, -1, axis=0)), after)
-            border_time.append(np.clip(t, time, ends))
-            border_speed.append(speed)
-    times, speeds = np.stack([*border_time, ends]), np.stack([*border_speed, np.roll(velocity, -1, axis=0)])
-    piece, which, motion = np.nonzero(speeds[:-1] * speeds[1:] < 0)
-    low, high = times[piece, which, motion], times[piece + 1, which, motion]
-    rising = speeds[piece + 1, which, motion] > 0
-    start, v, s, pull = time[which, motion], after[which, motion], sine[which, motion], gbar[motion]
+    for index, low, high, back in _returning(way, phase) if returns else _crossing(way, phase, nearest):
+        if index.size:
+            part, start = way.select(index), phase[index]
+            time = _at_rest(part, start, low, high, settled)
+            covered = part.covered(time, np.cos(start + np.pi * time))
+            yield Turns(index, time, covered, part.d - covered, back)
 
-    def speed_at(t: Floats, i: Ints) -> tuple[Floats, Floats]:
-        phase = np.pi * t
-        value = flight.velocity(t - start[i], v[i], s[i], np.sin(phase), pull[i])
-        return value, flight.acceleration(np.cos(phase), pull[i])
 
-    root = newton_root(speed_at, low, high, rising, settled)
-    covered = flight.displacement(root - start, v, s, np.cos(np.pi * start), np.cos(np.pi * root), pull)
-    leaves, turned = walls[which], np.where(rising, -1, 1)
-    gap = d[motion] / 2 * (1 - turned * leaves) - turned * covered
-    return Turns(motion, which, root - start, gap)
+Brackets = Iterator[tuple[Ints, Floats, Floats, NDArray[np.bool_]]]
+"""Flights, two times between which each turns once, and whether it turns back towards the membrane left."""
+
+
+def _crossing(way: Flight, phase: Floats, nearest: bool) -> Brackets:
+    """Where flights from one membrane to the other turn.
+
+    A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign
+    in pairs, around an extremum of Z' of the other sign: where Z' is positive at such an extremum of an upward
+    flight (or negative in a downward one), there is exactly one zero on either side. The other extrema need not be
+    looked at, which is half of the work.
+    """
+    # Z' is largest at phase `turn`, the wrong way for an upward flight, and smallest at -turn, for a downward one.
+    # Where gbar > 1, Z'' never vanishes; then Z' is not of the wrong sign at phase pi either.
+    turn = np.arccos(np.clip(-way.gbar, -1.0, 1.0))
+    rise, fall = 2 * turn / np.pi, 2 - 2 * turn / np.pi
+    since, until = (rise, fall) if way.direction < 0 else (fall, rise)
+    first = np.mod(-way.direction * turn - phase, 2 * np.pi) / np.pi
+    each = first[:, None] + 2 * np.arange(_laps(way))
+    index, lap = np.nonzero(each < way.duration[:, None])
+    slowest = each[index, lap]
+    speed = way.select(index).speed(slowest, np.sin(phase[index] + np.pi * slowest))
+    wrong = speed < 0
+    index, middle, speed = index[wrong], slowest[wrong], speed[wrong]
+    if nearest and each.shape[1] > 2:
+        near = _may_be_nearest(way, phase, index, middle, -speed * np.maximum(since, until)[index])
+        index, middle = index[near], middle[near]
+    there = np.ones(len(index), dtype=bool)
+    yield index, np.maximum(middle - since[index], 0.0), middle, there
+    yield index, middle, np.minimum(middle + until[index], way.duration[index]), ~there
+
+
+def _laps(way: Flight) -> int:
+    """More than the extrema of Z' of one kind in any of the flights; NaN are left out."""
+    return int(np.ceil(np.fmax.reduce(way.duration, initial=0.0) / 2)) + 1
+
+
+def _may_be_nearest(way: Flight, phase: Floats, index: Ints, middle: Floats, reach: Floats) -> NDArray[np.bool_]:
+    """Which times of slowest flight have next to them the turning point that is nearest to a wall, or may have it.
+
+    One of the two turning points is nearer to a wall than the ball is in the middle between them, but by no more than
+    what it flies back from there: `reach`, its speed there times the time that it has.
+    """
+    part = way.select(index)
+    covered = part.covered(middle, np.cos(phase[index] + np.pi * middle))
+    room = np.minimum(covered, part.d - covered)
+    least = np.full(len(phase), np.inf)
+    np.minimum.at(least, index, room)
+    return np.asarray(room - reach <= least[index])
+
+
+def _returning(way: Flight, phase: Floats) -> Brackets:
+    """Where flights back to the membrane that they left turn: between extrema of Z' at which its signs differ."""
+    turn = np.arccos(np.clip(-way.gbar, -1.0, 1.0))
+    extrema = np.stack([np.mod(sign * turn - phase, 2 * np.pi) / np.pi for sign in (1, -1)])
+    laps = np.repeat(2 * np.arange(_laps(way)), 2)
+    each = np.tile(np.sort(extrema, axis=0), (_laps(way), 1)) + laps[:, None]
+    times = np.minimum(each, way.duration)
+    times = np.concatenate([np.zeros((1, len(phase))), times, way.duration[None]])
+    speeds = way.speed(times, np.sin(phase + np.pi * times))
+    piece, index = np.nonzero(speeds[:-1] * speeds[1:] < 0)
+    yield index, times[piece, index], times[piece + 1, index], speeds[piece, index] > 0
+
+
+def _at_rest(way: Flight, phase: Floats, low: Floats, high: Floats, settled: float) -> Floats:
+    """Zero of a monotone Z' between two times where its sign differs."""
+
+    def speed(t: Floats, which: Ints) -> tuple[Floats, Floats]:
+        part = way if t.size == phase.size else way.select(which)
+        angle = phase[which] + np.pi * t
+        return part.speed(t, np.sin(angle)), part.pressing(np.cos(angle))
+
+    rising = way.speed(high, np.sin(phase + np.pi * high)) > 0
+    return newton_root(speed, low, high, rising, settled)
+
+
+def flight_turns(orbit: Orbits, r: float | Floats, nearest: bool = False) -> Iterator[tuple[int, Turns]]:
+    """The turning points of 1:1 motions, by the impact that begins the flight: 0 for the bottom, 1 for the top."""
+    up, down = orbit.flights(r)
+    for part in turning_points(up, orbit.phi, False, nearest):
+        yield 0, part
+    for part in turning_points(down, np.arctan2(orbit.sin_top, orbit.cos_top), False, nearest):
+        yield 1, part
+
+
+def wall_gap(orbit: Orbits, r: float | Floats) -> Floats:
+    """Smallest distance between the ball and a membrane at the turning points of 1:1 motions [x_c].
+
+    Parameters
+    ----------
+    orbit : Orbits
+        Arrays of motions with velocity_bottom > 0 > velocity_top.
+    r : float or ndarray
+        Restitution coefficient.
+
+    Returns
+    -------
+    ndarray
+        Negative where the ball would have to pass through a membrane, zero at grazing, and d where it crosses from
+        wall to wall without ever turning back.
+    """
+    gap = np.array(orbit.d, dtype=float)
+    for _, part in flight_turns(orbit, r, nearest=True):
+        np.minimum.at(gap.reshape(-1), part.index, np.minimum(part.covered, part.room))
+    return gap
+
+
+class Touch(NamedTuple):
+    """A turning point near a wall: its distance, its time in the flight, which flight, and which wall."""
+
+    distance: float
+    time: float
+    upward: bool
+    at_start: bool
+
+
+def touches(orbit: Orbits, r: float) -> list[Touch]:
+    """The turning points of one 1:1 motion (arrays of length one) with their distance from either wall, in order."""
+    return sorted(
+        Touch(abs(float(distance)), float(time), after == 0, at_start)
+        for after, part in flight_turns(orbit, r)
+        for at_start, gap in ((True, part.covered), (False, part.room))
+        for distance, time in zip(gap, part.time, strict=True)
+    )
+
+
+class Turn(NamedTuple):
+    """A turning point of the ball: the flight it is in, its time, the wall it is turned towards, and its distance."""
+
+    after: int
+    time: float
+    wall: int
+    gap: float
+
+
+def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
+    """Every turning point of a motion, with its distance from the wall that the ball turns back from.
+
+    The distance is negative where the ball would have passed through the membrane.
+    """
+    lift = acos(-gbar) / pi if gbar < 1 else 1.0
+    swing = sin(pi * lift)
+    still = ((lift, swing), (2 - lift, -swing)) if gbar < 1 else ()
+    walls, times, velocities = motion.word.walls, motion.time.tolist(), motion.velocity.tolist()
+    times.append(times[0] + 2 * motion.word.periods)
+    velocities.append(velocities[0])
+    for i, wall in enumerate(walls):
+        start, end, after, phase = times[i], times[i + 1], flight.reflect(velocities[i], r), pi * times[i]
+        sine, cosine = sin(phase), cos(phase)
+        laps = range(2 * int(start // 2), 2 * int(end // 2) + 1, 2)
+        inner = [(lap + t, there) for lap in laps for t, there in still if start < lap + t < end]
+        speeds = [(t, flight.velocity(t - start, after, sine, there, gbar)) for t, there in inner]
+        for low, high in pairwise([(start, after), *speeds, (end, velocities[i + 1])]):
+            if low[1] * high[1] < 0:
+                time = _rest(low, high, (start, after, sine), gbar)
+                towards = 1 if low[1] > 0 else -1
+                z = wall * d / 2 + flight.displacement(time - start, after, sine, cosine, cos(pi * time), gbar)
+                yield Turn(i, time, towards, d / 2 - towards * z)
+
+
+def _rest(low: tuple[float, float], high: tuple[float, float], flown: tuple[float, float, float], gbar: float) -> float:
+    """Time at which a monotone Z' is zero, between two at which it is given with them.
+
+    `flown` are the time, Z' and the sine of the phase at the beginning of the flight.
+    """
+    start, after, sine = flown
+    (a, before), (b, behind) = low, high
+    # where it would be if Z' were half a wave, as it is where gbar = 0
+    t = a + (b - a) * acos((before + behind) / (behind - before)) / pi
+    for _ in range(BISECTIONS):
+        phase = pi * t
+        value, slope = flight.velocity(t - start, after, sine, sin(phase), gbar), gbar + cos(phase)
+        a, b = (a, t) if (value > 0) == (behind > 0) else (t, b)
+        new = t - value / slope if slope else a
+        if abs(new - t) < SETTLED and slope:
+            return new
+        t = new if a < new < b else (a + b) / 2
+    return t

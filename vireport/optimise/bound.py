@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions import Orbits, orbits, return_trace
+from vireport.motions import TRACE_LEVELS, Event, Orbits, orbits, return_trace
 from vireport.optimise.cells import DISPLACED, RINGS
 from vireport.optimise.problem import (
     DEFLECTION,
@@ -178,7 +178,7 @@ def _drawn(picture: Picture, start: Floats, end: Floats, r: float, n: int, last:
 
 def _may_be_stable(orbit: Orbits, r: Affine) -> Mask:
     """Whether the trace may be within its borders."""
-    trace, border = return_trace(orbit, r), 1 + r**4
+    trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](r * r)
     return np.asarray(~((trace - border).lower > 0) & ~((trace + border).upper < 0))
 
 
@@ -189,7 +189,7 @@ def _may_stay_between(orbit: Orbits, r: Affine, n: int) -> Mask:
         for k in range(SAMPLES * n):
             time = way.duration * ((k + 0.5) / (SAMPLES * n))
             angle = ops.pi * time
-            covered = way.covered(time, way.turned(ops.sin(angle), ops.cos(angle))[1], ops)
+            covered = way.covered(time, way.turned(ops.sin(angle), ops.cos(angle))[1], ops.pi)
             inside &= ~(covered.upper < 0) & ~((way.d - covered).upper < 0)
     return inside
 

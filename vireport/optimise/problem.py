@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vireport.base import UsageError
 from vireport.design import DesignPoint
 from vireport.gate import MARGINS
-from vireport.motions import CriticalKind
+from vireport.motions import CRITICAL, Event
 from vireport.physics import (
     Conversion,
     Device,
@@ -80,7 +80,7 @@ class Problem:
         The scenario.
     design : Design
         What it says of the search.
-    margins : tuple of (tuple of CriticalKind, float)
+    margins : tuple of (tuple of Event, float)
         The margins required, as shares, to critical points of some kinds.
     limits : tuple of (str, bool, float)
         Quantities, whether they are to be at least a limit, and the limit.
@@ -90,7 +90,7 @@ class Problem:
 
     loaded: Loaded
     design: Design
-    margins: tuple[tuple[tuple[CriticalKind, ...], float], ...]
+    margins: tuple[tuple[tuple[Event, ...], float], ...]
     limits: tuple[tuple[str, bool, float], ...]
     tolerated: float = 0.0
 
@@ -118,7 +118,7 @@ class Problem:
     @property
     def share(self) -> float:
         """The margin required to critical points of any kind; 0 where none is."""
-        return max((share for kinds, share in self.margins if len(kinds) == len(CriticalKind)), default=0.0)
+        return max((share for kinds, share in self.margins if len(kinds) == len(CRITICAL)), default=0.0)
 
     def half_widths(self, device: Device) -> dict[DesignInput, Any]:
         """By how much each input is off at the corners, in its unit, for devices as arrays."""
@@ -134,8 +134,8 @@ class Problem:
 
     def with_margin(self, share: float) -> Problem:
         """The same search with another margin required to critical points of any kind."""
-        others = tuple((kinds, other) for kinds, other in self.margins if len(kinds) < len(CriticalKind))
-        return replace(self, margins=(*others, (tuple(CriticalKind), share)))
+        others = tuple((kinds, other) for kinds, other in self.margins if len(kinds) < len(CRITICAL))
+        return replace(self, margins=(*others, (CRITICAL, share)))
 
     def values(self, t: Floats) -> Floats:
         """Values of the inputs at designs (..., inputs); exact at the ends."""

@@ -17,6 +17,7 @@ from vireport.physics.energy import (
     generated_voltage,
     voltages,
 )
+from vireport.physics.flight import Flight
 from vireport.physics.numbers import (
     ARRAYS,
     COMPLEX,
@@ -53,6 +54,7 @@ __all__ = [
     "Device",
     "Dielectric",
     "Fitting",
+    "Flight",
     "Membrane",
     "Rounded",
     "Shaker",

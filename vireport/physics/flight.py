@@ -10,6 +10,7 @@ The functions take the sines and cosines they need instead of phases, so that a 
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields
 from math import pi
 from typing import Any
 
@@ -77,3 +78,58 @@ def reflect(velocity_before: Any, restitution: Any) -> Any:
     Source: Eq. (2.10).
     """
     return -restitution * velocity_before
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flight:
+    """A flight from one impact to the next, as numbers or arrays of one shape (dimensionless).
+
+    Attributes
+    ----------
+    direction : int
+        Sign of a velocity away from the membrane left: -1 from the bottom, 1 from the top.
+    velocity : array_like
+        Z' just after the impact that it begins with.
+    sine, cosine : array_like
+        Of the forcing phase at that impact.
+    duration : array_like
+        Flight time [t_c].
+    gbar, d : array_like
+        Gravity, and the distance between the membranes.
+    """
+
+    direction: int
+    velocity: Any
+    sine: Any
+    cosine: Any
+    duration: Any
+    gbar: Any
+    d: Any
+
+    def select(self, index: Any) -> Flight:
+        """The flights picked by an index or mask, of arrays of one shape."""
+        return Flight(self.direction, *(getattr(self, name)[index] for name in FLIGHT_NUMBERS))
+
+    def speed(self, t: Any, sine: Any, pi: Any = pi) -> Any:
+        """Velocity away from the membrane left, a time t after the impact, where the phase has this sine."""
+        return self.direction * velocity(t, self.velocity, self.sine, sine, self.gbar, pi=pi)
+
+    def covered(self, t: Any, cosine: Any, pi: Any = pi) -> Any:
+        """Distance from the membrane left, a time t after the impact, where the phase has this cosine."""
+        return self.direction * displacement(t, self.velocity, self.sine, self.cosine, cosine, self.gbar, pi=pi)
+
+    def pressing(self, cosine: Any) -> Any:
+        """Acceleration away from the membrane left, where the phase has this cosine."""
+        return self.direction * acceleration(cosine, self.gbar)
+
+    def jerk(self, sine: Any, pi: Any = pi) -> Any:
+        """Rate of that acceleration, where the phase has this sine."""
+        return -self.direction * pi * sine
+
+    def turned(self, sine: Any, cosine: Any) -> tuple[Any, Any]:
+        """Sine and cosine of the phase when it has grown by an angle with this sine and cosine."""
+        return self.sine * cosine + self.cosine * sine, self.cosine * cosine - self.sine * sine
+
+
+FLIGHT_NUMBERS = tuple(field.name for field in fields(Flight) if field.name != "direction")
+"""What a `Flight` holds numbers of."""

@@ -47,7 +47,7 @@ class DoubleOps:
     """
 
     def __init__(self, module: ModuleType) -> None:
-        self.pi, self.sin, self.cos = module.pi, module.sin, module.cos
+        self.pi, self.sin, self.cos, self.exp = module.pi, module.sin, module.cos, module.exp
 
     @staticmethod
     def exact(x: Any) -> Any:
@@ -121,6 +121,11 @@ class DecimalOps:
     def cos(self, x: Decimal) -> Decimal:
         """Cosine, likewise."""
         return self._quadrant(x, 1)
+
+    @staticmethod
+    def exp(x: Decimal) -> Decimal:
+        """Exponential function."""
+        return x.exp()
 
     @staticmethod
     def sqrt(x: Decimal) -> Decimal:

@@ -37,7 +37,7 @@ from vireport.membranes import (
     solvers_on_stiff_membranes,
 )
 from vireport.membranes import verdict as compliance_verdict
-from vireport.motions import CriticalPoint, Held, PolishedMotion
+from vireport.motions import Held, Point
 from vireport.physics import DIGITS, Device
 from vireport.report.ci_formats import source_url
 from vireport.report.voltages import (
@@ -113,7 +113,7 @@ class InputRow:
 class State:
     """The motion at a critical point, or its mirror image: phases in rad, velocities before the impacts in y_c."""
 
-    critical: CriticalPoint
+    critical: Point
     mirrored: bool
     gbar: float
     q: float
@@ -131,7 +131,7 @@ class End:
     """
 
     value: float | None
-    point: CriticalPoint | None
+    point: Point | None
     room: float | None
 
 
@@ -260,7 +260,7 @@ class Report:
     @property
     def largest_bound(self) -> float:
         """Largest error bound of the critical points [unit of the swept parameter]."""
-        return max((critical.point.error_bound for critical in self.solution.critical_points), default=0.0)
+        return max((critical.error_bound for critical in self.solution.critical_points), default=0.0)
 
     def speeds(self) -> tuple[float, float] | None:
         """Impact speeds at bottom and top [m/s] of the first stable motion at the design point."""
@@ -296,11 +296,11 @@ class Report:
     def states(self) -> Iterator[State]:
         """The motions at the critical points, each followed by its mirror image where it has one."""
         for critical in self.solution.critical_points:
-            yield _state(critical, False, critical.point, critical.phi_top)
+            yield _state(critical, critical, False, critical.closed.phi_top)
             if critical.mirror is not None:
                 # The mirror image hits the top when the motion hits the bottom, half a forcing period on.
-                top = float(np.mod(critical.point.phi + pi, 2 * pi))
-                yield _state(critical, True, critical.mirror, top)
+                top = float(np.mod(critical.closed.phi_bottom + pi, 2 * pi))
+                yield _state(critical, critical.mirror, True, top)
 
     def ranges(self) -> Iterator[Range]:
         """The stable range around the design point, for each input."""
@@ -314,7 +314,7 @@ class Report:
             )
             yield Range(part.parameter, at, start, end)
 
-    def going_on(self) -> Iterator[tuple[float, CriticalPoint]]:
+    def going_on(self) -> Iterator[tuple[float, Point]]:
         """Ends of the sweep beyond which stable motion goes on, and the critical point that ends it there."""
         for part, beyond in zip(self.solution.stable_ranges, self.solution.beyond, strict=True):
             for (value, _), point in zip(part.ends, beyond, strict=True):
@@ -432,8 +432,9 @@ def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, fl
     }
 
 
-def _state(critical: CriticalPoint, mirrored: bool, point: PolishedMotion, phi_top: float) -> State:
+def _state(critical: Point, motion: Point, mirrored: bool, phi_top: float) -> State:
+    closed = motion.closed
     gbar, bottom, top = (
-        0.0 if abs(x) < NOTHING else x for x in (point.gbar, point.velocity_bottom, point.velocity_top)
+        0.0 if abs(x) < NOTHING else x for x in (motion.gbar, closed.velocity_bottom, closed.velocity_top)
     )
-    return State(critical, mirrored, gbar, 0.5 + point.u, point.phi, phi_top, bottom, top)
+    return State(critical, mirrored, gbar, 0.5 + closed.u, closed.phi_bottom, phi_top, bottom, top)

@@ -44,7 +44,7 @@ def _row(family: Family) -> tuple[str, ...]:
 def _end(family: Family, mark: Mark) -> str:
     if mark.event is Event.LOST:
         return f"not followed beyond {significant(float(family.sweep_value[mark.row]), 6)}"
-    return mark.vertex.label if mark.vertex is not None else mark.event.replace("_", " ")
+    return mark.point.label if mark.point is not None and mark.point.label else mark.event.replace("_", " ")
 
 
 def _voltage(study: Study, family: Family) -> tuple[str, ...]:

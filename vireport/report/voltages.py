@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vireport.design import Solution
-from vireport.motions import CriticalPoint
+from vireport.motions import Point
 from vireport.physics import Membrane, Voltages, voltages
 
 MASS_FACTORS = (0.5, 1.0, 2.0)
@@ -27,7 +27,7 @@ class Place:
     ----------
     at_design : bool
         Whether it is one of the design point; else it is an end of a stable range.
-    point : CriticalPoint or None
+    point : Point or None
         What ends the range; None where the sweep does.
     swept : float
         The swept parameter.
@@ -41,7 +41,7 @@ class Place:
     """
 
     at_design: bool
-    point: CriticalPoint | None
+    point: Point | None
     swept: float
     d: float
     speed_bottom: float

@@ -8,7 +8,7 @@ from enum import StrEnum
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from vireport.motions import Atlas, Family, Vertex
+from vireport.motions import Atlas, Family, Point
 from vireport.physics import Word
 from vireport.simulation import (
     Attractor,
@@ -88,7 +88,7 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
     return tuple(sorted(listed, key=lambda one: (one.outcome is not Outcome.PERIODIC, len(one.word), one.name)))
 
 
-def ends_at(jump: Jump, atlas: Atlas, within: float) -> Vertex | None:
+def ends_at(jump: Jump, atlas: Atlas, within: float) -> Point | None:
     """The nearest point, within a distance, where a family of the motion before a jump ceases to be stable."""
     attractor = jump.before.attractor
     if attractor.cycle is None or attractor.cycle.sticks:
@@ -97,14 +97,14 @@ def ends_at(jump: Jump, atlas: Atlas, within: float) -> Vertex | None:
     word = Word.of(attractor.word, attractor.period).canonical(mirror)
     families = (family for family in atlas.families if family.word.canonical(mirror) == word)
     vertices = (vertex for family in families for vertex in _ends(family))
-    near = [vertex for vertex in vertices if abs(vertex.point.sweep_value - jump.value) <= within]
-    return min(near, key=lambda vertex: abs(vertex.point.sweep_value - jump.value), default=None)
+    near = [vertex for vertex in vertices if abs(vertex.sweep_value - jump.value) <= within]
+    return min(near, key=lambda vertex: abs(vertex.sweep_value - jump.value), default=None)
 
 
-def _ends(family: Family) -> Iterator[Vertex]:
+def _ends(family: Family) -> Iterator[Point]:
     """Where stable stretches of a family end within the sweep."""
     rows = {row for run in family.stable_runs for row in run}
-    return (mark.vertex for mark in family.marks if mark.row in rows and mark.vertex is not None)
+    return (mark.point for mark in family.marks if mark.row in rows and mark.point is not None)
 
 
 def _kind(attractor: Attractor, mirror: bool) -> tuple[Outcome, str, int]:

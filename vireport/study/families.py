@@ -15,18 +15,18 @@ from vireport.motions import (
     Atlas,
     Claim,
     Curve,
+    Event,
     Family,
     Mark,
-    Model,
     Motion,
-    PolishedPoint,
+    Point,
     Sweep,
-    Vertex,
     generation,
     impact_rate,
+    model_of,
     rounded_up,
 )
-from vireport.physics import Membrane, Word
+from vireport.physics import FLOATS, Membrane, Word
 
 Floats = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def _family(family: Family, membrane: Membrane | None) -> dict[str, Any]:
         "begins_with": _end(family, family.ends[0]),
         "ends_with": _end(family, family.ends[1]),
         "stable_range": [dict(zip(("from", "to"), pair, strict=True)) for pair in family.stable_ranges],
-        "critical_points": [_point(mark, mark.point) for mark in family.marks if mark.point is not None],
+        "critical_points": [_point(mark.point, mark.event) for mark in family.marks if mark.point is not None],
         "generation": [] if membrane is None else _generation(family, membrane),
         "determinant": family.determinant,
         "stable": family.stable.tolist(),
@@ -114,8 +114,8 @@ def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str,
     """Every impact of every motion of a family, by the names of branches.csv: first those of the 1:1 motions."""
     data, word, size = _family(family, membrane), family.word, len(family.x)
     volts, bounds, walls = data.get("u_impacts_v"), data["error_bounds"], word.walls
-    gbar = np.broadcast_to(family.curve.model.groups(family.x[:, -1])[1], size).tolist()
-    labels = {mark.row: mark.vertex.label for mark in family.marks if mark.vertex is not None}
+    gbar = np.broadcast_to(family.model.groups(family.x[:, -1])[1], size).tolist()
+    labels = {mark.row: mark.point.label for mark in family.marks if mark.point is not None and mark.point.label}
     for row in range(size):
         for i, wall in enumerate(walls):
             yield {
@@ -147,19 +147,16 @@ def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str,
 
 
 def _end(family: Family, mark: Mark) -> dict[str, Any]:
-    vertex, value = mark.vertex, float(family.sweep_value[mark.row])
-    label = None if vertex is None else vertex.label
-    return {"kind": mark.event, "label": label, "families": _families(vertex), "sweep_value": value}
+    point, value = mark.point, float(family.sweep_value[mark.row])
+    label, families = (None, []) if point is None else (point.label or None, list(point.families))
+    return {"kind": mark.event, "label": label, "families": families, "sweep_value": value}
 
 
-def _families(vertex: Vertex | None) -> list[int]:
-    return [] if vertex is None else list(vertex.families)
-
-
-def _point(mark: Mark, point: PolishedPoint) -> dict[str, Any]:
+def _point(point: Point, event: Event) -> dict[str, Any]:
+    """A point as a family has it, to which grazing may be an impact that loses its velocity."""
     return {
-        "label": None if mark.vertex is None else mark.vertex.label,
-        "kind": mark.event,
+        "label": point.label or None,
+        "kind": event,
         "sweep_value": point.sweep_value,
         "error_bound": point.error_bound if isfinite(point.error_bound) else None,
         "d": point.d,
@@ -167,7 +164,7 @@ def _point(mark: Mark, point: PolishedPoint) -> dict[str, Any]:
         "word": point.motion.word.letters,
         "velocity": point.motion.velocity.tolist(),
         "phase_rad": point.motion.phase.tolist(),
-        "families": _families(mark.vertex),
+        "families": list(point.families),
     }
 
 
@@ -227,7 +224,8 @@ KNOWN = "velocity", "time", "trace", "sweep_value"
 def _known(sweep: Sweep, number: int, word: Word, velocity: Any, time: Any, trace: Any, value: Any) -> Family:
     values = np.array(value, dtype=float)
     x = np.column_stack([velocity, time, sweep.coordinate_of(values)])
-    curve = Curve(word, Model(sweep.level, float(sweep.device.restitution)), *sweep.coordinate_range)
+    low, high = sweep.coordinate_range
+    curve = Curve(word, model_of(sweep, FLOATS), low, high, high - low)
     return Family(number, sweep, curve, x, np.array(trace, dtype=float), values, ())
 
 
@@ -242,7 +240,7 @@ def motion_data(family: Family, motion: Motion, value: float, membrane: Membrane
         "word": family.word.letters,
         "ratio": family.word.ratio,
         "periods": family.word.periods,
-        "stability": family.curve.stability(float(alone.trace[0])),
+        "stability": family.stability(float(alone.trace[0])),
         **{name: values[0] for name, values in data.items()},
         "error_bounds": {name: values[0] for name, values in bounds.items() if name != "null_means"},
     }

@@ -24,11 +24,13 @@ from vireport.design import (
 )
 from vireport.gate import SWEEP_END
 from vireport.motions import (
+    DETAILS,
     NO_BOUND,
     Branch,
-    CriticalPoint,
+    Condition,
+    Event,
     Motions,
-    PolishedMotion,
+    Point,
     TableRow,
     rounded_up,
     undecided,
@@ -47,7 +49,7 @@ from vireport.text import inert_cell
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck, Hysteresis, MotionCount
     from vireport.design import Failure, Tolerances
-    from vireport.motions import Atlas, Vertex
+    from vireport.motions import Atlas
     from vireport.simulation import Attractor, Course, Jump
     from vireport.study.coexistence import Coexisting
 
@@ -86,7 +88,7 @@ def branches_csv(solution: Solution, atlas: Atlas | None = None) -> bytes:
             **_undecided(branch.motions, bounds),
         }
         head = ["branch", "family", *columns]
-        rows += [[branch.number, branch.family, *row] for row in zip(*columns.values(), strict=True)]
+        rows += [[branch.number, branch.symmetry, *row] for row in zip(*columns.values(), strict=True)]
     families = list(family_motions(atlas, solution.membrane))
     head = list(dict.fromkeys([*head, *(families[0] if families else ())]))
     rows = [row + [None] * (len(head) - len(row)) for row in rows]
@@ -192,12 +194,19 @@ def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
     return {**named, "null_means": NO_BOUND} if any(None in column for column in columns) else named
 
 
+def _end_of_branch(end: Condition) -> str:
+    """What a branch begins or ends with, in words."""
+    if end.event is Event.ZERO_VELOCITY:
+        return DETAILS[end.event, end.rests[0]]
+    return {Event.SWEEP_END: "end of the sweep", Event.CLOSED: "closed curve"}.get(end.event) or end.event.words
+
+
 def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
     return {
         "number": branch.number,
-        "family": branch.family,
+        "family": branch.symmetry,
         "mirror_of": branch.mirror_of,
-        "ends": list(branch.ends),
+        "ends": [_end_of_branch(end) for end in branch.ends],
         **_motions(branch.motions),
         **_voltages(branch.voltages),
         "critical_point": [label or None for label in branch.labels],
@@ -206,38 +215,40 @@ def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _point(point: PolishedMotion) -> dict[str, Any]:
+def _one_to_one(point: Point) -> dict[str, Any]:
+    """The 1:1 motion of a critical point, with its error bounds."""
+    closed = point.closed
     return {
-        "q": 0.5 + point.u,
-        "phi_bottom_rad": point.phi,
-        "velocity_bottom": point.velocity_bottom,
-        "velocity_top": point.velocity_top,
+        "q": 0.5 + closed.u,
+        "phi_bottom_rad": closed.phi_bottom,
+        "velocity_bottom": closed.velocity_bottom,
+        "velocity_top": closed.velocity_top,
         "error_bounds": _point_bounds(point),
     }
 
 
-def _point_bounds(point: PolishedMotion) -> dict[str, Any]:
-    q = max(point.bounds["u"], float(np.spacing(0.5 + point.u)))
-    phi = {"phi_bottom_rad": point.bounds["phi"], "phi_top_rad": point.bounds["phi_top"]}
-    exact = {name: point.bounds[name] for name in ("d", "gbar", "velocity_bottom", "velocity_top")}
+def _point_bounds(point: Point) -> dict[str, Any]:
+    closed = point.closed
+    q = max(closed.bounds["u"], float(np.spacing(0.5 + closed.u)))
+    phi = {"phi_bottom_rad": closed.bounds["phi_bottom"], "phi_top_rad": closed.bounds["phi_top"]}
+    exact = {name: closed.bounds[name] for name in ("d", "gbar", "velocity_bottom", "velocity_top")}
     return {"sweep_value": point.error_bound, "q": q, **phi, **exact}
 
 
-def _critical(critical: CriticalPoint) -> dict[str, Any]:
-    point = critical.point
+def _critical(point: Point) -> dict[str, Any]:
     return {
-        "label": critical.label,
-        "kind": critical.kind,
-        "family": critical.family,
+        "label": point.label,
+        "kind": point.event,
+        "family": point.symmetry,
         "sweep_value": point.sweep_value,
         "error_bound": point.error_bound,
         "d": point.d,
         "gbar": point.gbar,
-        **_point(point),
-        "phi_top_rad": critical.phi_top,
-        "mirror": None if critical.mirror is None else _point(critical.mirror),
-        "branch": critical.branch,
-        "detail": critical.change,
+        **_one_to_one(point),
+        "phi_top_rad": point.closed.phi_top,
+        "mirror": None if point.mirror is None else _one_to_one(point.mirror),
+        "branch": point.families[0],
+        "detail": point.detail,
     }
 
 
@@ -263,8 +274,8 @@ def _margin(margin: Margin) -> dict[str, Any]:
     return {
         "parameter": margin.parameter,
         "label": margin.label,
-        "kind": margin.kind,
-        "family": margin.point.family,
+        "kind": margin.event,
+        "family": margin.point.symmetry,
         "sweep_value": margin.sweep_value,
         "distance": margin.distance,
         "relative": margin.relative,
@@ -298,27 +309,27 @@ def _range(part: StableInterval, otherwise: str) -> dict[str, Any]:
         "to": part.end,
         "from_reason": _reason(part.start_point, otherwise),
         "to_reason": _reason(part.end_point, otherwise),
-        "from_error_bound": part.start_point.point.error_bound if part.start_point else 0.0,
-        "to_error_bound": part.end_point.point.error_bound if part.end_point else 0.0,
+        "from_error_bound": part.start_point.error_bound if part.start_point else 0.0,
+        "to_error_bound": part.end_point.error_bound if part.end_point else 0.0,
     }
 
 
-def _reason(point: CriticalPoint | None, otherwise: str) -> str:
+def _reason(point: Point | None, otherwise: str) -> str:
     """What ends a stable range."""
-    return otherwise if point is None else point.label or point.kind.words
+    return otherwise if point is None else point.label or point.event.words
 
 
-def _continued(beyond: tuple[CriticalPoint | None, ...]) -> dict[str, Any]:
+def _continued(beyond: tuple[Point | None, ...]) -> dict[str, Any]:
     """Where a stable range would end if the sweep went on; null where it ends within it, or nowhere."""
     return {
         f"{end}_beyond_sweep": None
         if point is None
         else {
-            "sweep_value": point.point.sweep_value,
-            "kind": point.kind,
-            "d": point.point.d,
-            "gbar": point.point.gbar,
-            "error_bound": point.point.error_bound,
+            "sweep_value": point.sweep_value,
+            "kind": point.event,
+            "d": point.d,
+            "gbar": point.gbar,
+            "error_bound": point.error_bound,
         }
         for end, point in zip(("from", "to"), beyond, strict=True)
     }
@@ -330,7 +341,7 @@ def _table_row(row: TableRow, bounds: dict[str, Any]) -> dict[str, Any]:
     names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
     errors = rounded_up(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
     return {
-        "family": row.family,
+        "family": row.symmetry,
         "branch": row.branch,
         "start_label": row.start_point.label if row.start_point else "",
         "end_label": row.end_point.label if row.end_point else "",
@@ -349,7 +360,7 @@ DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
 
 
 def simulation_data(
-    check: CrossCheck, coexisting: Iterable[Coexisting], ending: Callable[[Jump], Vertex | None]
+    check: CrossCheck, coexisting: Iterable[Coexisting], ending: Callable[[Jump], Point | None]
 ) -> dict[str, Any]:
     """What the simulation found, with the motions that coexist and the point at which the one before a jump ends."""
     share = check.share
@@ -388,7 +399,7 @@ def simulation_data(
 
 
 def _follow(
-    slowly: Hysteresis, coexisting: Iterable[Coexisting], ending: Callable[[Jump], Vertex | None]
+    slowly: Hysteresis, coexisting: Iterable[Coexisting], ending: Callable[[Jump], Point | None]
 ) -> dict[str, Any]:
     """What is met where the sweep is gone through slowly."""
     return {
@@ -414,7 +425,7 @@ def _follow(
     }
 
 
-def _course(course: Course, ending: Callable[[Jump], Vertex | None]) -> dict[str, Any]:
+def _course(course: Course, ending: Callable[[Jump], Point | None]) -> dict[str, Any]:
     """The motions at the values in their order, and the jumps between them."""
     return {
         "samples": [
@@ -435,7 +446,7 @@ def _course(course: Course, ending: Callable[[Jump], Vertex | None]) -> dict[str
                 "after": _kind(jump.after.attractor),
                 "vertex": None
                 if vertex is None
-                else {"label": vertex.label, "kind": vertex.event, "sweep_value": vertex.point.sweep_value},
+                else {"label": vertex.label, "kind": vertex.event, "sweep_value": vertex.sweep_value},
             }
             for jump, vertex in ((jump, ending(jump)) for jump in course.jumps)
         ],

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from vireport.checks import Certificate, CrossCheck, Reproduction, WorkPrecision
     from vireport.design import Tolerances
     from vireport.membranes import Compliance
-    from vireport.motions import Atlas, Vertex
+    from vireport.motions import Atlas, Point
     from vireport.simulation import Jump
     from vireport.study.coexistence import Coexisting
 
@@ -130,7 +130,7 @@ class Study:
 
         return coexisting(self.crosscheck, self.atlas) if self.crosscheck is not None else ()
 
-    def ending(self, jump: Jump) -> Vertex | None:
+    def ending(self, jump: Jump) -> Point | None:
         """Where the motion before a jump ceases to be stable, within the distance of two values, if that is known."""
         from vireport.study.coexistence import ends_at
 
@@ -182,10 +182,10 @@ class Study:
         rows = [
             (
                 critical.label,
-                critical.kind.words,
-                critical.family,
-                bounded(critical.point.sweep_value, critical.point.error_bound),
-                significant(critical.point.d, 9),
+                critical.event.words,
+                critical.symmetry,
+                bounded(critical.sweep_value, critical.error_bound),
+                significant(critical.d, 9),
             )
             for critical in points
         ]

@@ -1,0 +1,226 @@
+"""The lines in (d, gbar, r) on which inputs move a device, and the ends of the stable motions that are followed there.
+
+Length and frequency move a device along a line of constant gbar, the force and the capsule's mass along a ray from the
+origin, inclination and restitution along gbar and r.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from math import inf, log
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions import Curve, Event, Limits, Motions, PathPoint, follow, motion_at, neighbours, off
+from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, Device
+from vireport.scenario import DesignInput, Parameter
+
+Floats = NDArray[np.float64]
+
+HIGHEST_RESTITUTION = 0.99
+"""Up to which margins in restitution are looked for; no pair of materials is known to have more."""
+
+LOSES_STABILITY = frozenset({Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK})
+"""Events at which a motion goes on, but not as a stable one."""
+
+HANDOVERS = 4
+"""Pitchforks at which one motion takes over from another; two are known."""
+
+
+class Line(Enum):
+    """A line through a design point in (d, gbar, r); the value is the inputs that move a device along it.
+
+    The position on it is 0 at the design point. Along the first two it is the logarithm of the factor of d, along the
+    others the change of gbar and of r.
+    """
+
+    LENGTHS = DesignInput.LENGTH, DesignInput.FREQUENCY
+    FORCES = DesignInput.AMPLITUDE, DesignInput.CAPSULE_MASS
+    GRAVITY = (DesignInput.INCLINATION,)
+    RESTITUTION = (DesignInput.RESTITUTION,)
+
+    @property
+    def growth(self) -> tuple[int, int, int]:
+        """Which of d, gbar and r grow with the exponential function of the position."""
+        return int(self in (Line.LENGTHS, Line.FORCES)), int(self is Line.FORCES), 0
+
+    @property
+    def shift(self) -> tuple[int, int, int]:
+        """Which of them change by the position."""
+        return 0, int(self is Line.GRAVITY), int(self is Line.RESTITUTION)
+
+    @staticmethod
+    def sense(varied: DesignInput) -> float:
+        """1 where an input grows with the position on its line, -1 where it falls."""
+        return -1.0 if varied is DesignInput.AMPLITUDE else 1.0
+
+
+LINES = tuple(Line)
+
+
+@dataclass(frozen=True, slots=True)
+class AlongLine:
+    """How the groups of a device change along a line through it, in a kind of number.
+
+    Attributes
+    ----------
+    line : Line
+    origin : tuple
+        d, gbar and r of the design point.
+    ops
+        Functions of the kind of number.
+    """
+
+    line: Line
+    origin: tuple[Any, Any, Any]
+    ops: Any
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether gravity has no part along the capsule anywhere on the line."""
+        return bool(self.origin[1] == 0) and self.line is not Line.GRAVITY
+
+    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
+        """The groups d and gbar, and r, at a position."""
+        (position,) = varied
+        grown = self.ops.exp(position) if any(self.line.growth) else 1
+        d, gbar, r = (
+            start * grown if grows else start + position if shifts else start
+            for start, grows, shifts in zip(self.origin, self.line.growth, self.line.shift, strict=True)
+        )
+        return d, gbar, r
+
+    def slopes(self, varied: Sequence[Any]) -> Floats:
+        """Their derivatives by the position, (3, 1)."""
+        here = self.at(varied)
+        return np.array([[g * x + s] for g, s, x in zip(self.line.growth, self.line.shift, here, strict=True)])
+
+
+def along(line: Line, device: Device, ops: Any) -> AlongLine:
+    """A line through a device, all of whose inputs are given, in a kind of number."""
+    d, gbar = device.groups(Parameter.LENGTH, device.length_m, ops)
+    r = ops.exact(device.restitution)
+    return AlongLine(line, (float(d), float(gbar), float(r)) if ops is FLOATS else (d, gbar, r), ops)
+
+
+def value_at(device: Device, varied: DesignInput, position: Any, groups: tuple[Any, Any, Any], ops: Any) -> Any:
+    """The value of an input that moves a device to a position on the input's line, where it has some groups."""
+    value = ops.exact(getattr(device, varied))
+    match varied:
+        case DesignInput.FREQUENCY:
+            return value * ops.exp(position / 2)
+        case DesignInput.AMPLITUDE:
+            return value * ops.exp(-position)
+        case DesignInput.INCLINATION:
+            return device.value(Parameter.INCLINATION, groups[0], groups[1], ops)
+        case DesignInput.RESTITUTION:
+            return value + position
+        case _:
+            return value * ops.exp(position)
+
+
+def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
+    """The values of an input between which ends of stable motion are looked for."""
+    low, high = varied.limits
+    if varied is DesignInput.RESTITUTION:
+        high = max(HIGHEST_RESTITUTION, (1 + device.restitution) / 2)
+    return low, high
+
+
+def _extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, float]:
+    """How far motions are followed: until the length is lost in rounding, 0 and 90 degrees, the limits of r."""
+    if line is Line.GRAVITY:
+        upright = device.capsule_mass_kg * device.gravity_m_s2 / device.amplitude_n
+        return (-gbar, upright - gbar if device.inclination_deg != 90 else 0.0) if upright > NO_GRAVITY else (0.0, 0.0)
+    if line is Line.RESTITUTION:
+        least, most = reach(device, DesignInput.RESTITUTION)
+        return least - device.restitution, most - device.restitution
+    return log(device.finest(FINEST_D) / d), inf
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ending:
+    """Where a stable motion of a design point stops being one, along a line.
+
+    Attributes
+    ----------
+    line : Line
+    event : Event
+        `SWEEP_END` where the line ends first, `LOST` where rounding does not resolve the motion any farther.
+    x : ndarray
+        Velocities and times of its impacts, and the position.
+    symmetric : bool
+        Whether the motion there is its own mirror image.
+    """
+
+    line: Line
+    event: Event
+    x: Floats
+    symmetric: bool
+
+
+def mirrored(device: Device) -> bool:
+    """Whether the motions have mirror images."""
+    return bool(device.inclination_deg == 0 and device.period_ratio % 2 == 1)
+
+
+def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequence[float]) -> Iterator[Ending]:
+    """Follow the stable motions of a design point along lines until each stops being stable or admissible.
+
+    A motion of a horizontal capsule that meets a pitchfork goes on as the motion that takes over its stability.
+
+    Parameters
+    ----------
+    device : Device
+        All inputs given.
+    motions : Motions
+        At the design point.
+    lines : sequence of Line
+    signs : sequence of float
+        Directions of the position on them.
+    """
+    d, gbar = (float(group) for group in device.groups(Parameter.LENGTH, device.length_m))
+    for row in np.flatnonzero(motions.stable):
+        for line in lines:
+            low, high = _extent(line, device, d, gbar)
+            flat = mirrored(device) and line is not Line.GRAVITY
+            if flat and motions.u[row] < 0:
+                continue  # the mirror image of another
+            motion = motion_at(motions, int(row), device.period_ratio)
+            curve = Curve(motion.word, along(line, device, FLOATS), low, high, 1.0)
+            x = curve.vector(replace(motion, coordinate=0.0))
+            for sign in signs:
+                if (low if sign < 0 else high) != 0:
+                    way = curve.tangent(x)
+                    start = PathPoint(curve, x, way if way[-1] * sign > 0 else -way)
+                    yield _ending(line, curve, start, sign, flat and bool(motions.u[row] == 0))
+
+
+def _ending(line: Line, curve: Curve, start: PathPoint, sign: float, symmetric: bool) -> Ending:
+    for _ in range(HANDOVERS):
+        trail = follow(curve, start, LOSES_STABILITY)
+        row, event = trail.events[-1]
+        x = trail.points[row].x
+        if event is not Event.PITCHFORK:
+            break
+        onward = _taking_over(curve, x, sign)
+        if onward is None:
+            return Ending(line, event, x, True)
+        start, symmetric = onward, not symmetric
+    return Ending(line, event, x, symmetric)
+
+
+def _taking_over(curve: Curve, x: Floats, sign: float) -> PathPoint | None:
+    """The motion next to a pitchfork that is stable beyond it, if there is one."""
+    limits = Limits(len(curve.word), curve.word.periods)
+    for begins, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, limits):
+        # The symmetric motions go through the point, and are begun to one side only.
+        back = off(curve, x, -vertex.tangent) if begins is None else ()
+        for beside in (first, *(start for _, start in back)):
+            if (beside.x[-1] - x[-1]) * sign > 0 and curve.stability(beside.x).attracts:
+                return beside
+    return None

@@ -1,0 +1,107 @@
+"""The one equation beyond those of a motion that holds where an event occurs: the table that every room reads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions.events import TRACE_LEVELS, Event
+from vireport.motions.periodicity import weighted_trace
+from vireport.physics import ARRAYS, Word
+
+Floats = NDArray[np.float64]
+
+IMAGINARY = 1e-30
+"""Imaginary step of derivatives, whose square is lost in rounding: they are exact to the last digit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """What holds where an event occurs.
+
+    Attributes
+    ----------
+    event : Event
+    rests : tuple of int
+        Impacts without velocity, of which the first is what the event is about where it is grazing or an impact that
+        loses its velocity. What concerns the trace is of the motion without them.
+    sign : int
+        Of the trace, where the type changes between node and focus; of the end of a sweep, 1 for the upper one.
+    held : int or None
+        Without restitution, a ball grazes in the very moment of an impact in which the membrane begins to hold it: this
+        impact.
+    """
+
+    event: Event
+    rests: tuple[int, ...] = ()
+    sign: int = 1
+    held: int | None = None
+
+    def excess(self, trace: Any, decay: Any) -> Any:
+        """How far a trace is above that at the event; `decay` as in `TRACE_LEVELS`."""
+        return trace - self.sign * TRACE_LEVELS[self.event](decay)
+
+    def trace(self, excess: Any, decay: Any) -> Any:
+        """The trace that is so far above that at the event."""
+        return excess + self.sign * TRACE_LEVELS[self.event](decay)
+
+    def value(self, word: Word, x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
+        """Zero where the condition holds, in any kind of number.
+
+        Parameters
+        ----------
+        word : Word
+        x : sequence
+            The N velocities and N times of the impacts.
+        groups : tuple
+            d, gbar and r.
+        ops
+            Functions of the kind of number, see `vireport.physics.numbers`.
+
+        Notes
+        -----
+        The trace enters times the velocities of all impacts that have one: so it has no pole where one vanishes.
+        """
+        if self.held is not None:
+            return groups[1] + ops.cos(ops.pi * x[len(word) + self.held])
+        if self.event in (Event.GRAZING, Event.ZERO_VELOCITY):
+            return x[self.rests[0]]
+        if self.event is Event.DEGENERATE_GRAZING:
+            return weighted_trace(word, x, groups, ops)
+        count = len(word)
+        kept = [i for i in range(count) if i not in self.rests]
+        word = Word(tuple(word.walls[i] for i in kept), word.periods)
+        x = [x[i] for i in (*kept, *(count + i for i in kept))]
+        level = self.sign * TRACE_LEVELS[self.event](groups[2] ** len(kept))
+        return weighted_trace(word, x, groups, ops) - level * prod(x[: len(kept)])
+
+    def linearised(
+        self, word: Word, x: Floats, groups: tuple[float, float, float], gradients: Floats
+    ) -> tuple[float, Floats]:
+        """The value and its derivatives by the unknowns, over the length of these.
+
+        Parameters
+        ----------
+        word : Word
+        x : ndarray
+            Velocities and times of the impacts, and what varies of the device.
+        groups : tuple of float
+            d, gbar and r.
+        gradients : ndarray, shape (3, varied)
+            Of the groups by what varies.
+        """
+        own = 2 * len(word)
+        if self.event is Event.GRAZING and self.held is None:
+            return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
+        at = np.append(x[:own], groups)
+        steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))
+        values = self.value(word, steps[:own], (steps[own], steps[own + 1], steps[own + 2]), ARRAYS)
+        slopes = np.imag(values) / IMAGINARY
+        gradient = np.append(slopes[:own], slopes[own:] @ gradients)
+        length = float(np.linalg.norm(gradient)) or 1.0
+        return float(np.real(values[0])) / length, gradient / length

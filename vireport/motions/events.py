@@ -1,0 +1,60 @@
+"""What can happen to a motion when an input of the device varies, and the trace at which it happens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from typing import Any
+
+
+class Event(StrEnum):
+    """What happens at a motion of a family, or at a point of a locus.
+
+    The values are those of results.json. A family ends at `GRAZING`, `ZERO_VELOCITY`, `SWEEP_END`, `CLOSED` and
+    `LOST`; at a period doubling or pitchfork only where it turns back there as its own image. `DEGENERATE_GRAZING`,
+    `CUSP` and `DEGENERATE_DOUBLING` are points of loci: where folds and period doublings of the motion with the
+    further impact begin at a grazing point; where two loci of folds end together; where period doublings change from
+    soft to hard, and a locus of folds begins.
+    """
+
+    PERIOD_DOUBLING = "period_doubling"
+    FOLD = "fold"
+    PITCHFORK = "pitchfork"
+    NODE_FOCUS = "node_focus"
+    GRAZING = "grazing"
+    ZERO_VELOCITY = "zero_velocity"
+    SWEEP_END = "sweep_end"
+    CLOSED = "closed_curve"
+    LOST = "not_followed"
+    DEGENERATE_GRAZING = "degenerate_grazing"
+    CUSP = "cusp"
+    DEGENERATE_DOUBLING = "degenerate_period_doubling"
+
+    @property
+    def words(self) -> str:
+        """Name for the reader."""
+        names = {Event.NODE_FOCUS: "node to focus", Event.DEGENERATE_DOUBLING: "degenerate period doubling"}
+        return names.get(self, self.replace("_", " "))
+
+    @property
+    def letter(self) -> str:
+        """Letter of the labels of its points: the paper's A, B and C, and G for grazing, which it does not treat."""
+        letters = {Event.NODE_FOCUS: "A", Event.PERIOD_DOUBLING: "B", Event.GRAZING: "G"}
+        return letters.get(self, "C")
+
+
+CRITICAL = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.NODE_FOCUS, Event.GRAZING
+"""Events of critical points, which have labels."""
+
+TRACE_LEVELS: dict[Event, Callable[[Any], Any]] = {
+    Event.PERIOD_DOUBLING: lambda decay: -(1 + decay * decay),
+    Event.FOLD: lambda decay: 1 + decay * decay,
+    Event.PITCHFORK: lambda decay: 1 + decay * decay,
+    Event.NODE_FOCUS: lambda decay: 2 * decay,
+}
+"""Trace of the return map at an event, by `decay`, the product of the restitution coefficients over the impacts.
+
+The determinant is decay^2 (r^4 for a 1:1 motion, (A.3)), so that the multipliers are the roots of
+lambda^2 - tr lambda + decay^2: one is -1 at tr = -(1 + decay^2), one is 1 at tr = 1 + decay^2, and both are equal,
+Delta = 0, at tr = 2 decay or, the other end of a range of foci, -2 decay.
+"""

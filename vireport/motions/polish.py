@@ -1,0 +1,207 @@
+"""Motions singled out by an equation, to the last digit of a double: solved for in decimals, with error bounds.
+
+The unknowns are those of every motion, velocities and times of its impacts, and what varies of the device. A touch of
+a membrane is an impact of velocity zero, so that grazing needs no equations of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from decimal import Context, Decimal, localcontext
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import NumericalError
+from vireport.motions.conditions import IMAGINARY
+from vireport.motions.motion import Motion
+from vireport.motions.periodicity import Grouped, residuals
+from vireport.physics import COMPLEX, DIGITS, DecimalOps, Word
+
+Floats = NDArray[np.float64]
+
+DECIMALS = DecimalOps()
+"""Numbers in which motions are solved for, with `DIGITS` digits within `in_decimals`."""
+
+SETTLED = 1e-32
+"""Correction still due up to which a motion is found: the difference of nearly equal flight times keeps its digits."""
+
+FARTHEST = 1e-3
+"""Distance from the guess at which another motion, or none, has been found."""
+
+SLOW = 0.05
+"""Share of the last correction beyond which the Jacobian is taken anew."""
+
+DOUBLE_JACOBIANS, MOST_JACOBIANS = 4, 8
+"""Jacobians in doubles, of which one is usual, before they are taken in decimals; and Jacobians in all. Next to a
+degenerate point the derivatives in doubles have no digits left."""
+
+MOST_STEPS = 12
+"""Corrections with one Jacobian, of which three are usual."""
+
+FINE_STEP = Decimal("1e-18")
+"""Step of differences in decimals: far below any scale of a motion, far above their rounding."""
+
+Equation = Callable[[Sequence[Any], tuple[Any, Any, Any], Any], Any]
+"""(velocities, times and what varies; d, gbar and r there; kind of number) -> what is zero."""
+
+Function = Callable[[list[Any]], list[Any]]
+"""Unknowns -> residuals, as many of them."""
+
+
+def in_decimals() -> AbstractContextManager[Context]:
+    """Context within which `DECIMALS` has its digits."""
+    return localcontext(prec=DIGITS)
+
+
+def newton(
+    exact: Function,
+    jacobian: Callable[[list[float]], Floats],
+    guess: Sequence[Any],
+    reach: float = FARTHEST,
+    watched: slice = slice(None),
+) -> list[Decimal]:
+    """Solve equations in decimals, by corrections with a Jacobian in doubles.
+
+    Parameters
+    ----------
+    exact : callable
+        The equations in decimals.
+    jacobian : callable
+        Their derivatives in doubles: (unknowns) -> (equations, unknowns).
+    guess : sequence of float or Decimal
+    reach : float
+        Farthest from the guess that the solution may be.
+    watched : slice
+        The unknowns that must not go farther.
+
+    Raises
+    ------
+    NumericalError
+        If the corrections do not settle, or lead farther.
+    """
+    start = [value if isinstance(value, Decimal) else Decimal(float(value)) for value in guess]
+    place, x = f"the motion near {', '.join(f'{float(value):.6g}' for value in guess)}", start
+    for attempt in range(MOST_JACOBIANS):
+        matrix = jacobian([float(value) for value in x]) if attempt < DOUBLE_JACOBIANS else _differences(exact, x)
+        inverse, last = _inverse(matrix), 0.0
+        for _ in range(MOST_STEPS):
+            step = inverse @ np.array([float(value) for value in exact(x)])
+            x = [value - Decimal(float(off)) for value, off in zip(x, step, strict=True)]
+            size = float(np.abs(step).max())
+            if not max(abs(float(a - b)) for a, b in zip(x[watched], start[watched], strict=True)) < reach:
+                raise NumericalError(f"{place} was lost (correction {size:.1g})")
+            # With one Jacobian each correction is about the same share of the last: so the next one is known.
+            if size < SETTLED or (last and size * size < SETTLED * last and size < last):
+                return x
+            if last and size > SLOW * last:
+                break
+            last = size
+    raise NumericalError(f"{place} did not settle (last correction {size:.1g})")
+
+
+def _differences(exact: Function, x: list[Decimal]) -> Floats:
+    """Derivatives by central differences in decimals."""
+    columns = []
+    for i, value in enumerate(x):
+        step = FINE_STEP * max(abs(value), FINE_STEP)
+        ends = (exact([*x[:i], value + sign * step, *x[i + 1 :]]) for sign in (1, -1))
+        columns.append([float((a - b) / (2 * step)) for a, b in zip(*ends, strict=True)])
+    return np.array(columns).T
+
+
+def _inverse(matrix: Floats) -> Floats:
+    """Inverse of a Jacobian, whose rows are first brought to one size."""
+    size = np.max(np.abs(matrix), axis=1)
+    if np.all(np.isfinite(matrix)) and size.all():
+        try:
+            with np.errstate(over="ignore"):  # a condition within the subnormal numbers
+                inverse = np.asarray(np.linalg.inv(matrix / size[:, None]) / size)
+        except np.linalg.LinAlgError as error:
+            raise NumericalError("a critical point is degenerate: two of its conditions coincide") from error
+        if np.all(np.isfinite(inverse)):
+            return inverse
+    raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """A motion in decimals.
+
+    Attributes
+    ----------
+    word : Word
+    x : list of Decimal
+        Velocities and times of its impacts, and what varies.
+    groups : tuple of Decimal
+        d, gbar and r there.
+    symmetric : bool
+        Whether it is its own mirror image, by the unknowns that it was solved for.
+    """
+
+    word: Word
+    x: list[Decimal]
+    groups: tuple[Decimal, Decimal, Decimal]
+    symmetric: bool
+
+
+def solve_motion(
+    grouped: Callable[[Any], Grouped],
+    guess: Motion,
+    equation: Equation,
+    symmetric: bool = False,
+    reach: float = FARTHEST,
+) -> Solved:
+    """Solve the conditions of a motion and one further equation together; within `in_decimals`.
+
+    Parameters
+    ----------
+    grouped : callable
+        What varies of the device, in a kind of number: `DECIMALS` or `COMPLEX`.
+    guess : Motion
+        Good to a few digits, with its touches as impacts of velocity zero.
+    equation : callable
+    symmetric : bool
+        Whether the motion is its own mirror image. The second half of its impacts is then that of the first half, and
+        only this is solved for: with all unknowns the equations are singular at a pitchfork, and q = 1/2 is not exact.
+    reach : float
+        Farthest from the guess that the motion may be, in time: next to r = 1 velocities go far with it.
+
+    Raises
+    ------
+    NumericalError
+        If the corrections do not settle.
+    """
+    word, count = guess.word, len(guess.word)
+    half, k = count // 2, guess.word.periods
+    back = [i for i, wall in enumerate(word.walls) if wall == word.walls[(i + 1) % count]]
+
+    def whole(y: list[Any]) -> list[Any]:
+        if not symmetric:
+            return y
+        velocity, time = y[:half], y[half:-1]
+        return [*velocity, *(-v for v in velocity), *time, *(t + k for t in time), y[-1]]
+
+    def conditions(y: list[Any], ops: Any) -> list[Any]:
+        x, model = whole(y), grouped(ops)
+        values = residuals(word, x, model, ops)
+        # A flight back to the membrane that it left covers nothing in no time either: divided by its duration, the
+        # distance only vanishes where the ball has been away. Touches a moment after an impact are lost otherwise.
+        for i in back:
+            later = x[count + i + 1] if i + 1 < count else x[count] + 2 * k
+            values[2 * i + 1] /= later - x[count + i]
+        return [*values[: len(y) - 1], equation(x, model.at(x[2 * count :]), ops)]
+
+    def jacobian(y: list[float]) -> Floats:
+        steps = y + 1j * IMAGINARY * np.eye(len(y))
+        return np.array([[v.imag / IMAGINARY for v in conditions(step, COMPLEX)] for step in steps.tolist()]).T
+
+    start = [*guess.velocity.tolist(), *guess.time.tolist(), guess.coordinate]
+    if symmetric:
+        start = [*start[:half], *start[count : count + half], start[-1]]
+    times = slice(half, 2 * half) if symmetric else slice(count, 2 * count)
+    x = whole(newton(lambda y: conditions(y, DECIMALS), jacobian, start, reach, times))
+    return Solved(word, x, grouped(DECIMALS).at(x[2 * count :]), symmetric)
