@@ -19,7 +19,7 @@ EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ci" / "failing.yam
 
 def reworded(folder: Path, **changes: tuple[str, str]) -> Path:
     """A folder of words in which something is said in another way."""
-    (folder / "words").mkdir(parents=True)
+    (folder / "words" / "figures").mkdir(parents=True)
     for name, (before, after) in changes.items():
         text = (TEMPLATES / "words" / f"{name}.j2").read_text(encoding="utf-8")
         assert before in text
@@ -42,7 +42,7 @@ def test_the_paragraph_the_word_and_captions_are_reworded(tmp_path: Path) -> Non
     folder = reworded(
         tmp_path / "own",
         verdict=("small disturbances die out", "it forgets small disturbances"),
-        figures=("Stable 1:1 motion for", "Steady for"),
+        **{"figures/sweep": ("Stable 1:1 motion for", "Steady for")},
     )
     text = (folder / "words" / "verdict.j2").read_text()
     before = "{% macro word(verdict) %}{{ verdict.conclusion.word }}"

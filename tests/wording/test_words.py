@@ -15,17 +15,18 @@ from jinja2.compiler import CodeGenerator
 from jinja2.meta import find_undeclared_variables
 
 from vireport import analyse, load
-from vireport.figures.captions import Circles, Extent
+from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
 from vireport.membranes import Grade
 from vireport.motions import Event
 from vireport.physics import Word
 from vireport.report.templates import FILTERS
 from vireport.scenario import DesignInput, Parameter
+from vireport.study import Task
 from vireport.wording import TEMPLATES, Words, environment_of
 from vireport.wording import templates as wording
 
-WORDS = sorted((TEMPLATES / "words").glob("*.j2"))
+WORDS = sorted((TEMPLATES / "words").rglob("*.j2"))
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FROM_OUTSIDE = {"report", "macros"}
 """Names that sections take from the template that includes them."""
@@ -41,7 +42,7 @@ def test_a_template_has_no_name_that_nothing_defines(file: Path) -> None:
     own = {name.name for name in tree.find_all(nodes.Name) if name.ctx != "load"}
     own |= {macro.name for macro in tree.find_all(nodes.Macro)}
     names = find_undeclared_variables(tree) - own
-    assert names <= (set() if file.parent.name == "words" else FROM_OUTSIDE)
+    assert names <= (set() if file in WORDS else FROM_OUTSIDE)
 
 
 def thing(**of: object) -> SimpleNamespace:
@@ -539,10 +540,14 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
 ]
 
 
+def of_figure(macro: str, *given: object) -> str:
+    return said(f"figures/{FILES[Task(macro.rpartition('_')[0].replace('_', '-'))]}", macro, *given)
+
+
 @pytest.mark.parametrize(("macro", "x", "part"), FIGURES, ids=[f"{macro}-{k}" for k, (macro, *_) in enumerate(FIGURES)])
 def test_a_figure_is_worded(macro: str, x: dict[str, object], part: str, taken) -> None:
-    assert part in said("figures", macro, x)
-    assert said("figures", f"{macro.rpartition('_')[0]}_title")
+    assert part in of_figure(macro, x)
+    assert of_figure(f"{macro.rpartition('_')[0]}_title")
 
 
 B1 = thing(label="B1", event=Event.PERIOD_DOUBLING)
@@ -694,9 +699,9 @@ def test_every_branch_of_the_words_is_said_above(taken) -> None:
         for picture in ("figure-2", ""):
             said("verdict", "paragraph", verdict, picture)
     for macro, x, _ in FIGURES:
-        said("figures", macro, x)
+        of_figure(macro, x)
     for words, macro, given, _ in SAID:
         said(words, macro, *given)
     branches, told = taken()
     assert branches - told == set()
-    assert {branch.partition(":")[0] for branch in branches} == {f"words/{file.name}" for file in WORDS}
+    assert {branch.partition(":")[0] for branch in branches} == {str(file.relative_to(TEMPLATES)) for file in WORDS}

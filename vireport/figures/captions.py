@@ -1,4 +1,4 @@
-"""Title, caption and alternative text of each figure, in the words of ``templates/words/figures.j2``.
+"""Title, caption and alternative text of each figure, in the words of ``templates/words/figures/``.
 
 Here are the numbers that figures 2, 4 and 7 are told by, and what is held along a sweep.
 """
@@ -32,6 +32,24 @@ from vireport.wording import Words
 LAMBDA_LIMIT = 1.6
 """Size of the eigenvalues up to which figure 4 shows them; beyond, how unstable a motion is does not matter."""
 
+FILES = {
+    Task.FIGURE_2: "sweep",
+    Task.FIGURE_4: "sweep",
+    Task.FIGURE_7: "sweep",
+    Task.FIGURE_3: "portraits",
+    Task.FIGURE_6: "portraits",
+    Task.FIGURE_PORTRAITS: "portraits",
+    Task.FIGURE_DIAGRAM: "diagram",
+    Task.FIGURE_HYSTERESIS: "hysteresis",
+    Task.FIGURE_ATLAS: "atlas",
+    Task.FIGURE_LADDER: "atlas",
+    Task.FIGURE_DEVICE: "device",
+    Task.FIGURE_MARGINS: "margins",
+    Task.FIGURE_ACCURACY: "accuracy",
+    Task.FIGURE_STIFFNESS: "stiffness",
+}
+"""Where the words of each figure are: no words are read of figures that are not drawn."""
+
 DIGITS = 8
 """Significant digits of inputs in figures: more than anyone gives, fewer than a search leaves."""
 
@@ -49,30 +67,29 @@ def pictured(name: Task, shown: Mapping[str, Any], drawn: Figure, templates: Pat
         What the macros of the figure know as ``x``.
     drawn : Figure
     templates : Path, optional
-        A folder whose ``words/figures.j2`` comes before the package's own.
+        A folder whose words come before the package's own.
     """
-    say, macro = Words("figures", templates), _macro(name)
-    caption, alt = say(f"{macro}_caption", shown), say(f"{macro}_alt", shown)
+    caption, alt = _said(name, "caption", templates, shown), alt_text(name, shown, templates)
     return Picture(name, title_of(name, templates), caption, alt, drawn)
 
 
 def alt_text(name: Task, shown: Mapping[str, Any], templates: Path | None = None) -> str:
     """A description of what a figure shows for those who do not see it."""
-    return Words("figures", templates)(f"{_macro(name)}_alt", shown)
+    return _said(name, "alt", templates, shown)
 
 
 def title_of(name: Task, templates: Path | None = None) -> str:
     """The title of a figure."""
-    return Words("figures", templates)(f"{_macro(name)}_title")
+    return _said(name, "title", templates)
 
 
 def about(name: Task, templates: Path | None = None) -> str:
     """What figure 2, 4 or 7 shows, for any scenario."""
-    return Words("figures", templates)(f"{_macro(name)}_about")
+    return _said(name, "about", templates)
 
 
-def _macro(name: Task) -> str:
-    return name.replace("-", "_")
+def _said(name: Task, part: str, templates: Path | None, *shown: Mapping[str, Any]) -> str:
+    return Words(f"figures/{FILES[name]}", templates)(f"{name.replace('-', '_')}_{part}", *shown)
 
 
 def conditions(study: Study, varied: Parameter | None = None) -> str:

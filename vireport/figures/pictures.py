@@ -29,7 +29,7 @@ def pictures(
     simulated : PairedImpacts, optional
         Motions from a simulation, drawn over the analytic ones.
     templates : Path, optional
-        A folder whose ``words/figures.j2`` comes before the package's own.
+        A folder whose words come before the package's own.
     """
     drawn = [*_along_sweep(study, simulated, templates), *_simulated(study, templates), *_atlas(study, templates)]
     drawn += [*_design(study, templates), *measured_pictures(study, templates)]

@@ -118,7 +118,7 @@ def portraits_picture(
         The parameters that they share.
     name : Task
     templates : Path, optional
-        A folder whose ``words/figures.j2`` comes before the package's own.
+        A folder whose words come before the package's own.
     """
     draw = {Task.FIGURE_3: figure_3, Task.FIGURE_6: figure_6, Task.FIGURE_PORTRAITS: figure_portraits}[name]
     return pictured(name, portraits_shown(name, portraits, held), draw(portraits, ", ".join(held)), templates)

@@ -40,10 +40,6 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
 """Our own templates: inside an installed package, or at the root of a checkout."""
 
-WORDS = "words"
-FOLDERS = "sections", WORDS
-"""Folders within that of the templates."""
-
 FILTERS: dict[str, Callable[..., str]] = {
     "bounded": bounded,
     "capital": capital,
@@ -118,14 +114,14 @@ def mistakes_named(name: str, templates: Path | None) -> Iterator[None]:
         raise  # of words within a page
     except TemplateError as error:
         reason = f"no template {error.name!r}" if isinstance(error, TemplateNotFound) else error.message
-        raise RenderError(f"{_place(error, name)}: {reason}") from error
+        raise RenderError(f"{_place(error, name, templates)}: {reason}") from error
     except Exception as error:
         if templates is None:
             raise
-        raise RenderError(f"{_place(error, name)}: {type(error).__name__}: {error}") from error
+        raise RenderError(f"{_place(error, name, templates)}: {type(error).__name__}: {error}") from error
 
 
-def _place(error: Exception, name: str) -> str:
+def _place(error: Exception, name: str, templates: Path | None) -> str:
     """File and line of a mistake in a template: its own, or those of the last template in the traceback."""
     line = getattr(error, "lineno", None)
     if line is not None:
@@ -134,8 +130,8 @@ def _place(error: Exception, name: str) -> str:
     while trace is not None:
         file = Path(trace.tb_frame.f_code.co_filename)
         if file.suffix == ".j2":
-            shown = file.relative_to(file.parents[1]) if file.parent.name in FOLDERS else file.name
-            place = f"{shown}:{trace.tb_lineno}"
+            folder = TEMPLATES if templates is None or not file.is_relative_to(templates) else templates
+            place = f"{file.relative_to(folder)}:{trace.tb_lineno}"
         trace = trace.tb_next
     return place
 
@@ -149,13 +145,13 @@ class Words:
     Parameters
     ----------
     name : str
-        Of the file: ``verdict`` for ``words/verdict.j2``.
+        Of the file: ``verdict`` for ``words/verdict.j2``, ``figures/device`` for one in a folder.
     templates : Path, optional
         A folder whose templates come before ours.
     """
 
     def __init__(self, name: str, templates: Path | None = None) -> None:
-        self.file, self.templates = f"{WORDS}/{name}.j2", templates
+        self.file, self.templates = f"words/{name}.j2", templates
 
     def __call__(self, macro: str, *given: Any) -> str:
         """What a macro says of what it is given.
