@@ -158,7 +158,7 @@ def test_where_starts_end_that_do_not_reach_the_motion(example) -> None:
     assert sum(lost) == check.trials - check.reached == sum(motion.count for motion in check.elsewhere)
     assert all(motion.stays for motion in check.elsewhere)
     assert (min(m.low for m in check.elsewhere), max(m.high for m in check.elsewhere)) == pytest.approx((3.6, 4.0))
-    fact = next(fact for fact in study.verdict.facts if fact.question is Question.REACHED)
+    fact = next(fact for fact in study.verdict.facts if fact.question == Question.REACHED)
     assert (fact.status, "B~ every" in fact.detail) == (Status.CAUTION, True)
     assert f"of {check.trials} starts (95 % interval" in study.verdict.headline
     assert any("B~ every" in alert.cause for alert in study.alerts if alert.code == "VR021")
@@ -167,7 +167,7 @@ def test_where_starts_end_that_do_not_reach_the_motion(example) -> None:
 def test_without_a_simulation_stability_is_called_local(study_of) -> None:
     verdict = study_of("inclined").verdict
     assert "local stability only" in verdict.headline
-    assert "Not simulated" in {fact.answer for fact in verdict.facts if fact.question is Question.REACHED}
+    assert "Not simulated" in {fact.answer for fact in verdict.facts if fact.question == Question.REACHED}
 
 
 @pytest.mark.slow

@@ -17,13 +17,13 @@ from vireport.checks.benchmark import (
     Benchmark,
     Guess,
     MethodTask,
-    Motion,
+    SolvedMotion,
     Target,
     benchmark_of,
 )
 from vireport.checks.flights import (
     Budget,
-    Model,
+    FlightModel,
     explicit,
     integrated,
     runge_kutta,
@@ -55,16 +55,18 @@ from vireport.checks.workprecision import (
     compare,
     measure,
 )
-from vireport.figures.accuracy import alt_text, figure_accuracy
+from vireport.figures import alt_text
+from vireport.figures.accuracy import figure_accuracy, shown_errors
 from vireport.motions import Sweep
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.scenario.parameters import Parameter
+from vireport.study import Task
 from vireport.text import plain_text
 
 INCLINED = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 45.0)
 HORIZONTAL = Device(0.1245, 0.5, 9.8, None, 5.0, 2.0, 0.0)
-MODEL = Model(0.4604, 0.1245 * 9.8 * sin(radians(45)) / 3, 0.5, 1)
+MODEL = FlightModel(0.4604, 0.1245 * 9.8 * sin(radians(45)) / 3, 0.5, 1)
 
 
 def length(device: Device, d: float) -> float:
@@ -115,7 +117,9 @@ def test_reference_orbit_has_the_known_digits() -> None:
 def test_the_error_of_a_phase_is_in_radians_whatever_its_turns(inclined) -> None:
     exact = inclined.exact
     for turns in (-1, 0, 3):
-        answer = Motion(float(exact["phase"]) + 2e-3 + 2 * np.pi * turns, float(exact["velocity"]) * 1.001, -0.5, 0.6)
+        answer = SolvedMotion(
+            float(exact["phase"]) + 2e-3 + 2 * np.pi * turns, float(exact["velocity"]) * 1.001, -0.5, 0.6
+        )
         errors = inclined.errors(answer)
         assert errors["phase"] == pytest.approx(2e-3, abs=1e-14)
         assert errors["velocity"] == pytest.approx(1e-3, rel=1e-9)
@@ -230,7 +234,7 @@ def test_runge_kutta_is_of_order_four(target, exact) -> None:
 
 def test_a_missed_impact_is_told_from_one_that_is_not_there() -> None:
     # The ball rises beyond the top membrane and is back within a step of a period.
-    model = Model(0.05, 0.9, 0.5, 1)
+    model = FlightModel(0.05, 0.9, 0.5, 1)
     with pytest.raises(NumericalError, match="missed the impact at the top"):
         runge_kutta(1.0).fly(model, 1, 1.0, 0.0, ample())
     assert explicit(0.0).fly(model, 1, 1.0, 0.0, ample())[1] < 0
@@ -342,7 +346,7 @@ def test_report_and_figure_name_every_method(work) -> None:
     factors = tables["Times over that of the fastest method"]
     assert {row[0] for row in factors.rows} == methods
     assert all("1" in column for column in list(zip(*factors.rows, strict=True))[1 : len(ACCURACIES)])
-    assert all(method in alt_text(work) for method in methods)
+    assert all(method in alt_text(Task.FIGURE_ACCURACY, shown_errors(work)) for method in methods)
     assert len(figure_accuracy(work).axes) == len(work.quantities)
 
 

@@ -124,13 +124,13 @@ def test_compare_writes_its_files(example, tmp_path: Path) -> None:
 def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
     from vireport.base.errors import NumericalError
     from vireport.extremes import catalogue
-    from vireport.extremes.judge import Case, Finding
+    from vireport.extremes.judge import Case, CaseFinding
 
     def refused():
         raise NumericalError("a reason")
 
     case = Case(
-        "test", "made up", "refused", refused, lambda answer: Finding(""), refusal="reason" if alone else "other"
+        "test", "made up", "refused", refused, lambda answer: CaseFinding(""), refusal="reason" if alone else "other"
     )
     monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (case,))
     assert main(["extremes"]) == (0 if alone else 1)
@@ -140,13 +140,13 @@ def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
 
 def test_extremes_that_could_not_be_run_are_no_pass(monkeypatch, capsys) -> None:
     from vireport.extremes import catalogue
-    from vireport.extremes.judge import Case, Finding, NotThereError
+    from vireport.extremes.judge import Case, CaseFinding, NotThereError
 
     def absent():
         raise NotThereError("no such point")
 
     def case(answer=list, needs: str = "") -> Case:
-        return Case("test", "made up", "anything", answer, lambda answer: Finding(""), needs=needs)
+        return Case("test", "made up", "anything", answer, lambda answer: CaseFinding(""), needs=needs)
 
     for cases, code in (
         ([case(), case()], 0),

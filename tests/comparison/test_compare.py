@@ -36,7 +36,7 @@ from vireport.comparison import (
     terminal_summary,
 )
 from vireport.comparison.figures import compare_figure, compare_pictures
-from vireport.figures import COLORS
+from vireport.figures import SCENARIO_COLORS
 from vireport.report import render_html
 from vireport.scenario import DesignInput
 from vireport.study import Study
@@ -431,7 +431,7 @@ def test_scenarios_on_one_axis_are_drawn_in_the_order_of_their_ranks() -> None:
     figure = compare_pictures(three())[0].figure
     speed, voltage = figure.axes
     for axes in (speed, voltage):
-        solid = [line for line in axes.lines if line.get_linestyle() == "-" and line.get_color() == COLORS[1]]
+        solid = [line for line in axes.lines if line.get_linestyle() == "-" and line.get_color() == SCENARIO_COLORS[1]]
         inclined = next(line for line in solid if len(line.get_xdata()) > 2)
         x, y = inclined.get_data()
         assert (x[0], x[-1]) == (pytest.approx(0.4179595416, rel=1e-9), pytest.approx(0.498, rel=1e-9))

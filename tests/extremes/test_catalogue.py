@@ -24,10 +24,10 @@ from vireport.extremes.catalogue import (
 from vireport.extremes.harvester import PAPER, harvester_of
 from vireport.extremes.judge import (
     Case,
-    Finding,
+    CaseFinding,
+    CaseOutcome,
+    CaseVerdict,
     NotThereError,
-    Outcome,
-    Verdict,
     judge,
 )
 from vireport.motions.one_to_one import Motions
@@ -52,7 +52,7 @@ HORIZONTAL = [case for case in catalogue(load(EXAMPLES / "horizontal.yaml")) if 
 @pytest.mark.parametrize("case", [*CASES.values(), *HORIZONTAL], ids=name_of)
 def test_every_case_passes(case: Case) -> None:
     outcome = judge(case)
-    assert outcome.verdict is Verdict.PASSED, outcome.found
+    assert outcome.verdict is CaseVerdict.PASSED, outcome.found
 
 
 @pytest.mark.parametrize("name", ["horizontal", "inclined", "inclined-forcing", "design-point"])
@@ -71,7 +71,7 @@ def test_a_device_that_is_refused_itself_has_no_catalogue(example) -> None:
         run_catalogue(loaded)
 
 
-def planted(name: str, fault: Callable[[Any], Any]) -> Outcome:
+def planted(name: str, fault: Callable[[Any], Any]) -> CaseOutcome:
     """The judgement of a case whose answer is altered before it is checked."""
     answer = fault(CASES[name].answer())
     return judge(replace(CASES[name], answer=lambda: answer))
@@ -168,63 +168,63 @@ FAULTS: tuple[tuple[str, str, Callable[[Any], Any]], ...] = (
 
 @pytest.mark.parametrize(("name", "fault", "alter"), FAULTS, ids=[f"{name}: {fault}" for name, fault, _ in FAULTS])
 def test_a_planted_fault_is_caught(name: str, fault: str, alter: Callable[[Any], Any]) -> None:
-    assert planted(name, alter).verdict is Verdict.FAILED
+    assert planted(name, alter).verdict is CaseVerdict.FAILED
 
 
 def test_an_answer_where_a_refusal_is_due_is_caught() -> None:
-    assert judge(replace(CASES["restitution: r = 1"], answer=PAPER.over)).verdict is Verdict.FAILED
+    assert judge(replace(CASES["restitution: r = 1"], answer=PAPER.over)).verdict is CaseVerdict.FAILED
 
 
 def test_what_is_not_there_does_not_apply(example) -> None:
     cases = catalogue(load(example("inclined"), ["device.restitution=0"]))
     case = next(case for case in cases if case.name == "gap 0")
     outcome = judge(case)
-    assert outcome.verdict is Verdict.DOES_NOT_APPLY
+    assert outcome.verdict is CaseVerdict.DOES_NOT_APPLY
     assert "1 does not apply" in summary([outcome])
 
 
-def judged(check: Callable[[], Finding], **more) -> Outcome:
+def judged(check: Callable[[], CaseFinding], **more) -> CaseOutcome:
     return judge(Case("judge", "made up", "", lambda: None, lambda answer: check(), **more))
 
 
 def test_an_error_beyond_its_bound_fails() -> None:
-    assert judged(lambda: Finding("", 1e-13, 1e-12)).verdict == "passed"
-    assert judged(lambda: Finding("", 1e-11, 1e-12)).verdict == "failed"
-    assert judged(lambda: Finding("", float("nan"), 1e-12)).verdict == "failed"
-    assert judged(lambda: Finding("", 1e-13, 1e-12, right=False)).verdict == "failed"
+    assert judged(lambda: CaseFinding("", 1e-13, 1e-12)).verdict == "passed"
+    assert judged(lambda: CaseFinding("", 1e-11, 1e-12)).verdict == "failed"
+    assert judged(lambda: CaseFinding("", float("nan"), 1e-12)).verdict == "failed"
+    assert judged(lambda: CaseFinding("", 1e-13, 1e-12, right=False)).verdict == "failed"
 
 
 def test_an_exception_a_warning_and_an_answer_where_a_refusal_is_due_fail() -> None:
-    def refuse() -> Finding:
+    def refuse() -> CaseFinding:
         raise NumericalError("device.restitution: too large")
 
-    def absent() -> Finding:
+    def absent() -> CaseFinding:
         raise NotThereError("no fold")
 
-    def warn() -> Finding:
+    def warn() -> CaseFinding:
         warnings.warn("divide by zero", RuntimeWarning, stacklevel=1)
-        return Finding("")
+        return CaseFinding("")
 
-    fault = judged(lambda: Finding(str(1 // 0)))
+    fault = judged(lambda: CaseFinding(str(1 // 0)))
     assert (fault.verdict, fault.found) == ("failed", "ZeroDivisionError: integer division or modulo by zero")
-    assert judged(lambda: Finding(str(np.float64(1) / np.float64(0)))).verdict == "failed"
+    assert judged(lambda: CaseFinding(str(np.float64(1) / np.float64(0)))).verdict == "failed"
     assert judged(warn).verdict == "failed"
     assert judged(refuse).verdict == "failed"
     assert judged(refuse, refusal="sweep").verdict == "failed"
     assert judged(refuse, refusal="restitution").verdict == "passed"
-    assert judged(lambda: Finding("an answer"), refusal="restitution").verdict == "failed"
-    assert judged(lambda: Finding("an answer"), refusal="restitution", answers=True).verdict == "passed"
+    assert judged(lambda: CaseFinding("an answer"), refusal="restitution").verdict == "failed"
+    assert judged(lambda: CaseFinding("an answer"), refusal="restitution", answers=True).verdict == "passed"
     assert judged(absent).verdict == "does not apply"
 
 
 def test_a_case_without_its_package_is_left_out_with_the_reason() -> None:
-    outcome = judged(lambda: Finding(""), needs="no_such_package")
+    outcome = judged(lambda: CaseFinding(""), needs="no_such_package")
     assert outcome.verdict == "left out"
     assert "left out: needs no_such_package" in table_text([outcome])
 
 
 @pytest.fixture(scope="module")
-def outcomes() -> tuple[Outcome, ...]:
+def outcomes() -> tuple[CaseOutcome, ...]:
     cases = [case for case in catalogue() if case.group in ("restitution", "membrane")]
     return tuple(judge(case) for case in cases)
 
@@ -248,7 +248,7 @@ def test_the_machine_form_is_json_and_whole(outcomes) -> None:
 
 
 def test_a_run_tells_each_case_as_it_begins(monkeypatch) -> None:
-    cases = tuple(Case("group", name, "", lambda: None, lambda answer: Finding("")) for name in ("one", "two"))
+    cases = tuple(Case("group", name, "", lambda: None, lambda answer: CaseFinding("")) for name in ("one", "two"))
     monkeypatch.setattr("vireport.extremes.catalogue.catalogue", lambda loaded: cases)
     told: list[str] = []
     assert [outcome.verdict for outcome in run_catalogue(None, told.append)] == ["passed", "passed"]

@@ -31,7 +31,7 @@ def test_the_ball_flies_from_membrane_to_membrane_and_comes_back(name: str) -> N
 
 
 def test_the_stable_motion_is_shown() -> None:
-    words, _ = shown_motion(study_of("inclined"))
+    words, _, _ = shown_motion(study_of("inclined"))
     assert words == "stable node"
     assert words in picture(study_of("inclined")).caption
 
@@ -39,10 +39,11 @@ def test_the_stable_motion_is_shown() -> None:
 @pytest.mark.slow
 def test_where_the_1_1_motion_is_unstable_the_stable_motion_of_other_impacts_is_shown() -> None:
     study = analyse(load(ROOT / "examples" / "hysteresis.yaml", ("simulation=",)), ["json"])
-    words, (time, distance) = shown_motion(study)
-    assert words == "the stable motion BBT"
+    word, other, (time, distance) = shown_motion(study)
+    assert (word, other) == ("BBT", True)
     assert [np.sum(np.abs(distance - end) < 1e-9) for end in (0, 1)] == [2 * 2, 2]
     assert time[-1] == pytest.approx(1)
+    assert "in one period: the stable motion BBT." in picture(study).caption
     assert "it meets the top after 0." in picture(study).alt
 
 

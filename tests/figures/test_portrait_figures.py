@@ -19,6 +19,7 @@ from PIL import Image
 
 from vireport.figures import (
     PairedImpacts,
+    alt_text,
     figure_2,
     figure_7,
     pictures,
@@ -41,11 +42,12 @@ from vireport.figures.portraits import (
     capsule,
     figure_3,
     figure_6,
-    portrait_alt,
+    portraits_shown,
     rides,
     short,
 )
 from vireport.simulation import Diagram, Outcome
+from vireport.study import Task
 
 
 @pytest.mark.parametrize("name", list(PAPER))
@@ -137,7 +139,7 @@ def test_what_is_not_periodic_is_drawn_and_named() -> None:
         assert any(rest.attractor.outcome.value in text for text in texts_of(drawn))
         marks = of_look(drawn.axes[panels // 2 - 1], BOTTOM_IMPACT) + of_look(drawn.axes[panels // 2 - 1], TOP_IMPACT)
         assert sum(map(len, marks)) == len(arrivals(chaotic)) > 3
-    told = portrait_alt("figure-3", [chaotic, rest])
+    told = alt_text(Task.FIGURE_3, portraits_shown(Task.FIGURE_3, [chaotic, rest], []))
     assert "Lyapunov exponent" in told
     assert not re.search(r"\b(nan|inf|None)\b|None", told)
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
 from vireport.design import design_point
-from vireport.figures.stiffness import alt_text, caption, figure_stiffness
+from vireport.figures.stiffness import picture
 from vireport.membranes.compliance import Compliance, compliance, compliance_data
 from vireport.membranes.compliance_tables import (
     comparison_with_rigid,
@@ -33,7 +33,7 @@ from vireport.membranes.compliant_motion import (
     linearised,
 )
 from vireport.membranes.stiff_solvers import (
-    Outcome,
+    RunOutcome,
     Seen,
     acceleration,
     jacobian,
@@ -237,10 +237,10 @@ def test_period_doubling_is_where_a_multiplier_is_minus_one(study, made) -> None
 @pytest.mark.slow
 def test_fixed_steps_fail_where_contacts_fall_between_them(made) -> None:
     runs = {(run.setting, run.factor): run for run in made.runs if run.solver == "RK4"}
-    assert runs[300, 1].outcome is Outcome.SOLVED
-    assert runs[300, 1e8].outcome is not Outcome.SOLVED
-    assert runs[3000, 1e8].outcome is not Outcome.SOLVED
-    assert runs[30000, 1e6].outcome is Outcome.SOLVED
+    assert runs[300, 1].outcome is RunOutcome.SOLVED
+    assert runs[300, 1e8].outcome is not RunOutcome.SOLVED
+    assert runs[3000, 1e8].outcome is not RunOutcome.SOLVED
+    assert runs[30000, 1e6].outcome is RunOutcome.SOLVED
     assert runs[30000, 1].error < 1e-3 * runs[3000, 1].error
     told = findings(made)
     failed = {(solver, setting): dict(ways) for solver, setting, ways in told.failed}
@@ -254,7 +254,7 @@ def test_fixed_steps_fail_where_contacts_fall_between_them(made) -> None:
 def test_adaptive_explicit_methods_survive_the_ladder(made) -> None:
     for name in ("RK45", "DOP853"):
         runs = {(run.setting, run.factor): run for run in made.runs if run.solver == name}
-        assert all(run.outcome is Outcome.SOLVED for run in runs.values())
+        assert all(run.outcome is RunOutcome.SOLVED for run in runs.values())
         assert runs[1e-10, 1e8].evaluations < 3 * runs[1e-10, 1].evaluations
         assert runs[1e-10, 1e8].error < 1e-5
         assert findings(made).growths[name] < 3
@@ -275,7 +275,7 @@ def test_a_membrane_that_is_never_met_is_missed(models, found) -> None:
     period = period_of(models[1.0], found[1.0])
     apart = replace(period, model=replace(period.model, d=100.0))
     run = run_once(apart, 1.0, "RK45", 1e-7)
-    assert run.outcome is Outcome.MISSED
+    assert run.outcome is RunOutcome.MISSED
     assert run.error is not None
 
 
@@ -287,7 +287,7 @@ def test_fixed_steps_are_of_the_fourth_order(models, found) -> None:
 
 def test_overflow_of_a_fixed_step_is_told(models, found) -> None:
     run = run_once(period_of(models[K_STEEP], found[K_STEEP]), K_STEEP, "RK4", 300)
-    assert run.outcome is Outcome.OVERFLOW
+    assert run.outcome is RunOutcome.OVERFLOW
     assert run.error is None
     assert run.steps < 300
 
@@ -321,10 +321,11 @@ def test_no_motion_without_a_bounce(models) -> None:
 
 @pytest.mark.slow
 def test_figure_and_words_tell_of_failures_and_rates(made) -> None:
-    figure = figure_stiffness(made)
+    drawn = picture(made)
+    figure = drawn.figure
     assert len(figure.axes) == 2
-    assert "RK4" in alt_text(made)
-    assert "−0.278" in caption(made)
+    assert "RK4" in drawn.alt
+    assert "−0.278" in drawn.caption
     tables = {table.caption: table for table in (*comparison_with_rigid(made), *solvers_on_stiff_membranes(made))}
     ladder = tables["Distance from the rigid model"]
     assert ladder.rows[-1][-1] == "−0.2778"

@@ -23,12 +23,12 @@ from vireport.base.errors import RenderError, UsageError
 from vireport.figures import Picture, blank
 from vireport.gate.verdict import Question
 from vireport.report import Report, render_html, render_pdf
-from vireport.report.templates import TEMPLATES
 from vireport.scenario.loading import load, loads
 from vireport.study import with_pages
 from vireport.study.provenance import provenance_of
 from vireport.study.study import Study, analyse
 from vireport.text.formatting import MINUS, words
+from vireport.wording import TEMPLATES
 
 ROOT = TEMPLATES.parent
 SWEPT = first(1, ("inclined", "horizontal", "inclined-forcing"))
@@ -514,8 +514,9 @@ def test_provenance_is_enough_to_repeat(model, page) -> None:
 
 def test_the_margin_names_the_pitchfork_on_the_way(study_of):
     """A symmetric motion gives way to asymmetric ones before the stable range ends."""
-    margin = next(fact for fact in study_of("horizontal").verdict.facts if fact.question is Question.MARGIN)
-    assert "period doubling B1" in margin.short
+    margin = next(fact for fact in study_of("horizontal").verdict.facts if fact.question == Question.MARGIN)
+    assert "period doubling B1" in study_of("horizontal").verdict.headline
+    assert "Period doubling B1" in margin.detail
     assert "0.396734 m (C1)" in margin.detail
-    inclined = next(fact for fact in study_of("inclined").verdict.facts if fact.question is Question.MARGIN)
+    inclined = next(fact for fact in study_of("inclined").verdict.facts if fact.question == Question.MARGIN)
     assert "take over" not in inclined.detail

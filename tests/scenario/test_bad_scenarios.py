@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Annotated, Any, get_args, get_origin
+
 import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD, Bad
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from vireport.base.errors import ScenarioError
 from vireport.scenario import loads
+from vireport.scenario.blocks import MapFile, Scenario
 
 
 def refusal(text: str | bytes) -> ScenarioError:
@@ -38,6 +43,34 @@ def test_every_mistake_is_named_by_line_and_key_in_one_line_of_our_words(case: B
         assert len(row) < 400
         assert not any(foreign in row for foreign in ("Input should", "pydantic", "while scanning", "<block end>"))
         assert row.endswith(")")
+
+
+@pytest.mark.parametrize("model", [Scenario, MapFile])
+def test_every_key_that_holds_free_text_is_held_to_printable_text(model: type):
+    """By its type, so that a new one cannot be forgotten; words, labels and choices are held to their patterns."""
+    free = [TypeAdapter(type_) for type_ in texts_of(model)]
+    assert free
+    for key in free:
+        assert key.validate_python("caf\xe9: \U0001f600") == "caf\xe9: \U0001f600"
+        for text in ("a\u202eb", "a\x1b[31mb", "two\nlines", " \xa0", "", 201 * "a"):
+            with pytest.raises(ValidationError):
+                key.validate_python(text)
+
+
+def texts_of(kind: Any) -> Iterator[Any]:
+    """The types of text, with what they are held to, that a type is made of; not the patterns and enumerations."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is Annotated and parts[0] is str:
+        if not any(getattr(part, "pattern", None) for field in parts[1:] for part in getattr(field, "metadata", [])):
+            yield kind
+    elif kind is str:
+        yield kind
+    elif isinstance(kind, type) and issubclass(kind, BaseModel):
+        for field in kind.model_fields.values():
+            yield from texts_of(Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation)
+    else:
+        for part in parts:
+            yield from texts_of(part)
 
 
 def test_a_mistake_in_every_line_is_found_in_every_line():

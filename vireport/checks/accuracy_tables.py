@@ -1,10 +1,12 @@
-"""The tables of the accuracy study, for the report and for the terminal alike; the report's template has the words."""
+"""The tables of the accuracy study, for the report and for the terminal, in the words of ``words/accuracy.j2``."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import groupby
 from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vireport.checks.benchmark import MethodTask
 from vireport.checks.methods import CLOSED, NAMES, WHOLE
@@ -24,72 +26,84 @@ from vireport.text import (
     texts,
 )
 
-NOT_TRIED = "not tried"
+if TYPE_CHECKING:
+    from vireport.wording import Words
 
 Row = tuple[str, ...]
 
 
-def measurements(work: WorkPrecision, every: bool = False) -> Iterator[Table]:
-    """The reference, and what each method reaches; with `every`, each run in a row."""
+def measurements(work: WorkPrecision, every: bool = False, templates: Path | None = None) -> Iterator[Table]:
+    """The reference, and what each method reaches.
+
+    Parameters
+    ----------
+    work : WorkPrecision
+    every : bool
+        Whether each run has a row of its own, too.
+    templates : Path, optional
+        A folder whose ``words/accuracy.j2`` comes before the package's own.
+    """
     if work.benchmark is None:
         return
+    say = _words(templates)
     yield Table(
-        "Quantities in 40-digit arithmetic, and the errors of the closed form",
-        (*texts("Quantity"), *numbers("Reference", "Closed form", "Whole sweep, no guess")),
-        tuple(_reference_rows(work)),
-        "Errors are relative, and in rad for the phase.",
+        say("reference_caption"),
+        (*texts(say("head", "quantity")), *numbers(*(say("head", name) for name in ("reference", "closed", "whole")))),
+        tuple(_reference_rows(work, say)),
+        say("reference_note"),
     )
     for task in work.tasks:
+        name = task_name(work, task, templates)
         if every:
-            errors = (f"Error, {quantity.key}" for quantity in work.quantities if quantity.task == task)
-            yield Table(
-                f"Every run: {task_name(work, task)}",
-                (*texts("Method"), *numbers("Setting", "Time", "Evaluations", *errors)),
-                tuple(_run_rows(work, task)),
-            )
-        yield Table(
-            f"Time to an accuracy: {task_name(work, task)}",
-            (
-                *texts("Method"),
-                *numbers(*(f"to {power(a)}" for a in ACCURACIES), "Least error", "Evaluations", "Failed"),
-            ),
-            tuple(_summary_rows(work, task)),
-            "Median and quartiles of the fastest run with no larger error of any quantity; a dash where there is none. "
-            "Least error and evaluations are of the most accurate run. The whole sweep needs no guess, and finds "
-            "everything.",
-        )
+            errors = (say("head", "error", quantity.key) for quantity in work.quantities if quantity.task == task)
+            head = (say("head", column) for column in ("setting", "time", "evaluations"))
+            columns = (*texts(say("head", "method")), *numbers(*head, *errors))
+            yield Table(say("runs_caption", name), columns, tuple(_run_rows(work, task, say)))
+        times = (say("head", "time_to", power(accuracy)) for accuracy in ACCURACIES)
+        head = (say("head", column) for column in ("least", "evaluations", "failed"))
+        columns = (*texts(say("head", "method")), *numbers(*times, *head))
+        yield Table(say("times_caption", name), columns, tuple(_summary_rows(work, task, say)), say("times_note"))
 
 
-def ranking(work: WorkPrecision) -> Iterator[Table]:
-    """By what factors methods are slower than the fastest, fitted orders, and what failed."""
+def ranking(work: WorkPrecision, templates: Path | None = None) -> Iterator[Table]:
+    """By what factors methods are slower than the fastest, fitted orders, and what failed.
+
+    The folder of templates is that of `measurements`.
+    """
     if work.benchmark is None:
         return
-    short = {task: task_name(work, task).removeprefix("the ").partition(" (")[0] for task in work.tasks}
+    say, point = _words(templates), work.benchmark.point
+    short = {task: say("short_task", task, point) for task in work.tasks}
+    heads = (say("fastest_head", short[task], power(a)) for task in work.tasks for a in ACCURACIES)
     yield Table(
-        "Times over that of the fastest method",
-        (*texts("Method"), *numbers(*(f"{short[task]} to {power(a)}" for task in work.tasks for a in ACCURACIES))),
-        tuple(_factor_rows(work)),
-        "The fastest that starts from the guess is 1. A dash: the accuracy is not reached.",
+        say("fastest_caption"),
+        (*texts(say("head", "method")), *numbers(*heads)),
+        tuple(_factor_rows(work, say)),
+        say("fastest_note"),
     )
     if work.orders:
-        yield Table(
-            "Orders of convergence",
-            (*texts("Method", "Of", "Against"), *numbers("Range", "Fitted", "Theory")),
-            tuple(_order_row(work, order) for order in work.orders),
-            "Least squares of the logarithms over the runs with an error below 3 % and above rounding. Against "
-            "evaluations, the order is that of the method, as far as the interpolant on which SciPy finds the impact "
-            "lets it be; coarse settings also take fewer Newton steps. LSODA varies its order.",
-        )
-    if failures := tuple(_failure_rows(work)):
-        yield Table("Runs that failed", texts("Method", "Task", "Setting", "Reason"), failures)
+        kinds = (say("head", name) for name in ("method", "task", "against"))
+        columns = (*texts(*kinds), *numbers(*(say("head", name) for name in ("range", "fitted", "theory"))))
+        rows = tuple(_order_row(work, order, say) for order in work.orders)
+        yield Table(say("orders_caption"), columns, rows, say("orders_note"))
+    if failures := tuple(_failure_rows(work, say)):
+        columns = texts(*(say("head", name) for name in ("method", "failed_task", "setting", "reason")))
+        yield Table(say("failures_caption"), columns, failures)
 
 
-def task_name(work: WorkPrecision, task: MethodTask) -> str:
+def _words(templates: Path | None) -> Words:
+    from vireport.wording import Words
+
+    return Words("accuracy", templates)
+
+
+def task_name(work: WorkPrecision, task: MethodTask, templates: Path | None = None) -> str:
     """What a task finds, in words."""
-    if task is MethodTask.ORBIT:
-        return "the motion"
-    point = work.benchmark.point if work.benchmark is not None else None
-    return f"{point.label} ({point.event.words})" if point is not None else "the critical point"
+    return _task(work, task, _words(templates))
+
+
+def _task(work: WorkPrecision, task: MethodTask, say: Words) -> str:
+    return say("task", task, work.benchmark.point if work.benchmark is not None else None)
 
 
 def power(value: float) -> str:
@@ -119,24 +133,19 @@ def _bare(text: str) -> str:
     return text.removeprefix(f"1 {TIMES} ")
 
 
-def _reference_rows(work: WorkPrecision) -> Iterator[Row]:
+def _reference_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:
     """The quantities: reference, and the errors of the closed form and of the whole sweep solved without a guess."""
+    benchmark = work.benchmark
+    point, swept = (None, None) if benchmark is None else (benchmark.point, benchmark.motion.sweep.parameter)
     for quantity in work.quantities:
         errors = []
         for name in (CLOSED, WHOLE):
             reached = [run.errors[quantity.key] for run in work.runs_of(name, quantity.task) if run.errors]
             errors.append(power(reached[-1]) if reached else ABSENT)
-        yield (_quantity_name(work, quantity.key), quantity.reference, *errors)
+        yield (say("quantity", quantity.key, point, swept), quantity.reference, *errors)
 
 
-def _quantity_name(work: WorkPrecision, key: str) -> str:
-    if key == "critical" and work.benchmark is not None and work.benchmark.point is not None:
-        swept = work.benchmark.motion.sweep.parameter
-        return f"{work.benchmark.point.label}, {swept.symbol} [{swept.unit}]"
-    return {"velocity": "impact velocity Ż [y_c]", "phase": "phase φ [rad]", "voltage": "U_ave [V]"}[key]
-
-
-def _summary_rows(work: WorkPrecision, task: MethodTask) -> Iterator[Row]:
+def _summary_rows(work: WorkPrecision, task: MethodTask, say: Words) -> Iterator[Row]:
     """For each method: time to each accuracy, smallest error, the evaluations for it, and runs that failed."""
     for name in NAMES:
         runs = work.runs_of(name, task)
@@ -146,16 +155,17 @@ def _summary_rows(work: WorkPrecision, task: MethodTask) -> Iterator[Row]:
         cells = [seconds(run.seconds) if run is not None else ABSENT for run in best]
         good = [run for run in runs if not run.failed]
         least = min(good, key=lambda run: run.error, default=None)
-        failed = f"{len(runs) - len(good)} of {len(runs)}" if len(good) < len(runs) else "none"
+        failed = say("failures", len(runs) - len(good), len(runs))
         yield (name, *cells, power(least.error) if least else ABSENT, _count(least), failed)
 
 
-def _run_rows(work: WorkPrecision, task: MethodTask) -> Iterator[Row]:
+def _run_rows(work: WorkPrecision, task: MethodTask, say: Words) -> Iterator[Row]:
     """Every run: method, setting, time, evaluations, and the errors or that it failed."""
     keys = [quantity.key for quantity in work.quantities if quantity.task == task]
     for run in work.runs:
         if run.task == task:
-            errors = [power(run.errors[key]) for key in keys] if run.errors else ["failed"] + [""] * (len(keys) - 1)
+            nothing = [say("failed"), *[""] * (len(keys) - 1)]
+            errors = [power(run.errors[key]) for key in keys] if run.errors else nothing
             yield (run.method, _setting(run), seconds(run.seconds), _count(run), *errors)
 
 
@@ -167,28 +177,27 @@ def _setting(run: MethodRun) -> str:
     return _bare(significant(run.setting, 3)) if run.knob else ABSENT
 
 
-def _failure_rows(work: WorkPrecision) -> Iterator[Row]:
+def _failure_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:
     """Runs that failed: method, what it was to find, settings and reason; settings that failed alike share a row."""
     failed = [run for run in work.runs if run.failed]
     for (name, task, reason), runs in groupby(failed, lambda run: (run.method, run.task, run.failed)):
         settings = [_setting(run) for run in runs]
-        ends = settings[0] if len(settings) == 1 else f"{settings[0]} to {settings[-1]}"
-        yield name, task_name(work, task), ends, reason
+        yield name, _task(work, task, say), say("settings", settings[0], settings[-1]), reason
     for name, reason in work.absent:
-        yield name, "everything", ABSENT, f"{NOT_TRIED}: {reason}"
+        yield name, say("everything"), ABSENT, say("not_tried", reason)
 
 
-def _order_row(work: WorkPrecision, order: Order) -> Row:
-    against = {"step": "steps a period", "tolerance": "tolerance", "evaluations": "evaluations"}[order.against]
+def _order_row(work: WorkPrecision, order: Order, say: Words) -> Row:
     low, high = (f"{x:,.0f}" if order.against != "tolerance" else power(x) for x in (order.first, order.last))
-    ends = f"{low} to {high} ({order.points} runs)"
+    against, ends = say("against", order.against), say("fitted_over", low, high, order.points)
     theory = "–".join(significant(x, 2) for x in order.theory) or ABSENT
-    return order.method, task_name(work, order.task), against, ends, significant(order.fitted, 3), theory
+    return order.method, _task(work, order.task, say), against, ends, significant(order.fitted, 3), theory
 
 
-def _factor_rows(work: WorkPrecision) -> Iterator[Row]:
+def _factor_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:
     """For each method, how many times the time of the fastest it takes."""
     fastest = {(task, accuracy): work.fastest(task, accuracy) for task in work.tasks for accuracy in ACCURACIES}
+    not_tried = say("not_tried")
     for name in NAMES:
         cells = []
         for (task, accuracy), time in fastest.items():
@@ -196,6 +205,6 @@ def _factor_rows(work: WorkPrecision) -> Iterator[Row]:
             reached = best is not None and best.seconds is not None and isfinite(time)
             cells.append(factor(best.seconds.median / time) if reached else ABSENT)  # type: ignore[union-attr]
             if not work.runs_of(name, task):
-                cells[-1] = NOT_TRIED
-        if set(cells) != {NOT_TRIED}:
+                cells[-1] = not_tried
+        if set(cells) != {not_tried}:
             yield (name, *cells)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vireport.checks.flights import Model
+from vireport.checks.flights import FlightModel
 from vireport.design import (
     DesignPoint,
     Solution,
@@ -110,13 +110,13 @@ class Target:
         d, gbar = self.sweep.device.groups(self.sweep.parameter, value)
         return float(d), float(gbar)
 
-    def model(self, value: float) -> Model:
+    def model(self, value: float) -> FlightModel:
         """The dimensionless model at a value of the swept parameter."""
-        return Model(*self.groups(value), self.r, self.n)
+        return FlightModel(*self.groups(value), self.r, self.n)
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class SolvedMotion:
     """A motion as a method found it: phase and velocity at the bottom impact, velocity at the top, share q."""
 
     phase: float
@@ -126,7 +126,7 @@ class Motion:
 
 
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class MeasuredQuantity:
     """A number that the methods are to find.
 
     Attributes
@@ -165,7 +165,7 @@ class Benchmark:
     critical: Target | None
     point: Point | None
     membrane: Membrane | None
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[MeasuredQuantity, ...]
     exact: dict[str, Any]
     offset: float
 
@@ -179,9 +179,9 @@ class Benchmark:
         """By how much the guess is off: phase [rad], and velocity and critical value, relative."""
         return self.offset * PHASE_OFF, self.offset * VELOCITY_OFF, self.offset * VALUE_OFF
 
-    def errors(self, answer: Motion | float) -> dict[str, float]:
+    def errors(self, answer: SolvedMotion | float) -> dict[str, float]:
         """Errors of what a method found, by the key of the quantity."""
-        if not isinstance(answer, Motion):
+        if not isinstance(answer, SolvedMotion):
             return {"critical": _relative(answer, self.exact["critical"])}
         turned = float(answer.phase - self.exact["phase"])
         result = {
@@ -235,7 +235,7 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
         critical = Target(sweep, swept, point.event, symmetric, _aside(orbit, symmetric, offset))
         exact["critical"] = orbit.value
     quantities = tuple(
-        Quantity(
+        MeasuredQuantity(
             key, MethodTask.CRITICAL if key == "critical" else MethodTask.ORBIT, digits(number, SHOWN), key != "phase"
         )
         for key, number in exact.items()

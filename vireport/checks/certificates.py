@@ -282,7 +282,7 @@ def _touching(orbit: Orbits, r: float) -> Iterator[Touching]:
 
 
 @dataclass(frozen=True, slots=True)
-class Proof:
+class ProvedPoint:
     """A proved point, everything evaluated over its box.
 
     Attributes
@@ -309,7 +309,7 @@ class Proof:
     admissible: bool | None
 
 
-def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) -> Proof:
+def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) -> ProvedPoint:
     """Prove a point, or say by an `UnprovedError` why not."""
     ops, r, n = BallOps(), ball(sweep.device.restitution), sweep.device.period_ratio
     root = _root(sweep, point, symmetric, candidate)
@@ -328,7 +328,7 @@ def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate)
     event = candidate.condition.event
     grazing = event in (Event.GRAZING, Event.ZERO_VELOCITY)
     blurred = event is Event.NODE_FOCUS and not r * r > SHORTEST_FOCUS
-    return Proof(
+    return ProvedPoint(
         orbit=orbit,
         value=value,
         root=root,
@@ -409,7 +409,7 @@ def _cross(a: Sequence[Ball], b: Sequence[Ball]) -> Ball:
     return a[0] * b[1] - a[1] * b[0]
 
 
-def _stated(critical: Point, point: Point, proof: Proof, bits: int) -> Certificate:
+def _stated(critical: Point, point: Point, proof: ProvedPoint, bits: int) -> Certificate:
     """The certificate of a proved point."""
     orbit, value = proof.orbit, proof.value
     return Certificate(

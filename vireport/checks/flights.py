@@ -51,7 +51,7 @@ CLOSE_SCAN = 1 / 256
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class FlightModel:
     """What a flight depends on: d, gbar, r, and n, the forcing periods of the motion."""
 
     d: float
@@ -74,7 +74,7 @@ class Budget:
             raise NumericalError(f"budget of {self.most:,} evaluations reached")
 
 
-Fly = Callable[[Model, int, float, float, Budget], tuple[float, float]]
+Fly = Callable[[FlightModel, int, float, float, Budget], tuple[float, float]]
 """(model, membrane that is left, velocity before and phase at that impact, budget) -> flight time to the other
 membrane and velocity before the impact there; NumericalError where the next impact seen is not on the other one."""
 
@@ -105,7 +105,7 @@ def _with_error(fly: Fly, noise: float) -> FlightMethod:
 def simulated(stop: float) -> FlightMethod:
     """The flight of the event-driven simulation, which cannot miss an impact."""
 
-    def fly(model: Model, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
+    def fly(model: FlightModel, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
         parameters = np.array([model.d, model.gbar, model.r])
         rows, summary = follow_one(parameters, (float(wall), 0.0, velocity, phase % (2 * pi)), 1)
         budget.spend(int(summary[1]))
@@ -119,7 +119,7 @@ def simulated(stop: float) -> FlightMethod:
 def explicit(stop: float) -> FlightMethod:
     """The flight in closed form, Eqs. (2.11) and (2.12), searched for the impact step by step."""
 
-    def fly(model: Model, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
+    def fly(model: FlightModel, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
         after, s, c, g = flight.reflect(velocity, model.r), sin(phase), cos(phase), model.gbar
 
         def state(t: float) -> tuple[float, float]:
@@ -150,7 +150,7 @@ def runge_kutta(steps: float) -> FlightMethod:
     """
     h = 2.0 / steps
 
-    def fly(model: Model, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
+    def fly(model: FlightModel, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
         g = model.gbar
 
         def step(t: float, z: float, v: float, h: float) -> tuple[float, float]:
@@ -199,7 +199,7 @@ def integrated(name: str, tolerance: float) -> FlightMethod:
     """
     given = {"jac": np.array([[0.0, 1.0], [0.0, 0.0]])} if name == "Radau" else {}
 
-    def fly(model: Model, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
+    def fly(model: FlightModel, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
         from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 
         g, d = model.gbar, model.d
@@ -235,7 +235,7 @@ def integrated(name: str, tolerance: float) -> FlightMethod:
     return _with_error(fly, tolerance)
 
 
-def _lost(model: Model, wall: int, velocity: float, phase: float) -> NumericalError:
+def _lost(model: FlightModel, wall: int, velocity: float, phase: float) -> NumericalError:
     """Whether the next impact, which a method did not see at the other membrane, is there nevertheless."""
     after, s, c, t = flight.reflect(velocity, model.r), sin(phase), cos(phase), 0.0
     left, other = ("bottom", "top") if wall == BOTTOM else ("top", "bottom")

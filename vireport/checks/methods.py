@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.checks.benchmark import Motion, Target
+from vireport.checks.benchmark import SolvedMotion, Target
 from vireport.checks.flights import (
     Budget,
     FlightMethod,
-    Model,
+    FlightModel,
     explicit,
     integrated,
     runge_kutta,
@@ -124,7 +124,7 @@ class Method:
     settings : tuple of float
         From coarse to fine.
     motion : callable
-        (target, setting, budget) -> `Motion`.
+        (target, setting, budget) -> `SolvedMotion`.
     critical : callable or None
         (target, setting, budget) -> value of the swept parameter; None where the method cannot find one.
     most : int
@@ -140,7 +140,7 @@ class Method:
     name: str
     knob: Knob
     settings: tuple[float, ...]
-    motion: Callable[[Target, float, Budget], Motion]
+    motion: Callable[[Target, float, Budget], SolvedMotion]
     critical: Callable[[Target, float, Budget], float] | None
     most: int
     order: float | None = None
@@ -148,7 +148,7 @@ class Method:
     needs: str = ""
 
 
-def closed_motion(target: Target, stop: float, budget: Budget) -> Motion:
+def closed_motion(target: Target, stop: float, budget: Budget) -> SolvedMotion:
     """The motion where the surface over (u, phase) has the d and gbar asked for.
 
     A symmetric motion is explicit: u = 0, and d alone is left to give the phase.
@@ -201,11 +201,11 @@ def _angle(a: float, b: float, c: float, near: float) -> float:
     return max((middle + half, middle - half), key=lambda angle: cos(angle - near))
 
 
-def _motion(orbit: Orbits) -> Motion:
-    return Motion(orbit.phi % (2 * pi), float(orbit.velocity_bottom), float(orbit.velocity_top), 0.5 + orbit.u)
+def _motion(orbit: Orbits) -> SolvedMotion:
+    return SolvedMotion(orbit.phi % (2 * pi), float(orbit.velocity_bottom), float(orbit.velocity_top), 0.5 + orbit.u)
 
 
-def printed_motion(target: Target, stop: float, budget: Budget) -> Motion:
+def printed_motion(target: Target, stop: float, budget: Budget) -> SolvedMotion:
     """The motion by Newton's method on (3.15)-(3.17), three equations in velocity, phase and q."""
     guess, (d, gbar) = target.guess, target.groups(target.guess.value)
 
@@ -216,7 +216,7 @@ def printed_motion(target: Target, stop: float, budget: Budget) -> Motion:
 
     x = solve(residual, [guess.velocity, guess.phase, guess.q], stop, FORMULA_NOISE)
     velocity, phase, q = x.tolist()
-    return Motion(phase % (2 * pi), velocity, 2 * target.n * gbar / (1 + target.r) - velocity, q)
+    return SolvedMotion(phase % (2 * pi), velocity, 2 * target.n * gbar / (1 + target.r) - velocity, q)
 
 
 def printed_critical(target: Target, stop: float, budget: Budget) -> float:
@@ -263,7 +263,7 @@ FlightWith = Callable[[float], FlightMethod]
 """setting -> the flight with that setting."""
 
 
-def shoot(flight_with: FlightWith, target: Target, setting: float, budget: Budget) -> Motion:
+def shoot(flight_with: FlightWith, target: Target, setting: float, budget: Budget) -> SolvedMotion:
     """The motion as a fixed point of the return map, by Newton's method with the exact Jacobian.
 
     Raises
@@ -289,7 +289,7 @@ def shoot(flight_with: FlightWith, target: Target, setting: float, budget: Budge
 
     phase, velocity = solve(lap, [guess.phase, guess.velocity], method.stop, method.noise, jacobian=True).tolist()
     up, top = method.fly(model, BOTTOM, velocity, phase, budget)
-    return Motion(phase % (2 * pi), velocity, top, up / period)
+    return SolvedMotion(phase % (2 * pi), velocity, top, up / period)
 
 
 def shoot_critical(flight_with: FlightWith, target: Target, setting: float, budget: Budget) -> float:
@@ -329,7 +329,10 @@ def _lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget)
 
 
 def _half_lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget) -> Complexes:
-    """The same of the flight to the top and the mirror image, whose determinant is r^2."""
+    """How far the flight to the top is from the mirror image of the start, and its trace from the one asked for.
+
+    The determinant of this half of a lap is r^2.
+    """
     up, top, (a11, _, _, a22) = _carried(method, target, BOTTOM, state, budget)
     trace = (-1.0 if target.kind is Event.PITCHFORK else 1.0) * (1 + target.r**2)
     return np.array([pi * (up - target.n), -top[1] - state[1], a11 - a22 - trace])
@@ -344,7 +347,7 @@ def _carried(
     gbar change; (A.1) and (A.2) give the rest.
     """
     phase, velocity, d, gbar = state
-    model = Model(float(d.real[0]), float(gbar.real[0]), target.r, target.n)
+    model = FlightModel(float(d.real[0]), float(gbar.real[0]), target.r, target.n)
     start = float(velocity.real[0]), float(phase.real[0])
     time, end = method.fly(model, wall, *start, budget)
     pull_start, pull_end = (model.gbar + cos(start[1] + pi * t) for t in (0.0, time))
@@ -364,7 +367,7 @@ def _finite(values: list[float]) -> list[float]:
     return values
 
 
-def settle(target: Target, tolerance: float, budget: Budget) -> Motion:
+def settle(target: Target, tolerance: float, budget: Budget) -> SolvedMotion:
     """The motion that the simulation settles on: followed until a lap changes it by less than the tolerance.
 
     Raises
@@ -388,18 +391,18 @@ def settle(target: Target, tolerance: float, budget: Budget) -> Motion:
         if settled.any():
             top, end = rows[2 * int(np.argmax(settled)) + 1 :][:2]
             q = float(top[FLIGHT]) / (2 * model.n)
-            return Motion(float(end[PHASE]), float(end[VELOCITY]), float(top[VELOCITY]), q)
+            return SolvedMotion(float(end[PHASE]), float(end[VELOCITY]), float(top[VELOCITY]), q)
         start = float(BOTTOM), 0.0, float(rows[-1, VELOCITY]), float(rows[-1, PHASE])
     raise NumericalError(f"the transient was not over after {MOST_IMPACTS:,} impacts")
 
 
-def whole_motion(target: Target, _: float, budget: Budget) -> Motion:
+def whole_motion(target: Target, _: float, budget: Budget) -> SolvedMotion:
     """The motion among all that the package finds in the sweep and at the design point, without a guess."""
     device = target.sweep.device.with_values({target.sweep.parameter: target.guess.value})
     motions = design_point(device, solve_sweep(target.sweep) if target.swept else None).motions
     k = int(np.argmax(np.where(motions.stable, np.cos(motions.phi_bottom - target.guess.phase), -2.0)))
     numbers = (motions.phi_bottom[k], motions.velocity_bottom[k], motions.velocity_top[k], motions.q[k])
-    return Motion(*map(float, numbers))
+    return SolvedMotion(*map(float, numbers))
 
 
 def whole_critical(target: Target, _: float, budget: Budget) -> float:

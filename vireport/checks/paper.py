@@ -1,13 +1,14 @@
 """The numbers that the paper prints, as it prints them, beside those computed here for the same scenario.
 
-Three sweeps, a motion on each, and the slips in the text. Our numbers are computed on the spot. Where they differ from
-the print by more than the rounding of all its digits leaves open, the row says so.
+Three sweeps, a motion on each, and the slips in the text, which the report's template words. Our numbers are computed
+on the spot. Where they differ from the print by more than the rounding of all its digits leaves open, the row says so.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from math import floor, pi
 from typing import Literal
 
@@ -27,7 +28,6 @@ from vireport.motions import (
     place_at,
 )
 from vireport.scenario import Parameter
-from vireport.text import ABSENT, significant
 
 PAPER = (
     "Serdukova, Kuske, Yurchenko: Stability and bifurcation analysis of the period-T motion of a vibroimpact "
@@ -71,14 +71,19 @@ class PrintedTypes:
     words: tuple[Stability, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Misprint:
-    """A slip in the paper's text: where it is, what it should say, and why."""
+class Misprint(StrEnum):
+    """A slip in the paper's text."""
 
-    place: str
-    printed: str
-    meant: str
-    why: str
+    GRAVITY = "gravity"
+    """(3.10) has g where (3.4) and (3.6) have ḡ."""
+    EIGENVALUE = "eigenvalue"
+    """Section 4 has the 2 of Im λ under the root, which contradicts (4.3)."""
+    FIGURE_1 = "figure_1"
+    """Table 1 and Fig. 4 refer to the sketch of the device."""
+    SADDLE_NODE = "saddle_node"
+    """Section 4 calls C1 a saddle-node, which is a pitchfork."""
+    PERIOD_4 = "period_4"
+    """Section 3 refers to Figure 2 for phase portraits that are in Figure 3."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +98,7 @@ class PaperCase:
         Critical points that have a letter but no number.
     """
 
-    name: str
+    name: Literal["horizontal", "inclined", "forcing"]
     inclination_deg: float
     parameter: Parameter
     held: tuple[str, float]
@@ -104,21 +109,12 @@ class PaperCase:
     misprints: tuple[Misprint, ...]
 
 
-SLIPS = (
-    Misprint("(3.10)", "*g*/2", "*ḡ*/2", "(3.4) and (3.6), of which it is made, have ḡ"),
-    Misprint(
-        "Section 4, Im *λ*",
-        "√([4 Det − Tr²]/2)",
-        "√(4 Det − Tr²)/2",
-        "(4.3); only so is |λ| = √Det = r², as the paper says in the same sentence",
-    ),
-    Misprint("Table 1; caption of Fig. 4", "Figure 1", "Figure 2", "Figure 1 is the sketch of the device"),
-)
+SLIPS = Misprint.GRAVITY, Misprint.EIGENVALUE, Misprint.FIGURE_1
 """Slips that bear on every case."""
 
 CASES = (
     PaperCase(
-        name="horizontal capsule, F = 3 N, length swept",
+        name="horizontal",
         inclination_deg=0.0,
         parameter=Parameter.LENGTH,
         held=("amplitude_n", 3.0),
@@ -132,18 +128,10 @@ CASES = (
             PrintedTypes(Symmetry.ASYMMETRIC, Event.PERIOD_DOUBLING, (UNSTABLE, NODE, FOCUS, NODE)),
         ),
         motion=PrintedMotion("Fig. 3(a, b)", "0.3688", "0.7153", "0.5924", "0.5", "0.56"),
-        misprints=(
-            *SLIPS,
-            Misprint(
-                "Section 4, C1",
-                "saddle-node",
-                "pitchfork",
-                "the symmetric motion is on both sides of C1 and passes its stability to two asymmetric ones",
-            ),
-        ),
+        misprints=(*SLIPS, Misprint.SADDLE_NODE),
     ),
     PaperCase(
-        name="capsule at 45°, F = 3 N, length swept",
+        name="inclined",
         inclination_deg=45.0,
         parameter=Parameter.LENGTH,
         held=("amplitude_n", 3.0),
@@ -154,7 +142,7 @@ CASES = (
         misprints=SLIPS,
     ),
     PaperCase(
-        name="capsule at 45°, s = 0.75 m, force swept",
+        name="forcing",
         inclination_deg=45.0,
         parameter=Parameter.AMPLITUDE,
         held=("length_m", 0.75),
@@ -162,22 +150,90 @@ CASES = (
         letters=(),
         types=(PrintedTypes(Symmetry.ASYMMETRIC, Event.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
         motion=PrintedMotion("Fig. 3(e, f)", "0.2814", "0.726", "0.2101", "0.6507", "0.75"),
-        misprints=(
-            *SLIPS,
-            Misprint(
-                "Section 3, period 4",
-                "Figure 2 (g) and (h)",
-                "Figure 3 (g) and (h)",
-                "the phase portraits are in Figure 3",
-            ),
-        ),
+        misprints=(*SLIPS, Misprint.PERIOD_4),
     ),
 )
 
 SYMMETRIC = 1e-9
 """Largest |q - 1/2| of what is meant to be the symmetric motion."""
 
-LETTER_ONLY = "the paper gives the letter only"
+
+class PrintedQuantity(StrEnum):
+    """What of a critical point or of the motion of Fig. 3 is compared."""
+
+    POINT_PHASE = "point_phase"
+    POINT_D = "point_d"
+    VELOCITY = "velocity"
+    PHASE = "phase"
+    SHARE = "share"
+    LENGTH = "length"
+
+
+class Agreement(StrEnum):
+    """How a number of ours stands to the print."""
+
+    TO_ALL_DIGITS = "to_all_digits"
+    CUT_OFF = "cut_off"
+    """To all digits, if the print was cut off rather than rounded."""
+    ROUNDING_OF_D = "rounding_of_d"
+    """Within what the rounding of the printed d leaves open."""
+    DIFFERS = "differs"
+    NOT_PRINTED = "not_printed"
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedRow:
+    """A number of the paper's, and ours.
+
+    Attributes
+    ----------
+    quantity : PrintedQuantity
+    of : str
+        Letter of the critical point, or figure of the motion.
+    printed : str
+        "" where the paper gives the letter only.
+    ours : float
+    agreement : Agreement
+    d : str
+        As printed for the motion, "" for a critical point.
+    phase : PrintedPhase or None
+        What a phase of a critical point is the phase of.
+    mirrored : bool
+        Whether it is one of the mirror image.
+    """
+
+    quantity: PrintedQuantity
+    of: str
+    printed: str
+    ours: float
+    agreement: Agreement
+    d: str = ""
+    phase: PrintedPhase | None = None
+    mirrored: bool = False
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether ours agrees with the print; None where there is nothing to compare."""
+        return None if self.agreement is Agreement.NOT_PRINTED else self.agreement is not Agreement.DIFFERS
+
+    @property
+    def gap(self) -> float:
+        """The distance of ours from the print."""
+        return abs(self.ours - float(self.printed))
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedTypes:
+    """The types of motion along a branch, from small d to large: as Table 1 prints them, and ours."""
+
+    family: Symmetry
+    printed: tuple[Stability, ...]
+    ours: tuple[Stability, ...]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether they are the same."""
+        return self.printed == self.ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,19 +242,8 @@ class PaperComparison:
 
     case: str
     rows: tuple[ComparedRow, ...]
-    types: tuple[ComparedRow, ...]
+    types: tuple[ComparedTypes, ...]
     misprints: tuple[Misprint, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class ComparedRow:
-    """A number of the paper's, and ours; `agrees` is None where there is nothing to compare."""
-
-    quantity: str
-    printed: str
-    ours: str
-    remark: str
-    agrees: bool | None
 
 
 def compare_with_paper(solution: Solution) -> PaperComparison | None:
@@ -240,16 +285,13 @@ def _rounds_to(value: float, printed: str) -> bool:
     return f"{value:.{_decimals(printed)}f}" == f"{float(printed):.{_decimals(printed)}f}"
 
 
-def _row(quantity: str, printed: str, ours: float, remark: str = "") -> ComparedRow:
+def _agreement(printed: str, ours: float) -> Agreement:
     """Compare a printed number with ours at the printed digits."""
-    agrees, verdict = True, "to the digits printed"
-    if not _rounds_to(ours, printed):
-        shift = 10 ** _decimals(printed)
-        agrees = floor(ours * shift) == round(float(printed) * shift)
-        gap = significant(abs(ours - float(printed)), 2)
-        verdict = "the print is cut off, not rounded" if agrees else f"by {gap}"
-    remarks = "; ".join(filter(None, (verdict, remark)))
-    return ComparedRow(quantity, printed, significant(ours, 8), remarks, agrees)
+    if _rounds_to(ours, printed):
+        return Agreement.TO_ALL_DIGITS
+    shift = 10 ** _decimals(printed)
+    cut_off = floor(ours * shift) == round(float(printed) * shift)
+    return Agreement.CUT_OFF if cut_off else Agreement.DIFFERS
 
 
 def _critical_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
@@ -264,9 +306,8 @@ def _critical_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]
         if not candidates:
             continue
         _, ours, mirrored, point = min(candidates, key=lambda candidate: candidate[0])
-        where = f"phase at the {phase.impact} impact{' of the mirror image' if mirrored else ''}"
-        kind = "the paper's saddle-node is a pitchfork" if phase.kind is Event.PITCHFORK else ""
-        yield _row(f"{phase.letter}: *φ*", phase.printed, ours, "; ".join(filter(None, (where, kind))))
+        quantity, agreement = PrintedQuantity.POINT_PHASE, _agreement(phase.printed, ours)
+        yield ComparedRow(quantity, phase.letter, phase.printed, ours, agreement, phase=phase, mirrored=mirrored)
         yield _letter_row(phase.letter, point)
     for point in points:
         if point.label in case.letters:
@@ -274,7 +315,7 @@ def _critical_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]
 
 
 def _letter_row(letter: str, point: Point) -> ComparedRow:
-    return ComparedRow(f"{letter}: *d*", ABSENT, significant(point.d, 10), LETTER_ONLY, None)
+    return ComparedRow(PrintedQuantity.POINT_D, letter, "", point.d, Agreement.NOT_PRINTED)
 
 
 def _phases(point: Point, impact: str) -> Iterator[tuple[float, bool]]:
@@ -303,20 +344,19 @@ def _motion_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
     speeds = [
         float(orbits(*place, sweep.device.restitution, sweep.device.period_ratio).velocity_bottom) for place in places
     ]
-    head = f"{printed.figure}, *d* = {printed.d}: "
-    yield _motion_row(f"{head}*Ż*_B", printed.velocity, speeds)
-    yield _motion_row(f"{head}*φ*", printed.phi, [phi for _, phi in places])
-    yield _motion_row(f"{head}*q*", printed.q, [0.5 + u for u, _ in places])
+    yield _motion_row(PrintedQuantity.VELOCITY, printed, printed.velocity, speeds)
+    yield _motion_row(PrintedQuantity.PHASE, printed, printed.phi, [phi for _, phi in places])
+    yield _motion_row(PrintedQuantity.SHARE, printed, printed.q, [0.5 + u for u, _ in places])
     if case.parameter is Parameter.LENGTH:
-        yield _row(f"{head}*s* [m]", printed.length_m, value, "take *d*, which has more digits")
+        yield _motion_row(PrintedQuantity.LENGTH, printed, printed.length_m, [value])
 
 
-def _motion_row(quantity: str, printed: str, ours: list[float]) -> ComparedRow:
-    """Compare a printed number with ours at the printed d, and at the ends of what that d may stand for."""
+def _motion_row(quantity: PrintedQuantity, of: PrintedMotion, printed: str, ours: list[float]) -> ComparedRow:
+    """Compare a printed number with ours at the printed d, and at the ends of what that d may stand for, if given."""
     middle, *ends = ours
-    row = _row(quantity, printed, middle)
-    if not row.agrees and min(ends) - _half(printed) <= float(printed) <= max(ends) + _half(printed):
-        return replace(row, remark="within the rounding of that *d*", agrees=True)
+    row = ComparedRow(quantity, of.figure, printed, middle, _agreement(printed, middle), of.d)
+    if not row.agrees and ends and min(ends) - _half(printed) <= float(printed) <= max(ends) + _half(printed):
+        return replace(row, agreement=Agreement.ROUNDING_OF_D)
     return row
 
 
@@ -328,13 +368,10 @@ def _stable_motion(sweep: Sweep, value: float) -> tuple[float, float] | None:
     return (float(motions.q[stable[0]]) - 0.5, float(motions.phi_bottom[stable[0]])) if stable.size else None
 
 
-def _type_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
+def _type_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedTypes]:
     points = solution.critical_points
     for types in case.types:
         branch = next((point.families[0] for point in points if point.event is types.kind), None)
         ours = tuple(row.stability for row in solution.table if row.branch == branch)
         if ours:
-            agrees = ours == types.words
-            remark = "" if agrees else "the sweep, or grazing, cuts the row"
-            name = f"{types.family.capitalize()}, *d* rising"
-            yield ComparedRow(name, ", ".join(types.words), ", ".join(ours), remark, agrees)
+            yield ComparedTypes(types.family, types.words, ours)

@@ -19,8 +19,8 @@ import numpy as np
 from vireport.base import NumericalError, Progress, install_command
 from vireport.checks.benchmark import (
     Benchmark,
+    MeasuredQuantity,
     MethodTask,
-    Quantity,
     Target,
     benchmark_of,
 )
@@ -49,7 +49,7 @@ WRONG = 0.1
 """Error from which a method has found something else than what was asked for: far more than the guess is off."""
 
 ELSEWHERE = 1e-6
-"""The same, over three, where a method has no error of its own."""
+"""A third of the least error from which a run has found something else, where its setting alone limits the error."""
 
 ASYMPTOTIC = 0.03
 """Error above which a run is left out of a fitted order."""
@@ -156,7 +156,7 @@ class WorkPrecision:
     repeats: int
 
     @property
-    def quantities(self) -> tuple[Quantity, ...]:
+    def quantities(self) -> tuple[MeasuredQuantity, ...]:
         """What was to be found."""
         return self.benchmark.quantities if self.benchmark is not None else ()
 

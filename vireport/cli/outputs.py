@@ -105,7 +105,7 @@ def run_outcome(
         from vireport.report import github
 
         printed += github(study)
-    summary, changes = study.verdict.headline, None
+    summary, changes = study.verdict.worded(templates).headline, None
     if baseline is not None:
         from vireport.comparison import changes_table, diff, diff_text
 
@@ -138,14 +138,15 @@ def run_files(
         from vireport.figures import pictures as pictures_of
         from vireport.figures import simulated_points
 
-        pictures = (*pictures_of(study, simulated_points(study)), *more)
+        pictures = (*pictures_of(study, simulated_points(study), templates), *more)
     if plan.runs(Task.HTML, Task.PDF, Task.PNG, Task.SVG):
         say("setting the report")
         from vireport.report import Report, render_files
 
         paged = plan.runs(Task.HTML, Task.PDF)
         origin = with_pages(provenance, drawn=bool(pictures)) if paged else provenance
-        report = Report(study, {picture.name: picture for picture in pictures}, origin, changes, search)
+        drawn = {picture.name: picture for picture in pictures}
+        report = Report(study, drawn, origin, changes, search, templates)
         files |= render_files(report, {task for task in NAMES if plan.runs(task)}, templates, paper)
     if plan.runs(Task.JSON):
         files["results.json"] = results_json(study, provenance)
@@ -156,11 +157,11 @@ def run_files(
     if plan.runs(Task.JUNIT):
         from vireport.report import junit
 
-        files["junit.xml"] = junit(study)
+        files["junit.xml"] = junit(study, templates)
     if plan.runs(Task.MARKDOWN):
         from vireport.report import Report, render_markdown
 
-        summary = Report(study, {}, provenance, changes, template="summary.typ.j2")
+        summary = Report(study, {}, provenance, changes, templates=templates, template="summary.typ.j2")
         files["summary.md"] = render_markdown(summary, templates)
     return files
 

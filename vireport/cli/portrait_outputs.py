@@ -126,4 +126,4 @@ def _png(drawn: list[FoundMotion], sweep: Sweep, place: str) -> bytes:
     from vireport.figures import held_by, portraits_picture
 
     shown = [portrait_of(family.model, motion, place) for _, family, motion in drawn]
-    return portraits_picture(shown, ", ".join(held_by(sweep.device, (sweep.parameter,)))).png
+    return portraits_picture(shown, held_by(sweep.device, (sweep.parameter,))).png

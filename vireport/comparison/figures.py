@@ -11,22 +11,23 @@ from vireport.comparison.comparison import OVERLAY, Comparison, columns, left_ou
 from vireport.comparison.messages import Message, listed
 from vireport.comparison.ranking import Merit
 from vireport.figures import (
-    ABOUT,
-    COLORS,
     OUTSIDE,
-    TITLES,
+    SCENARIO_COLORS,
     Color,
     Drawing,
     Picture,
+    about,
     alt_text,
     drawing_of,
     held,
     letter_of,
     literal,
     overlay,
+    shown_along,
     simulated_points,
     sweep_figure,
     swept_range,
+    title_of,
 )
 from vireport.motions import Symmetry
 from vireport.scenario import Parameter
@@ -60,7 +61,7 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
         # A sweep of the inclination holds d: over d it would be a single point.
         if solution.sweep is not None and (parameter or solution.parameter is not Parameter.INCLINATION):
             drawing = _with_stable(drawing_of(scenario.study))
-            if drawing.parts and len(shown) < len(COLORS):
+            if drawing.parts and len(shown) < len(SCENARIO_COLORS):
                 shown[scenario.name] = drawing
     if len(shown) < 2:
         return
@@ -93,7 +94,7 @@ def _side_by_side(comparison: Comparison) -> Iterator[Picture]:
     return (
         Picture(
             figure if number == 1 else f"{figure}-{number}",
-            TITLES[figure],
+            title_of(figure),
             _caption(figure, shown),
             _alt(figure, shown),
             _figure(figure, shown),
@@ -177,11 +178,11 @@ def _caption(figure: Task, shown: Columns) -> str:
     for column, (scenario, drawing) in enumerate(shown.items()):
         first, last = (letter_of(column * PANELS[figure] + row) for row in (0, PANELS[figure] - 1))
         letters = f"({first})" if first == last else f"({first})–({last})"
-        about = [text for text in (own[column], swept_range(drawing.study)) if text]
-        columns.append(f"{letters} {scenario}: {', '.join(about)}")
+        known = [text for text in (own[column], swept_range(drawing.study)) if text]
+        columns.append(f"{letters} {scenario}: {', '.join(known)}")
     if figure == Task.FIGURE_7 and (note := _outside(shown)):
         columns.append(f"{note} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})")
-    return f"{ABOUT[figure]}{Message.SHARED_AXES if len(shown) > 1 else ''}. {'; '.join(columns)}."
+    return f"{about(figure)}{Message.SHARED_AXES if len(shown) > 1 else ''}. {'; '.join(columns)}."
 
 
 def _alt(figure: Task, shown: Columns) -> str:
@@ -189,7 +190,7 @@ def _alt(figure: Task, shown: Columns) -> str:
     columns, panels = len(shown), PANELS[figure]
     head = Message.PANELS.format(columns=columns, cs="s" * (columns != 1), panels=panels, ps="s" * (panels != 1))
     columns_in_words = (
-        f"{capital(scenario)}: {alt_text(drawing.study, figure, drawing.simulated)}"
+        f"{capital(scenario)}: {alt_text(figure, shown_along(drawing.study, figure, drawing.simulated))}"
         for scenario, drawing in shown.items()
     )
     return " ".join([head, *columns_in_words])

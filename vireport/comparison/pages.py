@@ -20,7 +20,7 @@ from vireport.comparison.messages import Message, digits_apart, listed
 from vireport.comparison.quantities import QuantityGroup
 from vireport.comparison.ranking import margins_table, ranking_table
 from vireport.comparison.table import ComparisonRow
-from vireport.gate import SWEEP_END, Verdict
+from vireport.gate import SWEEP_END, WordedVerdict
 from vireport.scenario import Parameter
 from vireport.study import Provenance
 from vireport.text import ABSENT, Severity, Table, capital, numbers, percent, significant, texts, words, written
@@ -56,12 +56,12 @@ class ComparisonReport:
         return Message.TITLE.format(names=listed(names) if few else Message.SCENARIOS.format(count=len(names)))
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> WordedVerdict:
         """Which scenario is best, and why."""
         best = [scenario for scenario in self.comparison.ranking if scenario.rank == 1]
         names = listed([scenario.name for scenario in best])
         word = Message.BEST_NAMED.format(names=names) if best[0].stable else Message.NO_STABLE_MOTION
-        return Verdict(best[0].study.verdict.status, word, self.comparison.headline, ())
+        return WordedVerdict(best[0].study.verdict.status, word, self.comparison.headline)
 
     def ranking(self) -> Table:
         """The scenarios, the best first."""

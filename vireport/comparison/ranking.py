@@ -10,7 +10,6 @@ from typing import Any
 
 from vireport.comparison.messages import Message, listed
 from vireport.design import DesignPoint, Margin
-from vireport.gate import range_text
 from vireport.scenario import DesignInput
 from vireport.study import Study
 from vireport.text import ABSENT, AlertCode, Table, numbers, percent, quantity, texts
@@ -103,7 +102,7 @@ class Ranked:
             count = len(self.study.criteria)
             return Message.OF_THEM.format(part=self.passed, count=count) if count else ABSENT
         if merit is Merit.RANGE:
-            return "; ".join(map(range_text, self.study.solution.stable_ranges)) or ABSENT
+            return "; ".join(part.inequality for part in self.study.solution.stable_ranges) or ABSENT
         if value is None:
             design = self.study.solution.design
             return Message.NOT_KNOWN if merit is Merit.MARGIN and design is not None and design.unresolved else ABSENT

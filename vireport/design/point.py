@@ -67,6 +67,13 @@ class StableInterval:
         """Both ends, each with the critical point there."""
         return (self.start, self.start_point), (self.end, self.end_point)
 
+    @property
+    def inequality(self) -> str:
+        """The range as text, strict at a critical point."""
+        low, high = ("≤" if point is None else "<" for _, point in self.ends)
+        parameter = self.parameter
+        return f"{parameter.show(self.start)} {low} {parameter.symbol} {high} {parameter.show(self.end)}"
+
     def holds(self, value: float) -> bool:
         """Whether a value of the input is in the range."""
         return self.start <= value <= self.end

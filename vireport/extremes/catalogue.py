@@ -13,8 +13,8 @@ from vireport.extremes.critical import critical_cases
 from vireport.extremes.harvester import harvester_of
 from vireport.extremes.judge import (
     Case,
-    Outcome,
-    Verdict,
+    CaseOutcome,
+    CaseVerdict,
     judge,
 )
 from vireport.extremes.motions import motion_cases
@@ -56,7 +56,7 @@ def catalogue(loaded: Loaded | None = None) -> tuple[Case, ...]:
     return (*motion_cases(harvester), *critical_cases(harvester), *simulation_cases(harvester))
 
 
-def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None) -> tuple[Outcome, ...]:
+def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None) -> tuple[CaseOutcome, ...]:
     """Run every case around the device of a scenario, or around the paper's.
 
     Parameters
@@ -74,20 +74,20 @@ def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None
     return tuple(outcomes)
 
 
-def shortcoming(outcomes: Sequence[Outcome]) -> tuple[int, str]:
+def shortcoming(outcomes: Sequence[CaseOutcome]) -> tuple[int, str]:
     """Exit code, and what keeps the catalogue from having passed: a failure, or cases that could not be run."""
     verdicts = [outcome.verdict for outcome in outcomes]
-    failed, left_out = verdicts.count(Verdict.FAILED), verdicts.count(Verdict.LEFT_OUT)
+    failed, left_out = verdicts.count(CaseVerdict.FAILED), verdicts.count(CaseVerdict.LEFT_OUT)
     if failed:
         return 1, f"{failed} of {len(verdicts)} cases failed"
     if left_out:
         return NumericalError.exit_code, f"{left_out} of {len(verdicts)} cases could not be run"
-    if Verdict.PASSED not in verdicts:
+    if CaseVerdict.PASSED not in verdicts:
         return NumericalError.exit_code, "no case applies to this device"
     return 0, ""
 
 
-def table_text(outcomes: Sequence[Outcome]) -> str:
+def table_text(outcomes: Sequence[CaseOutcome]) -> str:
     """A table for each group of cases, and a last line that counts the verdicts."""
     parts = []
     for group, members in groupby(outcomes, key=lambda outcome: outcome.case.group):
@@ -96,42 +96,44 @@ def table_text(outcomes: Sequence[Outcome]) -> str:
     return "\n\n".join((*parts, summary(outcomes))) + "\n"
 
 
-def summary(outcomes: Sequence[Outcome]) -> str:
+def summary(outcomes: Sequence[CaseOutcome]) -> str:
     """How many cases there are of each verdict, the largest share of a bound that was used, and the time.
 
     A line for each failure, and for each reason to leave cases out, follows.
     """
     verdicts = [outcome.verdict for outcome in outcomes]
-    shares = [o.error / o.bound for o in outcomes if o.verdict is Verdict.PASSED and o.error is not None and o.bound]
-    counted = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in Verdict if verdict in verdicts)
+    shares = [
+        o.error / o.bound for o in outcomes if o.verdict is CaseVerdict.PASSED and o.error is not None and o.bound
+    ]
+    counted = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in CaseVerdict if verdict in verdicts)
     used = f"; the largest error of those passed is {max(shares):.2g} of its bound" if shares else ""
     lines = [f"{len(outcomes)} cases: {counted}{used}; {sum(o.seconds for o in outcomes):.1f} s"]
-    lines += [f"failed: {o.case.group}: {o.case.name}" for o in outcomes if o.verdict is Verdict.FAILED]
-    lines += sorted({f"left out: {o.found}" for o in outcomes if o.verdict is Verdict.LEFT_OUT})
+    lines += [f"failed: {o.case.group}: {o.case.name}" for o in outcomes if o.verdict is CaseVerdict.FAILED]
+    lines += sorted({f"left out: {o.found}" for o in outcomes if o.verdict is CaseVerdict.LEFT_OUT})
     return "\n".join(lines)
 
 
-def table_data(outcomes: Iterable[Outcome]) -> list[dict[str, Any]]:
+def table_data(outcomes: Iterable[CaseOutcome]) -> list[dict[str, Any]]:
     """The outcomes as plain data, ready for JSON: a dictionary a case, its text not cut."""
     return [
         {
             "group": outcome.case.group,
             "case": outcome.case.name,
             "expected": outcome.case.expected,
-            "found": "" if outcome.verdict is Verdict.LEFT_OUT else outcome.found,
+            "found": "" if outcome.verdict is CaseVerdict.LEFT_OUT else outcome.found,
             "error": outcome.error,
             "bound": outcome.bound,
             "seconds": round(outcome.seconds, 3),
             "verdict": outcome.verdict,
-            "needs": outcome.found if outcome.verdict is Verdict.LEFT_OUT else None,
+            "needs": outcome.found if outcome.verdict is CaseVerdict.LEFT_OUT else None,
         }
         for outcome in outcomes
     ]
 
 
-def _row(outcome: Outcome) -> tuple[str, ...]:
+def _row(outcome: CaseOutcome) -> tuple[str, ...]:
     """The cells of one case, its error over its bound."""
     error = "" if outcome.error is None else f"{outcome.error:.1e} <{outcome.bound or 0:.0e}"
-    verdict = "FAILED" if outcome.verdict is Verdict.FAILED else outcome.verdict
+    verdict = "FAILED" if outcome.verdict is CaseVerdict.FAILED else outcome.verdict
     text = shorten(outcome.found, LONGEST_CELL, placeholder=" ...")
     return (outcome.case.name, outcome.case.expected, text, error, f"{outcome.seconds:.2f} s", verdict)

@@ -16,7 +16,7 @@ from vireport.extremes.judge import (
     BOUND,
     UNIT,
     Case,
-    Finding,
+    CaseFinding,
     NotThereError,
     combined,
     count,
@@ -44,7 +44,7 @@ NEAR = 0.1
 """Distance in velocity, q and phase up to which two critical points belong together."""
 
 MET = 1e-4
-"""The same, where their two lines are followed to within `ASIDE` of where they meet."""
+"""Distance up to which they do where their two lines are followed to within `ASIDE` of where they meet."""
 
 TWINS = 1e-5
 """Distance up to which a motion is the one looked for: less than that of the two, 1e-9 of d inside a fold."""
@@ -116,11 +116,11 @@ def _points(harvester: Harvester, kind: Event) -> list[Point]:
     return points
 
 
-def _check_points(device: Device, points: Sequence[Point]) -> Finding:
+def _check_points(device: Device, points: Sequence[Point]) -> CaseFinding:
     errors = [point_error(point, device, Parameter.LENGTH) for point in points]
     text = ", ".join(f"{point.label} at d = {point.d:.10g}" for point in points)
     right = all(error <= max(stated, UNIT) for error, stated in errors)
-    return Finding(text, max(error for error, _ in errors), 2 * UNIT, right)
+    return CaseFinding(text, max(error for error, _ in errors), 2 * UNIT, right)
 
 
 def _standing(harvester: Harvester, kind: Event) -> list[Study]:
@@ -130,7 +130,7 @@ def _standing(harvester: Harvester, kind: Event) -> list[Study]:
     return [harvester.with_device(length_m=length).study() for length in lengths]
 
 
-def _check_standing(studies: Sequence[Study]) -> Finding:
+def _check_standing(studies: Sequence[Study]) -> CaseFinding:
     findings = [examine(study, degenerate=True) for study in studies]
     counts = " ".join(finding.text.split()[0] for finding in findings)
     return combined(findings, f"{counts} motions at and beside the points")
@@ -147,14 +147,14 @@ def _beside_folds(harvester: Harvester, inside: float) -> list[tuple[Motions, li
     return answers
 
 
-def _check_twins(answers: Sequence[tuple[Motions, list[Any], float]]) -> Finding:
+def _check_twins(answers: Sequence[tuple[Motions, list[Any], float]]) -> CaseFinding:
     apart = [distance_to(motions, state) for motions, states, _ in answers for state in states]
     text = ", ".join(
         f"{count(len(motions), 'motion')} at d = {motions.d[0] if len(motions) else d:.6g}" for motions, _, d in answers
     )
     if max(apart) > TWINS:
-        return Finding(f"{text}: a motion next to a fold was not found", right=False)
-    return Finding(text, max(apart), BOUND)
+        return CaseFinding(f"{text}: a motion next to a fold was not found", right=False)
+    return CaseFinding(text, max(apart), BOUND)
 
 
 def _twins(harvester: Harvester, point: Point, inside: float) -> tuple[Harvester, list[Any]]:
@@ -188,14 +188,14 @@ def _twins(harvester: Harvester, point: Point, inside: float) -> tuple[Harvester
         return beside, states
 
 
-def _check_changes(study: Study) -> Finding:
+def _check_changes(study: Study) -> CaseFinding:
     """Count the changes of type by the printed trace along the whole curve, and compare with the points found."""
     counted = _counted_changes(study.solution)
     points = [p for p in study.solution.critical_points if p.event is Event.NODE_FOCUS]
     changes = sum(1 if p.mirror is None else 2 for p in points)
     errors = [point_error(p, study.solution.device, Parameter.LENGTH)[0] for p in points]
     text = f"{count(changes, 'change')} found, {counted} counted"
-    return Finding(text, max(errors, default=0.0), 2 * UNIT, changes == counted)
+    return CaseFinding(text, max(errors, default=0.0), 2 * UNIT, changes == counted)
 
 
 def _counted_changes(solution: Solution) -> int:
@@ -240,13 +240,13 @@ def _meeting(harvester: Harvester) -> Meeting:
     return gbar, pairs_beside, harvester.with_groups(gbar=gbar, d=grazing.d).over()
 
 
-def _check_meeting(answer: Meeting) -> Finding:
+def _check_meeting(answer: Meeting) -> CaseFinding:
     gbar, pairs_beside, study = answer
     met = [(pair, device) for pair, device in pairs_beside if _distance(*pair) < MET]
     distances = [_distance(*pair) for pair, _ in met]
     errors = [point_error(point, device, Parameter.LENGTH)[0] for pair, device in met for point in pair]
     text = f"at gbar = {gbar:.12g}; {ASIDE:g} beside it they are {min(distances, default=np.inf):.1e} apart"
-    one_side = Finding(text, max(errors, default=0.0), right=len(distances) == 1)
+    one_side = CaseFinding(text, max(errors, default=0.0), right=len(distances) == 1)
     return combined((one_side, examine(study, degenerate=True)), text)
 
 
@@ -296,7 +296,7 @@ def _cusp(harvester: Harvester) -> list[tuple[Point, Device]]:
     return points
 
 
-def _check_cusp(points: Sequence[tuple[Point, Device]]) -> Finding:
+def _check_cusp(points: Sequence[tuple[Point, Device]]) -> CaseFinding:
     """The distance from the pitchfork falls by 100 where gbar does by 1000."""
     errors = [point_error(point, device, Parameter.LENGTH)[0] for point, device in points]
     d0 = points[0][0].d
@@ -305,7 +305,7 @@ def _check_cusp(points: Sequence[tuple[Point, Device]]) -> Finding:
     right = all(abs(order - CUSP_ORDER) < ORDER_BOUND for order in orders)
     texts = ", ".join(f"{x:.3g}" for x in distances)
     text = f"{texts} from C1 at gbar = 1e-6, 1e-9, 1e-12; order {orders[-1]:.4f}"
-    return Finding(text, max(errors), 4 * UNIT, right)
+    return CaseFinding(text, max(errors), 4 * UNIT, right)
 
 
 def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Device]]:
@@ -324,7 +324,7 @@ def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Devic
     return answers
 
 
-def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> Finding:
+def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> CaseFinding:
     texts, errors, right = [], [], True
     for m, near, device in answers:
         with exact.precise():
@@ -336,4 +336,4 @@ def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> Finding:
         errors.append(abs(gap - true))
         right = right and (abs(true) < GAP_BOUND or bool(m.admissible[near]) == (true > 0))
         texts.append(f"{gap:.2e} for {true:.2e}")
-    return Finding(f"{', '.join(texts)} (absolute error)", max(errors), GAP_BOUND, right)
+    return CaseFinding(f"{', '.join(texts)} (absolute error)", max(errors), GAP_BOUND, right)

@@ -47,11 +47,11 @@ class Harvester:
         return float(d), float(gbar)
 
     def with_device(self, **changes: Any) -> Harvester:
-        """The same with other values of the device."""
+        """A harvester with other values of the device."""
         return replace(self, device=replace(self.device, **changes))
 
     def with_groups(self, d: float | None = None, gbar: float | None = None) -> Harvester:
-        """The same with these groups: the force gives gbar, at 90 degrees where the capsule was horizontal."""
+        """A harvester with these groups: the force gives gbar, at 90 degrees where the capsule was horizontal."""
         changed, (own_d, own_gbar) = self, self.groups
         if gbar is not None:
             changed = changed if own_gbar > 0 else changed.with_device(inclination_deg=90.0)

@@ -56,7 +56,7 @@ LONGEST = 60.0
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class CaseFinding:
     """What the check of a case found.
 
     Attributes
@@ -88,7 +88,7 @@ class Case:
     answer : callable
         () -> what the package says.
     check : callable
-        (answer) -> `Finding`.
+        (answer) -> `CaseFinding`.
     needs : str
         Package without which it is left out, or "".
     refusal : str
@@ -101,7 +101,7 @@ class Case:
     name: str
     expected: str
     answer: Callable[[], Any]
-    check: Callable[[Any], Finding]
+    check: Callable[[Any], CaseFinding]
     needs: str = ""
     refusal: str = ""
     answers: bool = False
@@ -111,7 +111,7 @@ class NotThereError(Exception):
     """The device has no such point: the case does not apply to it."""
 
 
-class Verdict(StrEnum):
+class CaseVerdict(StrEnum):
     """What became of a case."""
 
     PASSED = "passed"
@@ -121,13 +121,13 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class CaseOutcome:
     """A case and its verdict.
 
     Attributes
     ----------
     case : Case
-    verdict : Verdict
+    verdict : CaseVerdict
     found : str
         The answer, the reason of the refusal, why it does not apply or was left out, or what went wrong.
     error : float or None
@@ -138,19 +138,19 @@ class Outcome:
     """
 
     case: Case
-    verdict: Verdict
+    verdict: CaseVerdict
     found: str
     error: float | None = None
     bound: float | None = None
     seconds: float = 0.0
 
 
-def judge(case: Case) -> Outcome:
+def judge(case: Case) -> CaseOutcome:
     """Run one case, with every warning an error, and decide whether it passed."""
     if case.needs and find_spec(case.needs) is None:
-        return Outcome(case, Verdict.LEFT_OUT, f"needs {case.needs}: {install_command(case.needs)}")
+        return CaseOutcome(case, CaseVerdict.LEFT_OUT, f"needs {case.needs}: {install_command(case.needs)}")
     start = perf_counter()
-    finding = Finding("")
+    finding = CaseFinding("")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -161,18 +161,18 @@ def judge(case: Case) -> Outcome:
         passed = bool(case.refusal) and re.search(case.refusal, text) is not None
         text = f"refused: {text}"
     except NotThereError as absent:
-        return Outcome(case, Verdict.DOES_NOT_APPLY, str(absent), seconds=perf_counter() - start)
+        return CaseOutcome(case, CaseVerdict.DOES_NOT_APPLY, str(absent), seconds=perf_counter() - start)
     except Exception as fault:
         # Whatever it is, it is the finding: a catalogue that stops at the first fault would not show the next.
         text, passed = f"{type(fault).__name__}: {fault}", False
     seconds = perf_counter() - start
     if seconds > LONGEST:
         text, passed = f"took {seconds:.0f} s: {text}", False
-    verdict = Verdict.PASSED if passed else Verdict.FAILED
-    return Outcome(case, verdict, text, finding.error, finding.bound, seconds)
+    verdict = CaseVerdict.PASSED if passed else CaseVerdict.FAILED
+    return CaseOutcome(case, verdict, text, finding.error, finding.bound, seconds)
 
 
-def _passed(case: Case, finding: Finding) -> bool:
+def _passed(case: Case, finding: CaseFinding) -> bool:
     """Whether an answer is right: one was asked for, nothing else is wrong with it, and its error is in its bound."""
     if case.refusal and not case.answers:
         return False
@@ -181,14 +181,14 @@ def _passed(case: Case, finding: Finding) -> bool:
     return finding.right and isfinite(finding.error) and finding.bound is not None and finding.error <= finding.bound
 
 
-def combined(findings: Iterable[Finding], text: str | None = None, bound: float | None = BOUND) -> Finding:
+def combined(findings: Iterable[CaseFinding], text: str | None = None, bound: float | None = BOUND) -> CaseFinding:
     """The largest error of several findings; what is not right, or else what is said of each, or the text given."""
     parts = tuple(findings)
     problems = [part.text for part in parts if not part.right]
     errors = [part.error for part in parts if part.error is not None]
     said = ", ".join(part.text for part in parts) if text is None else text
     largest = float(np.max(errors)) if errors else None
-    return Finding("; ".join(problems) or said, largest, bound if errors else None, not problems)
+    return CaseFinding("; ".join(problems) or said, largest, bound if errors else None, not problems)
 
 
 def require_finite(value: Any, name: str = "result") -> None:
@@ -212,7 +212,7 @@ def count(number: int, noun: str, plural: str = "s") -> str:
     return f"{number or 'no'} {noun}{plural if number != 1 else ''}"
 
 
-def examine(study: Study, bound: float = BOUND, degenerate: bool = False) -> Finding:
+def examine(study: Study, bound: float = BOUND, degenerate: bool = False) -> CaseFinding:
     """Compare a study with 40-digit arithmetic: the motions of its design point, rows of its branches, critical points.
 
     Parameters
@@ -235,7 +235,7 @@ def examine(study: Study, bound: float = BOUND, degenerate: bool = False) -> Fin
     return combined(findings, bound=bound)
 
 
-def _examine_design(study: Study, degenerate: bool) -> Finding:
+def _examine_design(study: Study, degenerate: bool) -> CaseFinding:
     """The motions of the design point: their numbers, that none is missing, and the alert where none is stable."""
     design = study.solution.design
     assert design is not None
@@ -245,10 +245,10 @@ def _examine_design(study: Study, degenerate: bool) -> Finding:
     if not motions.stable.any() and AlertCode.DESIGN_NOT_STABLE not in {alert.code for alert in study.alerts}:
         problems.append("no alert says that there is no stable motion")
     text = "; ".join(problems) or count(len(motions), "motion")
-    return Finding(text, max(errors, default=0.0), BOUND, not problems)
+    return CaseFinding(text, max(errors, default=0.0), BOUND, not problems)
 
 
-def _examine_branches(study: Study) -> Finding:
+def _examine_branches(study: Study) -> CaseFinding:
     """Some rows of each branch, and the alert where none is stable."""
     solution = study.solution
     assert solution.sweep is not None
@@ -259,11 +259,11 @@ def _examine_branches(study: Study) -> Finding:
         rows = rng.permutation(inner)[:ROWS]
         errors += motion_errors(branch.motions, rows, solution.device, solution.sweep.parameter, near=True)
     if not solution.stable_ranges and AlertCode.NO_STABLE_MOTION not in {alert.code for alert in study.alerts}:
-        return Finding("no alert says that the sweep has no stable motion", max(errors), BOUND, right=False)
-    return Finding(count(len(solution.branches), "branch", "es"), max(errors), BOUND)
+        return CaseFinding("no alert says that the sweep has no stable motion", max(errors), BOUND, right=False)
+    return CaseFinding(count(len(solution.branches), "branch", "es"), max(errors), BOUND)
 
 
-def _examine_points(study: Study) -> list[Finding]:
+def _examine_points(study: Study) -> list[CaseFinding]:
     """The critical points, each against the bound that is stated of it."""
     solution, errors, problems = study.solution, [0.0], []
     assert solution.sweep is not None
@@ -271,9 +271,9 @@ def _examine_points(study: Study) -> list[Finding]:
         error, stated = point_error(point, solution.device, solution.sweep.parameter)
         errors.append(error if stated < BOUND else 0.0)
         if error > max(stated, UNIT):
-            problems.append(Finding(f"{point.label} is off by {error:.1e}, stated {stated:.1e}", right=False))
+            problems.append(CaseFinding(f"{point.label} is off by {error:.1e}, stated {stated:.1e}", right=False))
     labels = " ".join(point.label for point in solution.critical_points)
-    return [Finding(labels or "no critical point", max(errors), BOUND), *problems]
+    return [CaseFinding(labels or "no critical point", max(errors), BOUND), *problems]
 
 
 def motion_errors(

@@ -18,7 +18,7 @@ from vireport.extremes.judge import (
     SEED,
     UNIT,
     Case,
-    Finding,
+    CaseFinding,
     NotThereError,
     count,
     examine,
@@ -175,10 +175,10 @@ def _surface_at(harvester: Harvester, u: float) -> Orbits:
     return orbits(np.full(len(phase), u), phase, float(harvester.device.restitution), harvester.device.period_ratio)
 
 
-def _check_surface(harvester: Harvester, solutions: Orbits) -> Finding:
+def _check_surface(harvester: Harvester, solutions: Orbits) -> CaseFinding:
     require_finite(solutions)
     if abs(solutions.u[0]) == 0.5:
-        return Finding(f"d = {np.abs(solutions.d).max():.1e}", float(np.abs(solutions.d).max()), 10 * UNIT)
+        return CaseFinding(f"d = {np.abs(solutions.d).max():.1e}", float(np.abs(solutions.d).max()), 10 * UNIT)
     r, n, errors = exact.mpf(harvester.device.restitution), harvester.device.period_ratio, [0.0]
     with exact.precise():
         for row in zip(solutions.u, solutions.phi, solutions.velocity_bottom, solutions.gbar, solutions.d, strict=True):
@@ -188,7 +188,7 @@ def _check_surface(harvester: Harvester, solutions: Orbits) -> Finding:
             errors += [float(abs(a - b) / scale) for a, b in zip(given, solved, strict=True)]
     real = (solutions.velocity_bottom > 0) & (solutions.velocity_top < 0) & (solutions.d > 0)
     text = f"{count(len(solutions.phi), 'solution')}, {count(int(real.sum()), 'motion')}"
-    return Finding(text, max(errors), BOUND)
+    return CaseFinding(text, max(errors), BOUND)
 
 
 def _sweeps(harvester: Harvester) -> Iterator[Case]:
@@ -230,15 +230,15 @@ def _million(harvester: Harvester) -> Motions:
     return motions_of(curve.sweep, curve.level, orbit)
 
 
-def _check_million(device: Device, motions: Motions) -> Finding:
+def _check_million(device: Device, motions: Motions) -> CaseFinding:
     """Some of them compared, chosen at random."""
     real = np.flatnonzero((motions.velocity_bottom > 0) & (motions.velocity_top < 0))
     rows = np.random.default_rng(SEED).choice(real, ROWS * 8, replace=False)
     text = f"{len(motions):,} motions, {int(motions.admissible[real].sum()):,} admissible"
-    return Finding(text, max(motion_errors(motions, rows, device, Parameter.LENGTH, near=True)), BOUND)
+    return CaseFinding(text, max(motion_errors(motions, rows, device, Parameter.LENGTH, near=True)), BOUND)
 
 
-def _check_empty(study: Study) -> Finding:
+def _check_empty(study: Study) -> CaseFinding:
     judged = examine(study)
     return replace(judged, right=judged.right and not study.solution.branches)
 
@@ -264,16 +264,16 @@ def _membrane(harvester: Harvester) -> Iterator[Case]:
     yield Case(group, "a run with deflections over Rc", "an alert with the depth", harvester.over, check)
 
 
-def _check_volts(harvester: Harvester, speed: float, answer: Voltages) -> Finding:
+def _check_volts(harvester: Harvester, speed: float, answer: Voltages) -> CaseFinding:
     require_finite(answer)
     pairs = zip((answer.deflection_m[0], answer.average_v[0]), exact.voltage(speed, harvester.membrane), strict=True)
     errors = [0.0 if b < NO_LIFT and a < NO_LIFT else float(abs(a - b) / abs(b)) for a, b in pairs]
-    return Finding(f"{answer.deflection_m[0]:.4g} m, {answer.average_v[0]:.4g} V", max(errors), BOUND)
+    return CaseFinding(f"{answer.deflection_m[0]:.4g} m, {answer.average_v[0]:.4g} V", max(errors), BOUND)
 
 
-def _check_too_deep(harvester: Harvester, study: Study) -> Finding:
+def _check_too_deep(harvester: Harvester, study: Study) -> CaseFinding:
     """The deepest admissible impact of a run, and the alert where that is deeper than the membrane is wide."""
     deepest = study.solution.deepest_m
     alert = next((alert for alert in study.alerts if alert.code is AlertCode.OUTSIDE_MEMBRANE_GEOMETRY), None)
     text = alert.cause.split(". ")[0] if alert else f"no alert at {deepest:.3g} m"
-    return Finding(text, right=(alert is not None) == (deepest > harvester.membrane.active_radius_m))
+    return CaseFinding(text, right=(alert is not None) == (deepest > harvester.membrane.active_radius_m))

@@ -14,7 +14,7 @@ from vireport.extremes.harvester import Harvester
 from vireport.extremes.judge import (
     UNIT,
     Case,
-    Finding,
+    CaseFinding,
     NotThereError,
     count,
     require_finite,
@@ -97,7 +97,7 @@ def simulation_cases(harvester: Harvester) -> Iterator[Case]:
     (d, gbar), r = harvester.groups, float(harvester.device.restitution)
     slight, bouncing = min(gbar, 0.5), min(max(r, 0.1), 0.9)
 
-    def case(name: str, expected: str, answer: Callable[[], Any], check: Callable[[Any], Finding]) -> Case:
+    def case(name: str, expected: str, answer: Callable[[], Any], check: Callable[[Any], CaseFinding]) -> Case:
         return Case("simulation", name, expected, answer, check, needs="numba")
 
     def follows(name: str, expected: str, model: Model, start: Start, impacts: int, check: Any) -> Case:
@@ -176,29 +176,29 @@ def _exact_flight(model: Model, start: Impact, row: Any) -> tuple[float, bool]:
     return float(error), inside
 
 
-def _check_flight(model: Model, start: Impact, answer: Rows) -> Finding:
+def _check_flight(model: Model, start: Impact, answer: Rows) -> CaseFinding:
     rows, summary = answer
     rebound = model[2] * start.velocity
     if not summary[0]:
-        return Finding("no further impact: the ball stays on the membrane", right=model[1] >= 1)
+        return CaseFinding("no further impact: the ball stays on the membrane", right=model[1] >= 1)
     row = rows[-1]
     if rebound == 0 and model[1] + np.cos(start.phase) > 0:
-        return Finding(f"held until the membrane lets it go, then {row[FLIGHT]:.3g} t_c of flight")
+        return CaseFinding(f"held until the membrane lets it go, then {row[FLIGHT]:.3g} t_c of flight")
     if row[FLIGHT] == 0:
-        return Finding("the impact follows at once", right=False)
+        return CaseFinding("the impact follows at once", right=False)
     error, first = _exact_flight(model, start, row)
     where, rest = "top" if row[WALL] == TOP else "bottom", ", from rest" if rebound == 0 else ""
     text = f"{where} after {row[FLIGHT]:.6g} t_c at {row[VELOCITY]:.6g} y_c{rest}"
-    return Finding(text if first else f"{text}, but an earlier impact was missed", error, FLIGHT_BOUND, first)
+    return CaseFinding(text if first else f"{text}, but an earlier impact was missed", error, FLIGHT_BOUND, first)
 
 
-def _check_settling(gbar: float, answer: Rows) -> Finding:
+def _check_settling(gbar: float, answer: Rows) -> CaseFinding:
     start = answer[0][0]
     with exact.precise():
         release = (exact.mp.acos(-exact.mpf(gbar)) - exact.mpf(PRESSING)) / exact.mp.pi
         error = float(abs(start[SETTLING] + start[RIDING] - release) / release)
     text = f"settled in {start[SETTLING]:.1e}, rode {start[RIDING]:.6g} t_c"
-    return Finding(text, error, FLIGHT_BOUND, start[SETTLING] < 1e-290)
+    return CaseFinding(text, error, FLIGHT_BOUND, start[SETTLING] < 1e-290)
 
 
 def _apex(gbar: float, gap: float) -> tuple[Rows, float, float]:
@@ -218,15 +218,15 @@ def _apex(gbar: float, gap: float) -> tuple[Rows, float, float]:
     return _followed((d, gbar, 0.5), InFlight(0.0, velocity, phase), 1), float(time), beyond
 
 
-def _check_apex(answer: tuple[Rows, float, float]) -> Finding:
+def _check_apex(answer: tuple[Rows, float, float]) -> CaseFinding:
     (rows, summary), time, beyond = answer
     row = rows[-1]
     met = bool(summary[0]) and row[WALL] == TOP and abs(row[FLIGHT] - time) < 10 * APEX_BOUND
     right = met == (beyond >= 0) or abs(beyond) < UNIT
     text = f"apex {beyond:+.1e} beyond it, {'met' if met else 'not met'}"
     if not met:
-        return Finding(text, right=right)
-    return Finding(f"{text} at {abs(row[VELOCITY]):.1e} y_c", abs(float(row[FLIGHT]) - time), APEX_BOUND, right)
+        return CaseFinding(text, right=right)
+    return CaseFinding(f"{text} at {abs(row[VELOCITY]):.1e} y_c", abs(float(row[FLIGHT]) - time), APEX_BOUND, right)
 
 
 def _hops(model: Model, velocity: float, phase: float) -> Any:
@@ -283,25 +283,25 @@ def _chatter(model: Model, left: float) -> Chatter:
     return _followed(model, Impact(BOTTOM, low, phase), 400)[0], low, phase
 
 
-def _check_chatter(model: Model, left: float, answer: Chatter) -> Finding:
+def _check_chatter(model: Model, left: float, answer: Chatter) -> CaseFinding:
     rows, velocity, phase = answer
     held = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
     if not held.size:
-        return Finding("the ball never settled", right=False)
+        return CaseFinding("the ball never settled", right=False)
     exact, hops = _hops(model, velocity, phase), int(held[0])
     settled = float(rows[1 : hops + 1, FLIGHT].sum() + rows[hops, SETTLING])
     # The nearer the release, the more a rounding of the phase changes the rest of the hops: each hop may make one.
     rounded = _hops(model, velocity, float(np.nextafter(phase, 0)))
     condition = abs(float(rounded - exact)) if rounded is not None else 1.0
     text = f"settled after {hops} hops and {settled:.9g} t_c, {left - settled:.2g} before the release"
-    return Finding(text, abs(settled - float(exact)), SETTLING_BOUND + 2 * hops * condition)
+    return CaseFinding(text, abs(settled - float(exact)), SETTLING_BOUND + 2 * hops * condition)
 
 
-def _check_end(expected: int, answer: Rows) -> Finding:
+def _check_end(expected: int, answer: Rows) -> CaseFinding:
     """Whether the trajectory ends as it must, a count known beforehand."""
     impacts, end = int(answer[1][0]), int(answer[1][2])
     words = {REST: "at rest", FREE: "in flight for ever", RUNNING: f"{count(impacts, 'impact')}, in motion"}
-    return Finding(words[end], right=end == expected)
+    return CaseFinding(words[end], right=end == expected)
 
 
 def _many_impacts(model: Model) -> Rows:
@@ -312,7 +312,7 @@ def _many_impacts(model: Model) -> Rows:
     return rows, summary[0]
 
 
-def _check_many(model: Model, answer: Rows) -> Finding:
+def _check_many(model: Model, answer: Rows) -> CaseFinding:
     """Of the last flights, the residual of (2.12) in 40 digits."""
     rows, summary = answer
     if summary[2] != RUNNING:
@@ -328,4 +328,4 @@ def _check_many(model: Model, answer: Rows) -> Finding:
             off = abs(turned - exact.mp.nint(turned))
             worst = max(worst, float(abs(z - after[WALL] * d / 2)), float(abs(rate - after[VELOCITY])), float(off))
     inside = bool((np.sign(rows[1:, VELOCITY]) == rows[1:, WALL]).all())
-    return Finding(f"{int(summary[0]):,} impacts", worst, RESIDUAL_BOUND, inside)
+    return CaseFinding(f"{int(summary[0]):,} impacts", worst, RESIDUAL_BOUND, inside)

@@ -1,25 +1,22 @@
 """Every figure of a study, drawn from its numbers, with caption and alternative text."""
 
-from vireport.figures.atlas import COLORS
-from vireport.figures.captions import ABOUT, OUTSIDE, TITLES, alt_text, held, held_by, swept_range
+from vireport.figures.captions import OUTSIDE, about, alt_text, held, held_by, shown_along, swept_range, title_of
 from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.live import live_data
-from vireport.figures.overlay import overlay
+from vireport.figures.overlay import SCENARIO_COLORS, overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, figure_css, literal, png_of, style
 from vireport.figures.sweeps import Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 __all__ = [
-    "ABOUT",
-    "COLORS",
     "DOTTED",
     "HALO",
     "LOCI",
     "OUTSIDE",
-    "TITLES",
+    "SCENARIO_COLORS",
     "Color",
     "Drawing",
     "Entry",
@@ -27,6 +24,7 @@ __all__ = [
     "Look",
     "PairedImpacts",
     "Picture",
+    "about",
     "alt_text",
     "blank",
     "drawing_of",
@@ -47,8 +45,10 @@ __all__ = [
     "portraits_picture",
     "prefix",
     "round_ticks",
+    "shown_along",
     "simulated_points",
     "style",
     "sweep_figure",
     "swept_range",
+    "title_of",
 ]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from itertools import zip_longest
 from math import ceil
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,6 +28,7 @@ from vireport.checks import (
     seconds,
     task_name,
 )
+from vireport.figures.captions import pictured
 from vireport.figures.layout import (
     Entry,
     blank,
@@ -44,7 +47,6 @@ from vireport.figures.style import (
 )
 from vireport.membranes import factor_text
 from vireport.study import Task
-from vireport.text import significant
 
 LOOKS: dict[str, Look] = {
     CLOSED: {"color": Color.VERMILION, "marker": "*", "markersize": 8.0, "linestyle": "-", "linewidth": 1.8},
@@ -106,45 +108,35 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
         return finished(figure, HEIGHT * rows, [(headline(work), Color.BLACK)], [legend])
 
 
-def picture(work: WorkPrecision) -> Picture:
+def picture(work: WorkPrecision, templates: Path | None = None) -> Picture:
     """The work-precision diagram with its words."""
-    return Picture(Task.FIGURE_ACCURACY, "Error against run time", caption(work), alt_text(work), figure_accuracy(work))
+    return pictured(Task.FIGURE_ACCURACY, shown_errors(work, templates), figure_accuracy(work), templates)
+
+
+def shown_errors(work: WorkPrecision, templates: Path | None = None) -> dict[str, Any]:
+    """What the diagram shows, for its words: its panels, and the time to an accuracy and the least error of methods."""
+    methods = []
+    for name in NAMES:
+        reached = []
+        for task in work.tasks:
+            best = work.best(name, task, ACCURACIES[0])
+            good = [run.error for run in work.runs if (run.method, run.task) == (name, task) and not run.failed]
+            if good:
+                reached.append((task_name(work, task, templates), seconds(best.seconds) if best else "", min(good)))
+        if reached:
+            methods.append((name, reached))
+    return {
+        "panels": [(letter_of(k), _error_of(work, quantity.key)) for k, quantity in enumerate(work.quantities)],
+        "smallest": power(SMALLEST),
+        "accuracy": power(ACCURACIES[0]),
+        "methods": methods,
+    }
 
 
 def headline(work: WorkPrecision) -> str:
     """What the times are of."""
     m = work.machine
     return f"Median time of one solution; {m.processor}, {m.python}"
-
-
-def caption(work: WorkPrecision) -> str:
-    """The caption: what is drawn and how."""
-    what = ", ".join(f"({letter_of(k)}) {_error_of(work, quantity.key)}" for k, quantity in enumerate(work.quantities))
-    return (
-        f"Error against 40-digit arithmetic over the time of one solution: {what}; down and to the left is better. "
-        "Bars are quartiles of the time, open markers at the top runs that failed, and an error below "
-        f"{power(SMALLEST)} is drawn as that."
-    )
-
-
-def alt_text(work: WorkPrecision) -> str:
-    """A description for those who do not see it."""
-    sentences = []
-    for name in NAMES:
-        parts = []
-        for task in work.tasks:
-            best = work.best(name, task, ACCURACIES[0])
-            good = [run for run in work.runs if (run.method, run.task) == (name, task) and not run.failed]
-            if good:
-                least = significant(min(run.error for run in good), 2)
-                reach = (
-                    f"{seconds(best.seconds)} to {power(ACCURACIES[0])}" if best else f"not to {power(ACCURACIES[0])}"
-                )
-                parts.append(f"{task_name(work, task)} {reach}, least error {least}")
-        if parts:
-            sentences.append(f"{name}: {'; '.join(parts)}.")
-    count = len(work.quantities)
-    return f"{count} line charts of error over run time, both logarithmic. {' '.join(sentences)}"
 
 
 def _draw(axes: Axes, runs: list[MethodRun], key: str) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from vireport.figures.captions import OUTSIDE, conditions
+from vireport.figures.captions import OUTSIDE, conditions, held, pictured
 from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
@@ -38,15 +39,12 @@ from vireport.motions import (
 )
 from vireport.physics import Membrane
 from vireport.study import Study, Task
-from vireport.text import PREFIXES, capital, quantity
-
-TITLE = "Motions of all impact sequences"
-LADDER_TITLE = "Voltage and impacts of each impact sequence"
+from vireport.text import PREFIXES, capital
 
 HEIGHT, RUNG_HEIGHT = 4.6, 2.0
 """Heights of the atlas with its axes, and of a panel of the ladder with its letter [in]."""
 
-COLORS = (
+WORD_COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
     *(Color.ORANGE, Color.SKY, Color.BLACK),
 )
@@ -74,7 +72,7 @@ MINOR: Look = {"markersize": 1.6, "zorder": 2.5}
 SIMULATED: Look = {"linestyle": "none", "marker": "o", "markersize": 5.0, "color": Color.LIGHT, "zorder": 2.0}
 
 
-def picture(study: Study, atlas: Atlas) -> Picture:
+def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Picture:
     """Velocities of all impacts of the families, stable and unstable, with their vertices; simulated ones beneath."""
     axis, looks = sweep_axis(atlas.sweep), _looks(atlas)
     simulated = list(_simulated(study, axis))
@@ -91,10 +89,19 @@ def picture(study: Study, atlas: Atlas) -> Picture:
         notes: list[Entry] = [("families meet", VERTEX), *([("simulation", SIMULATED)] if simulated else [])]
         legends = _legends(looks, atlas, notes)
         drawn = finished(figure, HEIGHT, [(conditions(study), Color.BLACK)], legends, [(axes, labels)])
-    return Picture(Task.FIGURE_ATLAS, TITLE, _caption(study), _alt(atlas), drawn)
+    words = {family.word.letters for family in atlas.families if family.stable_runs}
+    shown = {
+        "held": held(study),
+        "swept": atlas.sweep.parameter,
+        "simulated": study.crosscheck is not None,
+        "families": len(atlas.families),
+        "vertices": len(atlas.vertices),
+        "stable": sorted(words, key=lambda word: (len(word), word)),
+    }
+    return pictured(Task.FIGURE_ATLAS, shown, drawn, templates)
 
 
-def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane) -> Picture:
+def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Path | None = None) -> Picture:
     """Mean voltage of the impacts, voltage per second and impacts per second of the families along the sweep."""
     axis, looks = sweep_axis(atlas.sweep), _looks(atlas)
     volts = [generation(family, membrane) for family in atlas.families]
@@ -119,16 +126,9 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane) -> Picture:
         height = RUNG_HEIGHT * len(rows) + AXES_HEIGHT
         head = [(conditions(study), Color.BLACK), *outside]
         drawn = finished(figure, height, head, _legends(looks, atlas, []))
-    caption = (
-        "U_ave, the mean over the impacts of the voltage U_imp − U_in, its sum over the impacts of a second, and the "
-        f"number of these, by the word of the motion. {conditions(study)}."
-    )
-    best = ladder(atlas, membrane)[:1]
-    most = "".join(
-        f" {rung.word.letters} generates most, up to {quantity(rung.per_second_v, 'V', 4)}/s." for rung in best
-    )
-    alt = f"Three line charts of voltage and impacts over the {atlas.sweep.parameter.quantity}.{most}"
-    return Picture(Task.FIGURE_LADDER, LADDER_TITLE, caption, alt, drawn)
+    best = next(iter(ladder(atlas, membrane)), None)
+    shown = {"held": held(study), "swept": atlas.sweep.parameter, "best": best}
+    return pictured(Task.FIGURE_LADDER, shown, drawn, templates)
 
 
 def _looks(atlas: Atlas) -> dict[str, Look]:
@@ -139,7 +139,10 @@ def _looks(atlas: Atlas) -> dict[str, Look]:
     most = max(min(len(stable), MOST_LOOKS), len(SHAPES))  # so that no two grey ones have the same marker
     ordered = sorted(words, key=lambda word: (word not in stable, len(word), word))[:most]
     return {
-        word: {"color": COLORS[k % len(COLORS)] if word in stable else Color.GREY, "marker": SHAPES[k % len(SHAPES)]}
+        word: {
+            "color": WORD_COLORS[k % len(WORD_COLORS)] if word in stable else Color.GREY,
+            "marker": SHAPES[k % len(SHAPES)],
+        }
         for k, word in enumerate(ordered)
     }
 
@@ -208,19 +211,3 @@ def _legends(looks: dict[str, Look], atlas: Atlas, notes: list[Entry]) -> list[l
         words.append((OTHER, UNSTABLE | {"color": Color.GREY, "linestyle": "-"}))
     grey = {"color": Color.GREY}
     return [words, [("stable", STABLE | grey), ("unstable", UNSTABLE | grey), *notes]]
-
-
-def _caption(study: Study) -> str:
-    simulated = "; light discs: periodic motions that the simulation found" if study.crosscheck is not None else ""
-    return (
-        "Velocity |Ż| of every impact of the admissible motions, by the word of their impacts on the bottom (B) and on "
-        "the top (T). Letters, where stable motion begins, ends or changes: B, period doubling; C, fold or pitchfork; "
-        f"G, grazing, where an impact without velocity comes or goes{simulated}; {conditions(study)}."
-    )
-
-
-def _alt(atlas: Atlas) -> str:
-    stable = sorted({family.word.letters for family in atlas.families if family.stable_runs}, key=lambda w: (len(w), w))
-    words = f"stable motions are {', '.join(stable)}" if stable else "none is stable"
-    counts = f"{len(atlas.families)} families that meet at {len(atlas.vertices)} points; {words}."
-    return f"Line chart of impact velocities over the {atlas.sweep.parameter.quantity}. {counts}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
 
-from vireport.figures.captions import DIGITS, held
+from vireport.figures.captions import DIGITS, held, pictured
 from vireport.figures.curves import DrawnCurve
 from vireport.figures.layout import (
     Entry,
@@ -43,8 +44,6 @@ from vireport.scenario import Parameter
 from vireport.study import Study, Task
 from vireport.text import exact, scaled
 
-TITLE = "The device and its motion"
-
 HEIGHT = 2.9
 """Height of the panels with their ticks and labels [in]."""
 
@@ -63,18 +62,15 @@ WALL: Look = {"color": Color.BLACK, "linewidth": 1.4}
 ARROW = {"arrowstyle": "<->", "color": Color.BLACK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
 
 
-def picture(study: Study) -> Picture:
+def picture(study: Study, templates: Path | None = None) -> Picture:
     """The figure with its words."""
-    motion, dimensions = shown_motion(study), dict.fromkeys([*held(study), *_masses(study)])
-    caption = "The capsule with the ball between its membranes, not to scale across"
-    alt = f"Sketch of a capsule with a ball between two membranes: {', '.join(dimensions)}."
+    motion = shown_motion(study)
+    shown = {"dimensions": list(dict.fromkeys([*held(study), *_masses(study)])), "motion": "", "other": False}
     if motion is not None:
-        words, (time, distance) = motion
-        caption += f", and the distance of the ball from the bottom membrane in one period: {words}"
-        shares = dict.fromkeys(exact(float(f"{at / time[-1]:.3g}")) for at in time[distance > 1 - AT_WALL])
-        meets = f"meets the top after {' and '.join(shares)} of it" if shares else "does not meet the top"
-        alt += f" Line chart of the ball's distance from the bottom over one period: it {meets}."
-    return Picture(Task.FIGURE_DEVICE, TITLE, f"{caption}.", alt, figure_device(study))
+        words, other, (time, distance) = motion
+        shares = dict.fromkeys(float(f"{at / time[-1]:.3g}") for at in time[distance > 1 - AT_WALL])
+        shown |= {"motion": words, "other": other, "at_top": list(shares)}
+    return pictured(Task.FIGURE_DEVICE, shown, figure_device(study), templates)
 
 
 def figure_device(study: Study) -> Figure:
@@ -85,13 +81,13 @@ def figure_device(study: Study) -> Figure:
         _sketch(panels[0, 0], study)
         legend: list[Entry] = []
         if motion is not None:
-            _path(panels[0, 1], study, motion[1])
+            _path(panels[0, 1], study, motion[2])
             legend = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT), ("ball", BALL)]
         return finished(figure, HEIGHT, [(", ".join(_masses(study)), Color.BLACK)], [legend])
 
 
-def shown_motion(study: Study) -> tuple[str, DrawnCurve] | None:
-    """The motion at the design point that is shown, in words, and its path.
+def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
+    """The motion at the design point that is shown: its type or word, whether it is no 1:1 motion, and its path.
 
     It is a stable 1:1 motion if there is one, else a stable motion with other impacts, else an unstable 1:1 motion.
     """
@@ -106,11 +102,11 @@ def shown_motion(study: Study) -> tuple[str, DrawnCurve] | None:
         _, motion = others[0]
         whole = portrait_of(Model(atlas.sweep.level, float(atlas.sweep.device.restitution)), motion, "")
         word = motion.word.letters
-        return f"the stable motion {word}", (periods(whole.time), 0.5 - whole.position / whole.d)
+        return word, True, (periods(whole.time), 0.5 - whole.position / whole.d)
     if not motions.admissible.any():
         return None
     row = int(np.argmax(motions.admissible * (1 + motions.stable)))  # the first of those that rank highest
-    return motions.words[row], path(motions, row, study.solution.device.period_ratio)
+    return motions.words[row], False, path(motions, row, study.solution.device.period_ratio)
 
 
 def path(motions: Motions, row: int, period_ratio: int) -> DrawnCurve:

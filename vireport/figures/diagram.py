@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vireport.figures.captions import conditions
+from vireport.figures.captions import conditions, held, pictured
 from vireport.figures.curves import (
     DrawnCurve,
     Floats,
@@ -38,12 +39,9 @@ from vireport.figures.style import (
 from vireport.figures.sweeps import NO_MOTION, Drawing, drawing_of
 from vireport.simulation import Outcome
 from vireport.study import Study, Task
-from vireport.text import significant
 
 if TYPE_CHECKING:
     from vireport.simulation import Diagram
-
-TITLE = "Bifurcation diagram by simulation"
 
 WITHOUT_IMPACTS = Outcome.REST, Outcome.FREE
 """Ways to end of which a diagram shows nothing."""
@@ -169,29 +167,16 @@ def _values(diagram: Diagram, group: Group) -> NDArray[np.int64]:
     return np.unique(diagram.index[group[1]])
 
 
-def picture(study: Study, diagram: Diagram, values: Floats, d: Floats) -> Picture:
+def picture(study: Study, diagram: Diagram, values: Floats, d: Floats, templates: Path | None = None) -> Picture:
     """The diagram with its words; a table has at how many values each motion was found."""
-    about = (
-        "Velocity |Ż| of every impact of the motions that the simulation ends on, by the word of the motion: B and T "
-        "are impacts on the bottom (filled) and on the top (open), ~ chatter that ends in sticking"
-    )
-    caption = f"{about}; {conditions(study)}. {len(values)} values of the swept parameter were simulated."
-    swept, found = study.solution.parameter.quantity, _found(study, diagram, values)
-    alt = f"Scatter chart of impact velocities over the {swept}, by simulation. {found}"
-    return Picture(Task.FIGURE_DIAGRAM, TITLE, caption, alt, figure_diagram(study, diagram, values, d))
-
-
-def _found(study: Study, diagram: Diagram, values: Floats) -> str:
-    """At how many values each motion was found, and where."""
-    if not len(diagram.index):
-        return "No motion was found that has impacts."
-    swept, where = study.solution.parameter, []
-    for group in groups(diagram):
-        at = values[_values(diagram, group)]
-        low, high = (significant(float(end), 4) for end in (at.min(), at.max()))
-        span = swept.with_unit(high) if low == high else f"{low} to {swept.with_unit(high)}"
-        where.append(f"{group[0]} at {len(at)} ({swept.symbol} = {span})")
-    still = [label for label in diagram.labels if label in WITHOUT_IMPACTS]
-    if still:
-        where.append(f"from some starts the ball ends {', or '.join(still)}, which has no impacts")
-    return f"Motions at {len(values)} value{'s' * (len(values) != 1)}: {'; '.join(where)}."
+    ends = [(group[0], values[_values(diagram, group)]) for group in groups(diagram)] if len(diagram.index) else []
+    shown = {
+        "held": held(study),
+        "swept": study.solution.parameter,
+        "simulated": len(values),
+        "groups": [
+            {"word": word, "found": len(at), "low": float(at.min()), "high": float(at.max())} for word, at in ends
+        ],
+        "still": [label for label in diagram.labels if label in WITHOUT_IMPACTS],
+    }
+    return pictured(Task.FIGURE_DIAGRAM, shown, figure_diagram(study, diagram, values, d), templates)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from vireport.figures.captions import conditions
+from vireport.checks import Hysteresis
+from vireport.figures.captions import conditions, held, pictured
 from vireport.figures.curves import DrawnCurve, joined
 from vireport.figures.diagram import one_to_one
 from vireport.figures.labels import Label
@@ -32,11 +33,6 @@ from vireport.simulation import Course, Jump
 from vireport.study import Study, Task
 from vireport.text import significant
 
-if TYPE_CHECKING:
-    from vireport.checks import Hysteresis
-
-TITLE = "Motions of a slow sweep"
-
 HEIGHT = 3.8
 """Height of the panel [in]."""
 
@@ -56,7 +52,7 @@ ENOUGH = 6
 """Significant digits of the value at a jump."""
 
 
-def picture(study: Study, slowly: Hysteresis) -> Picture:
+def picture(study: Study, slowly: Hysteresis, templates: Path | None = None) -> Picture:
     """Velocities of all impacts met on the way up and on the way down, over the stable motions that are known."""
     drawing, labels, names = drawing_of(study), [], {Direction.UP: "upwards", Direction.DOWN: "downwards"}
     known = _stable(drawing)
@@ -77,13 +73,13 @@ def picture(study: Study, slowly: Hysteresis) -> Picture:
         notes: list[Entry] = [("stable motion, analytic", STABLE)] if known else []
         heading, legends = [(conditions(study), Color.BLACK)], [[*ways, *notes]]
         drawn = finished(figure, HEIGHT + AXES_HEIGHT, heading, legends, [(axes, labels)])
-    counts = _counts(study, slowly)
-    caption = (
-        "Velocity |Ż| of every impact where each value starts from the state that the last one ended in; dashed: jumps "
-        f"to another motion; light bands: hysteresis; {conditions(study)}. {counts}"
-    )
-    alt = f"Scatter chart of impact velocities over the {study.solution.parameter.quantity}. {counts}"
-    return Picture(Task.FIGURE_HYSTERESIS, TITLE, caption, alt, drawn)
+    shown = {
+        "held": held(study),
+        "swept": study.solution.parameter,
+        "jumps": sum(len(course.jumps) for course in slowly.courses.values()),
+        "loops": slowly.loops,
+    }
+    return pictured(Task.FIGURE_HYSTERESIS, shown, drawn, templates)
 
 
 def _stable(drawing: Drawing) -> list[DrawnCurve]:
@@ -115,13 +111,3 @@ def _jump(axes: Axes, axis: SweepAxis, jump: Jump, look: Look) -> Label:
     axes.plot([at, at], [low, high], **(JUMP | {"color": look["color"], "marker": look["marker"], "markersize": 4.0}))
     y = np.linspace(high, low, 24)[1:-1]
     return Label(significant(jump.value, ENOUGH), np.full(len(y), at), y, TEXT - 1.5, look["color"])
-
-
-def _counts(study: Study, slowly: Hysteresis) -> str:
-    """How many jumps there are, and where the direction matters."""
-    swept, jumps = study.solution.parameter, sum(len(course.jumps) for course in slowly.courses.values())
-    loops = [
-        f"{swept.symbol} = {significant(x.low, 5)} to {swept.with_unit(significant(x.high, 5))}" for x in slowly.loops
-    ]
-    where = f"the motion depends on the direction at {'; '.join(loops)}" if loops else ""
-    return f"{jumps or 'No'} jump{'s' * (jumps != 1)}{f'; {where}' if where else ''}."

@@ -10,10 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from vireport.figures.captions import TITLES
 from vireport.figures.curves import Floats
 from vireport.figures.style import Picture
-from vireport.figures.sweeps import Drawing, drawing_of, panel_curves
+from vireport.figures.sweeps import HEIGHTS, Drawing, drawing_of, panel_curves
 from vireport.motions import Branch, eigenvalues
 from vireport.physics import Device
 from vireport.scenario import Parameter
@@ -52,7 +51,7 @@ def live_data(study: Study, pictures: Sequence[Picture]) -> str:
     pictures : sequence of Picture
         Of the study.
     """
-    shown = [picture for picture in pictures if picture.name in TITLES]
+    shown = [picture for picture in pictures if picture.name in HEIGHTS]
     if not shown or not (drawing := drawing_of(study)).parts:
         return ""
     device, swept = study.solution.device, study.solution.parameter

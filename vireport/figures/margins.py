@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from matplotlib.figure import Figure
 
 from vireport.design import Margin
+from vireport.figures.captions import pictured
 from vireport.figures.layout import blank, finished
 from vireport.figures.style import (
     GUIDE,
@@ -14,9 +17,6 @@ from vireport.figures.style import (
 )
 from vireport.scenario import DesignInput
 from vireport.study import Study, Task
-from vireport.text import significant
-
-TITLE = "What moves the nearest end of stable motion"
 
 BAR_HEIGHT, ROOM = 0.32, 0.75
 """Heights of each bar with its gap, and of the axis with its label [in]."""
@@ -36,22 +36,14 @@ def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figu
         return finished(figure, height, [], [])
 
 
-def picture(study: Study) -> Picture | None:
+def picture(study: Study, templates: Path | None = None) -> Picture | None:
     """The figure with its words; None where stable motion ends nowhere, or nothing moves its end."""
     design = study.solution.design
     end = next(iter(design.endings()), None) if design is not None else None
     shifts = _shifts(study, end) if end is not None else []
     if end is None or not shifts:
         return None
-    parameter = end.parameter
-    caption = (
-        f"The nearest end of stable motion is the {end.name} at {parameter.symbol} = "
-        f"{parameter.show(end.sweep_value)}. The bars are how far it moves, in per cent of that value, if one of the "
-        "other inputs grows by 1 %: exact derivatives at the design point, by the implicit function theorem."
-    )
-    moved = ", ".join(f"{name.quantity} {significant(shift, 3)} %" for name, shift in shifts)
-    alt = f"Bar chart. 1 % more of each input moves the {end.name} in {parameter.quantity} by: {moved}."
-    return Picture(Task.FIGURE_MARGINS, TITLE, caption, alt, figure_margins(end, shifts))
+    return pictured(Task.FIGURE_MARGINS, {"end": end, "shifts": shifts}, figure_margins(end, shifts), templates)
 
 
 def _shifts(study: Study, end: Margin) -> list[tuple[DesignInput, float]]:

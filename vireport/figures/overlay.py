@@ -45,7 +45,7 @@ from vireport.motions import Branch
 from vireport.scenario import Parameter
 from vireport.text import PREFIXES
 
-COLORS = (
+SCENARIO_COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
     *(Color.ORANGE, Color.SKY, Color.BLACK, Color.GREY),
 )
@@ -70,11 +70,11 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
     Parameters
     ----------
     drawings : mapping of str to Drawing
-        By the names of the scenarios; as many as `COLORS` at most.
+        By the names of the scenarios; as many as `SCENARIO_COLORS` at most.
     along : Parameter or None
         What all sweep; None for d.
     """
-    shown, looks = list(drawings.values()), [{"color": color} for color in COLORS]
+    shown, looks = list(drawings.values()), [{"color": color} for color in SCENARIO_COLORS]
     rows: list[tuple[str, Values]] = [("impact velocity, bottom [m/s]", _speed)]
     volts = [x.average_v for one in shown for part in one.parts if (x := part.branch.voltages) is not None]
     if volts:
@@ -86,7 +86,7 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
         for (label, values), axes in zip(rows, panels[:, 0], strict=True):
             axes.set_ylabel(label)
             curves = [_draw(axes, x, along, values, look) for x, look in zip(shown, looks, strict=False)]
-            numbered = enumerate(zip(curves, COLORS, strict=False), 1)
+            numbered = enumerate(zip(curves, SCENARIO_COLORS, strict=False), 1)
             labels.append((axes, [Label(str(k), x, y, color=color) for k, ((x, y), color) in numbered]))
             fit_vertically([axes])
         _dress(panels[-1, 0], shown, along)

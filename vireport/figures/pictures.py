@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from matplotlib.figure import Figure
 
 from vireport.figures import atlas, device, diagram, hysteresis, margins
-from vireport.figures.captions import (
-    TITLES,
-    alt_text,
-    caption,
-    conditions,
-)
+from vireport.figures.captions import held, pictured, shown_along
 from vireport.figures.curves import PairedImpacts
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture
@@ -19,7 +17,9 @@ from vireport.motions import Atlas, Model
 from vireport.study import Study, Task
 
 
-def pictures(study: Study, simulated: PairedImpacts | None = None) -> tuple[Picture, ...]:
+def pictures(
+    study: Study, simulated: PairedImpacts | None = None, templates: Path | None = None
+) -> tuple[Picture, ...]:
     """Draw the figures that a study's plan runs, in the order of their names.
 
     Parameters
@@ -27,53 +27,54 @@ def pictures(study: Study, simulated: PairedImpacts | None = None) -> tuple[Pict
     study : Study
     simulated : PairedImpacts, optional
         Motions from a simulation, drawn over the analytic ones.
+    templates : Path, optional
+        A folder whose words come before the package's own.
     """
-    drawn = [*_along_sweep(study, simulated), *_simulated(study), *_atlas(study), *_design(study)]
-    drawn += measured_pictures(study)
+    drawn = [*_along_sweep(study, simulated, templates), *_simulated(study, templates), *_atlas(study, templates)]
+    drawn += [*_design(study, templates), *measured_pictures(study, templates)]
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
-def _along_sweep(study: Study, simulated: PairedImpacts | None) -> Iterator[Picture]:
-    draw = {
+def _along_sweep(study: Study, simulated: PairedImpacts | None, templates: Path | None) -> Iterator[Picture]:
+    draw: dict[Task, Callable[[], Figure]] = {
         Task.FIGURE_2: lambda: figure_2(study, simulated),
         Task.FIGURE_4: lambda: figure_4(study),
         Task.FIGURE_7: lambda: figure_7(study, simulated),
     }
-    for name, title in TITLES.items():
+    for name, figure in draw.items():
         if study.plan.runs(name):
-            words = title, caption(study, name, simulated), alt_text(study, name, simulated)
-            yield Picture(name, *words, draw[name]())
+            yield pictured(name, shown_along(study, name, simulated), figure(), templates)
 
 
-def _simulated(study: Study) -> Iterator[Picture]:
+def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:
     """What comes from simulation alone."""
     check = study.crosscheck
     if check is None:
         return
-    held = conditions(study, check.parameter)
+    others = held(study, check.parameter)
     for name, motions in ((Task.FIGURE_3, check.portraits), (Task.FIGURE_6, check.displacements)):
         if study.plan.runs(name):
-            yield portraits_picture(motions, held, name)
+            yield portraits_picture(motions, others, name, templates)
     if study.plan.runs(Task.FIGURE_DIAGRAM) and check.diagram is not None:
-        yield diagram.picture(study, check.diagram, check.values, check.d)
+        yield diagram.picture(study, check.diagram, check.values, check.d, templates)
     if study.plan.runs(Task.FIGURE_HYSTERESIS) and check.hysteresis is not None:
-        yield hysteresis.picture(study, check.hysteresis)
+        yield hysteresis.picture(study, check.hysteresis, templates)
 
 
-def _atlas(study: Study) -> Iterator[Picture]:
+def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:
     """The families of motions of all impact sequences."""
     found, membrane = study.atlas, study.solution.membrane
     if found is None:
         return
     if study.plan.runs(Task.FIGURE_ATLAS):
-        yield atlas.picture(study, found)
+        yield atlas.picture(study, found, templates)
     if study.plan.runs(Task.FIGURE_LADDER) and membrane is not None:
-        yield atlas.ladder_picture(study, found, membrane)
+        yield atlas.ladder_picture(study, found, membrane, templates)
     if study.plan.runs(Task.FIGURE_PORTRAITS) and study.scenario.motions is not None:
-        yield from _named(study, found, study.scenario.motions.portraits)
+        yield from _named(study, found, study.scenario.motions.portraits, templates)
 
 
-def _named(study: Study, found: Atlas, names: tuple[str, ...]) -> Iterator[Picture]:
+def _named(study: Study, found: Atlas, names: tuple[str, ...], templates: Path | None) -> Iterator[Picture]:
     """The motions that a scenario names, as far as there are such."""
     from vireport.atlas import portrait_of
 
@@ -82,25 +83,25 @@ def _named(study: Study, found: Atlas, names: tuple[str, ...]) -> Iterator[Pictu
     chosen = ((f"{name}, {swept.symbol} = {swept.show(at[0])}", at[1]) for name, at in named if at is not None)
     shown = [portrait_of(model, motion, label) for label, motion in chosen]
     if shown:
-        yield portraits_picture(shown, conditions(study))
+        yield portraits_picture(shown, held(study), templates=templates)
 
 
-def _design(study: Study) -> Iterator[Picture]:
+def _design(study: Study, templates: Path | None) -> Iterator[Picture]:
     """The device, and what moves the nearest end of its stable motion."""
     if study.plan.runs(Task.FIGURE_DEVICE):
-        yield device.picture(study)
-    if study.plan.runs(Task.FIGURE_MARGINS) and (drawn := margins.picture(study)) is not None:
+        yield device.picture(study, templates)
+    if study.plan.runs(Task.FIGURE_MARGINS) and (drawn := margins.picture(study, templates)) is not None:
         yield drawn
 
 
-def measured_pictures(study: Study) -> Iterator[Picture]:
+def measured_pictures(study: Study, templates: Path | None = None) -> Iterator[Picture]:
     """Draw what a study has measured, as its plan says: error against run time, and solvers on stiff membranes."""
     work, compliance = study.work, study.compliance
     if study.plan.runs(Task.FIGURE_ACCURACY) and work is not None and work.quantities:
         from vireport.figures import accuracy
 
-        yield accuracy.picture(work)
+        yield accuracy.picture(work, templates)
     if study.plan.runs(Task.FIGURE_STIFFNESS) and compliance is not None and compliance.runs:
         from vireport.figures import stiffness
 
-        yield stiffness.picture(compliance)
+        yield stiffness.picture(compliance, templates)

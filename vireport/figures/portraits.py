@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from vireport.figures.captions import pictured
 from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
@@ -58,9 +60,6 @@ LONGEST_WORD = 14
 DECIMALS = 9
 """Decimals of a multiplier that rounding leaves: at a period doubling or a fold it is 1."""
 
-MOST_SPEEDS = 6
-"""Impact velocities that a caption lists one by one."""
-
 HIGHEST = 7.0
 """Rows of panels together become no higher, if each needs not be lower than `ROW_HEIGHT[0]` [in]."""
 
@@ -86,27 +85,6 @@ BOTTOM_IMPACT: Look = MARK | {"color": Color.BLUE, "marker": "o", "markersize": 
 TOP_IMPACT: Look = MARK | {"color": Color.GREEN, "marker": "^", "markersize": 6.0}
 IMPACTS: list[Entry] = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT)]
 
-TITLES = {
-    Task.FIGURE_3: "Phase portraits and time series, as in the paper's Fig. 3",
-    Task.FIGURE_6: "Displacement of the capsule and the ball, as in the paper's Fig. 6",
-    Task.FIGURE_PORTRAITS: "Portraits of motions",
-}
-
-CHARTS = {
-    Task.FIGURE_3: "phase portrait and time series of {} simulated motion{}",
-    Task.FIGURE_6: "displacement of capsule and ball over time of {} simulated motion{}",
-    Task.FIGURE_PORTRAITS: "phase portrait and path of {} motion{}",
-}
-
-ABOUT = {
-    Task.FIGURE_3: "Simulated motions: relative velocity Ż over relative position Z = X − x (left) and over time "
-    "(right), in units of F/(2 M f) and F/(4 M f²)",
-    Task.FIGURE_6: "Simulated motions: displacement of the capsule\u2019s ends X ± d/2 and of the ball x in units of "
-    "F/(4 M f²), X without drift",
-    Task.FIGURE_PORTRAITS: "Solved motions over their period: relative velocity Ż over relative position Z = X − x "
-    "(left) and the position over time (right), in units of F/(2 M f) and F/(4 M f²)",
-}
-
 
 def figure_3(portraits: Sequence[Portrait], held: str = "") -> Figure:
     """Phase portraits and time series of simulated motions, as in Fig. 3: a row for each.
@@ -125,20 +103,33 @@ def figure_portraits(portraits: Sequence[Portrait], held: str = "") -> Figure:
     return _beside_phase_portraits(portraits, held, _path, "Z [–]")
 
 
-def portraits_picture(portraits: Sequence[Portrait], held: str, name: Task = Task.FIGURE_PORTRAITS) -> Picture:
-    """One of these figures with its words: what is drawn, and which motions; in the caption without their numbers.
+def portraits_picture(
+    portraits: Sequence[Portrait],
+    held: Sequence[str],
+    name: Task = Task.FIGURE_PORTRAITS,
+    templates: Path | None = None,
+) -> Picture:
+    """One of these figures with its words.
 
     Parameters
     ----------
     portraits : sequence of Portrait
-    held : str
-        The parameters that they share, in words.
+    held : sequence of str
+        The parameters that they share.
     name : Task
+    templates : Path, optional
+        A folder whose words come before the package's own.
     """
     draw = {Task.FIGURE_3: figure_3, Task.FIGURE_6: figure_6, Task.FIGURE_PORTRAITS: figure_portraits}[name]
-    about = ", ".join(filter(None, (ABOUT[name], held)))
-    caption = f"{about}. {'; '.join(_motions(name, portraits, numbers=False))}."
-    return Picture(name, TITLES[name], caption, portrait_alt(name, portraits), draw(portraits, held))
+    return pictured(name, portraits_shown(name, portraits, held), draw(portraits, ", ".join(held)), templates)
+
+
+def portraits_shown(name: Task, portraits: Sequence[Portrait], held: Sequence[str]) -> dict[str, Any]:
+    """What one of these figures shows, for its words."""
+    columns = 1 if name == Task.FIGURE_6 else 2
+    panels = [[letter_of(columns * k + column) for column in range(columns)] for k in range(len(portraits))]
+    motions = [{"panels": own, **_shown(portrait)} for own, portrait in zip(panels, portraits, strict=True)]
+    return {"held": held, "motions": motions}
 
 
 def _beside_phase_portraits(
@@ -378,34 +369,17 @@ def short(word: str) -> str:
     return f"{word[:LONGEST_WORD]}… ({len(word.replace('~', ''))})"
 
 
-def portrait_alt(figure: Task, portraits: Sequence[Portrait]) -> str:
-    """A description of one of these figures for those who do not see it."""
-    chart = CHARTS[figure].format(len(portraits), "s" * (len(portraits) != 1))
-    return f"Line charts, {chart}. {'; '.join(_motions(figure, portraits))}."
-
-
-def _motions(figure: Task, portraits: Sequence[Portrait], numbers: bool = True) -> Iterator[str]:
-    """Each motion, in numbers too if these are wanted, with the letters of its panels."""
-    for k, portrait in enumerate(portraits):
-        panels = f"{letter_of(2 * k)}, {letter_of(2 * k + 1)}" if figure != Task.FIGURE_6 else letter_of(k)
-        yield f"({panels}) {setting(portrait)}: {motion_words(portrait)}{_numbers(portrait) if numbers else ''}"
-
-
-def _numbers(portrait: Portrait) -> str:
-    """Impact velocities, the phase of the first impact, how well the motion repeats and how fast it attracts."""
+def _shown(portrait: Portrait) -> dict[str, Any]:
+    """What a motion is told by: a periodic one by its impact speeds, the first on the bottom, and the phase of that."""
     attractor = portrait.attractor
+    shown = {"setting": setting(portrait), "motion": motion_words(portrait), "cycle": attractor.cycle, "lyapunov": None}
     cycle = attractor.cycle
     if cycle is None:
-        finite = np.isfinite(attractor.lyapunov)
-        return f", Lyapunov exponent {significant(attractor.lyapunov, 3)} per forcing period" if finite else ""
+        return shown | {"lyapunov": attractor.lyapunov if np.isfinite(attractor.lyapunov) else None}
     first = int(np.argmax(cycle.wall > 0))
-    speeds = np.abs(np.roll(cycle.velocity, -first))
-    if len(speeds) <= MOST_SPEEDS:
-        velocities = f"|Ż| = {', '.join(significant(float(speed), 5) for speed in speeds)}"
-    else:
-        low, high = (significant(float(end), 4) for end in (speeds.min(), speeds.max()))
-        velocities = f"{len(speeds)} impacts, |Ż| from {low} to {high}"
-    phase, residual = significant(float(cycle.phase[first]), 5), significant(cycle.residual, 2)
-    size = round(cycle.growth, DECIMALS)
-    growth = "" if cycle.sticks or not np.isfinite(size) else f", largest |λ| = {significant(size, 3)}"
-    return f", {velocities}, φ = {phase} rad, residual {residual}{growth}"
+    growth = round(cycle.growth, DECIMALS)
+    return shown | {
+        "speeds": np.abs(np.roll(cycle.velocity, -first)).tolist(),
+        "phase": float(cycle.phase[first]),
+        "growth": None if cycle.sticks or not np.isfinite(growth) else growth,
+    }

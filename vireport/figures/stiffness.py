@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vireport.figures.captions import pictured
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
 from vireport.figures.style import (
@@ -21,14 +24,13 @@ from vireport.membranes import (
     FIXED,
     WRONG,
     Compliance,
-    Outcome,
+    RunOutcome,
     SolverRun,
     factor_text,
     findings,
     quantity_label,
 )
 from vireport.study import Task
-from vireport.text import capital, significant
 
 HEIGHTS = 3.4, 2.7
 """Heights of the panels with their ticks and labels [in]."""
@@ -78,38 +80,21 @@ def figure_stiffness(study: Compliance) -> Figure:
         return finished(figure, sum(HEIGHTS), [], [solvers, colors], [(rates, names)])
 
 
-def picture(study: Compliance) -> Picture:
+def picture(study: Compliance, templates: Path | None = None) -> Picture:
     """The figure with its words."""
-    title = "Solvers on stiff membranes, and the way to rigid impacts"
-    return Picture(Task.FIGURE_STIFFNESS, title, caption(study), alt_text(study), figure_stiffness(study))
+    shown = {
+        "wrong": WRONG,
+        "order": study.order,
+        "failed": list(dict.fromkeys(solver for solver, *_ in findings(study).failed)),
+        "exponents": [(quantity_label(study, x), x.exponent) for x in study.convergence if x.exponent],
+    }
+    return pictured(Task.FIGURE_STIFFNESS, shown, figure_stiffness(study), templates)
 
 
 def shown_factors(study: Compliance) -> list[float]:
     """The softest, middle and stiffest membrane that solvers were tried on."""
     factors = sorted({run.factor for run in study.runs})
     return sorted({factors[0], factors[len(factors) // 2], factors[-1]}) if factors else []
-
-
-def caption(study: Compliance) -> str:
-    """What is drawn and how."""
-    return (
-        "(a) Error of solvers that take the whole equation over one period in one go, in (Z, Z\u2032) at its end, "
-        f"against run time, a marker hollow where it exceeds {WRONG:g} and at the top where the end was not reached. "
-        "(b) Distance of the velocity at the bottom, of the phase and of the critical point from their rigid values, "
-        f"with the slope expected, {significant(-study.order, 3)} (dashed); {_slopes(study)}."
-    )
-
-
-def alt_text(study: Compliance) -> str:
-    """A description for those who do not see it."""
-    lost = ", ".join(dict.fromkeys(solver for solver, *_ in findings(study).failed))
-    failures = f"Some runs of {lost} failed." if lost else "No run failed."
-    return f"Two scatter charts with logarithmic axes. {failures} {capital(_slopes(study))}."
-
-
-def _slopes(study: Compliance) -> str:
-    fitted = [f"{quantity_label(study, x)} {significant(x.exponent, 4)}" for x in study.convergence if x.exponent]
-    return f"fitted exponents: {', '.join(fitted)}" if fitted else "no exponent could be fitted"
 
 
 def _errors(axes: Axes, study: Compliance, shown: list[float]) -> None:
@@ -119,7 +104,7 @@ def _errors(axes: Axes, study: Compliance, shown: list[float]) -> None:
         if run.factor in shown:
             k = shown.index(run.factor)
             look = MARK | {"marker": MARKERS[run.solver], "color": STIFFNESSES[k], "markersize": SIZES[k]}
-            look |= {} if run.outcome is Outcome.SOLVED else HOLLOW
+            look |= {} if run.outcome is RunOutcome.SOLVED else HOLLOW
             axes.plot(1e3 * run.seconds, _height(run), **look)
     axes.axhline(WRONG, **GUIDE)
     low = min(axes.get_ylim()[0], SMALLEST_ON_AXIS)

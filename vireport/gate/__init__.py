@@ -1,6 +1,6 @@
 """What a study comes to: requirements, alerts and the verdict."""
 
-from vireport.gate.alerts import Alert, alerts, longest_contact
+from vireport.gate.alerts import Alert, alerts, cause_of, longest_contact
 from vireport.gate.designs import DISPLACED, RINGS, Designs, extreme, keeps_motion
 from vireport.gate.evidence import Criterion, Evidence, Judgement, Limit, Question
 from vireport.gate.impacts import generated, impacts_of
@@ -15,7 +15,7 @@ from vireport.gate.requirements import (
     required,
     unmet,
 )
-from vireport.gate.verdict import SWEEP_END, Fact, Verdict, mirror_images, range_text, verdict_of
+from vireport.gate.verdict import SWEEP_END, Verdict, WordedFact, WordedVerdict, verdict_of
 
 __all__ = [
     "DISPLACED",
@@ -26,7 +26,6 @@ __all__ = [
     "Criterion",
     "Designs",
     "Evidence",
-    "Fact",
     "Judgement",
     "Limit",
     "OfMargin",
@@ -36,15 +35,16 @@ __all__ = [
     "Question",
     "Requirement",
     "Verdict",
+    "WordedFact",
+    "WordedVerdict",
     "alerts",
     "assess",
+    "cause_of",
     "extreme",
     "generated",
     "impacts_of",
     "keeps_motion",
     "longest_contact",
-    "mirror_images",
-    "range_text",
     "required",
     "unmet",
     "verdict_of",

@@ -11,7 +11,7 @@ from vireport.membranes.compliance_tables import (
     solvers_on_stiff_membranes,
     verdict,
 )
-from vireport.membranes.stiff_solvers import ADAPTIVE, FIXED, WRONG, Outcome, SolverRun
+from vireport.membranes.stiff_solvers import ADAPTIVE, FIXED, WRONG, RunOutcome, SolverRun
 
 __all__ = [
     "ADAPTIVE",
@@ -20,7 +20,7 @@ __all__ = [
     "Compliance",
     "Findings",
     "Grade",
-    "Outcome",
+    "RunOutcome",
     "SolverRun",
     "comparison_with_rigid",
     "compliance",

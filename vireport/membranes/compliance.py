@@ -77,7 +77,7 @@ class Rigid:
 
 
 @dataclass(frozen=True, slots=True)
-class Rung:
+class StiffnessRung:
     """The compliant model at `factor` times K: the motion, the critical value, and the reason where one is lost."""
 
     factor: float
@@ -127,7 +127,7 @@ class Grade(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Criterion:
+class ModelCriterion:
     """Whether the rigid model is good enough: a relative shift, and sizes up to which it is good, or fair to use."""
 
     name: str
@@ -163,7 +163,7 @@ class Compared:
         Of a critical point and the margin to it, the parameter that varies.
     compliant : float or None
         None where it is lost.
-    criterion : Criterion or None
+    criterion : ModelCriterion or None
         Where it is one of those that the rigid model is judged by.
     """
 
@@ -171,7 +171,12 @@ class Compared:
     unit: Unit | Parameter
     rigid: float
     compliant: float | None
-    criterion: Criterion | None = None
+    criterion: ModelCriterion | None = None
+
+    @property
+    def of_margin(self) -> bool:
+        """Whether the shift that it is judged by is one over the margin to a critical point."""
+        return isinstance(self.unit, Parameter)
 
     @property
     def shift(self) -> float | None:
@@ -209,7 +214,7 @@ class Compliance:
         1/(h+1), the rate expected.
     periods : int
         n, the forcing periods that the motion takes.
-    rungs : tuple of Rung
+    rungs : tuple of StiffnessRung
         By ascending stiffness.
     convergence : tuple of Convergence
     volts : Volts or None
@@ -226,19 +231,19 @@ class Compliance:
     design_value: float = 0.0
     order: float = 0.0
     periods: int = 1
-    rungs: tuple[Rung, ...] = ()
+    rungs: tuple[StiffnessRung, ...] = ()
     convergence: tuple[Convergence, ...] = ()
     volts: Volts | None = None
     quantities: tuple[Compared, ...] = ()
     runs: tuple[SolverRun, ...] = ()
 
     @property
-    def own(self) -> Rung | None:
+    def own(self) -> StiffnessRung | None:
         """The rung with the scenario's stiffness."""
         return next((rung for rung in self.rungs if rung.factor == 1), None)
 
     @property
-    def criteria(self) -> tuple[Criterion, ...]:
+    def criteria(self) -> tuple[ModelCriterion, ...]:
         """What the rigid model is judged by."""
         return tuple(compared.criterion for compared in self.quantities if compared.criterion is not None)
 
@@ -288,7 +293,7 @@ def compliance(
     tell("compliant membranes: critical points")
     values = _descend(factors, membrane.exponent, *_critical_at(device, varied, membrane, critical))
     rungs = tuple(
-        Rung(factor, orbit, value, why or why_not)
+        StiffnessRung(factor, orbit, value, why or why_not)
         for factor, (orbit, why), (value, why_not) in zip(factors, orbits, values, strict=True)
     )
     comparison = Compliance(
@@ -311,7 +316,7 @@ def compliance(
 
 
 def _solver_runs(
-    device: Device, rigid: Rigid, membrane: Membrane, rungs: Sequence[Rung], repeats: int, tell: Progress
+    device: Device, rigid: Rigid, membrane: Membrane, rungs: Sequence[StiffnessRung], repeats: int, tell: Progress
 ) -> Iterator[SolverRun]:
     """Every solver on every rung that has a motion."""
     for rung in rungs:
@@ -367,7 +372,10 @@ def _orbit_at(device: Device, membrane: Membrane, rigid: Rigid) -> tuple[Floats,
 def _critical_at(
     device: Device, varied: Parameter, membrane: Membrane, critical: Point | None
 ) -> tuple[Floats | None, Finder]:
-    """The same of the critical point, whose swept value is what is found; without a start where there is none."""
+    """Velocity, phase and swept value at the rigid critical point, and how to find the compliant one.
+
+    What is found is the swept value; without a critical point there is no start.
+    """
 
     def find(factor: float, guess: Floats) -> tuple[float, Floats]:
         assert critical is not None
@@ -409,7 +417,7 @@ def _descend(factors: Sequence[float], exponent: float, start: Floats | None, fi
     return rungs[::-1]
 
 
-def _convergence(rigid: Rigid, critical: Point | None, rungs: Sequence[Rung]) -> Iterator[Convergence]:
+def _convergence(rigid: Rigid, critical: Point | None, rungs: Sequence[StiffnessRung]) -> Iterator[Convergence]:
     """Distances from the rigid model on all rungs, and the rates at which they vanish."""
 
     def of_orbit(distance: Callable[[CompliantOrbit], float]) -> tuple[float | None, ...]:
@@ -458,7 +466,7 @@ def _motion_rows(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel) -> 
         ("top", orbit.top, rigid.velocity_top, rigid.phase_top),
     ):
         at, depth = f"at the {name}", float(contacts(np.array(speed), model.membrane, r).elastic_deflection)
-        criterion = Criterion(f"velocity {at}", _shift(touch.velocity, speed), *SPEED_LIMITS)
+        criterion = ModelCriterion(f"velocity {at}", _shift(touch.velocity, speed), *SPEED_LIMITS)
         yield Compared(f"velocity {at}", Unit.VELOCITY, speed, touch.velocity, criterion)
         yield Compared(f"phase {at}", Unit.PHASE, phase, touch.phase)
         yield Compared(f"contact over forcing period {at}", Unit.SHARE, 0.0, touch.duration / 2)
@@ -468,7 +476,7 @@ def _motion_rows(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel) -> 
 
 def _voltage_rows(volts: Volts) -> Iterator[Compared]:
     name = "U_ave by the velocities"
-    criterion = Criterion(name, _shift(volts.by_velocity, volts.rigid), *VOLTAGE_LIMITS)
+    criterion = ModelCriterion(name, _shift(volts.by_velocity, volts.rigid), *VOLTAGE_LIMITS)
     yield Compared(name, Unit.VOLTAGE, volts.rigid, volts.by_velocity, criterion)
     yield Compared("U_ave by the deflections", Unit.VOLTAGE, volts.rigid, volts.by_deflection)
 
@@ -483,7 +491,7 @@ def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
     yield Compared(f"{label}, {varied.symbol}", varied, at, value)
     if value is None or not margin:
         return
-    criterion = Criterion(label, (value - at) / margin, *MARGIN_LIMITS)
+    criterion = ModelCriterion(label, (value - at) / margin, *MARGIN_LIMITS)
     yield Compared(f"margin to {label}", varied, margin, side * (comparison.design_value - value), criterion)
 
 

@@ -1,17 +1,20 @@
-"""The comparison with compliant membranes: verdict and tables, for the report and for the terminal, and findings."""
+"""The comparison with compliant membranes: its tables for the report and for the terminal, and findings.
+
+Verdict, captions, heads and notes are those of ``words/compliant.j2``.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import isclose, log10
-from typing import ClassVar, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, cast
 
 from vireport.membranes.compliance import (
     Compared,
     Compliance,
     Convergence,
-    Grade,
     Unit,
 )
 from vireport.membranes.compliant_motion import CompliantOrbit
@@ -19,7 +22,7 @@ from vireport.membranes.stiff_solvers import (
     EXPLICIT,
     FIXED,
     WRONG,
-    Outcome,
+    RunOutcome,
     SolverRun,
 )
 from vireport.scenario import Parameter
@@ -36,77 +39,75 @@ from vireport.text import (
     words,
 )
 
+if TYPE_CHECKING:
+    from vireport.wording import Words
+
 USEFUL = 1e-4
 """Error at which solvers are compared: a hundredth of what is called wrong."""
 
-MULTIPLE = 2.0
-"""From there on a share is printed as a multiple."""
-
 SHORT = {
-    Outcome.SOLVED: "",
-    Outcome.WRONG: "wrong",
-    Outcome.MISSED: "missed",
-    Outcome.STEP: "no step",
-    Outcome.OVERFLOW: "overflow",
-    Outcome.BUDGET: "gave up",
+    RunOutcome.SOLVED: "",
+    RunOutcome.WRONG: "wrong",
+    RunOutcome.MISSED: "missed",
+    RunOutcome.STEP: "no step",
+    RunOutcome.OVERFLOW: "overflow",
+    RunOutcome.BUDGET: "gave up",
 }
 """Ways to fail, short enough for a cell."""
 
 
-def verdict(comparison: Compliance) -> str:
-    """Whether rigid impacts are good enough here, and which criterion says so."""
-    own = comparison.own
-    if own is None:
-        return f"Rigid and compliant membranes were not compared: {comparison.reason}."
-    if own.orbit is None:
-        lost = _bracketed(own.reason)
-        return f"The rigid model is not good enough here: on the compliant membranes the motion is {lost}."
-    if not own.orbit.stable:
-        return "The rigid model is not good enough here: on the compliant membranes the motion is no longer stable."
-    head = f"Contacts last up to {percent(own.orbit.longest_contact / 2, 2)} of the forcing period. "
-    if comparison.critical is not None and own.critical_value is None:
-        return (
-            f"{head}The rigid model is not good enough here: followed from stiff membranes to softer ones, "
-            f"{comparison.critical.label} is {_bracketed(own.reason)}."
-        )
-    if comparison.grade in (None, Grade.GOOD):
-        return f"{head}The rigid model is good enough here by all criteria."
-    return f"{head}The rigid model is {comparison.grade.words} here: {'; '.join(_moved(comparison))}."
+def verdict(comparison: Compliance, templates: Path | None = None) -> str:
+    """Whether rigid impacts are good enough here, and which criterion says so.
+
+    Parameters
+    ----------
+    comparison : Compliance
+    templates : Path, optional
+        A folder whose ``words/compliant.j2`` comes before the package's own, as for the tables.
+    """
+    judged = ((compared, compared.criterion) for compared in comparison.quantities)
+    moved = [compared for compared, of in judged if of is not None and of.grade == comparison.grade]
+    return _words(templates)("verdict", comparison, moved)
 
 
-def comparison_with_rigid(comparison: Compliance) -> Iterator[Table]:
+def comparison_with_rigid(comparison: Compliance, templates: Path | None = None) -> Iterator[Table]:
     """What moves from the rigid model, and the rate at which it tends to it."""
     if comparison.own is None:
         return
+    say = _words(templates)
     if comparison.quantities:
+        shifts = (say("head", name) for name in ("rigid", "compliant", "shift", "good", "fair"))
         yield Table(
-            "Rigid and compliant membranes",
-            (
-                *texts("Quantity"),
-                *numbers("Rigid", "Compliant", "Shift", "Good up to", "With care up to"),
-                *texts("Is the rigid model good enough?"),
-            ),
-            tuple(map(_compared_row, comparison.quantities)),
-            "Velocities are those at the touch. A rigid impact has no deflection: the value is that of (5.5). The "
-            "voltages by the deflections take the damping into account, which (5.5) does not.",
+            say("compared_caption"),
+            (*texts(say("head", "quantity")), *numbers(*shifts), *texts(say("head", "grade"))),
+            tuple(_compared_row(compared, say) for compared in comparison.quantities),
+            say("compared_note"),
         )
-    yield _ladder(comparison)
+    yield _ladder(comparison, say)
 
 
-def lost(comparison: Compliance) -> Iterator[tuple[float, str, str]]:
+def _words(templates: Path | None) -> Words:
+    from vireport.wording import Words
+
+    return Words("compliant", templates)
+
+
+def lost(comparison: Compliance, templates: Path | None = None) -> Iterator[tuple[float, str, str]]:
     """Factors of K other than 1 with which the motion or the critical point is lost: factor, which of them, and why."""
-    label = comparison.critical.label if comparison.critical is not None else ""
+    say, label = _words(templates), comparison.critical.label if comparison.critical is not None else ""
     for rung in comparison.rungs:
         if rung is not comparison.own and rung.reason and (rung.orbit is None or label):
-            yield rung.factor, "the motion" if rung.orbit is None else label, _bracketed(rung.reason)
+            what = say("what_is_lost", "" if rung.orbit is None else label)
+            yield rung.factor, what, say("why", rung.reason)
 
 
-def solvers_on_stiff_membranes(comparison: Compliance) -> Iterator[Table]:
+def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = None) -> Iterator[Table]:
     """What solvers make of the equation as it stands: errors, evaluations and times."""
     if not comparison.runs:
         return
-    factors = sorted({run.factor for run in comparison.runs})
-    columns = (*texts("Solver"), *numbers("Setting", *(f"K times {factor_text(f)}" for f in factors)))
+    say, factors = _words(templates), sorted({run.factor for run in comparison.runs})
+    at = (say("head", "at", factor_text(factor)) for factor in factors)
+    columns = (*texts(say("head", "solver")), *numbers(say("head", "setting"), *at))
     runs = {(run.solver, run.setting, run.factor): run for run in comparison.runs}
     ladder = dict.fromkeys((run.solver, run.setting) for run in comparison.runs)
 
@@ -116,19 +117,9 @@ def solvers_on_stiff_membranes(comparison: Compliance) -> Iterator[Table]:
             for solver, setting in ladder
         )
 
-    yield Table(
-        "Error at the end of the period",
-        columns,
-        rows(_error),
-        "Dimensionless distance in (Z, Z\u2032). The setting is the relative tolerance, of RK4 the number of steps. "
-        "Wrong: it arrived elsewhere. Gave up: too many evaluations.",
-    )
-    yield Table(
-        "Evaluations, and run time in ms",
-        columns,
-        rows(lambda run: f"{run.evaluations} / {significant(1e3 * run.seconds, 2)}"),
-        "Times are medians on the machine that made this report.",
-    )
+    yield Table(say("errors_caption"), columns, rows(_error), say("errors_note"))
+    work = rows(lambda run: f"{run.evaluations} / {significant(1e3 * run.seconds, 2)}")
+    yield Table(say("times_caption"), columns, work, say("times_note"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,9 +159,9 @@ def findings(comparison: Compliance) -> Findings:
     first, last = min(factors), max(factors)
     failed: dict[tuple[str, float], list[tuple[float, str]]] = {}
     for run in comparison.runs:
-        if run.outcome is not Outcome.SOLVED:
+        if run.outcome is not RunOutcome.SOLVED:
             failed.setdefault((run.solver, run.setting), []).append((run.factor, SHORT[run.outcome]))
-    fixed = [run for run in comparison.runs if run.solver == FIXED and run.outcome is Outcome.SOLVED]
+    fixed = [run for run in comparison.runs if run.solver == FIXED and run.outcome is RunOutcome.SOLVED]
     growths = {name: _growth(comparison, name, first, last) for name in EXPLICIT if name != FIXED and first < last}
     good = [run for run in comparison.runs if run.factor == last and run.error is not None and run.error <= USEFUL]
     return Findings(
@@ -204,40 +195,19 @@ def factor_text(value: float) -> str:
     return significant(value, 3)
 
 
-def _moved(comparison: Compliance) -> Iterator[str]:
-    """By how much the quantities move that the grade is given for, in words."""
-    for compared in comparison.quantities:
-        c = compared.criterion
-        if c is None or c.grade != comparison.grade:
-            continue
-        if not isinstance(compared.unit, Parameter):
-            yield f"{c.name} shifts by {percent(c.shift, signed=True)}"
-            continue
-        size, side = abs(c.shift), "towards" if (compared.shift or 0.0) < 0 else "away from"
-        share = f"{percent(size)} of the margin" if size < MULTIPLE else f"{float(f'{size:.2g}'):g} times the margin"
-        yield f"{c.name} moves by {share} to it, {side} the motion"
-
-
-def _bracketed(reason: str) -> str:
-    """A reason, with what it says after a colon in brackets."""
-    what, colon, why = reason.partition(": ")
-    return f"{what} ({why.replace(': ', ', ')})" if colon else reason
-
-
-def _compared_row(compared: Compared) -> tuple[str, ...]:
+def _compared_row(compared: Compared, say: Words) -> tuple[str, ...]:
     unit, c = compared.unit, compared.criterion
-    name = f"{compared.name} [{unit}]" if unit in (Unit.VELOCITY, Unit.PHASE) else compared.name
+    name = say("quantity", compared.name, unit if unit in (Unit.VELOCITY, Unit.PHASE) else "")
     if unit is Unit.PHASE:
         shift = significant(compared.shift, 3)
     else:
         shift = percent(compared.shift, 2 if unit in (Unit.DEPTH, Unit.RATIO) else 3, signed=True)
     limits = ("", "", "") if c is None else (percent(c.good), percent(c.fair), capital(c.grade.words))
-    return capital(name), _with_unit(compared.rigid, unit), _with_unit(compared.compliant, unit), shift, *limits
+    compliant = say("lost") if compared.compliant is None else _with_unit(compared.compliant, unit)
+    return name, _with_unit(compared.rigid, unit), compliant, shift, *limits
 
 
-def _with_unit(value: float | None, unit: Unit | Parameter) -> str:
-    if value is None:
-        return "lost"
+def _with_unit(value: float, unit: Unit | Parameter) -> str:
     if isinstance(unit, Parameter):
         return unit.show(value, 6)
     if unit is Unit.SHARE:
@@ -247,9 +217,9 @@ def _with_unit(value: float | None, unit: Unit | Parameter) -> str:
     return significant(value, 4 if unit is Unit.RATIO else 5)
 
 
-def _ladder(comparison: Compliance) -> Table:
+def _ladder(comparison: Compliance, say: Words) -> Table:
     """Distances from the rigid model on all rungs, and the fitted exponents."""
-    label = comparison.critical.label if comparison.critical is not None else "critical point"
+    label = comparison.critical.label if comparison.critical is not None else ""
     rows = [
         (
             factor_text(rung.factor),
@@ -258,16 +228,11 @@ def _ladder(comparison: Compliance) -> Table:
         )
         for k, rung in enumerate(comparison.rungs)
     ]
-    rows.append(("Exponent of K", ABSENT, *(significant(quantity.exponent, 4) for quantity in comparison.convergence)))
-    rows.append(("Expected", ABSENT, *(significant(-comparison.order, 4) for _ in comparison.convergence)))
-    return Table(
-        "Distance from the rigid model",
-        numbers("K times", "Contact over period", "Velocity", "Phase [rad]", label),
-        tuple(rows),
-        "Of velocity and phase at the bottom and of the critical point: relative, but for the phase. The exponents are "
-        "fitted to the stiffest membranes; the duration of a contact goes with the power −1/(h + 1) of K, and "
-        "everything should come near at that rate.",
-    )
+    rows.append((say("exponent"), ABSENT, *(significant(quantity.exponent, 4) for quantity in comparison.convergence)))
+    rows.append((say("expected"), ABSENT, *(significant(-comparison.order, 4) for _ in comparison.convergence)))
+    heads = [say("head", name) for name in ("factor", "contact", "velocity", "phase")]
+    columns = numbers(*heads, say("head", "critical", label))
+    return Table(say("distance_caption"), columns, tuple(rows), say("distance_note"))
 
 
 def _error(run: SolverRun) -> str:
@@ -291,7 +256,7 @@ def _contact_steps(comparison: Compliance, run: SolverRun) -> float:
 def _growth(comparison: Compliance, name: str, first: float, last: float) -> float | None:
     """Largest growth of the evaluations from the softest to the stiffest membrane; None where a run failed."""
     runs = [run for run in comparison.runs if run.solver == name and run.factor in (first, last)]
-    if any(run.outcome is not Outcome.SOLVED for run in runs):
+    if any(run.outcome is not RunOutcome.SOLVED for run in runs):
         return None
     work = {(run.setting, run.factor): run.evaluations for run in runs}
     return max(work[setting, last] / work[setting, first] for setting, factor in work if factor == first)

@@ -87,7 +87,7 @@ class CompliantModel:
 
 
 @dataclass(frozen=True, slots=True)
-class Touch:
+class LongContact:
     """One contact of a motion, dimensionless.
 
     Attributes
@@ -123,8 +123,8 @@ class Touch:
 class Lap:
     """From one touch of the bottom to the next, by way of the top: its contacts, times and final velocity."""
 
-    bottom: Touch
-    top: Touch
+    bottom: LongContact
+    top: LongContact
     flight_down: float
     time: float
     velocity: float
@@ -136,7 +136,7 @@ class CompliantOrbit:
 
     Attributes
     ----------
-    bottom, top : Touch
+    bottom, top : LongContact
     flight_down : float
         Time from leaving the top to touching the bottom [t_c].
     residual : float
@@ -145,8 +145,8 @@ class CompliantOrbit:
         Of the linearised return map from touch to touch of the bottom.
     """
 
-    bottom: Touch
-    top: Touch
+    bottom: LongContact
+    top: LongContact
     flight_down: float
     residual: float
     trace: float
@@ -188,7 +188,7 @@ def compliant_model(
     return CompliantModel(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed)
 
 
-def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> Touch:
+def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> LongContact:
     """Integrate one contact from its touch to the departure.
 
     Parameters
@@ -245,7 +245,7 @@ def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> 
         if solver.y[0] <= 0:
             end = solve_ivp(in_depth, (y, 0.0), [t, v], method="DOP853", **settings).y[:, -1]
             away = wall * float(end[1]) * depth / time
-            return Touch(wall, velocity, phase % (2 * pi), float(end[0]) * time, away, turned * depth)
+            return LongContact(wall, velocity, phase % (2 * pi), float(end[0]) * time, away, turned * depth)
     raise NumericalError("the ball stays on the membrane instead of bouncing: there is no motion of single impacts")
 
 

@@ -50,7 +50,7 @@ Force = Callable[[float, float, float], float]
 """(t, Z, Z') -> Z''."""
 
 
-class Outcome(StrEnum):
+class RunOutcome(StrEnum):
     """How a run ended."""
 
     SOLVED = "solved"
@@ -72,7 +72,7 @@ class SolverRun:
         Relative tolerance, or the number of steps of the fixed-step method.
     factor : float
         By which K is multiplied.
-    outcome : Outcome
+    outcome : RunOutcome
     error : float or None
         Distance of (Z, Z') from the motion at the end of the period, dimensionless; None where the end was not reached.
     steps, evaluations : int
@@ -84,7 +84,7 @@ class SolverRun:
     solver: str
     setting: float
     factor: float
-    outcome: Outcome
+    outcome: RunOutcome
     error: float | None
     steps: int
     evaluations: int
@@ -203,18 +203,18 @@ def run_once(period: Period, factor: float, solver: str, setting: float) -> Solv
     else:
         outcome, end, steps = _adaptive(period, force, seen, solver, setting)
     error = None
-    if outcome is Outcome.SOLVED:
+    if outcome is RunOutcome.SOLVED:
         distance = hypot(end[0] - period.position, end[1] - period.velocity)
         if not isfinite(distance):
-            outcome = Outcome.OVERFLOW
+            outcome = RunOutcome.OVERFLOW
         else:
             error = distance
             met = seen.bottom and seen.top
-            outcome = Outcome.MISSED if not met else Outcome.WRONG if distance >= WRONG else Outcome.SOLVED
+            outcome = RunOutcome.MISSED if not met else RunOutcome.WRONG if distance >= WRONG else RunOutcome.SOLVED
     return SolverRun(solver, setting, factor, outcome, error, steps, seen.evaluations, 0.0)
 
 
-End = tuple[Outcome, tuple[float, float], int]
+End = tuple[RunOutcome, tuple[float, float], int]
 """`SOLVED` where the end was reached, the state there, and the steps taken."""
 
 NOWHERE = (inf, inf)
@@ -236,14 +236,14 @@ def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float
             warnings.simplefilter("ignore")
             run = solve_ivp(system, (0.0, period.model.period), start, method=method, **settings)
     except _ExhaustedError:
-        return Outcome.BUDGET, NOWHERE, 0
+        return RunOutcome.BUDGET, NOWHERE, 0
     except (ValueError, OverflowError, np.linalg.LinAlgError):  # infinities in a matrix
-        return Outcome.OVERFLOW, NOWHERE, 0
+        return RunOutcome.OVERFLOW, NOWHERE, 0
     steps = len(run.t) - 1
     if run.status != 0:
-        return (Outcome.STEP if np.isfinite(run.y).all() else Outcome.OVERFLOW), NOWHERE, steps
+        return (RunOutcome.STEP if np.isfinite(run.y).all() else RunOutcome.OVERFLOW), NOWHERE, steps
     z, v = run.y[:, -1].tolist()
-    return Outcome.SOLVED, (z, v), steps
+    return RunOutcome.SOLVED, (z, v), steps
 
 
 def _fixed(period: Period, force: Force, steps: int) -> End:
@@ -260,5 +260,5 @@ def _fixed(period: Period, force: Force, steps: int) -> End:
         z += dt / 6 * (v + 2 * v2 + 2 * v3 + v4)
         v += dt / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
         if not (isfinite(z) and isfinite(v)):
-            return Outcome.OVERFLOW, NOWHERE, n + 1
-    return Outcome.SOLVED, (z, v), steps
+            return RunOutcome.OVERFLOW, NOWHERE, n + 1
+    return RunOutcome.SOLVED, (z, v), steps

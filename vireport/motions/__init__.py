@@ -37,7 +37,6 @@ __all__ = [
     "BESIDE",
     "CRITICAL",
     "DECIMALS",
-    "DETAILS",
     "FARTHEST",
     "IMAGE",
     "NO_BOUND",

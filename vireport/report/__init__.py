@@ -1,5 +1,6 @@
 """The report of a study in HTML and PDF, and in the formats of CI systems."""
 
+from vireport.report import carried
 from vireport.report.carried import Carried, read_carried
 from vireport.report.certificates import certify_text
 from vireport.report.ci_formats import github, junit
@@ -9,6 +10,7 @@ from vireport.report.rendering import render_files, render_html, render_markdown
 __all__ = [
     "Carried",
     "Report",
+    "carried",
     "certify_text",
     "github",
     "junit",

@@ -1,4 +1,4 @@
-"""Proofs of critical points in words: a bound as a number with ±, a summary, and the text for the terminal."""
+"""Proofs of critical points: bounds as numbers with ±, and the text for the terminal, by ``words/certificates.j2``."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ if TYPE_CHECKING:
 
 LONG = Context(prec=200)
 """Arithmetic on bounds that rounds nothing away."""
-
-BETWEEN = {True: "yes, proved", False: "no, proved", None: "undecided"}
-"""Whether the ball stays between the membranes."""
 
 
 def plus_minus(bounds: Enclosure | None) -> str:
@@ -38,36 +35,21 @@ def plus_minus(bounds: Enclosure | None) -> str:
     return f"{middle} ± {off.quantize(Decimal(1).scaleb(off.adjusted()), ROUND_CEILING)}".lower()
 
 
-def summary(certificates: Sequence[Certificate]) -> str:
-    """How many points are proved, and whether their stated error bounds hold, in a sentence or two."""
-    proved = [certificate for certificate in certificates if certificate.proved]
-    beyond = [certificate.label for certificate in proved if not certificate.bound_holds]
-    unmirrored = [certificate.label for certificate in proved if certificate.mirror_proved is False]
-    text = f"{len(proved)} of {len(certificates)} critical point{'s' * (len(certificates) != 1)} proved"
-    if proved and not beyond:
-        text += ", each within the error bound that is stated for it"
-    elif beyond:
-        text += f", but the error bound stated is not proved to hold for {', '.join(beyond)}"
-    if unmirrored:
-        text += f"; the mirror image is not proved for {', '.join(unmirrored)}"
-    others = [f"{certificate.label} ({', '.join(certificate.beyond)})" for certificate in proved if certificate.beyond]
-    if others:
-        text += f"; error bounds stated for other numbers are not proved for {', '.join(others)}"
-    return f"{text}."
-
-
 def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> str:
     """One line for each critical point, and a summary; for the terminal.
 
     Parameters
     ----------
     certificates : sequence of Certificate
-        From `vireport.checks.certificates.certify`.
+        From `vireport.checks.certify`.
     parameter : Parameter
         The one that is swept.
     """
+    from vireport.wording import Words
+
+    say = Words("certificates")
     if not certificates:
-        return "no critical points to prove"
+        return say("nothing")
     swept = parameter
     kind = max(len(certificate.kind.words) for certificate in certificates)
     label = max(len(certificate.label) for certificate in certificates)
@@ -75,11 +57,8 @@ def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> s
     for certificate in certificates:
         name = f"{certificate.label:<{label}}  {certificate.kind.words:<{kind}}"
         if not certificate.proved:
-            lines.append(f"{name}  not proved: {certificate.reason}")
+            lines.append(f"{name}  {say('unproved', certificate)}")
             continue
         value = f"{swept.symbol} = {swept.with_unit(f'({plus_minus(certificate.sweep_value)})')}"
-        notes = [f"alone within {certificate.radius:.0e}", *([certificate.side] if certificate.side else [])]
-        if certificate.admissible is not True:
-            notes.append(f"ball between the membranes: {BETWEEN[certificate.admissible]}")
-        lines.append(f"{name}  {value}  {', '.join(notes)}")
-    return "\n".join([*lines, summary(certificates)])
+        lines.append(f"{name}  {value}  {say('notes', certificate)}")
+    return "\n".join([*lines, say("summary", certificates)])

@@ -21,8 +21,11 @@ if TYPE_CHECKING:
 _NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def junit(study: Study) -> bytes:
-    """Each requirement as a test case; without requirements, the one case that the scenario was solved."""
+def junit(study: Study, templates: Path | None = None) -> bytes:
+    """Each requirement as a test case; without requirements, the one case that the scenario was solved.
+
+    The verdict is in the words of a folder of templates, if there is one.
+    """
     failed = sum(not criterion.passed for criterion in study.criteria)
     counts = {"tests": str(len(study.criteria) or 1), "failures": str(failed), "errors": "0"}
     name = study.scenario.title or Path(study.loaded.document.name).name
@@ -40,7 +43,7 @@ def junit(study: Study) -> bytes:
         if not criterion.passed:
             message = {"message": _xml(f"{title}: {outcome.text}, required {limit}"), "type": criterion.key}
             ElementTree.SubElement(element, "failure", message).text = _xml(outcome.why)
-    ElementTree.SubElement(suite, "system-out").text = _xml(study.verdict.headline)
+    ElementTree.SubElement(suite, "system-out").text = _xml(study.verdict.worded(templates).headline)
     ElementTree.indent(suites)
     return bytes(ElementTree.tostring(suites, "utf-8", xml_declaration=True)) + b"\n"
 

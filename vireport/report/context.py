@@ -9,7 +9,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -23,11 +24,10 @@ from vireport.checks import (
 from vireport.design import DesignPoint, Margin, Solution
 from vireport.gate import (
     Criterion,
-    Fact,
     Question,
-    Verdict,
+    WordedFact,
+    WordedVerdict,
     longest_contact,
-    mirror_images,
 )
 from vireport.membranes import (
     Findings,
@@ -39,7 +39,6 @@ from vireport.membranes import (
 from vireport.membranes import verdict as compliance_verdict
 from vireport.motions import Held, Point, ladder
 from vireport.physics import DIGITS, Device
-from vireport.report.certificates import summary
 from vireport.report.ci_formats import source_url
 from vireport.report.motions import families_table
 from vireport.report.voltages import (
@@ -89,13 +88,25 @@ NOTHING = 1e-30
 
 @dataclass(frozen=True, slots=True)
 class InputRow:
-    """A value of a scenario, with its symbol, its unit, its key, and whether it was given and where."""
+    """A value of a scenario for the table of inputs.
+
+    Attributes
+    ----------
+    title, symbol, value, unit : str
+    origin : str
+        ``given``, ``default``, or ``override`` for one that was set over the scenario.
+    design_point : bool
+        Whether it is the design point of the sweep.
+    path : str
+        Of its key.
+    """
 
     title: str
     symbol: str
     value: str
     unit: str
-    origin: str
+    origin: Literal["given", "default", "override"]
+    design_point: bool
     path: str
 
 
@@ -149,6 +160,8 @@ class Report:
         What has changed since a baseline, without rows where nothing has; None without a baseline.
     search : tuple of str and Table
         Where the scenario is the best design: what it was looked for in, and with what evidence; else nothing.
+    templates : Path or None
+        A folder whose words come before ours.
     """
 
     study: Study
@@ -156,6 +169,7 @@ class Report:
     provenance: Provenance
     changes: Table | None = None
     search: tuple[str | Table, ...] = ()
+    templates: Path | None = None
     template: str = "report.typ.j2"
     decimals: int = field(default=DIGITS, init=False)
     paper_title: str = field(default=PAPER, init=False)
@@ -180,37 +194,39 @@ class Report:
         """The design point."""
         return self.study.solution.design
 
-    @property
-    def verdict(self) -> Verdict:
-        """What the study comes to."""
-        return self.study.verdict
+    @cached_property
+    def verdict(self) -> WordedVerdict:
+        """What the study comes to, in words."""
+        return self.study.verdict.worded(self.templates)
 
     @property
-    def facts(self) -> tuple[Fact, ...]:
+    def facts(self) -> tuple[WordedFact, ...]:
         """The verdict's answers among the key numbers: voltages only as far as the membrane's geometry has them.
 
         The first sentences and the acceptance table have the others.
         """
         elsewhere = {Question.MOTION, Question.REACHED, Question.ACCEPTED}
         elsewhere |= set() if self.solution.within_membrane else {Question.VOLTAGE}
-        return tuple(fact for fact in self.verdict.facts if fact.question not in elsewhere)
+        worded = zip(self.study.verdict.answers.values(), self.verdict.facts, strict=True)
+        return tuple(words for fact, words in worded if fact.question not in elsewhere)
 
     @property
     def proof(self) -> Picture | None:
         """The picture of the first page: of all motions where another than the 1:1 motion is stable, else of that."""
-        of_others = ("figure-atlas",) if self.verdict.instead else ()
+        of_others = ("figure-atlas",) if self.study.verdict.motion.data.instead else ()
         names = *of_others, "figure-2", "figure-3", "figure-device"
         return next((self.pictures[name] for name in names if name in self.pictures), None)
+
+    def say(self, words: str, macro: str, *given: Any) -> str:
+        """What a macro of a file of words says of what it is given, with marks for `rich`."""
+        from vireport.wording import Words
+
+        return Words(words, self.templates)(macro, *given)
 
     @property
     def coexisting(self) -> list[str]:
         """Words of the other motions that are stable at the design point, beside a stable 1:1 motion."""
-        atlas, design = self.study.atlas, self.design
-        if atlas is None or design is None or not design.motions.stable.any():
-            return []
-        words = (family.word for family, _ in atlas.stable_at(design.value))
-        own = ("BT", self.solution.device.period_ratio)
-        return list(dict.fromkeys(x.letters for x in words if (x.letters, x.periods) != own))
+        return list(dict.fromkeys(word.letters for word in self.study.verdict.motion.data.beside))
 
     @property
     def results(self) -> dict[str, Any]:
@@ -230,7 +246,7 @@ class Report:
     @property
     def mirrored(self) -> bool:
         """Whether the stable motions at the design point are two mirror images."""
-        return self.design is not None and mirror_images(self.solution, self.design)
+        return self.study.verdict.motion.data.mirrored
 
     @property
     def nearest(self) -> Margin | None:
@@ -260,9 +276,10 @@ class Report:
             if entry.path not in NOT_A_QUANTITY:
                 swept = entry.unit == UNIT_OF_SWEPT
                 unit = self.solution.parameter.unit if swept else UNITS.get(entry.unit, entry.unit)
-                origin = _origin(self.study, entry.path)
-                symbol = SYMBOLS.get(entry.path, "")
-                yield InputRow(entry.title, symbol, written(entry.value), unit, origin, entry.path)
+                symbol, origin = SYMBOLS.get(entry.path, ""), _origin(self.study, entry.path)
+                sweep = self.solution.sweep
+                chosen = sweep is not None and entry.path.rpartition(".")[2] == sweep.parameter
+                yield InputRow(entry.title, symbol, written(entry.value), unit, origin, chosen, entry.path)
 
     def derived(self) -> tuple[dict[str, float], ...]:
         """What follows at the design point, and at both ends of the sweep, as far as there are these."""
@@ -332,15 +349,15 @@ class Report:
     @property
     def proof_summary(self) -> str:
         """How many critical points are proved, in a sentence."""
-        return summary(self.study.certificates or ())
+        return self.say("certificates", "summary", self.study.certificates or ())
 
     def accuracy(self) -> Iterator[Table]:
         """Error against run time: what each method reaches."""
-        return measurements(self.study.work) if self.study.work is not None else iter(())
+        return measurements(self.study.work, templates=self.templates) if self.study.work is not None else iter(())
 
     def fastest(self) -> Iterator[Table]:
         """The fastest method."""
-        return ranking(self.study.work) if self.study.work is not None else iter(())
+        return ranking(self.study.work, self.templates) if self.study.work is not None else iter(())
 
     def families(self) -> Table | None:
         """The families of motions of other impact sequences."""
@@ -351,7 +368,7 @@ class Report:
     @property
     def rigid_verdict(self) -> str:
         """Whether the rigid model is good enough, in a sentence."""
-        return compliance_verdict(self.study.compliance) if self.study.compliance is not None else ""
+        return compliance_verdict(self.study.compliance, self.templates) if self.study.compliance is not None else ""
 
     @property
     def not_found(self) -> list[str]:
@@ -367,11 +384,12 @@ class Report:
 
     def compliant(self) -> Iterator[Table]:
         """The motion with compliant membranes beside the rigid model."""
-        return comparison_with_rigid(self.study.compliance) if self.study.compliance is not None else iter(())
+        compliance = self.study.compliance
+        return comparison_with_rigid(compliance, self.templates) if compliance is not None else iter(())
 
     def lost(self) -> Iterator[tuple[float, str, str]]:
         """Factors of the stiffness at which the motion or the critical point is lost, which of them, and why."""
-        return lost(self.study.compliance) if self.study.compliance is not None else iter(())
+        return lost(self.study.compliance, self.templates) if self.study.compliance is not None else iter(())
 
     @property
     def findings(self) -> Findings | None:
@@ -381,16 +399,15 @@ class Report:
 
     def stiff(self) -> Iterator[Table]:
         """Solvers on the equation of compliant membranes."""
-        return solvers_on_stiff_membranes(self.study.compliance) if self.study.compliance is not None else iter(())
+        compliance = self.study.compliance
+        return solvers_on_stiff_membranes(compliance, self.templates) if compliance is not None else iter(())
 
 
-def _origin(study: Study, path: str) -> str:
-    """Whether a value was given, and where, or is a default; and whether it is the sweep's design point."""
-    origin = "given" if path in study.loaded.given else "default"
+def _origin(study: Study, path: str) -> Literal["given", "default", "override"]:
+    """Whether a value was given, and where, or is a default."""
     if study.loaded.is_set_over(path):
-        origin = "set over the scenario"
-    swept = study.solution.sweep is not None and path.rpartition(".")[2] == study.solution.sweep.parameter
-    return f"{origin}; design point" if swept else origin
+        return "override"
+    return "given" if path in study.loaded.given else "default"
 
 
 def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, float]:

@@ -115,7 +115,7 @@ def _of_page(report: AnyReport) -> dict[str, str]:
     if not report.pictures:
         return {}
     from vireport.figures import figure_css
-    from vireport.report.templates import TEMPLATES
+    from vireport.wording import TEMPLATES
 
     script, css = ((TEMPLATES / name).read_text(encoding="utf-8") for name in ("live.js", "live.css"))
     return {

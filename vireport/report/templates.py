@@ -13,46 +13,23 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from jinja2 import (
-    Environment,
-    FileSystemLoader,
-    StrictUndefined,
-    TemplateError,
-    TemplateNotFound,
-    TemplateSyntaxError,
-)
+from jinja2 import Environment
 
-from vireport.base import RenderError, UsageError
-from vireport.gate import range_text
+from vireport.base import UsageError
 from vireport.membranes import factor_text
 from vireport.report.certificates import plus_minus
-from vireport.text import (
-    bounded,
-    capital,
-    error_bound,
-    exact,
-    percent,
-    quantity,
-    scaled,
-    significant,
-    span,
-    tied,
-    words,
-)
+from vireport.text import tied
+from vireport.wording import environment_of, mistakes_named
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
     from vireport.study import Provenance
 
-_PACKAGE = Path(__file__).resolve().parent.parent
-TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
-"""Our own templates: inside an installed package, or at the root of a checkout."""
-
-SECTIONS = "sections"
-"""Folder of templates in which the sections are."""
-
 _RICH = re.compile(
-    r"\*(?P<symbol>[^*\s][^*]*)\*"
+    r"\*\*(?P<strong>[^*]+)\*\*"
+    r"|\[(?P<text>[^\[\]]+)\]\((?P<place>[\w-]+)\)"
+    r"|@(?P<figure>figure-[a-z0-9]+)\b"
+    r"|\*(?P<symbol>[^*\s][^*]*)\*"
     r"|(?<!\w)(?P<base>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})\b"
     r"|(?<=\*)_(?P<suffix>[A-Za-z0-9]{1,5})\b"
 )
@@ -105,7 +82,10 @@ def string(text: str) -> Source:
 
 
 def rich(text: str) -> Source:
-    """Set a text with our own marks: ``*x*`` is a symbol, ``x_c`` has a subscript; numbers are tied to their units.
+    """Set a text with our own marks; numbers are tied to their units.
+
+    ``*x*`` is a symbol, ``x_c`` has a subscript, ``**x**`` is strong, ``[text](place)`` leads to a place, and
+    ``@figure-2`` refers to a figure.
 
     Examples
     --------
@@ -118,6 +98,12 @@ def rich(text: str) -> Source:
         if match.start() > end:
             parts.append(_literal(text[end : match.start()]))
         end = match.end()
+        if strong := match["strong"]:
+            parts.append(f"#strong({string(strong)});")
+        if place := match["place"]:
+            parts.append(f"#to({string(place)})[{rich(match['text'])}];")
+        if figure := match["figure"]:
+            parts.append(f"@{figure}")
         if symbol := match["symbol"] or match["base"]:
             parts.append(f"#emph({string(symbol)});")
         if index := match["index"] or match["suffix"]:
@@ -145,53 +131,26 @@ def inert_json(value: Any) -> str:
 
 
 FILTERS: dict[str, Callable[..., str]] = {
-    "bounded": bounded,
-    "capital": capital,
-    "error_bound": error_bound,
-    "exact": exact,
-    "interval": range_text,
+    "interval": lambda part: part.inequality,
     "json": inert_json,
-    "percent": percent,
     "plus_minus": plus_minus,
     "power": factor_text,
-    "quantity": quantity,
     "rich": rich,
-    "scaled": scaled,
-    "significant": significant,
     "source": Source,
-    "span": lambda ends: span(*ends),
     "string": string,
-    "words": words,
 }
-"""What templates make text of numbers with, and Typst of text."""
+"""What templates make text of numbers with, beside what all templates do so, and Typst of text."""
 
 
 @cache
 def _environment(templates: Path | None) -> Environment:
-    folders = [TEMPLATES] if templates is None else [templates, TEMPLATES]
-    environment = Environment(
-        loader=_Templates(folders),
-        undefined=StrictUndefined,
-        optimized=False,  # no template is rendered so often that it pays
+    environment = environment_of(
+        templates,
         finalize=_literal,
-        trim_blocks=True,
-        lstrip_blocks=True,
         keep_trailing_newline=True,
     )
     environment.filters |= FILTERS
     return environment
-
-
-class _Templates(FileSystemLoader):
-    """Folders of templates, which say the place where one is not UTF-8."""
-
-    def get_source(self, environment: Environment, template: str) -> Any:
-        try:
-            return super().get_source(environment, template)
-        except UnicodeDecodeError as error:
-            line = error.object.count(b"\n", 0, error.start) + 1
-            what = f"has the byte 0x{error.object[error.start]:02X}, which is not UTF-8"
-            raise TemplateSyntaxError(what, line, template) from error
 
 
 @lru_cache(maxsize=1)  # one report is set as HTML and as PDF, from the same source
@@ -207,29 +166,5 @@ def fill(report: AnyReport, templates: Path | None) -> str:
     """
     if templates is not None and not templates.is_dir():
         raise UsageError(f"{templates}: no such folder of templates")
-    name = report.template
-    try:
-        return _environment(templates).get_template(name).render(report=report)
-    except TemplateError as error:
-        reason = f"no template {error.name!r}" if isinstance(error, TemplateNotFound) else error.message
-        raise RenderError(f"{_place(error, name)}: {reason}") from error
-    except Exception as error:
-        if templates is None:
-            raise
-        # A user's template is code, and may fail in any way.
-        raise RenderError(f"{_place(error, name)}: {type(error).__name__}: {error}") from error
-
-
-def _place(error: Exception, name: str) -> str:
-    """File and line of a mistake in a template: its own, or those of the last template in the traceback."""
-    line = getattr(error, "lineno", None)
-    if line is not None:
-        return f"{getattr(error, 'name', None) or name}:{line}"
-    place, trace = name, error.__traceback__
-    while trace is not None:
-        file = Path(trace.tb_frame.f_code.co_filename)
-        if file.suffix == ".j2":
-            shown = file.relative_to(file.parents[1]) if file.parent.name == SECTIONS else file.name
-            place = f"{shown}:{trace.tb_lineno}"
-        trace = trace.tb_next
-    return place
+    with mistakes_named(report.template, templates):
+        return _environment(templates).get_template(report.template).render(report=report)

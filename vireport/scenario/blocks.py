@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum, StrEnum
 from typing import Annotated, Any, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 from pydantic.fields import FieldInfo
 
 from vireport.scenario.parameters import (
@@ -21,7 +21,7 @@ from vireport.scenario.parameters import (
     Parameter,
 )
 
-LONGEST_TITLE = 200
+LONGEST_TEXT = 200
 LARGEST_PERIOD_RATIO = 20
 LARGEST_EXPONENT = 20.0  # of a membrane's force
 WIDEST_MARGIN = 75.0  # per cent: as far as is looked from a design point without a sweep, and no further
@@ -43,6 +43,21 @@ class Block(BaseModel):
     """A block of keys: frozen, without keys that are not declared, and without conversion of types."""
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+
+
+def is_printable(text: str) -> bool:
+    """Whether a text is one line that any output can show: not blank, and without control characters."""
+    return text.isprintable() and bool(text.strip())
+
+
+def _printable(text: str) -> str:
+    if not is_printable(text):
+        raise ValueError("not printable")
+    return text
+
+
+TEXT = Annotated[str, Field(min_length=1, max_length=LONGEST_TEXT), AfterValidator(_printable)]
+"""Free text. It gets onto terminals, into logs and onto pages, so that a key of this type can do no harm there."""
 
 
 REQUIRED: Any = ...
@@ -641,14 +656,8 @@ class Scenario(Block):
     """A vibro-impact energy harvester, its excitation, and what is varied."""
 
     schema_version: int = _key(REQUIRED, "Schema version", "", "Version of this format; 1.", example=1, ge=1, le=1)
-    title: str | None = _key(
-        None,
-        "Title",
-        "",
-        "Free text of one line for the head of the report.",
-        example="Inclined harvester",
-        min_length=1,
-        max_length=LONGEST_TITLE,
+    title: TEXT | None = _key(
+        None, "Title", "", "Free text of one line for the head of the report.", example="Inclined harvester"
     )
     device: Device = _key(REQUIRED, "Device", "", "The capsule, the ball in it, and the membranes.")
     excitation: Excitation = _key(REQUIRED, "Excitation", "", "The harmonic force on the capsule.")

@@ -11,7 +11,7 @@ from typing import Any
 
 from vireport.base import Mistake
 from vireport.scenario import hints
-from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario
+from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario, is_printable
 from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import (
@@ -120,8 +120,10 @@ def _wrong(path: str, value: object, written: str, key: Schema) -> str:
             return (
                 ", which is no word of at most {maxLength} letters B and T".format(**key) if "maxLength" in key else ""
             )
+        if "string" in kinds and len(value) <= key["maxLength"] and not is_printable(value):
+            return ", which has characters that cannot be printed" if value.strip() else ", which is empty"
         if "string" in kinds:
-            return f", which has {len(value)} characters" if value else ", which is empty"
+            return f", which has {len(value)} characters"
         quoted = written[:1] in ("'", '"')
         return f", which is text{hints.for_number(value, quoted, key.get('unit', ''))}"
     if "string" in kinds:
@@ -183,7 +185,7 @@ def allowed(key: Schema) -> str:
     if "pattern" in key:
         return f"1 to {key['maxLength']} impacts in order, B on the bottom and T on the top"
     if "string" in kinds:
-        return f"text on one line, 1 to {key['maxLength']} characters"
+        return f"printable text on one line, 1 to {key['maxLength']} characters"
     if key.get("minimum") is not None and key["minimum"] == key.get("maximum"):
         return f"always {key['minimum']}"
     noun = "a whole number" if "integer" in kinds else "a number"

@@ -105,7 +105,7 @@ def check(document: Document, wrong: AbstractSet[str], model: type[Scenario]) ->
         if issubclass(model, MapFile)
         else (_required, _sweep, _simulation, _tolerances, _design)
     )
-    rules = (*own, _masses, _radii, _dielectric, _accuracy, _requirements, _title)
+    rules = (*own, _masses, _radii, _dielectric, _accuracy, _requirements)
     return [finding for rule in rules for finding in rule(tree)]
 
 
@@ -392,12 +392,6 @@ def _accuracy(tree: _Tree) -> Iterator[Finding]:
             yield _rule(path, f"got {factor:.12g}, which is out of range or order ({allowed})")
             return
         before = float(factor)
-
-
-def _title(tree: _Tree) -> Iterator[Finding]:
-    title = tree.at("title")
-    if isinstance(title, str) and not (title.isprintable() and title.strip()):
-        yield _rule("title", f"got {title[:60]!r} (printable text on one line)")
 
 
 def _axes(tree: _Tree) -> Iterator[Finding]:

@@ -1,6 +1,6 @@
 """Numbers as text, tables of them, text in Markdown, text that is not ours, and the words of alerts."""
 
-from vireport.text.alerts import CATALOGUE, AlertCode, Severity, explanation
+from vireport.text.alerts import CATALOGUE, AlertCode, Explanation, Sentence, Severity, explanation
 from vireport.text.foreign import inert_cell, visible
 from vireport.text.formatting import (
     ABSENT,
@@ -42,6 +42,8 @@ __all__ = [
     "TIMES",
     "AlertCode",
     "Column",
+    "Explanation",
+    "Sentence",
     "Severity",
     "Table",
     "bounded",

@@ -1,10 +1,15 @@
-"""The catalogue of alerts: their codes, what they mean and what to do; `vireport.gate` finds where they are raised."""
+"""All words of alerts: what they mean, what to do, and the sentences that say with numbers what raises one.
+
+`vireport.gate` finds where they are raised, and the numbers.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from textwrap import fill
+from typing import Any, NamedTuple
 
 from vireport.base import UsageError
 
@@ -43,15 +48,45 @@ class Severity(StrEnum):
     NOTE = "note"
 
 
+class Sentence(NamedTuple):
+    """A sentence by its name in a row of the catalogue, and what its pattern takes.
+
+    A number or a text is printed as the pattern says. A list of sentences is printed as phrases, with the format of its
+    field between them.
+    """
+
+    name: str
+    given: Mapping[str, Any] = {}
+
+
+class _Phrases(tuple[str, ...]):
+    """Phrases of one sentence; its pattern has what stands between them as the format of the field."""
+
+    def __format__(self, between: str) -> str:
+        return between.join(self)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Explanation:
-    """What an alert is known by, why it matters, and what to do."""
+    """What an alert is known by, why it matters, what to do, and the patterns of the sentences on its cause."""
 
     code: AlertCode
     severity: Severity
     title: str
     meaning: str
     remedy: str
+    cause: Mapping[str, str]
+
+    def worded(self, sentences: Iterable[Sentence]) -> str:
+        """The cause with its numbers."""
+        return " ".join(map(self._worded, sentences))
+
+    def _worded(self, sentence: Sentence) -> str:
+        given = {
+            name: _Phrases(map(self._worded, value)) if isinstance(value, list) else value
+            for name, value in sentence.given.items()
+        }
+        return self.cause[sentence.name].format(**given)
 
 
 CATALOGUE = (
@@ -63,6 +98,9 @@ CATALOGUE = (
         "membranes and attracts the motions nearby. The device does something else there: other impact sequences, "
         "chaos, or rest.",
         "Widen the sweep, or change length, force, frequency or inclination.",
+        {
+            "nowhere": "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
+        },
     ),
     Explanation(
         AlertCode.INADMISSIBLE_SOLUTIONS,
@@ -72,6 +110,19 @@ CATALOGUE = (
         "in between; the eigenvalues may even call them stable. They are in the results, marked as not admissible, "
         "and neither drawn nor counted.",
         "Nothing to do; the grazing points show where the motions end.",
+        {
+            "one": "One stretch of the algebraic solution would pass through a membrane, by up to {depth:.3g} of the "
+            "length unit x_c. It is listed in the results as not admissible, and neither drawn nor counted.",
+            "one_stable": "One stretch of the algebraic solution would pass through a membrane, by up to {depth:.3g} "
+            "of the length unit x_c, though its eigenvalues would call it stable. It is listed in the results as "
+            "not admissible, and neither drawn nor counted.",
+            "several": "{count} stretches of the algebraic solution would pass through a membrane, by up to "
+            "{depth:.3g} of the length unit x_c. They are listed in the results as not admissible, and neither "
+            "drawn nor counted.",
+            "several_stable": "{count} stretches of the algebraic solution would pass through a membrane, by up to "
+            "{depth:.3g} of the length unit x_c, some with eigenvalues that would call them stable. They are listed "
+            "in the results as not admissible, and neither drawn nor counted.",
+        },
     ),
     Explanation(
         AlertCode.DESIGN_NOT_STABLE,
@@ -79,6 +130,12 @@ CATALOGUE = (
         "The design point has no stable 1:1 motion",
         "Of all 1:1 solutions at the design point none is both admissible and stable, and no other motion is required.",
         "Move the design point into a stable range, or require the word of a motion that is stable there.",
+        {
+            "none": "At {place}, there is no solution.",
+            "one": "At {place}, the one solution is not admissible and stable.",
+            "several": "At {place}, none of the {count} solutions is admissible and stable.",
+            "instead": "Stable there: {others}.",
+        },
     ),
     Explanation(
         AlertCode.SEVERAL_STABLE_MOTIONS,
@@ -87,6 +144,9 @@ CATALOGUE = (
         "More than one stable 1:1 motion exists there, with different velocities and voltages; which one the device "
         "settles on depends on how it is started.",
         "Check the start, or move to where there is one.",
+        {
+            "count": "{count} stable 1:1 motions exist there; which one is reached depends on the start.",
+        },
     ),
     Explanation(
         AlertCode.NEAR_CRITICAL_POINT,
@@ -95,6 +155,10 @@ CATALOGUE = (
         "A period doubling, fold, pitchfork or grazing point that ends the stable range is closer than 2 % of the "
         "design value, which is what masses and lengths are commonly made to. Transients are long there, too.",
         "Keep a larger margin: manufacturing tolerances and the unknown restitution may carry the device across.",
+        {
+            "below": "Stable motion ends {percent:.2f} % below the design point in {quantity}: {name}.",
+            "above": "Stable motion ends {percent:.2f} % above the design point in {quantity}: {name}.",
+        },
     ),
     Explanation(
         AlertCode.ROUGH_CRITICAL_POINT,
@@ -103,6 +167,11 @@ CATALOGUE = (
         "Two conditions nearly coincide there (next to a point of codimension two, or at a restitution within rounding "
         "of 0), so that it was bracketed rather than polished. Its error bound says how well.",
         "Use it only as far as its error bound allows.",
+        {
+            "one": "{labels}: so nearly degenerate that it was bracketed, not polished; the error bound says how well.",
+            "several": "{labels}: so nearly degenerate that they were bracketed, not polished; the error bounds say "
+            "how well.",
+        },
     ),
     Explanation(
         AlertCode.NEAR_GRAZING,
@@ -112,6 +181,9 @@ CATALOGUE = (
         "change makes it touch there; such an impact has no velocity, the return map has an infinite slope, and "
         "stability is lost at once rather than gradually.",
         "Change length or force so that the ball turns farther from the membrane, or does not turn at all.",
+        {
+            "turns": "The ball turns {percent:.2g} % of the length from a membrane without touching it.",
+        },
     ),
     Explanation(
         AlertCode.ILL_CONDITIONED,
@@ -120,6 +192,9 @@ CATALOGUE = (
         "One rounding of the inputs, in their sixteenth digit, moves the motion in its ninth or before: it is next to "
         "a fold or pitchfork, or the restitution is next to 1. What is known of the inputs decides how much holds.",
         "Move away from the fold, or use a restitution further from 1; do not act on the digits beyond.",
+        {
+            "moves": "A single rounding of the length or the inclination moves q or the phase by {error:.1g}.",
+        },
     ),
     Explanation(
         AlertCode.SENSITIVE_TO_RESTITUTION,
@@ -129,6 +204,10 @@ CATALOGUE = (
         "stable motion of the design point is lost, or its impact velocity changes by more than twice as much as the "
         "restitution does.",
         "Measure the restitution; study the design with its least and largest value (--set device.restitution=...).",
+        {
+            "lost": "At a restitution of {restitution:.4g} a stable motion of the design point is lost.",
+            "changes": "1 % of restitution changes the impact velocity by {percent:.2g} %.",
+        },
     ),
     Explanation(
         AlertCode.OUTSIDE_MEMBRANE_GEOMETRY,
@@ -138,6 +217,16 @@ CATALOGUE = (
         "cannot hold there, though the formulae still evaluate, to voltages that no membrane would survive.",
         "Use a lighter ball, a stiffer or larger membrane, or gentler forcing; or measure the membrane's force law "
         "at such depths.",
+        {
+            "deflection": "The impacts press the membrane up to {depth_mm:.3g} mm deep, {times:.2g} times its active "
+            "radius of {radius_mm:.3g} mm. The formulae still evaluate, to {highest_v:.3g} V above a bias of "
+            "{bias_v:.4g} V, but the cone-and-cap shape of Eqs. (5.3)-(5.5) cannot hold there: read the voltages as "
+            "a ranking, not as volts.",
+            "fits": "The deflection would fit with any one of: {ways:; }.",
+            "ball": "a ball of at most {mass_g:.4g} g",
+            "stiffness": "a stiffness of at least {stiffness:.4g} N/m^h",
+            "radius": "an active radius of at least {radius_mm:.4g} mm",
+        },
     ),
     Explanation(
         AlertCode.LONG_CONTACT,
@@ -147,6 +236,10 @@ CATALOGUE = (
         "as instantaneous. Velocities and phases then shift by about as much, and critical points by more.",
         "See how far things move with the membrane's own stiffness: vireport accuracy, or an accuracy block in the "
         "scenario, solves that motion. Or use a stiffer membrane or a lighter ball.",
+        {
+            "share": "A contact takes some {percent:.2g} % of the forcing period with the membrane's own stiffness, "
+            "by an estimate without gravity and forcing.",
+        },
     ),
     Explanation(
         AlertCode.SENSITIVE_TO_BALL_MASS,
@@ -155,6 +248,9 @@ CATALOGUE = (
         "U_ave changes by more than half the share by which the mass of the ball does. The paper does not give that "
         "mass; published values for this device differ by a factor of six.",
         "Weigh the ball. Velocities, stability and critical points do not depend on it.",
+        {
+            "changes": "1 % of ball mass changes U_ave by up to {percent:.2g} %.",
+        },
     ),
     Explanation(
         AlertCode.NOT_RIGID,
@@ -163,6 +259,13 @@ CATALOGUE = (
         "With the membrane's own stiffness the impact velocity moves by more than 5 %, U_ave by more than 20 % or the "
         "critical point by more than half the margin, or the motion or the critical point is lost.",
         "Act on the values with compliant membranes; the section on them has the shifts.",
+        {
+            "moves": "The membrane's own stiffness moves {shifts:, }.",
+            "percent": "{name} by {percent:+.2g} %",
+            "margins": "{name} by {margins:.2g} times the margin to it",
+            "point_lost": "With the membrane's own stiffness {label} is lost.",
+            "motion_lost": "With the membrane's own stiffness the stable motion is lost.",
+        },
     ),
     Explanation(
         AlertCode.ADMISSIBILITY_UNDECIDED,
@@ -172,6 +275,10 @@ CATALOGUE = (
         "the design point is a grazing point as far as double precision can tell.",
         "Do not act on whether it is called admissible; change length or force so that the ball turns farther from "
         "the membrane.",
+        {
+            "gap": "The gap between the ball's turning point and a membrane is {gap:.2g} of the length unit x_c, with "
+            "an error bound of {bound:.2g}: undecided within rounding.",
+        },
     ),
     Explanation(
         AlertCode.IMPLAUSIBLE_INPUT,
@@ -181,6 +288,13 @@ CATALOGUE = (
         "more than half the capsule's mass, which the capsule would feel, an inclination that is a common angle in "
         "radians, a frequency that is a round number of hertz in radians per second, or gravity above 50 m/s^2.",
         "Compare the value with its unit, which stands in its key; if it is meant, nothing is to be done.",
+        {
+            "length": "{path} = {value:.6g}: metres, or is it {value:.6g} mm, which is {meant:.6g} m?",
+            "mass": "{path} = {value:.6g}: {times:.3g} times the capsule's {capsule:.6g} kg, or is it {value:.6g} g?",
+            "angle": "{path} = {value:.6g}: degrees, or is it {value:.6g} rad, which is {meant} degrees?",
+            "frequency": "{path} = {value:.6g}: hertz, or is it {value:.6g} rad/s, which is {meant:g} Hz?",
+            "gravity": "{path} = {value:.6g}: m/s^2, or is it {value:.6g} cm/s^2, which is {meant:.6g} m/s^2?",
+        },
     ),
     Explanation(
         AlertCode.BREAKDOWN,
@@ -190,6 +304,9 @@ CATALOGUE = (
         "thickness, when it is flat again. In a stable motion of the design point that is above the field that the "
         "material withstands: the membrane would be destroyed before the energy and power given could be taken.",
         "Lower the bias voltage, use a thicker membrane, or limit the deflection.",
+        {
+            "field": "The field reaches {highest:.3g} V/m, {times:.3g} times the breakdown field of {limit:.3g} V/m.",
+        },
     ),
     Explanation(
         AlertCode.SIMULATION_DISAGREES,
@@ -199,6 +316,10 @@ CATALOGUE = (
         "of the two is wrong there.",
         "Do not act on the verdict. Look where the differences are; near a critical point widen the tolerance, and "
         "report anything else.",
+        {
+            "left": "Of {orbits} stable orbits the simulation left {missed}; on the others the difference reaches "
+            "{largest:.2g} (tolerance {tolerance:.2g}).",
+        },
     ),
     Explanation(
         AlertCode.COEXISTING_MOTIONS,
@@ -206,6 +327,10 @@ CATALOGUE = (
         "Other motions coexist with the stable 1:1 motion",
         "Where a stable 1:1 motion exists, some simulated starts end on something else.",
         "See that the device is started within reach of the 1:1 motion.",
+        {
+            "elsewhere": "{count} of {trials} starts where a stable 1:1 motion exists end elsewhere ({others:, }).",
+            "motion": "{count} in {name}",
+        },
     ),
     Explanation(
         AlertCode.CHATTER,
@@ -215,6 +340,10 @@ CATALOGUE = (
         "starts end so, or gravity alone holds it on the bottom (gbar of 1 or more). Such a motion generates little, "
         "and a fixed-step simulation stalls in it or steps through the membrane.",
         "Start the device with enough velocity; less inclination or more force if it is gravity.",
+        {
+            "starts": "{held} of {total} simulated starts end in chatter or at rest.",
+            "gravity": "gbar reaches {gbar:.3g}: a ball at rest on the bottom membrane stays there.",
+        },
     ),
 )
 """All alerts, in the order of their codes."""

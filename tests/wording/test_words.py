@@ -1,0 +1,714 @@
+"""The words of templates: every branch of them is said here by some results, and by no name that is not there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from jinja2 import nodes
+from jinja2.compiler import CodeGenerator
+from jinja2.meta import find_undeclared_variables
+
+from vireport import analyse, load
+from vireport.figures.captions import FILES, Circles, Extent
+from vireport.gate import Evidence, verdict_of
+from vireport.membranes import Grade
+from vireport.motions import Event
+from vireport.physics import Word
+from vireport.report.templates import FILTERS
+from vireport.scenario import DesignInput, Parameter
+from vireport.study import Task
+from vireport.wording import TEMPLATES, Words, environment_of
+from vireport.wording import templates as wording
+
+WORDS = sorted((TEMPLATES / "words").rglob("*.j2"))
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+FROM_OUTSIDE = {"report", "macros"}
+"""Names that sections take from the template that includes them."""
+
+
+@pytest.mark.parametrize("file", sorted(TEMPLATES.rglob("*.j2")), ids=lambda file: str(file.relative_to(TEMPLATES)))
+def test_a_template_has_no_name_that_nothing_defines(file: Path) -> None:
+    source = file.read_text(encoding="utf-8")
+    environment = environment_of(None)
+    environment.filters |= FILTERS
+    tree = environment.parse(source)
+    # What is set in a branch counts as undeclared, though it is used in that branch alone.
+    own = {name.name for name in tree.find_all(nodes.Name) if name.ctx != "load"}
+    own |= {macro.name for macro in tree.find_all(nodes.Macro)}
+    names = find_undeclared_variables(tree) - own
+    assert names <= (set() if file in WORDS else FROM_OUTSIDE)
+
+
+def thing(**of: object) -> SimpleNamespace:
+    return SimpleNamespace(**of)
+
+
+class Branches(CodeGenerator):
+    """Compiles templates so that each branch tells that it was taken."""
+
+    def visit_Template(self, node: nodes.Template, frame: object = None) -> None:
+        for k, branch in enumerate(node.find_all((nodes.If, nodes.For, nodes.CondExpr))):
+            place = f"{self.name}:{branch.lineno}:{k}"
+            if isinstance(branch, nodes.CondExpr):
+                branch.expr1 = self.told(f"{place} true", branch.expr1)
+                branch.expr2 = branch.expr2 and self.told(f"{place} false", branch.expr2)
+            else:
+                branch.body.insert(0, nodes.ExprStmt(self.told(f"{place} true"), lineno=branch.lineno))
+                if branch.else_:
+                    branch.else_.insert(0, nodes.ExprStmt(self.told(f"{place} false"), lineno=branch.lineno))
+        super().visit_Template(node, frame)
+
+    def told(self, branch: str, value: nodes.Expr | None = None) -> nodes.Call:
+        self.environment.branches.add(branch)
+        given = [nodes.Const(branch), value or nodes.Const(None)]
+        return nodes.Call(nodes.EnvironmentAttribute("taken"), given, [], None, None).set_lineno(0)
+
+
+@pytest.fixture(scope="module")
+def taken() -> Iterator[Callable[[], tuple[set[str], set[str]]]]:
+    """The branches of the words, and those that were taken."""
+    environment, told = environment_of(None), set()
+
+    def tell(branch: str, value: object) -> object:
+        told.add(branch)
+        return value
+
+    environment.branches, environment.taken, environment.code_generator_class = set(), tell, Branches
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(wording, "_environment", lambda templates: environment)
+        yield lambda: (environment.branches, told)
+
+
+def said(words: str, macro: str, *given: object) -> str:
+    return Words(words)(macro, *given)
+
+
+@cache
+def solved(name: str, **over: object):
+    given = {path.replace("__", "."): value for path, value in over.items()}
+    return analyse(load(EXAMPLES / f"{name}.yaml", given), ("json",)).solution
+
+
+def check(**found: object) -> SimpleNamespace:
+    """A simulation that found every stable motion again, and some other motions."""
+    others = tuple(thing(count=count, name=name) for count, name in ((4, "BBT"), (3, "BTBT"), (2, "chaos"), (1, "B")))
+    usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
+    usual |= {"trials": 20, "reached": 15, "share": (0.75, 0.5, 0.9), "elsewhere": (), "motions": others, "values": [0]}
+    return thing(**usual | found, others=others)
+
+
+def followed(*words: str) -> SimpleNamespace:
+    """Families of motions that are stable wherever it is asked."""
+    families = [thing(word=Word.of(*word.split(), *([3] if "3" in word else []))) for word in words]
+    for family, word in zip(families, words, strict=True):
+        family.word = Word.of(word.rstrip("3"), 3 if word.endswith("3") else 1)
+        family.stable_runs = [(0, 1)]
+    return thing(families=families, stable_at=lambda value: [(family, None) for family in families])
+
+
+def required(passed: bool, question: str = "MARGIN") -> SimpleNamespace:
+    from vireport.gate import Question
+
+    limit = thing(text="at least 5 %")
+    return thing(
+        passed=passed,
+        names_motions=question == "MOTION",
+        question=Question[question],
+        title="Margin",
+        limit=limit,
+        key="margin_any_percent",
+    )
+
+
+def tolerances(proved: bool, worst: object = None) -> SimpleNamespace:
+    return thing(proved=proved, worst=worst, sampled=thing(stable=48, samples=64, low=0.7, high=0.8))
+
+
+HERE = {"sweep__to": 0.62, "device__length_m": 0.6}
+"""A sweep of the inclined capsule without stable 1:1 motion, and a design point in it."""
+
+VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
+    "swept": (
+        lambda: Evidence(solved("inclined")),
+        ["Stable 1:1 motion for 0.629457 m < s ≤ 0.75 m.", "Ends at 0.629457 m: period doubling B1. Sweep of length:"],
+    ),
+    "throughout": (lambda: Evidence(solved("inclined", sweep__from=0.65)), ["Throughout the sweep. Sweep of length:"]),
+    "two ends": (
+        lambda: Evidence(solved("inclined", sweep__to=1.6)),
+        ["Ends at 0.629457 m: period doubling B1; 1.43245 m: fold C1. Sweep"],
+    ),
+    "elsewhere in the sweep": (
+        lambda: Evidence(solved("inclined", device__length_m=0.6)),
+        [
+            "Stable 1:1 motion for 0.629457 m < s ≤ 0.75 m. At the design point s = 0.6 m: no stable 1:1 motion.",
+            "2 admissible 1:1 motions at s = 0.6 m, none of them stable",
+            "Along the sweep the 1:1 motion is stable for 0.629457 m",
+        ],
+    ),
+    "without a design point": (
+        lambda: Evidence(solved("inclined", device__length_m=None)),
+        ["Stable node in the sweep", "Over the stable range. Outside the membrane model"],
+    ),
+    "nothing in the sweep": (
+        lambda: Evidence(solved("inclined", sweep__to=0.62, device__length_m=None)),
+        ["No admissible 1:1 motion in the sweep attracts", "Nowhere", "in the sweep of length from 0.59 m to 0.62 m"],
+    ),
+    "others in the sweep": (
+        lambda: Evidence(solved("inclined", sweep__to=0.62, device__length_m=None), atlas=followed("BB")),
+        ["Somewhere in the sweep the ball strikes only the bottom membrane, twice per forcing period", "Not 1:1"],
+    ),
+    "others at the design point": (
+        lambda: Evidence(solved("inclined", **HERE), atlas=followed("BBT", "BTBT3", "T", 10 * "B" + "T")),
+        [
+            "No stable 1:1 motion in the sweep. At the design point s = 0.6 m: no stable 1:1 motion; the ball strikes "
+            "the "
+            "bottom membrane twice and the top once per forcing period (BBT), or the ball strikes each membrane twice "
+            "in "
+            "3 forcing periods (BTBT), or the ball strikes only the top membrane, once per forcing period, or",
+            "the bottom membrane 10 times and the top once",
+            "There the ball strikes",
+        ],
+    ),
+    "an allowed motion": (
+        lambda: Evidence(solved("inclined", **HERE), atlas=followed("BBT"), criteria=(required(True, "MOTION"),)),
+        ["Are the requirements met? Yes 1 of 1: see the acceptance table"],
+    ),
+    "no motion at all": (
+        lambda: Evidence(solved("inclined", device__length_m=0.1, sweep__from=0.08, sweep__to=0.15)),
+        ["No admissible 1:1 motion at s = 0.1 m", "There is no stable 1:1 motion to evaluate it for"],
+    ),
+    "one point": (
+        lambda: Evidence(solved("design-point")),
+        [
+            "Stable 1:1 motion: stable node at s = 0.7 m, F = 3 N, f = 2 Hz, β = 45°.",
+            "One input varied at a time. Likewise",
+        ],
+    ),
+    "one unstable point": (
+        lambda: Evidence(solved("design-point", device__length_m=0.5)),
+        ["No stable 1:1 motion: 1 admissible 1:1 motion at s = 0.5 m, F = 3 N"],
+    ),
+    "two periods": (lambda: Evidence(solved("horizontal", period_ratio=3)), ["1:1 motion of 3 forcing periods"]),
+    "handover": (
+        lambda: Evidence(solved("horizontal")),
+        [
+            "below the design point; before it, at s = 0.396734 m (C1), two",
+            "disturbances turn about it as they die out",
+        ],
+    ),
+    "mirror images": (
+        lambda: Evidence(solved("horizontal", device__length_m=0.36)),
+        ["; two mirror images", "2 stable 1:1 motions coexist there, mirror images of each other"],
+    ),
+    "two motions": (
+        lambda: Evidence(solved("horizontal", inclination_deg=1.0, device__length_m=0.36)),
+        ["; 2 stable motions coexist", "2 stable 1:1 motions coexist there."],
+    ),
+    "another beside": (
+        lambda: Evidence(solved("inclined"), atlas=followed("BT", "BBT")),
+        ["without turning about it); BBT is stable there too."],
+    ),
+    "others beside": (
+        lambda: Evidence(solved("inclined"), atlas=followed("BBT", "BBBT")),
+        ["; BBT, BBBT are stable there too."],
+    ),
+    "light ball": (
+        lambda: Evidence(solved("inclined", device__ball_mass_kg=1e-7)),
+        ["At the design point; deflection up to 1.005 mm, inside the membrane model"],
+    ),
+    "no ball mass": (
+        lambda: Evidence(solved("inclined", device__ball_mass_kg=None)),
+        ["Not evaluated device.ball_mass_kg is not given"],
+    ),
+    "a pair of voltages": (
+        lambda: Evidence(solved("horizontal", inclination_deg=1.0, device__length_m=0.36)),
+        ["U_ave = 27.86 kV to 28.02 kV"],
+    ),
+    "unresolved": (
+        lambda: Evidence(at_design(solved("inclined"), unresolved=(DesignInput.LENGTH, DesignInput.RESTITUTION))),
+        ["margin not known", "does not resolve where stable motion ends along length, restitution"],
+    ),
+    "endless": (
+        lambda: Evidence(at_design(solved("inclined"), margins=())),
+        ["no critical point near", "Stable motion ends nowhere along any input"],
+    ),
+    "an unlabelled end of grazing": (
+        lambda: Evidence(with_end(solved("inclined"), event=Event.GRAZING, label="", distance=1.5, relative=None)),
+        [
+            "Its nearest end is a grazing point (beyond it the ball touches a membrane in another way), 1.5° away in "
+            "inclination",
+            "above the design point",
+        ],
+    ),
+    "no range around": (
+        lambda: Evidence(at_design(solved("design-point"), stable=())),
+        ["Where is the 1:1 motion stable? Not known No stable range is resolved"],
+    ),
+    "proved": (
+        lambda: Evidence(solved("inclined"), tolerances=tolerances(True)),
+        ["stable for every device within the tolerances", "Yes It is proved for every one"],
+    ),
+    "refuted": (
+        lambda: Evidence(solved("inclined"), tolerances=tolerances(False, object())),
+        ["stable for 75 % of the devices within", "work? No 48 of 64 random devices", "(95 % interval 70 % to 80 %)"],
+    ),
+    "open": (lambda: Evidence(solved("inclined"), tolerances=tolerances(False)), ["work? Not decided 48 of 64"]),
+    "rigid": (
+        lambda: Evidence(solved("inclined"), compliance=thing(grade=Grade.CARE)),
+        ["Is the rigid model good enough? It is to be used with care See the section"],
+    ),
+    "requirements": (
+        lambda: Evidence(solved("inclined"), criteria=(required(False), required(False), required(True, "SHAKER"))),
+        [
+            "2 of 3 requirements are not met: Margin (at least 5 %); Margin (at least 5 %). Stable",
+            "Are the requirements met? No 1 of 3",
+            "What must the shaker do? 2.46 g, stroke 305 mm Amplitudes of acceleration 24.1 m/s² and force 3 N",
+            "not met: [Margin](requirement-margin_any_percent), [Margin](requirement-margin_any_percent). The ball",
+        ],
+    ),
+    "one requirement": (
+        lambda: Evidence(solved("inclined"), criteria=(required(False),)),
+        ["1 of 1 requirement is not met: Margin", "1 of 1 requirement is not met: [Margin]"],
+    ),
+    "simulated": (
+        lambda: Evidence(solved("inclined"), check(orbits=1)),
+        ["reached from 75 % of 20 starts (95 % interval 50 % to 90 %)", "Yes It ends on the one stable orbit tried"],
+    ),
+    "simulated along the sweep": (
+        lambda: Evidence(solved("inclined"), check(values=[0, 1], elsewhere=check().others)),
+        [
+            "over the sweep reached from 75 %",
+            "15 of 20 random starts (95 % interval 50 % to 90 %); the others: 40 % BBT, 30 % BTBT, 20 % chaos, others",
+            "It ends on all 9 stable orbits tried",
+            "Of 20 random starts, 75 % reach it; 20 % end in BBT, 15 % end in BTBT, 10 % end in chaos (B and T are",
+        ],
+    ),
+    "contradicted": (
+        lambda: Evidence(solved("inclined"), check(passed=False, misses=(1, 2), share=None)),
+        [
+            "Not verified: the simulation does not agree with the solution. Stable",
+            "No It leaves 2 of 9 stable orbits; largest difference on the others 2 × 10⁻¹⁴",
+            "**Not verified:** the simulation",
+        ],
+    ),
+    "nothing to compare": (
+        lambda: Evidence(solved("inclined", **HERE), check(orbits=0, values=[0, 1], share=None)),
+        ["Nothing to compare There is no stable 1:1 motion at the values simulated; simulated starts over the sweep"],
+    ),
+    "nothing to compare at one value": (
+        lambda: Evidence(solved("inclined", device__length_m=0.6), check(orbits=0, motions=check().others[:1])),
+        [
+            "; simulated starts end in motions other than 1:1: 100 % BBT",
+            "Of 20 random starts at values where it is, 75 %",
+        ],
+    ),
+}
+
+
+def at_design(solution, **changed: object):
+    return replace(solution, design=replace(solution.design, **changed))
+
+
+def with_end(solution, **of: object):
+    """A solution whose stable motion ends at one point only."""
+    end = {
+        "parameter": DesignInput.INCLINATION,
+        "point": thing(d=0.5),
+        "ends_stability": True,
+        "sweep_value": 46.5,
+    }
+    return at_design(solution, margins=(thing(**end | {"name": "grazing point"} | of),))
+
+
+@pytest.mark.parametrize("name", VERDICTS)
+def test_a_verdict_is_worded(name: str, taken) -> None:
+    make, parts = VERDICTS[name]
+    verdict = verdict_of(make())
+    worded = verdict.worded()
+    facts = [f"{fact.question} {fact.answer} {fact.detail}" for fact in worded.facts]
+    paragraphs = [said("verdict", "paragraph", verdict, picture) for picture in ("figure-2", "")]
+    text = "\n".join([worded.word, worded.headline, *facts, *paragraphs])
+    for part in parts:
+        assert part in text
+    assert worded.headline.endswith(".")
+    assert worded.word == verdict.conclusion.word
+    assert ("(@figure-2)" in text) == ("able for" in paragraphs[0] or "There the ball" in text or "Somewhere" in text)
+    for text in (worded.headline, *facts, *paragraphs):
+        assert not re.search(r" [ .,;]|\.\.|,,|\bnan\b|<|{", text.replace(" < ", " "))
+
+
+LENGTH = Parameter.LENGTH
+HELD = ["F = 3 N", "r = 0.5"]
+ALONG = {
+    "held": HELD,
+    "range": "s from 0.5 m to 0.6 m",
+    "swept": LENGTH,
+    "ranges": [],
+    "points": [],
+    "extents": [],
+    "mirrored": False,
+    "level": False,
+    "doubled": [],
+    "unit_m_s": None,
+    "largest": None,
+    "ball_mass_kg": 0.0041,
+    "bias_v": 2000.0,
+    "outside": "",
+    "alert": "VR010",
+    "simulated": None,
+}
+"""What figures 2, 4 and 7 show where there is nothing to be said."""
+
+SPEEDS = [Extent("speed", 0.5, 1.2345, where="bottom"), Extent("phase", 1e-9, 3.0, where="top")]
+VALUES = [Extent("discriminant", -1.0, 2e9), Extent("eigenvalues", 0.5, 0.5)]
+POINTS = [thing(label=label, sweep_value=value) for label, value in (("B1", 0.55), ("C1", 0.58))]
+PERIODIC = {
+    "panels": ["a", "b"],
+    "setting": "s = 0.5 m",
+    "motion": "BT, every forcing period",
+    "lyapunov": None,
+    "cycle": thing(residual=1e-13),
+    "speeds": [0.5, 0.25],
+    "phase": 1.5,
+    "growth": 0.25,
+}
+CHAOTIC = {"panels": ["c", "d"], "setting": "s = 0.6 m", "motion": "chaotic", "cycle": None}
+MOTIONS = {"held": HELD, "motions": [PERIODIC]}
+FAMILIES = {"held": HELD, "swept": LENGTH, "simulated": False, "families": 3, "vertices": 2, "stable": ["BT", "BBT"]}
+DIAGRAM = {"held": HELD, "swept": LENGTH, "simulated": 9, "groups": [], "still": []}
+GROUPS = [
+    {"word": "BT", "found": 3, "low": 0.5, "high": 0.55},
+    {"word": "BBT", "found": 1, "low": 0.6, "high": 0.6},
+]
+END = thing(name="fold C1", parameter=DesignInput.FREQUENCY, sweep_value=1.9)
+ERRORS = {
+    "panels": [("a", "error of the phase φ [rad]"), ("b", "relative error of |Ż| [–]")],
+    "smallest": "10⁻¹⁷",
+    "accuracy": "10⁻⁶",
+    "methods": [
+        ("RK4", [("the motion", "2 ms", 1e-9), ("B1", "", 1e-4)]),
+        ("closed form", [("the motion", "1 µs", 1e-15)]),
+    ],
+}
+STIFF = {"wrong": 0.01, "order": 0.2778, "failed": [], "exponents": []}
+
+FIGURES: list[tuple[str, dict[str, object], str]] = [
+    ("figure_2_caption", {**ALONG}, ". F = 3 N, r = 0.5; s from 0.5 m to 0.6 m."),
+    (
+        "figure_2_caption",
+        {**ALONG, "unit_m_s": 6.0241, "level": True, "doubled": ["BTBT"], "mirrored": True, "simulated": Circles(8, 1)},
+        "; F/(2 M f) = 6.024 m/s; both impacts of a motion are equally fast; thin: motions that come of period "
+        "doublings "
+        "(BTBT); each asymmetric motion is drawn with its mirror image; circles: 8 impacts of periodic motions at 1 "
+        "value "
+        "of the swept parameter, by simulation.",
+    ),
+    (
+        "figure_4_caption",
+        {**ALONG, "largest": 87.12, "mirrored": True},
+        "|λ| reaches 87.1; mirror images share one",
+    ),
+    ("figure_4_caption", {**ALONG, "largest": 2e6}, "0.6 m; |λ| exceeds 10000."),
+    ("figure_4_caption", ALONG, "the real part that they share where Δ < 0. F = 3 N"),
+    ("figure_7_caption", ALONG, "; m = 4.1 g, U_in = 2 kV."),
+    (
+        "figure_7_caption",
+        {**ALONG, "outside": "outside the membrane", "simulated": Circles(8, 2)},
+        "; outside the membrane (VR010); circles: voltages of 8 impacts of periodic motions at 2 values of",
+    ),
+    (
+        "figure_2_alt",
+        ALONG,
+        "Three line charts over s from 0.5 m to 0.6 m, empty: there is no admissible 1:1",
+    ),
+    (
+        "figure_2_alt",
+        {**ALONG, "extents": [(True, SPEEDS), (False, SPEEDS[:1])], "points": POINTS, "simulated": Circles(8, 2)},
+        "0.6 m. There is no stable admissible 1:1 motion in the sweep. Stable motions: impact speed at the bottom 0.5 "
+        "to "
+        "1.23, phase at the top about 0 to 3. Unstable motions: impact speed at the bottom 0.5 to 1.23. Critical "
+        "points, "
+        "at s: B1 0.55 m; C1 0.58 m. Circles: 8 impacts of periodic motions at 2 values of the swept parameter, by",
+    ),
+    (
+        "figure_4_alt",
+        {**ALONG, "extents": [(True, VALUES)], "ranges": [thing(inequality="a < s"), thing(inequality="s < b")]},
+        "0.6 m. Stable 1:1 motion for a < s and for s < b. Stable motions: discriminant about 0 to more than 10000, "
+        "eigenvalues or their real parts 0.5.",
+    ),
+    (
+        "figure_7_alt",
+        {**ALONG, "extents": [(True, [Extent("average", 1.0, 2e5, "V")])], "simulated": Circles(8, 2)},
+        "Stable motions: average voltage about 0 to 200 kV. Circles: voltages of 8 impacts",
+    ),
+    ("figure_7_alt", {**ALONG, "extents": [(True, [Extent("average", 4.0, 4.0, "V")])]}, "average voltage 4 V."),
+    ("figure_3_caption", MOTIONS, ", F = 3 N, r = 0.5. (a, b) s = 0.5 m: BT, every forcing period."),
+    (
+        "figure_6_caption",
+        {"held": [], "motions": [PERIODIC, {**CHAOTIC, "lyapunov": None}]},
+        "X without drift. (a, b) s = 0.5 m: BT, every forcing period; (c, d) s = 0.6 m: chaotic.",
+    ),
+    ("figure_portraits_caption", MOTIONS, "Solved motions over their period"),
+    (
+        "figure_3_alt",
+        MOTIONS,
+        "time series of 1 simulated motion. (a, b) s = 0.5 m: BT, every forcing period, |Ż| = 0.5, 0.25, φ = 1.5 rad, "
+        "residual 1 × 10⁻¹³, largest |λ| = 0.25.",
+    ),
+    (
+        "figure_6_alt",
+        {"held": HELD, "motions": [{**PERIODIC, "growth": None}, {**CHAOTIC, "lyapunov": 0.1234}]},
+        "of 2 simulated motions. (a, b) s = 0.5 m: BT, every forcing period, |Ż| = 0.5, 0.25, φ = 1.5 rad, residual "
+        "1 × 10⁻¹³; (c, d) s = 0.6 m: chaotic, Lyapunov exponent 0.123 per forcing period.",
+    ),
+    (
+        "figure_portraits_alt",
+        {"held": HELD, "motions": [{**PERIODIC, "speeds": [0.1 * k for k in range(1, 9)]}]},
+        "path of 1 motion. (a, b) s = 0.5 m: BT, every forcing period, 8 impacts, |Ż| from 0.1 to 0.8, φ = 1.5",
+    ),
+    ("figure_diagram_caption", DIAGRAM, "F = 3 N, r = 0.5. 9 values of the swept parameter were simulated."),
+    ("figure_diagram_alt", DIAGRAM, "over the length, by simulation. No motion was found that has impacts."),
+    (
+        "figure_diagram_alt",
+        {**DIAGRAM, "groups": GROUPS, "still": ["at rest", "sticking"]},
+        "Motions at 9 values: BT at 3 (s = 0.5 to 0.55 m); BBT at 1 (s = 0.6 m); from some starts the ball ends at "
+        "rest, or "
+        "sticking, which has no impacts.",
+    ),
+    (
+        "figure_diagram_alt",
+        {**DIAGRAM, "simulated": 1, "groups": GROUPS[1:]},
+        "Motions at 1 value: BBT at 1 (s = 0.6",
+    ),
+    ("figure_hysteresis_caption", {"held": HELD, "swept": LENGTH, "jumps": 0, "loops": []}, "r = 0.5. No jumps."),
+    (
+        "figure_hysteresis_alt",
+        {"swept": LENGTH, "jumps": 1, "loops": [thing(low=0.2, high=0.3), thing(low=0.4, high=0.5)]},
+        "over the length. 1 jump; the motion depends on the direction at s = 0.2 to 0.3 m; s = 0.4 to 0.5 m.",
+    ),
+    ("figure_atlas_caption", FAMILIES, "comes or goes; F = 3 N, r = 0.5."),
+    (
+        "figure_atlas_caption",
+        {**FAMILIES, "simulated": True},
+        "; light discs: periodic motions that the simulation fo",
+    ),
+    ("figure_atlas_alt", FAMILIES, "3 families that meet at 2 points; stable motions are BT, BBT."),
+    ("figure_atlas_alt", {**FAMILIES, "stable": []}, "2 points; none is stable."),
+    ("figure_ladder_caption", FAMILIES, "by the word of the motion. F = 3 N, r = 0.5."),
+    ("figure_ladder_alt", {"swept": LENGTH, "best": None}, "voltage and impacts over the length."),
+    (
+        "figure_ladder_alt",
+        {"swept": LENGTH, "best": thing(word=Word.of("BBT"), per_second_v=1234.0)},
+        "the length. BBT generates most, up to 1.234 kV/s.",
+    ),
+    ("figure_device_caption", {"motion": "", "other": False}, "between its membranes, not to scale across."),
+    ("figure_device_caption", {"motion": "stable node", "other": False}, "membrane in one period: stable node."),
+    ("figure_device_caption", {"motion": "BBT", "other": True}, "membrane in one period: the stable motion BBT."),
+    ("figure_device_alt", {"dimensions": HELD, "motion": ""}, "between two membranes: F = 3 N, r = 0.5."),
+    (
+        "figure_device_alt",
+        {"dimensions": HELD, "motion": "BT", "at_top": [0.25, 0.5]},
+        "r = 0.5. Line chart of the ball's distance from the bottom over one period: it meets the top after 0.25 and "
+        "0.5 of it.",
+    ),
+    ("figure_device_alt", {"dimensions": HELD, "motion": "B", "at_top": []}, "period: it does not meet the top."),
+    ("figure_margins_caption", {"end": END}, "The nearest end of stable motion is the fold C1 at f = 1.9 Hz. The bars"),
+    (
+        "figure_margins_alt",
+        {"end": END, "shifts": [(LENGTH, 0.5), (Parameter.AMPLITUDE, -0.25)]},
+        "moves the fold C1 in frequency by: length 0.5 %, force amplitude −0.25 %.",
+    ),
+    (
+        "figure_accuracy_caption",
+        ERRORS,
+        "(a) error of the phase φ [rad], (b) relative error of |Ż| [–]; down and to the left is better.",
+    ),
+    (
+        "figure_accuracy_alt",
+        ERRORS,
+        "2 line charts of error over run time, both logarithmic. RK4: the motion 2 ms to 10⁻⁶, least error 1 × 10⁻⁹; "
+        "B1 not "
+        "to 10⁻⁶, least error 0.0001. closed form: the motion 1 µs to 10⁻⁶, least error 1 × 10⁻¹⁵.",
+    ),
+    ("figure_stiffness_caption", STIFF, "exceeds 0.01 and at the top"),
+    ("figure_stiffness_caption", STIFF, "the slope expected, −0.278 (dashed); no exponent could be fitted."),
+    (
+        "figure_stiffness_alt",
+        {**STIFF, "failed": ["RK4", "DOP853"], "exponents": [("velocity", -0.277), ("B1", -0.28)]},
+        "Some runs of RK4, DOP853 failed. Fitted exponents: velocity −0.277, B1 −0.28.",
+    ),
+    ("figure_stiffness_alt", STIFF, "No run failed. No exponent could be fitted."),
+]
+
+
+def of_figure(macro: str, *given: object) -> str:
+    return said(f"figures/{FILES[Task(macro.rpartition('_')[0].replace('_', '-'))]}", macro, *given)
+
+
+@pytest.mark.parametrize(("macro", "x", "part"), FIGURES, ids=[f"{macro}-{k}" for k, (macro, *_) in enumerate(FIGURES)])
+def test_a_figure_is_worded(macro: str, x: dict[str, object], part: str, taken) -> None:
+    assert part in of_figure(macro, x)
+    assert of_figure(f"{macro.rpartition('_')[0]}_title")
+
+
+B1 = thing(label="B1", event=Event.PERIOD_DOUBLING)
+ORBIT = thing(longest_contact=0.0418, stable=True)
+OWN = thing(orbit=ORBIT, critical_value=0.58, reason="")
+
+
+def compared(name: str, shift: float, *, of_margin: bool = False, moved: float | None = -0.1) -> SimpleNamespace:
+    return thing(criterion=thing(name=name, shift=shift), of_margin=of_margin, shift=moved)
+
+
+def comparison(**of: object) -> SimpleNamespace:
+    return thing(**{"own": OWN, "critical": B1, "grade": Grade.GOOD, "reason": "there is no ball"} | of)
+
+
+def point(label: str, **of: object) -> SimpleNamespace:
+    return thing(**{"label": label, "proved": True, "bound_holds": True, "mirror_proved": None, "beyond": ()} | of)
+
+
+def points(*of: SimpleNamespace) -> tuple[list[SimpleNamespace]]:
+    return (list(of),)
+
+
+SAID: list[tuple[str, str, tuple[object, ...], str]] = [
+    ("accuracy", "task", ("orbit", None), "the motion"),
+    ("accuracy", "task", ("critical", B1), "B1 (period doubling)"),
+    ("accuracy", "task", ("critical", None), "the critical point"),
+    ("accuracy", "short_task", ("orbit", None), "motion"),
+    ("accuracy", "short_task", ("critical", B1), "B1"),
+    ("accuracy", "short_task", ("critical", None), "critical point"),
+    ("accuracy", "quantity", ("voltage", None, None), "U_ave [V]"),
+    ("accuracy", "quantity", ("critical", B1, LENGTH), "B1, s [m]"),
+    ("accuracy", "head", ("error", "phase"), "Error, phase"),
+    ("accuracy", "fastest_head", ("motion", "10⁻⁶"), "motion to 10⁻⁶"),
+    ("accuracy", "fitted_over", ("10", "100", 5), "10 to 100 (5 runs)"),
+    ("accuracy", "failures", (0, 5), "none"),
+    ("accuracy", "failures", (2, 5), "2 of 5"),
+    ("accuracy", "settings", ("10", "10"), "10"),
+    ("accuracy", "settings", ("10", "30"), "10 to 30"),
+    ("accuracy", "not_tried", (), "not tried"),
+    ("accuracy", "not_tried", ("needs numba",), "not tried: needs numba"),
+    ("certificates", "between", (None,), "undecided"),
+    ("certificates", "nothing", (), "no critical points to prove"),
+    ("certificates", "unproved", (thing(reason="it is degenerate"),), "not proved: it is degenerate"),
+    (
+        "certificates",
+        "notes",
+        (thing(radius=1e-10, side="stable above", admissible=True),),
+        "within 1e-10, stable above",
+    ),
+    (
+        "certificates",
+        "notes",
+        (thing(radius=1e-10, side="", admissible=False),),
+        "alone within 1e-10, ball between the membranes: no, proved",
+    ),
+    ("certificates", "summary", points(), "0 of 0 critical points proved."),
+    (
+        "certificates",
+        "summary",
+        points(point("B1")),
+        "1 of 1 critical point proved, each within the error bound that is stated for it.",
+    ),
+    ("certificates", "summary", points(point("B1", proved=False)), "0 of 1 critical point proved."),
+    (
+        "certificates",
+        "summary",
+        points(point("B1", bound_holds=False, mirror_proved=False), point("C1", mirror_proved=True, beyond=("d", "q"))),
+        "2 of 2 critical points proved, but the error bound stated is not proved to hold for B1; the mirror image is "
+        "not "
+        "proved for B1; error bounds stated for other numbers are not proved for C1 (d, q).",
+    ),
+    (
+        "certificates",
+        "summary",
+        points(point("B1", beyond=("d",)), point("C1", beyond=("q",))),
+        "stated for it; error bounds stated for other numbers are not proved for B1 (d), C1 (q).",
+    ),
+    ("compliant", "head", ("critical",), "critical point"),
+    ("compliant", "head", ("critical", "B1"), "B1"),
+    ("compliant", "quantity", ("phase", "rad"), "Phase [rad]"),
+    ("compliant", "quantity", ("restitution", ""), "Restitution"),
+    ("compliant", "what_is_lost", ("B1",), "B1"),
+    ("compliant", "what_is_lost", ("",), "the motion"),
+    ("compliant", "why", ("lost at 5: no root: none",), "lost at 5 (no root, none)"),
+    ("compliant", "why", ("lost",), "lost"),
+    (
+        "compliant",
+        "verdict",
+        (comparison(own=None), []),
+        "Rigid and compliant membranes were not compared: there is no ball.",
+    ),
+    (
+        "compliant",
+        "verdict",
+        (comparison(own=thing(orbit=None, reason="lost: no root")), []),
+        "The rigid model is not good enough here: on the compliant membranes the motion is lost (no root).",
+    ),
+    (
+        "compliant",
+        "verdict",
+        (comparison(own=thing(orbit=thing(stable=False))), []),
+        "The rigid model is not good enough here: on the compliant membranes the motion is no longer stable.",
+    ),
+    (
+        "compliant",
+        "verdict",
+        (comparison(own=thing(orbit=ORBIT, critical_value=None, reason="lost")), []),
+        "Contacts last up to 2.1 % of the forcing period. The rigid model is not good enough here: followed from stiff "
+        "membranes to softer ones, B1 is lost.",
+    ),
+    (
+        "compliant",
+        "verdict",
+        (comparison(), []),
+        "period. The rigid model is good enough here by all criteria.",
+    ),
+    ("compliant", "verdict", (comparison(critical=None, grade=None), []), "The rigid model is good enough here by all"),
+    (
+        "compliant",
+        "verdict",
+        (
+            comparison(grade=Grade.INSUFFICIENT),
+            [
+                compared("U_ave", 0.25),
+                compared("B1", -0.6, of_margin=True),
+                compared("B1", 2.46, of_margin=True, moved=0.1),
+            ],
+        ),
+        "The rigid model is not good enough here: U_ave shifts by +25 %; B1 moves by 60 % of the margin to it, towards "
+        "the "
+        "motion; B1 moves by 2.5 times the margin to it, away from the motion.",
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("words", "macro", "given", "part"), SAID, ids=[f"{x[0]}-{x[1]}-{k}" for k, x in enumerate(SAID)]
+)
+def test_tables_and_proofs_are_worded(words: str, macro: str, given: tuple[object, ...], part: str, taken) -> None:
+    assert part in said(words, macro, *given)
+
+
+def test_every_branch_of_the_words_is_said_above(taken) -> None:
+    """It says all of it itself, as other tests may run elsewhere."""
+    for make, _ in VERDICTS.values():
+        verdict = verdict_of(make())
+        verdict.worded()
+        for picture in ("figure-2", ""):
+            said("verdict", "paragraph", verdict, picture)
+    for macro, x, _ in FIGURES:
+        of_figure(macro, x)
+    for words, macro, given, _ in SAID:
+        said(words, macro, *given)
+    branches, told = taken()
+    assert branches - told == set()
+    assert {branch.partition(":")[0] for branch in branches} == {str(file.relative_to(TEMPLATES)) for file in WORDS}
