@@ -15,6 +15,8 @@ from __future__ import annotations
 
 import os
 
+from vireport.physics import Groups
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from pathlib import Path
@@ -34,10 +36,9 @@ from vireport.motions import (
     trace,
 )
 from vireport.motions.paths import Strand, completed, follow
-from vireport.physics import generated_voltage
+from vireport.physics import Device, Membrane, generated_voltage
 from vireport.simulation import attractors, random_starts, start_speed
-from vireport.study import device_of
-from vireport.study.study import membrane_of, sweep_of
+from vireport.study.study import sweep_of
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 COUNT, BLOCK, SEED = 200_000, 4096, 20190301
@@ -61,8 +62,8 @@ sweep: {parameter: length_m, from: 0.26, to: 0.34}
 def three_impacts() -> dict[str, float]:
     """Microseconds a motion with three impacts, in closed form and by SciPy."""
     scenario = loads(THREE).scenario
-    sweep, membrane = sweep_of(scenario), membrane_of(scenario)
-    unit = float(device_of(scenario).velocity_unit(sweep.parameter, sweep.start))
+    sweep, membrane = sweep_of(scenario), Membrane.of(scenario)
+    unit = float(Device.of(scenario).velocity_unit(sweep.parameter, sweep.start))
     families = atlas(sweep, Limits(3, 1)).families
     family = max((f for f in families if f.word.letters == "BBT"), key=lambda f: len(f.x))
     rows, count = np.linspace(0, len(family.x) - 1, COUNT), len(family.word)
@@ -143,7 +144,7 @@ def simulated_words(found: Atlas, count: int) -> set[str]:
     sweep = found.sweep
     values, r = np.linspace(sweep.start, sweep.end, count), float(sweep.device.restitution)
     d, gbar = (np.broadcast_to(x, count).astype(float) for x in sweep.device.groups(sweep.parameter, values))
-    ends = attractors(d, gbar, r, random_starts(d, start_speed(r, [0.0] * count), STARTS, SEED))
+    ends = attractors(Groups(d, gbar, r), random_starts(d, start_speed(r, [0.0] * count), STARTS, SEED))
     cycles = [end.cycle for row in ends for end in row if end.cycle is not None and not end.cycle.sticks]
     return {cycle.word for cycle in cycles if len(cycle.wall) <= found.limits.impacts and cycle.period <= MOST_PERIODS}
 

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import os
 
+from vireport.physics import Groups
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from pathlib import Path
@@ -82,7 +84,7 @@ def simulated_words(plane: Plane) -> set[str]:
     words = set()
     for r in np.unique(groups[:, 2]).tolist():
         d, gbar = groups[groups[:, 2] == r, :2].T.copy()
-        ends = attractors(d, gbar, r, random_starts(d, start_speed(r, [0.0] * len(d)), STARTS, SEED))
+        ends = attractors(Groups(d, gbar, r), random_starts(d, start_speed(r, [0.0] * len(d)), STARTS, SEED))
         cycles = (end.cycle for row in ends for end in row if end.cycle is not None and not end.cycle.sticks)
         words |= {c.word for c in cycles if len(c.wall) <= LIMITS.impacts and c.period <= LIMITS.periods}
     return words
@@ -92,7 +94,9 @@ def main() -> None:
     """Print and record the table."""
     scenario, rows = load(EXAMPLE).scenario, []
     chart(plane_of(scenario, PLANES[0]), Limits(2, 1), cuts=0)  # imported
-    attractors(np.ones(2), np.ones(2), 0.5, random_starts(np.ones(2), start_speed(0.5, [0.0] * 2), 1, SEED))  # compiled
+    attractors(
+        Groups(np.ones(2), np.ones(2), 0.5), random_starts(np.ones(2), start_speed(0.5, [0.0] * 2), 1, SEED)
+    )  # compiled
     for over in PLANES:
         plane = plane_of(scenario, over)
         seconds, found = processor_time(lambda plane=plane: chart(plane, LIMITS), 1)

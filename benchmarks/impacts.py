@@ -22,6 +22,7 @@ from numba import njit
 from record import record
 from scipy.integrate import solve_ivp
 
+from vireport.physics import Groups
 from vireport.simulation import (
     BOTTOM,
     PHASE,
@@ -40,7 +41,7 @@ from vireport.simulation import (
 D, R = 0.4604, 0.5
 GBAR = 0.1245 * 9.8 * sin(radians(45)) / 3
 SPEED, PHI = 1.00400474, 0.56672469
-MODEL = check_model(D, GBAR, R)
+MODEL = check_model(Groups(D, GBAR, R))
 GOALS = {"heyoka taylor_adaptive": 15, "solve_ivp DOP853": 3000}
 RK4_STEP = 1 / 256
 FIGURE_2 = [
@@ -220,7 +221,7 @@ def interpreted(impacts: int = 5000) -> float:
 def on_all_cores() -> None:
     d = np.linspace(0.05, 0.6, 200)
     for gbar, name in ((0.0, "horizontal"), (GBAR, "45 deg, 3 N")):
-        model = check_model(np.repeat(d, len(FIGURE_2)), gbar, R)
+        model = check_model(Groups(np.repeat(d, len(FIGURE_2)), gbar, R))
         starts = np.array([check_start(start, value) for value in d for start in FIGURE_2])
         rates = []
         for workers in (1, os.cpu_count() or 1):
@@ -233,7 +234,7 @@ def on_all_cores() -> None:
         took = []
         for _ in range(3):
             began = time.perf_counter()
-            diagram(attractors(d, gbar, R, FIGURE_2))
+            diagram(attractors(Groups(d, gbar, R), FIGURE_2))
             took.append(time.perf_counter() - began)
         overlay = f"overlay of 200 x 4 x 1,000: {min(took):.2f} s"
         print(f"figure 2, {name:12s}  impacts {', '.join(rates)}; {overlay}")

@@ -14,7 +14,7 @@ from vireport.atlas import atlas, motion_of_cycle
 from vireport.checks import reference
 from vireport.checks.reference import mp, mpf
 from vireport.motions import Event, Held, Level, Limits, Model, Motion, linearised, residuals, solve, trace, turns
-from vireport.physics import Word
+from vireport.physics import Groups, Word
 from vireport.scenario import Parameter
 from vireport.simulation import (
     PHASE,
@@ -66,7 +66,7 @@ def simulated(word: str) -> Motion:
     """A stable motion, found by simulation."""
     d, gbar, r = SIMULATED[word]
     starts = (Impact(1, velocity, phase) for velocity in (0.5, 0.8, 0.9, 0.3) for phase in np.linspace(0, 6, 13))
-    ends = (find_attractor(d, gbar, r, start, 5_000).cycle for start in starts)
+    ends = (find_attractor(Groups(d, gbar, r), start, 5_000).cycle for start in starts)
     return motion_of_cycle(next(cycle for cycle in ends if cycle is not None and cycle.word == word), d)
 
 
@@ -76,7 +76,7 @@ def test_simulated_motions_solve_the_conditions(word: str):
     x = [*motion.velocity, *motion.time, d]
     assert max(map(abs, residuals(motion.word, x, Model(Level(Held.GBAR, gbar), r)))) < 1e-13
     assert motion.word.letters == word
-    assert all(turn.gap > 0 for turn in turns(motion, d, gbar, r))
+    assert all(turn.gap > 0 for turn in turns(motion, Groups(d, gbar, r)))
 
 
 @pytest.mark.parametrize("word", SIMULATED)
@@ -88,7 +88,9 @@ def test_multipliers_are_those_of_the_simulated_return_map(word: str):
         ends = []
         for way in (1, -1):
             velocity, phase = float(motion.velocity[0] + way * unit[0]), float(motion.phase[0] + way * unit[1])
-            rows, _ = follow_one(check_model(d, gbar, r)[0], check_start(Impact(wall, velocity, phase), d), count)
+            rows, _ = follow_one(
+                check_model(Groups(d, gbar, r))[0], check_start(Impact(wall, velocity, phase), d), count
+            )
             ends.append(rows[-1, [VELOCITY, PHASE]])
         columns.append((ends[0] - ends[1]) / (2 * step))
     matrix, x = np.stack(columns, axis=1), [*motion.velocity, *motion.time, d]
@@ -106,7 +108,7 @@ def test_turning_points_tell_motions_from_solutions_that_pass_through_a_membrane
             time = m.phi_bottom[row] / np.pi + np.array([0, 2 * m.q[row]])
             velocity = np.array([m.velocity_bottom[row], m.velocity_top[row]])
             motion = Motion(Word((1, -1), 1), velocity, time, float(m.d[row]))
-            gaps = [turn.gap for turn in turns(motion, float(m.d[row]), gbar, m.restitution)]
+            gaps = [turn.gap for turn in turns(motion, Groups(float(m.d[row]), gbar, m.restitution))]
             assert all(gap > 0 for gap in gaps) == m.admissible[row]
             decided.append(bool(m.admissible[row]))
     assert {True, False} == set(decided)

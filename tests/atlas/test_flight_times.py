@@ -16,7 +16,7 @@ from vireport.atlas.four_impacts import four_impacts
 from vireport.atlas.one_impact import one_impact
 from vireport.atlas.surface import onto_sweep
 from vireport.motions import Claim, Curve, Held, Level, Limits, Model, Motion, flight_jacobian, residuals, turns
-from vireport.physics import Word
+from vireport.physics import Groups, Word
 from vireport.simulation import (
     Impact,
     attractors,
@@ -42,7 +42,7 @@ def test_motions_with_three_impacts_solve_the_conditions(walls: tuple[int, ...],
         x, d = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]], found.d[i]
         assert max(map(abs, residuals(word, x, Model(Level(Held.D, d), r)))) < 1e-13
         motion = Motion(word, found.velocity[:, i], found.time[:, i], found.gbar[i])
-        inside = all(turn.gap > 0 for turn in turns(motion, d, found.gbar[i], r))
+        inside = all(turn.gap > 0 for turn in turns(motion, Groups(d, found.gbar[i], r)))
         assert found.admissible[i] == (inside and (motion.velocity * walls > 0).all())
     assert 0 < found.admissible.sum() < 20
 
@@ -180,8 +180,8 @@ def test_every_attractor_of_an_upright_capsule_lies_on_a_family(low: float, high
     swept = f"amplitude_n, from: {low}, to: {high}"
     sweep = sweep_of(loads(ONE_SIDED.format(swept=swept, r=0.4, inclination=90)).scenario)
     values, words = np.linspace(low, high, 41), set()
-    d, gbar = (np.broadcast_to(x, 41).astype(float) for x in sweep.device.groups(sweep.parameter, values))
-    ends = attractors(d, gbar, 0.4, random_starts(d, start_speed(0.4, [0.0] * 41), 8, 20190301))
+    d, gbar, _ = (np.broadcast_to(x, 41).astype(float) for x in sweep.device.groups(sweep.parameter, values))
+    ends = attractors(Groups(d, gbar, 0.4), random_starts(d, start_speed(0.4, [0.0] * 41), 8, 20190301))
     families = atlas(sweep, Limits(4, 4)).families
     for value, end in ((value, end) for value, row in zip(values, ends, strict=True) for end in row):
         if end.cycle is not None and not end.cycle.sticks and len(end.cycle.wall) <= 4 and end.cycle.period <= 4:
@@ -267,8 +267,8 @@ inclination_deg: 90
 def test_a_family_is_found_that_joins_no_other(swept: str, value: float):
     """The simulation ends on it; the factor of the solutions changes its sign beside it, or it is within one cell."""
     sweep = sweep_of(loads(UPRIGHT + f"sweep: {{parameter: {swept}}}\n").scenario)
-    d, gbar = (float(x) for x in sweep.device.groups(sweep.parameter, value))
-    cycle = find_attractor(d, gbar, float(sweep.device.restitution), Impact(1, 0.375, 5.66)).cycle
+    d, gbar, _ = (float(x) for x in sweep.device.groups(sweep.parameter, value))
+    cycle = find_attractor(Groups(d, gbar, float(sweep.device.restitution)), Impact(1, 0.375, 5.66)).cycle
     assert cycle is not None
     assert cycle.word == "BBBT"
     motion = motion_of_cycle(cycle, float(sweep.coordinate_of(value)))

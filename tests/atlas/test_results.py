@@ -184,7 +184,7 @@ def test_motions_at_a_value_are_found_with_their_families(study):
     assert {"BT", "BBT"} <= words
     for family, motion in study.atlas.at(0.3):
         assert family.word == motion.word
-        assert study.solution.sweep.value(*family.curve.model.groups(motion.coordinate)) == pytest.approx(0.3)
+        assert study.solution.sweep.value(*family.curve.model.groups(motion.coordinate)[:2]) == pytest.approx(0.3)
 
 
 def test_motions_are_found_again_from_results(study):

@@ -32,7 +32,7 @@ from vireport.checks import reference
 from vireport.checks.reference import mp, mpf
 from vireport.motions import Condition, Event, Limits, find_motions, solve
 from vireport.motions.motion import BESIDE
-from vireport.physics import Word
+from vireport.physics import Groups, Word
 from vireport.scenario import DesignInput
 from vireport.simulation import attractors, random_starts, start_speed
 
@@ -317,7 +317,7 @@ def test_a_simulation_ends_in_the_words_of_its_region_and_in_no_others():
         lengths = found.plane.low[1] + found.plane.widths[1] * shares
         groups = np.array([found.plane.at([r, length])[:2] for length in lengths.tolist()])
         d, gbar = groups.T.copy()
-        ends = attractors(d, gbar, r, random_starts(d, start_speed(r, [0.0] * cells), 16, 1))
+        ends = attractors(Groups(d, gbar, r), random_starts(d, start_speed(r, [0.0] * cells), 16, 1))
         for length, each in zip(lengths, ends, strict=True):
             at = raster(found.plane, [r, length], 240)
             if room[at] > 3 and regions[at] in words:
@@ -341,8 +341,8 @@ def test_regions_are_labelled_by_what_is_stable_there():
             continue
         r, length = text.get_position()
         device = replace(found.plane.device, restitution=r, length_m=length)
-        d, gbar = (np.array([float(group)]) for group in device.groups("length_m", length))
-        motions = find_motions(d, gbar, np.array([r]), 1)
+        d, gbar, _ = (np.array([float(group)]) for group in device.groups("length_m", length))
+        motions = find_motions(Groups(d, gbar, np.array([r])), 1)
         stable = (np.abs(motions.trace) < 1 + r**4) & motions.admissible
         assert bool(stable.any()) == ("BT" in text.get_text().split(", ")), (r, length, text.get_text())
         checked += 1

@@ -16,6 +16,7 @@ from vireport.checks.crosscheck import crosscheck, difference, orbits_at
 from vireport.design.point import design_point
 from vireport.figures import simulated_points
 from vireport.gate.verdict import Question, Status
+from vireport.physics import Groups
 from vireport.simulation import (
     BOTTOM,
     Impact,
@@ -111,7 +112,7 @@ def test_difference_sees_both_impacts_and_half_a_turn(checked) -> None:
 
 def test_only_the_period_asked_for_counts_as_the_motion(example) -> None:
     """A 1:1 motion of one forcing period is none of three, though its word is the same."""
-    found = find_attractor(0.4604, 0.28, 0.5, Impact(BOTTOM, 1.0, 0.5))
+    found = find_attractor(Groups(0.4604, 0.28, 0.5), Impact(BOTTOM, 1.0, 0.5))
     assert (found.word, found.period) == ("BT", 1)
     assert is_one_to_one(found, 1)
     assert not is_one_to_one(found, 3)
@@ -201,7 +202,7 @@ def test_overlay_lies_on_the_curves(checked) -> None:
 def test_results_do_not_depend_on_the_number_of_threads(example) -> None:
     d, gbar = np.linspace(0.25, 0.5, 9), 0.28
     starts = random_starts(d, 2.0, 3, seed=1)
-    one, two = (attractors(d, gbar, 0.5, starts, 500, workers=n) for n in (1, 2))
+    one, two = (attractors(Groups(d, gbar, 0.5), starts, 500, workers=n) for n in (1, 2))
     assert [[a.word for a in row] for row in one] == [[a.word for a in row] for row in two]
 
 

@@ -10,6 +10,7 @@ import pytest
 from vireport import analyse, load, loads
 from vireport.checks.hysteresis import follow_sweep
 from vireport.figures import pictures
+from vireport.physics import Groups
 from vireport.report import Report, render_html
 from vireport.scenario import Direction, Simulation
 from vireport.simulation import (
@@ -98,7 +99,7 @@ def test_the_distance_of_motions_is_that_of_the_impact_farthest_from_all_of_the_
 
 def test_a_ball_at_rest_stays_until_the_forcing_lifts_it():
     # gbar = 2 - value: above 1 the ball rests on the bottom; at r = 0 it then hops from rest, lower than jumps are.
-    rising = course([0.5, 0.9, 1.2], lambda value: Conditions(2.0, 2 - value, 1.0), 0.3)
+    rising = course([0.5, 0.9, 1.2], lambda value: Conditions(Groups(2.0, 2 - value, 0.3), 1.0))
     assert [stage.attractor.outcome for stage in rising.stages[:2]] == [Outcome.REST] * 2
     assert rising.stages[2].attractor.word == "B~"
     assert rising.stages[0].last.wall == BOTTOM

@@ -32,7 +32,7 @@ from vireport.motions import (
     solve,
     touches,
 )
-from vireport.physics import Device
+from vireport.physics import Device, Groups
 from vireport.scenario import DesignInput, Parameter
 
 NEAR = 0.06
@@ -69,9 +69,9 @@ def moved(device: Device, varied: DesignInput, value: float) -> Device:
 def stable_along(device: Device, varied: DesignInput, values: Sequence[float]) -> list[list[Place]]:
     """The stable motions where an input has each of some values, from the zeros of one function of q."""
     devices = [moved(device, varied, float(value)) for value in values]
-    d, gbar = (np.array(x, dtype=float) for x in zip(*(x.groups(*at_length(x)) for x in devices), strict=True))
+    d, gbar, _ = (np.array(x, dtype=float) for x in zip(*(x.groups(*at_length(x)) for x in devices), strict=True))
     r = np.array([x.restitution for x in devices])
-    found = find_motions(d, gbar, r, device.period_ratio)
+    found = find_motions(Groups(d, gbar, r), device.period_ratio)
     stable = found.admissible & (classify(found.trace, r[found.cell] ** 2) != UNSTABLE)
     places: list[list[Place]] = [[] for _ in devices]
     for cell, u, phi in zip(found.cell[stable], found.orbit.u[stable], found.orbit.phi[stable], strict=True):
@@ -281,10 +281,10 @@ def test_the_simulation_stays_on_one_side_and_leaves_on_the_other() -> None:
             for share, stays in ((-1e-3, True), (1e-3, False)):
                 value = end.sweep_value + share * end.distance
                 at = moved(device, varied, value)
-                d, gbar = (float(x) for x in at.groups(Parameter.LENGTH, at.length_m))
+                d, gbar, _ = (float(x) for x in at.groups(Parameter.LENGTH, at.length_m))
                 u, phi = stable_near(device, varied, value, place, 0.3)[0] if stays else place
-                velocity = float(orbits(u, phi, float(at.restitution), 1).velocity_bottom)
-                attractor = find_attractor(d, gbar, float(at.restitution), Impact(BOTTOM, velocity * (1 + 1e-6), phi))
+                velocity = float(orbits(u, phi, at.restitution, 1).velocity_bottom)
+                attractor = find_attractor(Groups(d, gbar, at.restitution), Impact(BOTTOM, velocity * (1 + 1e-6), phi))
                 same = attractor.word == "BT" and apart_at_bottom(attractor, velocity, phi) < 0.1
                 assert same == stays, (device, varied, end, attractor)
     assert tried > 100

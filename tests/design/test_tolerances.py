@@ -25,7 +25,7 @@ from vireport.cli.app import main
 from vireport.design import design_point, devices_off, prove_again, region_of
 from vireport.design.devices import SYMBOLS, Region, stable_motions
 from vireport.design.proof import Leaf, prove_region
-from vireport.physics import AFFINE, Affine, Device
+from vireport.physics import AFFINE, Affine, Device, Groups
 from vireport.scenario import DesignInput, Parameter
 from vireport.simulation import (
     BOTTOM,
@@ -34,7 +34,6 @@ from vireport.simulation import (
     check_model,
     follow,
 )
-from vireport.study import device_of
 
 PAPER = ("horizontal", "inclined", "inclined-forcing", "design-point")
 BINARY = (operator.add, operator.sub, operator.mul, operator.truediv)
@@ -96,7 +95,7 @@ def test_a_wrong_sign_in_a_derivative_escapes(name: str, monkeypatch) -> None:
 
 
 def device(example, name: str) -> Device:
-    return device_of(load(example(name)).scenario)
+    return Device.of(load(example(name)).scenario)
 
 
 def relative(design: Device, share: float, **units: float) -> Region:
@@ -212,7 +211,7 @@ def test_random_devices_in_proved_boxes_are_stable(case: tuple[str, int], exampl
         pytest.importorskip("numba")
         which = which[: count // 5]
         orbit, r = orbit.select(which), np.asarray(devices.restitution)[: count // 5]
-        model = check_model(orbit.d, orbit.gbar, r)
+        model = check_model(Groups(orbit.d, orbit.gbar, r))
         speed, phase = orbit.velocity_bottom, np.mod(orbit.phi, 2 * np.pi)
         starts = np.stack([np.full_like(speed, BOTTOM), 0 * speed, speed * (1 + 1e-5), phase], axis=1)
         rows, _ = follow(model, starts, 400, 1, workers=2)

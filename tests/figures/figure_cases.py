@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from vireport.figures import figure_2, figure_4, figure_7
-from vireport.physics import Device
+from vireport.physics import Device, Groups
 from vireport.scenario import Parameter, load
 from vireport.simulation import (
     BOTTOM,
@@ -91,8 +91,8 @@ def motion(name: str) -> Portrait:
     )  # fmt: skip
     starts = [Impact(BOTTOM, 0.7, 0.4)]
     length = d * force / (4 * M * FREQUENCY**2)
-    groups = (float(group) for group in device.groups(Parameter.LENGTH, length))
-    return portrait(*groups, 0.5, starts, f"s = {Parameter.LENGTH.show(length)}")
+    groups = Groups(*map(float, device.groups(Parameter.LENGTH, length)))
+    return portrait(groups, starts, f"s = {Parameter.LENGTH.show(length)}")
 
 
 def curves(axes: Axes) -> list[Line2D]:

@@ -172,7 +172,7 @@ def test_many_motions_fit_a_page(draw, count: int) -> None:
 
 def test_every_word_is_in_the_diagrams_legend() -> None:
     check = simulated_study().crosscheck
-    drawn = figure_diagram(simulated_study(), check.diagram, check.values, check.d)
+    drawn = figure_diagram(simulated_study(), check.diagram, check.values, check.groups.d)
     assert {"BT", "BTBT"} <= {label for label in check.diagram.labels if label in texts_of(drawn)}
     (panel,) = drawn.axes
     points = sum(len(line.get_xdata()) for line in panel.lines if line.get_zorder() == 3.0)
@@ -193,7 +193,7 @@ def test_many_words_are_named_up_to_eight() -> None:
     check = study.crosscheck
     words = ["B" * k + "T" for k in range(1, 13)]
     found = diagram_of([*words, Outcome.APERIODIC])
-    drawn = figure_diagram(study, found, check.values, check.d)
+    drawn = figure_diagram(study, found, check.values, check.groups.d)
     assert "other" in texts_of(drawn)
     assert "not periodic" in texts_of(drawn)
     assert len(set(texts_of(drawn)) & set(words)) == len(WORDS) == 8
@@ -204,7 +204,7 @@ def test_many_words_are_named_up_to_eight() -> None:
 def test_only_a_ball_that_rests_or_flies_is_said_to_have_no_impacts() -> None:
     check = simulated_study().crosscheck
     found = diagram_of(["BT", *Outcome])
-    told = diagram_picture(simulated_study(), found, check.values, check.d).alt
+    told = diagram_picture(simulated_study(), found, check.values, check.groups.d).alt
     still = f"; from some starts the ball ends {Outcome.REST}, or {Outcome.FREE}, which has no impacts."
     assert told.endswith(still)
 
@@ -213,7 +213,7 @@ def test_an_empty_diagram_is_drawn() -> None:
     study = simulated_study()
     none = np.empty(0, dtype=np.int64)
     empty = Diagram(none, none.astype(np.int8), np.empty(0), np.empty(0), none, ())
-    drawn = figure_diagram(study, empty, study.crosscheck.values, study.crosscheck.d)
+    drawn = figure_diagram(study, empty, study.crosscheck.values, study.crosscheck.groups.d)
     assert len(drawn.axes) == 1
 
 
@@ -276,7 +276,7 @@ def test_impacts_without_a_partner_are_drawn_without_warnings() -> None:
 def test_the_analytic_branch_lies_beneath_the_diagram() -> None:
     study = simulated_study()
     check = study.crosscheck
-    (panel,) = figure_diagram(study, check.diagram, check.values, check.d).axes
+    (panel,) = figure_diagram(study, check.diagram, check.values, check.groups.d).axes
     lines = [line for line in panel.lines if line.get_zorder() == 2.4]
     rows = sum(part.rows.stop - part.rows.start for part in stretches(study.solution) if part.stable)
     assert sum(np.isfinite(line.get_xdata()).sum() for line in lines) == 2 * rows

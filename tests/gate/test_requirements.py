@@ -19,7 +19,7 @@ from vireport.gate import REQUIREMENTS, Criterion, Evidence, Limit, Question, Re
 from vireport.gate.evidence import held
 from vireport.gate.ranges import with_peaks
 from vireport.gate.verdict import Status
-from vireport.physics import ROUNDED, Rounded, generated_voltage
+from vireport.physics import ROUNDED, Groups, Rounded, generated_voltage
 from vireport.report import Report
 from vireport.scenario import LimitKind, Requirements
 from vireport.simulation import attractors, random_starts
@@ -304,8 +304,8 @@ def test_every_stable_motion_is_one_of_the_words(length: float, words: str, pass
 @pytest.mark.slow
 def test_voltages_are_those_of_the_stable_motion() -> None:
     study = analyse(loads(HYSTERESIS.format(length=0.23, words="[BBT]", least=1)), ("json",))
-    d, gbar = (float(x) for x in study.solution.device.groups(study.solution.parameter, 0.23))
-    end = attractors([d], gbar, 0.5, random_starts([d], 1.0, 1, 1))[0][0]
+    d, gbar, _ = (float(x) for x in study.solution.device.groups(study.solution.parameter, 0.23))
+    end = attractors(Groups([d], gbar, 0.5), random_starts([d], 1.0, 1, 1))[0][0]
     assert end.word == "BBT"
     unit = float(study.solution.device.velocity_unit(study.solution.parameter, 0.23))
     mean = float(generated_voltage(unit * end.cycle.velocity, study.solution.membrane).mean())

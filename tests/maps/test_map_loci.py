@@ -10,6 +10,7 @@ from map_texts import TEXT, plan_of
 
 from vireport.maps.loci import loci_of
 from vireport.motions import find_motions
+from vireport.physics import Groups
 from vireport.scenario import Parameter
 
 pytestmark = pytest.mark.slow  # the curves take some seconds
@@ -18,8 +19,8 @@ pytestmark = pytest.mark.slow  # the curves take some seconds
 def motions_at(plan, x: float, y: float):
     """All motions at two values of the axes."""
     device = replace(plan.device, **dict(zip(plan.names, (x, y), strict=True)))
-    d, gbar = device.groups(Parameter.LENGTH, device.length_m)
-    return find_motions(np.array([float(d)]), np.array([float(gbar)]), 0.5, 1)
+    d, gbar, _ = device.groups(Parameter.LENGTH, device.length_m)
+    return find_motions(Groups(np.array([float(d)]), np.array([float(gbar)]), 0.5), 1)
 
 
 @pytest.fixture(scope="module")

@@ -36,6 +36,7 @@ from vireport.physics import (
     Conversion,
     Device,
     Dielectric,
+    Groups,
     Membrane,
     Rounded,
     Voltages,
@@ -284,13 +285,13 @@ def test_bounds_of_simulated_multipliers_hold(study_of) -> None:
     check, r = study.crosscheck, study.solution.device.restitution
     errors = []
     for motions, d, gbar, found in zip(
-        orbits_at(study.solution.diagram, check.values), check.d, check.gbar, check.found, strict=True
+        orbits_at(study.solution.diagram, check.values), check.groups.d, check.groups.gbar, check.found, strict=True
     ):
         exact = [multiplier(motions, row, d, gbar, r) for row in np.flatnonzero(motions.stable)]
         for end in found:
             if end.word == "BT" and end.period == 1:
                 errors.append(min(float(abs(modulus - mpf(end.cycle.growth))) for modulus in exact))
-                assert errors[-1] <= growth_bound(float(d), float(gbar), r, end.cycle)
+                assert errors[-1] <= growth_bound(Groups(float(d), float(gbar), r), end.cycle)
     assert np.count_nonzero(errors) > 20
 
 

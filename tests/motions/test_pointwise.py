@@ -21,7 +21,7 @@ from vireport.motions import (
 from vireport.motions.level_curve import curve_of
 from vireport.motions.pointwise import STEP, forms
 from vireport.motions.roots import bracketed_root
-from vireport.physics import Device
+from vireport.physics import Device, Groups
 from vireport.scenario import Parameter
 
 DEVICE = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
@@ -29,8 +29,8 @@ DEVICE = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 
 def at(device: Device):
     """Motions at one design point."""
-    d, gbar = device.groups(Parameter.LENGTH, device.length_m)
-    return find_motions(np.array([float(d)]), np.array([float(gbar)]), device.restitution, device.period_ratio)
+    d, gbar, _ = device.groups(Parameter.LENGTH, device.length_m)
+    return find_motions(Groups(np.array([float(d)]), np.array([float(gbar)]), device.restitution), device.period_ratio)
 
 
 def along_the_curve(device: Device):
@@ -114,7 +114,7 @@ def test_same_motions_as_on_the_followed_curve(r: float, n: int, force: float, a
 def test_motions_in_forty_digits(gbar: float, r: float, n: int) -> None:
     """Newton's method in 40 digits from each motion moves it by rounding alone, times how ill-posed it is."""
     mp = pytest.importorskip("mpmath").mp
-    found = find_motions(np.linspace(0.11, 0.9, 6) * n, np.full(6, gbar), r, n)
+    found = find_motions(Groups(np.linspace(0.11, 0.9, 6) * n, np.full(6, gbar), r), n)
     with mp.workdps(40):
         scale = mp.mpf(1) / max(gbar, 1e-20)
         for k, cell in enumerate(found.cell):
@@ -151,7 +151,7 @@ def test_two_motions_appear_at_a_fold(angle: float) -> None:
 @pytest.mark.parametrize("gbar", [1e-15, 1e-12, 1e-9, 1e-6])
 def test_nearly_horizontal_capsules_keep_every_motion(gbar: float) -> None:
     d = np.linspace(0.19, 0.26, 50)  # between B1 and C1: a symmetric motion and two others stand side by side
-    level, tilted = find_motions(d, np.zeros(50), 0.5, 1), find_motions(d, np.full(50, gbar), 0.5, 1)
+    level, tilted = find_motions(Groups(d, np.zeros(50), 0.5), 1), find_motions(Groups(d, np.full(50, gbar), 0.5), 1)
     assert (np.bincount(level.cell) == np.bincount(tilted.cell)).all()
     beside = np.abs(level.orbit.u) < 1e-9
     assert beside.sum() >= 50
@@ -162,7 +162,7 @@ def test_nearly_horizontal_capsules_keep_every_motion(gbar: float) -> None:
 
 def test_a_horizontal_capsule_has_mirror_images() -> None:
     d = np.linspace(0.02, 1.0, 400)
-    found = find_motions(d, np.zeros(400), 0.5, 1)
+    found = find_motions(Groups(d, np.zeros(400), 0.5), 1)
     for cell in range(400):
         u = np.sort(found.orbit.u[found.cell == cell])
         np.testing.assert_allclose(u, -u[::-1], rtol=0, atol=1e-9)
@@ -171,7 +171,7 @@ def test_a_horizontal_capsule_has_mirror_images() -> None:
 def test_motions_solve_the_equations() -> None:
     rng = np.random.default_rng(2)
     d, gbar = rng.uniform(0.01, 2, 4000), rng.uniform(0, 1.2, 4000)
-    found = find_motions(d, gbar, 0.5, 1)
+    found = find_motions(Groups(d, gbar, 0.5), 1)
     again = orbits(found.orbit.u, found.orbit.phi, 0.5, 1)
     assert len(found.cell) > 1000
     np.testing.assert_allclose(again.d, d[found.cell], rtol=0, atol=1e-13)
@@ -181,11 +181,11 @@ def test_motions_solve_the_equations() -> None:
 def test_no_cell_depends_on_its_neighbours() -> None:
     rng = np.random.default_rng(3)
     d, gbar = rng.uniform(0.05, 1, 3000), rng.choice([0.0, 1e-9, 0.3, 0.7], 3000)
-    together = find_motions(d, gbar, 0.5, 1)
+    together = find_motions(Groups(d, gbar, 0.5), 1)
     order = rng.permutation(3000)
-    shuffled = find_motions(d[order], gbar[order], 0.5, 1)
+    shuffled = find_motions(Groups(d[order], gbar[order], 0.5), 1)
     for k in range(0, 3000, 37):
-        alone = find_motions(d[k : k + 1], gbar[k : k + 1], 0.5, 1)
+        alone = find_motions(Groups(d[k : k + 1], gbar[k : k + 1], 0.5), 1)
         for other, cell in ((together, k), (shuffled, int(np.flatnonzero(order == k)[0]))):
             mine = other.cell == cell
             assert np.array_equal(other.orbit.u[mine], alone.orbit.u)
@@ -196,9 +196,9 @@ def test_every_cell_may_have_its_own_restitution() -> None:
     rng = np.random.default_rng(4)
     r, d = rng.uniform(0, 0.99, 200), rng.uniform(0.02, 2, 200)
     gbar = rng.choice([0.0, 1e-9, 0.3, 0.8], 200)
-    each = find_motions(d, gbar, r, 1)
+    each = find_motions(Groups(d, gbar, r), 1)
     for k in range(200):
-        alone = find_motions(d[k : k + 1], gbar[k : k + 1], float(r[k]), 1)
+        alone = find_motions(Groups(d[k : k + 1], gbar[k : k + 1], float(r[k])), 1)
         mine = each.cell == k
         assert mine.sum() == len(alone.cell)
         np.testing.assert_allclose(each.orbit.u[mine], alone.orbit.u, rtol=0, atol=1e-10)
@@ -206,6 +206,6 @@ def test_every_cell_may_have_its_own_restitution() -> None:
 
 def test_where_no_motion_can_be_there_is_none() -> None:
     far = np.array([1e10, 1e-12, 1e300, 0.3])
-    found = find_motions(far, np.array([0.0, 1e-15, 1e300, 1e8]), 0.5, 1)
+    found = find_motions(Groups(far, np.array([0.0, 1e-15, 1e300, 1e8]), 0.5), 1)
     assert not found.admissible.any()
-    assert not len(find_motions(np.empty(0), np.empty(0), 0.5, 1).cell)
+    assert not len(find_motions(Groups(np.empty(0), np.empty(0), 0.5), 1).cell)

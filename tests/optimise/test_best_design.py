@@ -26,6 +26,7 @@ from vireport.optimise.evolution import evolve
 from vireport.optimise.outputs import picture_front
 from vireport.optimise.problem import smallest_margin
 from vireport.optimise.refine import SLOTS, _linear
+from vireport.physics import Groups
 from vireport.scenario import Objective, Parameter
 
 DEVICE = """\
@@ -225,7 +226,7 @@ def test_every_stable_motion_is_in_the_picture(r: float) -> None:
     low, high, rng, count = np.array([np.log(0.02), 0.05]), np.array([np.log(5.0), 1.5]), np.random.default_rng(3), 3000
     picture = picture_of(r, 1, low, high)
     x, gbar = rng.uniform(low, high, (count, 2)).T
-    found = find_motions(np.exp(x), gbar, r, 1)
+    found = find_motions(Groups(np.exp(x), gbar, r), 1)
     stable = found.admissible & (classify(found.trace, r * r) != UNSTABLE)
     i, j = (picture.index(of[found.cell[stable]], axis) for axis, of in enumerate((x, gbar)))
     speeds = np.stack([found.orbit.velocity_bottom, -found.orbit.velocity_top])[:, stable]

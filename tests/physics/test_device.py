@@ -28,11 +28,11 @@ def test_groups_are_those_of_40_digits_within_their_stated_error(parameter: Para
         for device in DEVICES:
             value = getattr(device, parameter)
             exact = reference.groups(device, parameter, value)
-            for group, true in zip(device.groups(parameter, value), exact, strict=True):
+            for group, true in zip(device.groups(parameter, value)[:2], exact, strict=True):
                 assert abs(mpf(float(group)) - true) <= GROUP_ERROR * true
             with localcontext() as context:
                 context.prec = DIGITS
-                for group, true in zip(device.groups(parameter, value, DecimalOps()), exact, strict=True):
+                for group, true in zip(device.groups(parameter, value, DecimalOps())[:2], exact, strict=True):
                     assert abs(mpf(str(group)) - true) <= mpf(10) ** -40 * true
 
 
@@ -40,10 +40,10 @@ def test_groups_are_those_of_40_digits_within_their_stated_error(parameter: Para
 def test_there_and_back(parameter: Parameter) -> None:
     for device in (replace(device, inclination_deg=33.0) for device in DEVICES):
         value = getattr(device, parameter)
-        assert device.value(parameter, *device.groups(parameter, value)) == pytest.approx(value, rel=1e-14)
+        assert device.value(parameter, *device.groups(parameter, value)[:2]) == pytest.approx(value, rel=1e-14)
         with localcontext() as context:
             context.prec, ops = DIGITS, DecimalOps()
-            back = device.value(parameter, *device.groups(parameter, value, ops), ops)
+            back = device.value(parameter, *device.groups(parameter, value, ops)[:2], ops)
             assert abs(back / Decimal(value) - 1) < Decimal("1e-40")
 
 

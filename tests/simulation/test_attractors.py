@@ -7,6 +7,7 @@ from math import inf, log, pi, radians, sin
 import numpy as np
 import pytest
 
+from vireport.physics import Groups
 from vireport.simulation import cycles
 from vireport.simulation.attractors import (
     SETTLED,
@@ -52,13 +53,13 @@ DOUBLING, PITCHFORK = 0.4179595416, 0.2634315843
 
 
 def trajectory(model, start, impacts):
-    return follow_one(check_model(*model)[0], check_start(start, model[0]), impacts)[0]
+    return follow_one(check_model(Groups(*model))[0], check_start(start, model[0]), impacts)[0]
 
 
 def test_the_period_four_orbit_of_figure_3gh() -> None:
     d, g = 0.2545, 0.1245 * 9.8 * sin(radians(45)) / 5.87
     for start in STARTS:
-        found = find_attractor(d, g, 0.5, start)
+        found = find_attractor(Groups(d, g, 0.5), start)
         assert (found.outcome, found.word, found.period) == (Outcome.PERIODIC, "BTBT", 2)
         cycle = found.cycle
         assert cycle is not None
@@ -71,7 +72,7 @@ def test_the_period_four_orbit_of_figure_3gh() -> None:
 
 @pytest.mark.parametrize(("away", "word"), [(1e-3, "BT"), (1e-5, "BT"), (-1e-5, "BTBT"), (-1e-3, "BTBT")])
 def test_near_a_period_doubling_the_transient_is_as_long_as_it_must_be(away: float, word: str) -> None:
-    found = find_attractor(DOUBLING + away, INCLINED, 0.5, Impact(BOTTOM, 0.9, 0.6), budget=2_000_000)
+    found = find_attractor(Groups(DOUBLING + away, INCLINED, 0.5), Impact(BOTTOM, 0.9, 0.6), budget=2_000_000)
     assert (found.outcome, found.word) == (Outcome.PERIODIC, word)
     assert found.distance <= SETTLED
     assert found.cycle is not None
@@ -84,13 +85,13 @@ def test_near_a_period_doubling_the_transient_is_as_long_as_it_must_be(away: flo
 
 
 def test_a_transient_cut_by_the_budget_is_reported_with_its_distance() -> None:
-    found = find_attractor(DOUBLING + 1e-6, INCLINED, 0.5, Impact(BOTTOM, 0.9, 0.6), budget=400_000)
+    found = find_attractor(Groups(DOUBLING + 1e-6, INCLINED, 0.5), Impact(BOTTOM, 0.9, 0.6), budget=400_000)
     assert (found.outcome, found.word, found.impacts) == (Outcome.PERIODIC, "BT", 400_000)
     assert SETTLED < found.distance < 1e-2
 
 
 def test_the_pitchfork_has_two_mirror_orbits() -> None:
-    pair = [find_attractor(PITCHFORK - 1e-4, 0.0, 0.5, start).cycle for start in STARTS[:2]]
+    pair = [find_attractor(Groups(PITCHFORK - 1e-4, 0.0, 0.5), start).cycle for start in STARTS[:2]]
     assert pair[0] is not None
     assert pair[1] is not None
     assert pair[0].word == pair[1].word == "BT"
@@ -102,19 +103,19 @@ def test_the_pitchfork_has_two_mirror_orbits() -> None:
 def test_an_unstable_orbit_is_not_an_attractor() -> None:
     """Started on the 1:1 orbit below its period doubling, the motion leaves it for the doubled one."""
     d = DOUBLING - 0.01
-    model = check_model(d, INCLINED, 0.5)[0]
-    doubled = find_attractor(d, INCLINED, 0.5, STARTS[0]).cycle
+    model = check_model(Groups(d, INCLINED, 0.5))[0]
+    doubled = find_attractor(Groups(d, INCLINED, 0.5), STARTS[0]).cycle
     assert doubled is not None
     middle = np.array([[1.0, doubled.phase[::2].mean(), 0.0, doubled.velocity[::2].mean(), 0.0, 0.0]])
     single = refine(model, np.repeat(middle, 3, axis=0), 2)
     assert single is not None
     assert (single.word, single.growth > 1) == ("BT", True)
     start = Impact(BOTTOM, float(single.velocity[0]), float(single.phase[0]))
-    assert find_attractor(d, INCLINED, 0.5, start).word == "BTBT"
+    assert find_attractor(Groups(d, INCLINED, 0.5), start).word == "BTBT"
 
 
 def test_twice_round_is_not_twice_the_period() -> None:
-    model = check_model(0.4604, INCLINED, 0.5)[0]
+    model = check_model(Groups(0.4604, INCLINED, 0.5))[0]
     rows = trajectory(model, Impact(BOTTOM, 1.0, 0.5), 400)
     cycle = refine(model, rows, 6)
     assert cycle is not None
@@ -122,7 +123,7 @@ def test_twice_round_is_not_twice_the_period() -> None:
 
 
 def test_chaos_has_a_positive_exponent_and_no_word() -> None:
-    found = find_attractor(*CHAOS, STARTS[0], budget=50_000)
+    found = find_attractor(Groups(*CHAOS), STARTS[0], budget=50_000)
     assert (found.outcome, found.word, found.period, found.cycle) == (Outcome.APERIODIC, "", 0, None)
     assert found.impacts == 50_000
     assert found.distance == inf
@@ -131,7 +132,7 @@ def test_chaos_has_a_positive_exponent_and_no_word() -> None:
 
 def test_exponent_is_the_growth_of_a_small_difference() -> None:
     """Two trajectories side by side, drawn together again at every impact, against the Jacobians' product."""
-    model = check_model(*CHAOS)[0]
+    model = check_model(Groups(*CHAOS))[0]
     rows = trajectory(CHAOS, STARTS[0], 3000)
     apart, growth = np.array([1e-7, 0.0]), 0.0
     for i in range(2000, 3000):
@@ -151,7 +152,7 @@ def test_exponent_is_the_growth_of_a_small_difference() -> None:
 
 
 def test_jacobians_are_the_derivatives_of_the_map() -> None:
-    model = check_model(*CHAOS)[0]
+    model = check_model(Groups(*CHAOS))[0]
     rows = trajectory(CHAOS, STARTS[2], 300)
     exact = jacobians(model, rows[:-1], rows[1:])
     checked, step = 0, 1e-6
@@ -174,7 +175,7 @@ def test_jacobians_are_the_derivatives_of_the_map() -> None:
 
 def test_area_shrinks_by_the_square_of_r_and_is_kept_without_loss() -> None:
     for r in (1.0, 0.7):
-        model = check_model(0.3, 0.2, r)[0]
+        model = check_model(Groups(0.3, 0.2, r))[0]
         rows = follow_one(model, check_start(Impact(BOTTOM, 0.8, 0.3), 0.3), 200_000)[0]
         v = np.abs(rows[:, VELOCITY])
         fine = (v[1:] > 1e-2) & (v[:-1] > 1e-2) & (rows[:-1, RIDING] + rows[:-1, SETTLING] == 0)
@@ -189,11 +190,11 @@ def test_area_shrinks_by_the_square_of_r_and_is_kept_without_loss() -> None:
 @pytest.mark.parametrize("word", ["BT", "BTBT", "BBT"])
 def test_determinant_of_a_cycle_is_a_power_of_r(word: str) -> None:
     d, g = {"BT": (0.4604, INCLINED), "BTBT": (0.41, INCLINED), "BBT": (0.2, 0.3)}[word]
-    found = find_attractor(d, g, 0.5, STARTS[0])
+    found = find_attractor(Groups(d, g, 0.5), STARTS[0])
     assert found.word == word
     cycle = found.cycle
     assert cycle is not None
-    model = check_model(d, g, 0.5)[0]
+    model = check_model(Groups(d, g, 0.5))[0]
     lap = follow_one(model, (float(cycle.wall[0]), 0.0, cycle.velocity[0], cycle.phase[0]), len(word))[0]
     matrix, scale = product(jacobians(model, lap[:-1], lap[1:]))
     matrix = matrix * np.exp(scale)
@@ -209,7 +210,9 @@ def test_ends_of_every_kind() -> None:
         Outcome.PERIODIC: (0.4604, INCLINED, 0.5, STARTS[0]),
         Outcome.APERIODIC: (*CHAOS, STARTS[0]),
     }
-    found = {outcome: find_attractor(*arguments, budget=3000) for outcome, arguments in kinds.items()}
+    found = {
+        outcome: find_attractor(Groups(*groups), start, budget=3000) for outcome, (*groups, start) in kinds.items()
+    }
     assert all(end.outcome is outcome for outcome, end in found.items())
     exponent = {outcome: end.lyapunov for outcome, end in found.items()}
     assert exponent[Outcome.REST] == exponent[Outcome.STICKING] == -np.inf
@@ -224,7 +227,7 @@ def test_chaos_that_sticks_now_and_then_is_not_sold_as_a_cycle() -> None:
     rng = np.random.default_rng(0)
     kinds = []
     for d, g in zip(rng.uniform(0.03, 0.45, 150), rng.uniform(0.4, 0.75, 150), strict=True):
-        found = find_attractor(d, g, 0.7, STARTS[0], budget=8000)
+        found = find_attractor(Groups(d, g, 0.7), STARTS[0], budget=8000)
         rows = trajectory((d, g, 0.7), STARTS[0], 8000)
         rides = (rows[rows[:, RIDING] > 0, WALL] == BOTTOM).sum()
         if found.outcome is Outcome.STICKING:
@@ -284,7 +287,7 @@ def test_product_keeps_order_and_size() -> None:
 
 
 def test_results_do_not_depend_on_the_number_of_threads() -> None:
-    model = check_model(np.repeat(np.linspace(0.05, 0.6, 41), len(STARTS)), INCLINED, 0.5)
+    model = check_model(Groups(np.repeat(np.linspace(0.05, 0.6, 41), len(STARTS)), INCLINED, 0.5))
     starts = np.array([check_start(STARTS[i % len(STARTS)], d) for i, d in enumerate(model[:, 0])])
     alone, two, five = (follow(model, starts, 300, 20, workers=count) for count in (1, 2, 5))
     for rows, summary in (two, five):
@@ -295,7 +298,7 @@ def test_results_do_not_depend_on_the_number_of_threads() -> None:
 
 
 def test_trajectories_that_end_early_say_so() -> None:
-    model = check_model([0.5, 0.5], [1.3, 0.2], 0.5)
+    model = check_model(Groups([0.5, 0.5], [1.3, 0.2], 0.5))
     rows, summary = follow(model, np.array([check_start(STARTS[0], 0.5)] * 2), 200, keep=50)
     assert summary[:, 2].tolist() == [REST, RUNNING]
     assert summary[0, 0] < 100
@@ -304,16 +307,16 @@ def test_trajectories_that_end_early_say_so() -> None:
 
 def test_many_attractors_are_those_found_one_by_one() -> None:
     d = np.linspace(0.1, 0.5, 9)
-    together = attractors(d, INCLINED, 0.5, STARTS, impacts=600)
+    together = attractors(Groups(d, INCLINED, 0.5), STARTS, impacts=600)
     for row, value in zip(together, d, strict=True):
         for found, start in zip(row, STARTS, strict=True):
-            alone = find_attractor(float(value), INCLINED, 0.5, start, budget=20_000)
+            alone = find_attractor(Groups(float(value), INCLINED, 0.5), start, budget=20_000)
             assert (found.outcome, found.word, found.period) == (alone.outcome, alone.word, alone.period)
 
 
 def test_equal_cycles_are_one_object_and_mirror_images_are_two() -> None:
     start, mirrored = Impact(BOTTOM, 0.7, 0.2), Impact(TOP, -0.7, 0.2 + pi)
-    (row,) = attractors([PITCHFORK - 0.03], 0.0, 0.5, [start, mirrored, Impact(BOTTOM, 0.71, 0.2)])
+    (row,) = attractors(Groups([PITCHFORK - 0.03], 0.0, 0.5), [start, mirrored, Impact(BOTTOM, 0.71, 0.2)])
     cycle, image, again = (end.cycle for end in row)
     assert again is cycle
     assert cycle.word == image.word == "BT"
@@ -324,7 +327,7 @@ def test_equal_cycles_are_one_object_and_mirror_images_are_two() -> None:
 def test_a_diagram_shows_cycles_once_and_names_them() -> None:
     d = np.array([0.2545, 0.4604, 0.06])
     g = [CHAOS[1], INCLINED, INCLINED]
-    shown = diagram(attractors(d, g, 0.5, STARTS))
+    shown = diagram(attractors(Groups(d, g, 0.5), STARTS))
     names = [{shown.labels[k] for k in shown.label[shown.index == i]} for i in range(3)]
     assert names == [{Outcome.APERIODIC.value}, {"BT"}, {"B~T"}]
     assert (shown.index == 0).sum() == 64 * len(STARTS)
@@ -335,21 +338,21 @@ def test_a_diagram_shows_cycles_once_and_names_them() -> None:
 
 def test_a_diagram_does_not_mistake_a_slow_approach_for_a_longer_period() -> None:
     d = DOUBLING + np.array([1e-3, 3e-4, 1e-4])
-    shown = diagram(attractors(d, INCLINED, 0.5, [Impact(BOTTOM, 0.9, 0.6)]))
+    shown = diagram(attractors(Groups(d, INCLINED, 0.5), [Impact(BOTTOM, 0.9, 0.6)]))
     assert shown.labels == ("BT",)
     assert len(shown.index) == 2 * len(d)
 
 
 def test_an_empty_list_of_starts_is_refused() -> None:
     with pytest.raises(ValueError, match="start"):
-        attractors(0.4, 0.2, 0.5, [], 10)
+        attractors(Groups(0.4, 0.2, 0.5), [], 10)
 
 
 def test_flights_that_lose_the_forcing_phase_are_not_called_chaotic() -> None:
     """Through d = 1e13 a ball flies some 1e13 t_c, after which rounding leaves nothing of the phase."""
-    found = find_attractor(1e13, 0.0, 0.5, InFlight(0.0, 0.8, 1.0))
+    found = find_attractor(Groups(1e13, 0.0, 0.5), InFlight(0.0, 0.8, 1.0))
     assert (found.outcome, found.cycle) == (Outcome.UNRESOLVED, None)
-    assert find_attractor(1e3, 0.0, 0.5, InFlight(0.0, 0.8, 1.0)).outcome is not Outcome.UNRESOLVED
+    assert find_attractor(Groups(1e3, 0.0, 0.5), InFlight(0.0, 0.8, 1.0)).outcome is not Outcome.UNRESOLVED
 
 
 def test_impacts_within_a_moment_are_no_periodic_motion() -> None:
@@ -357,14 +360,14 @@ def test_impacts_within_a_moment_are_no_periodic_motion() -> None:
     d, r = 1e-20, 1.0
     rows = trajectory((d, 0.0, r), Impact(BOTTOM, 0.5, 1.0), 60)
     assert cycles.recurrences(rows)
-    assert all(refine(check_model(d, 0.0, r)[0], rows, length) is None for length in cycles.recurrences(rows))
-    assert find_attractor(d, 0.0, r, Impact(BOTTOM, 0.5, 1.0), budget=2000).outcome is Outcome.APERIODIC
+    assert all(refine(check_model(Groups(d, 0.0, r))[0], rows, length) is None for length in cycles.recurrences(rows))
+    assert find_attractor(Groups(d, 0.0, r), Impact(BOTTOM, 0.5, 1.0), budget=2000).outcome is Outcome.APERIODIC
 
 
 def test_a_slow_spiral_into_a_cycle_is_on_its_way() -> None:
     """At r = 1 - 1e-6 a motion is approached by 2e-6 in a period while it is circled: it cannot be waited for."""
     phase, velocity = 1.1037086014e-06, 0.7026427185643835
-    found = find_attractor(0.5, 0.0, 0.999999, Impact(BOTTOM, velocity * (1 + 1e-6), phase))
+    found = find_attractor(Groups(0.5, 0.0, 0.999999), Impact(BOTTOM, velocity * (1 + 1e-6), phase))
     assert (found.outcome, found.word, found.period) == (Outcome.PERIODIC, "BT", 1)
     assert SETTLED < found.distance < 1e-5
 
@@ -372,4 +375,4 @@ def test_a_slow_spiral_into_a_cycle_is_on_its_way() -> None:
 def test_the_jacobian_of_a_flight_of_any_length_is_finite() -> None:
     rows = trajectory((1e60, 0.0, 0.5), InFlight(0.0, 1.0, 0.3), 3)
     assert rows[1:, 2].min() > 1e50
-    assert np.isfinite(jacobians(check_model(1e60, 0.0, 0.5)[0], rows[:-1], rows[1:])).all()
+    assert np.isfinite(jacobians(check_model(Groups(1e60, 0.0, 0.5))[0], rows[:-1], rows[1:])).all()

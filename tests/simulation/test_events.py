@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
+from vireport.physics import Groups
 from vireport.simulation.events import (
     BOTTOM,
     TOP,
@@ -45,7 +46,7 @@ ULPS_PER_CONDITION = 2.5
 
 def one_flight(d, gbar, r, wall, velocity, phase):
     """First impact after each start on a wall: rows of (wall, phase, time, velocity)."""
-    model = check_model(d, gbar, r)
+    model = check_model(Groups(d, gbar, r))
     starts = np.column_stack([wall, np.zeros(len(model)), velocity, phase])
     rows, summary = follow(model, starts, 1)
     assert (summary[:, 0] == 1).all()
@@ -237,7 +238,7 @@ def test_a_long_flight_keeps_its_phase(drift: float) -> None:
     """Up to a billion periods between the walls: the phase comes from what exceeds whole periods."""
     phase, d = 1.25, 0.9
     velocity = np.sin(phase) / pi + drift
-    rows, summary = follow_one(check_model(d, 0.0, 0.5)[0], check_start(InFlight(0.0, velocity, phase), d), 1)
+    rows, summary = follow_one(check_model(Groups(d, 0.0, 0.5))[0], check_start(InFlight(0.0, velocity, phase), d), 1)
     t, arrival, speed = rows[1, [FLIGHT, PHASE, VELOCITY]]
     assert t * drift > 0.1
     assert summary[1] < 30
@@ -281,7 +282,7 @@ def test_chatter_is_completed_to_the_sum_of_its_flights() -> None:
         phase, v = rng.uniform(0, 2 * pi), 10 ** rng.uniform(-8, -2)
         if wall * (gbar + np.cos(phase)) < 0.05:
             continue
-        rows, _ = follow_one(check_model(0.5, gbar, r)[0], check_start(Impact(wall, wall * v, phase), 0.5), 400)
+        rows, _ = follow_one(check_model(Groups(0.5, gbar, r))[0], check_start(Impact(wall, wall * v, phase), 0.5), 400)
         row = rows[np.flatnonzero(rows[:, RIDING] > 0)[0]]
         if row[WALL] != wall:
             continue
@@ -337,7 +338,7 @@ def extremes_stay_inside(model, rows) -> float:
 @pytest.mark.slow
 @pytest.mark.parametrize("model", [CHAOS, (0.4, 0.0, 0.5), (0.12, 0.9, 0.7), (0.6, 1.1, 0.95)], ids=str)
 def test_ball_is_on_the_wall_at_impacts_and_inside_between(model) -> None:
-    rows, summary = follow_one(check_model(*model)[0], check_start(Impact(TOP, -0.4, 1.0), model[0]), 250_000)
+    rows, summary = follow_one(check_model(Groups(*model))[0], check_start(Impact(TOP, -0.4, 1.0), model[0]), 250_000)
     assert summary[0] == 250_000 or model[1] > 1
     assert extremes_stay_inside(model, rows) < 1e-14
     assert (rows[:, WALL] * rows[:, VELOCITY] >= 0).all()
@@ -346,7 +347,7 @@ def test_ball_is_on_the_wall_at_impacts_and_inside_between(model) -> None:
 @pytest.mark.slow
 def test_ten_million_impacts_lose_no_accuracy() -> None:
     """The last of ten million flights of a chaotic motion satisfies the equations as the first one does."""
-    model = check_model(*CHAOS)
+    model = check_model(Groups(*CHAOS))
     rows, summary = follow(model, np.array([[1.0, 0.0, 0.7, 0.2]]), 10_000_000, keep=2000)
     assert summary[0, 0] == 10_000_000
     assert extremes_stay_inside(CHAOS, rows[0]) < 1e-14
@@ -358,8 +359,8 @@ def test_ten_million_impacts_lose_no_accuracy() -> None:
 def test_a_turn_of_the_phase_changes_nothing() -> None:
     for start in (Impact(BOTTOM, 0.7, 0.25), InFlight(0.05, -0.2, 3.0)):
         turned = type(start)(*(getattr(start, f) for f in start.__slots__[:2]), start.phase + 2 * pi)
-        one = follow_one(check_model(*CHAOS)[0], check_start(start, CHAOS[0]), 30)[0]
-        two = follow_one(check_model(*CHAOS)[0], check_start(turned, CHAOS[0]), 30)[0]
+        one = follow_one(check_model(Groups(*CHAOS))[0], check_start(start, CHAOS[0]), 30)[0]
+        two = follow_one(check_model(Groups(*CHAOS))[0], check_start(turned, CHAOS[0]), 30)[0]
         assert np.abs(one[1:, FLIGHT] - two[1:, FLIGHT]).max() < 1e-11
         assert np.array_equal(one[:, WALL], two[:, WALL])
 
@@ -385,14 +386,14 @@ def test_a_start_in_flight_meets_the_flight_it_is_taken_from() -> None:
         t = part * row[FLIGHT]
         u, rate = height(t, v, gbar, -1.0, phase)
         start = check_start(InFlight(float(u) - d / 2, float(rate), phase + pi * t), d)
-        again = follow_one(check_model(d, gbar, 1.0)[0], start, 1)[0][1]
+        again = follow_one(check_model(Groups(d, gbar, 1.0))[0], start, 1)[0][1]
         assert again[WALL] == row[WALL]
         assert again[FLIGHT] == pytest.approx(row[FLIGHT] - t, abs=1e-14)
         assert again[VELOCITY] == pytest.approx(row[VELOCITY], abs=1e-14)
 
 
 def test_continuing_is_the_same_as_going_on() -> None:
-    model = check_model(*CHAOS)[0]
+    model = check_model(Groups(*CHAOS))[0]
     whole = follow_one(model, (1.0, 0.0, 0.7, 0.2), 500)[0]
     half = follow_one(model, (1.0, 0.0, 0.7, 0.2), 200, keep=7)[0]
     assert np.array_equal(half, whole[194:201])
@@ -410,7 +411,9 @@ def test_continuing_is_the_same_as_going_on() -> None:
 )
 def test_nothing_loops_and_nothing_leaves(d, gbar, r, velocity, phase, wall) -> None:
     """Any start at all: the search ends, stays on the walls, and every impact comes from inside."""
-    rows, summary = follow_one(check_model(d, gbar, r)[0], check_start(Impact(wall, wall * velocity, phase), d), 50)
+    rows, summary = follow_one(
+        check_model(Groups(d, gbar, r))[0], check_start(Impact(wall, wall * velocity, phase), d), 50
+    )
     assert np.isfinite(rows[:, :VELOCITY]).all()
     assert (rows[1:, WALL] * rows[1:, VELOCITY] >= 0).all()
     assert (rows[1:, FLIGHT] >= 0).all()
@@ -420,14 +423,14 @@ def test_nothing_loops_and_nothing_leaves(d, gbar, r, velocity, phase, wall) -> 
 
 def test_a_ball_without_drift_never_arrives() -> None:
     """gbar = 0 and Z' = sin(phase)/pi: the same motion every period, provably without an impact."""
-    rows, summary = follow_one(check_model(3.0, 0.0, 0.5)[0], check_start(InFlight(0.0, 0.0, 0.0), 3.0), 5)
+    rows, summary = follow_one(check_model(Groups(3.0, 0.0, 0.5))[0], check_start(InFlight(0.0, 0.0, 0.0), 3.0), 5)
     assert summary[2] == FREE
     assert len(rows) == 1
-    rows, summary = follow_one(check_model(0.1, 0.0, 0.5)[0], check_start(InFlight(0.0, 0.0, 0.0), 0.1), 5)
+    rows, summary = follow_one(check_model(Groups(0.1, 0.0, 0.5))[0], check_start(InFlight(0.0, 0.0, 0.0), 0.1), 5)
     assert summary[0] == 5
     # The lowest point of this period comes last in it, just beyond the top membrane.
     late = InFlight(-0.25 + 0.005, np.sin(0.5) * (1 / pi), 0.5)
-    rows, summary = follow_one(check_model(0.5, 0.0, 0.5)[0], check_start(late, 0.5), 1)
+    rows, summary = follow_one(check_model(Groups(0.5, 0.0, 0.5))[0], check_start(late, 0.5), 1)
     assert (summary[0], rows[-1, WALL]) == (1, TOP)
     assert 1.5 < rows[-1, FLIGHT] < 2
 
@@ -453,4 +456,4 @@ def test_impossible_starts_are_refused(start, d: float) -> None:
 )
 def test_impossible_devices_are_refused(model) -> None:
     with pytest.raises(ValueError, match="d"):
-        check_model(*model)
+        check_model(Groups(*model))

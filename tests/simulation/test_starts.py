@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vireport.base import wilson
+from vireport.physics import Groups
 from vireport.simulation import (
     BOTTOM,
     Impact,
@@ -55,13 +56,13 @@ def test_rows_are_starts() -> None:
 def test_own_starts_of_each_parameter_are_simulated_at_it() -> None:
     d, gbar = np.array([0.25, 0.45]), 0.28
     starts = random_starts(d, 2.0, 3, seed=5)
-    together = attractors(d, gbar, 0.5, starts, 500)
+    together = attractors(Groups(d, gbar, 0.5), starts, 500)
     for k in range(2):
-        alone = attractors(d[k], gbar, 0.5, [start_of(row) for row in starts[k]], 500)[0]
+        alone = attractors(Groups(d[k], gbar, 0.5), [start_of(row) for row in starts[k]], 500)[0]
         assert [a.word for a in together[k]] == [a.word for a in alone]
         assert [a.impacts for a in together[k]] == [a.impacts for a in alone]
     with pytest.raises(ValueError, match="starts for 2 parameters, of which there are 3"):
-        attractors([0.2, 0.3, 0.4], gbar, 0.5, starts)
+        attractors(Groups([0.2, 0.3, 0.4], gbar, 0.5), starts)
 
 
 def test_wilson_interval() -> None:

@@ -10,6 +10,7 @@ import pytest
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
+from vireport.physics import Groups
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -33,7 +34,7 @@ from vireport.simulation.cycles import jacobians, product
 
 def simulate(d: float, g: float, r: float, start: Impact | InFlight, impacts: int) -> np.ndarray:
     """Rows of the start and of the impacts that follow."""
-    return follow_one(check_model(d, g, r)[0], check_start(start, d), impacts)[0]
+    return follow_one(check_model(Groups(d, g, r))[0], check_start(start, d), impacts)[0]
 
 
 def sticking(rows: np.ndarray) -> np.ndarray:
@@ -57,7 +58,7 @@ PUBLISHED = [
 
 @pytest.mark.parametrize(("d", "g", "velocity", "phase", "flights"), PUBLISHED)
 def test_published_orbits_are_arrived_at(d, g, velocity, phase, flights) -> None:
-    found = find_attractor(d, g, 0.5, Impact(BOTTOM, velocity * 1.01, phase * 0.98))
+    found = find_attractor(Groups(d, g, 0.5), Impact(BOTTOM, velocity * 1.01, phase * 0.98))
     assert found.outcome is Outcome.PERIODIC
     cycle = found.cycle
     assert cycle is not None
@@ -74,7 +75,7 @@ def test_published_orbits_are_arrived_at(d, g, velocity, phase, flights) -> None
 def test_at_rest_at_last_when_gravity_wins() -> None:
     start = Impact(TOP, -0.3, 1.0)
     rows = simulate(0.5, 1.2, 0.6, start, 10_000)
-    assert find_attractor(0.5, 1.2, 0.6, start).outcome is Outcome.REST
+    assert find_attractor(Groups(0.5, 1.2, 0.6), start).outcome is Outcome.REST
     assert len(rows) < 100
     assert sticking(rows).tolist() == [len(rows) - 1]
     assert rows[-1, [WALL, RIDING]].tolist() == [BOTTOM, np.inf]
@@ -84,7 +85,7 @@ def test_at_rest_at_last_when_gravity_wins() -> None:
 @pytest.mark.parametrize("g", [1.0, 1.5])
 def test_put_down_at_rest(g: float) -> None:
     rows = simulate(0.5, g, 0.5, Impact(BOTTOM, 0.0, 2.0), 10)
-    assert find_attractor(0.5, g, 0.5, Impact(BOTTOM, 0.0, 2.0)).outcome is Outcome.REST
+    assert find_attractor(Groups(0.5, g, 0.5), Impact(BOTTOM, 0.0, 2.0)).outcome is Outcome.REST
     assert sticking(rows).tolist() == [0]
     assert len(rows) == 1
     assert all(len(part) == 0 for part in path(np.array([0.5, g, 0.5]), rows))
@@ -124,7 +125,7 @@ def test_a_soft_ball_sticks_wherever_it_is_pressed() -> None:
 
 def test_chatter_repeats_itself_exactly_once_released() -> None:
     rows = simulate(0.06, gbar(3.0), 0.5, Impact(BOTTOM, 0.4, 1.0), 500)
-    attractor = find_attractor(0.06, gbar(3.0), 0.5, Impact(BOTTOM, 0.4, 1.0))
+    attractor = find_attractor(Groups(0.06, gbar(3.0), 0.5), Impact(BOTTOM, 0.4, 1.0))
     assert attractor.outcome is Outcome.STICKING
     cycle = attractor.cycle
     assert cycle is not None
@@ -142,11 +143,11 @@ def test_chatter_repeats_itself_exactly_once_released() -> None:
 def test_no_drift_no_impact() -> None:
     still = InFlight(0.0, 0.0, 0.0)
     assert len(simulate(3.0, 0.0, 0.5, still, 10)) == 1
-    assert find_attractor(3.0, 0.0, 0.5, still).outcome is Outcome.FREE
+    assert find_attractor(Groups(3.0, 0.0, 0.5), still).outcome is Outcome.FREE
 
 
 def test_times_and_path_agree_with_the_impacts() -> None:
-    model = check_model(0.06, gbar(3.0), 0.5)[0]
+    model = check_model(Groups(0.06, gbar(3.0), 0.5))[0]
     rows = simulate(*model, Impact(BOTTOM, 0.4, 1.0), 60)
     impacts, held = rows[1:], rows[:-1, SETTLING] + rows[:-1, RIDING]
     assert held.any()
@@ -167,7 +168,7 @@ STARTS = [(BOTTOM, 0.7, 0.2), (BOTTOM, 0.4, 5.5), (TOP, -0.5, 3.5)]
 
 def ours(start, impacts: int):
     """Rows of impacts, and how much a difference at the start has grown at each of them."""
-    model = check_model(*CHAOS)[0]
+    model = check_model(Groups(*CHAOS))[0]
     rows, _ = follow_one(model, check_start(Impact(*start), CHAOS[0]), impacts)
     steps = jacobians(model, rows[:-1], rows[1:])
     growth = [np.exp(product(steps[:n])[1]) for n in range(1, len(steps) + 1)]

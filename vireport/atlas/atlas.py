@@ -85,7 +85,7 @@ def atlas(
         Side of the cells of flight times that are looked through last [t_c], from `FINE` down.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
-    model = Model(sweep.level, float(sweep.device.restitution))
+    model = Model(sweep.level, sweep.device.restitution)
     search = _Search(solve(sweep), model, low, high, limits, progress, finest)
     for family in _one_to_one(search):
         if not search.known(family.curve.motion(family.x[len(family.x) // 2])):  # nor its mirror image
@@ -275,7 +275,7 @@ class _Search:
         """Take up a family that was followed."""
         x = np.array([point.x for point in trail.points])
         trace = np.array([point.trace for point in trail.points])
-        values = np.asarray(self.sweep.value(*(np.broadcast_to(g, len(x)) for g in self.model.groups(x[:, -1]))))
+        values = np.asarray(self.sweep.value(*(np.broadcast_to(g, len(x)) for g in self.model.groups(x[:, -1])[:2])))
         marks = tuple(Mark(row, event) for row, event in trail.events)
         self.take(Family(0, self.sweep, curve, x, trace, values, np.ones(len(x), dtype=bool), marks))
 
@@ -295,7 +295,7 @@ class _Search:
         if mark.point is not None:
             motion = mark.point.motion
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
-            motion, event = touching(motion, turns(motion, *self.model.at((motion.coordinate,)))), Event.GRAZING
+            motion, event = touching(motion, turns(motion, self.model.groups(motion.coordinate))), Event.GRAZING
         motion = motion.primitive().representative(self.model.horizontal)
         if len(motion.rests) == len(motion.word):
             return None

@@ -122,7 +122,7 @@ class Locus(Path):
         """The turning points of a motion, without touches that are impacts."""
         count, period = len(self.word), 2 * self.word.periods
         rests = x[[count + i for i in self.condition.rests]]
-        found = turns(self.motion(x), *self.plane.at(x[2 * count :].tolist()))
+        found = turns(self.motion(x), self.plane.at(x[2 * count :].tolist()))
         return [turn for turn in found if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
 
     def margins(self, x: Floats) -> Floats:

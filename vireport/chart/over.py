@@ -11,8 +11,8 @@ from vireport.chart.chart import Chart, chart
 from vireport.chart.plane import Plane
 from vireport.design import HIGHEST_RESTITUTION
 from vireport.motions import Limits
+from vireport.physics import Device
 from vireport.scenario import DesignInput, Loaded, Scenario
-from vireport.study import device_of
 
 LIMITS = Limits(4, 2)
 """Limits of the motions in a chart, where the scenario has no `motions` block."""
@@ -45,7 +45,7 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
     if inputs[0] is inputs[1]:
         raise UsageError(f"--over: {inputs[0]} is named twice ({FORM})")
     low, high = np.array(ranges, dtype=float).T
-    device = device_of(scenario).with_values(dict(zip(inputs, low.tolist(), strict=True)))
+    device = Device.of(scenario).with_values(dict(zip(inputs, low.tolist(), strict=True)))
     highest = DesignInput.RESTITUTION.limits[1]
     if DesignInput.RESTITUTION not in inputs and not 0 < device.restitution <= highest:
         allowed = f"above 0 and up to {highest:g}, or as one of the inputs"  # at 0, grazing is not followed
@@ -89,7 +89,7 @@ def _usual_range(scenario: Scenario, varied: DesignInput) -> tuple[float, float]
         return min(sweep.from_, sweep.to), max(sweep.from_, sweep.to)
     if varied is DesignInput.INCLINATION:
         return varied.limits
-    value = getattr(device_of(scenario), varied)
+    value = getattr(Device.of(scenario), varied)
     if value is None:
         raise UsageError(f"--over: {varied} has no value to vary around (give its range: {varied}=from..to)")
     high = (1 + ASIDE) * value

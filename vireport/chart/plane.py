@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.motions import Sweep
-from vireport.physics import ARRAYS, Device
+from vireport.physics import ARRAYS, Device, Groups
 from vireport.scenario import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -18,12 +18,12 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Here:
-    """The groups d and gbar, and r, at a point of a plane, with their derivatives by the inputs, (3, 2)."""
+    """The groups at a point of a plane, with their derivatives by the inputs, (3, 2)."""
 
-    groups: tuple[Any, Any, Any]
+    groups: Groups[Any]
     gradients: Floats
 
-    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
+    def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups."""
         return self.groups
 
@@ -52,19 +52,18 @@ class Plane:
     high: Floats
     ops: Any = ARRAYS
 
-    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
-        """The groups d and gbar, and r, at values of the inputs; a capsule tilted the other way has negative gbar."""
+    def at(self, varied: Sequence[Any]) -> Groups[Any]:
+        """The groups at values of the inputs; a capsule tilted the other way has negative gbar."""
         device = self.device_at([abs(value) for value in varied])
-        d, gbar = device.groups(Parameter.LENGTH, device.length_m, self.ops)
+        groups = device.groups(Parameter.LENGTH, device.length_m, self.ops)
         if self.ops is ARRAYS:  # as Python's numbers, with which arithmetic is several times as fast as with NumPy's
-            d, gbar = float(d), float(gbar)
-        return d, self._side(varied) * gbar, self.ops.exact(device.restitution)
+            groups = Groups(*map(float, groups))
+        return groups._replace(gbar=self._side(varied) * groups.gbar)
 
     def here(self, varied: Sequence[float]) -> Here:
         """Return the groups of a device with their derivatives by the inputs."""
-        d, gbar, r = self.at(varied)
-        device = self.device_at(varied)
-        return Here((d, gbar, r), np.array([device.slopes(one, d, gbar) for one in self.inputs]).T)
+        groups, device = self.at(varied), self.device_at(varied)
+        return Here(groups, np.array([device.slopes(one, groups.d, groups.gbar) for one in self.inputs]).T)
 
     def _side(self, varied: Sequence[Any]) -> int:
         """-1 beyond the horizontal."""

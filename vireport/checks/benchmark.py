@@ -93,7 +93,7 @@ class Target:
     @property
     def r(self) -> float:
         """Restitution."""
-        return float(self.sweep.device.restitution)
+        return self.sweep.device.restitution
 
     @property
     def n(self) -> int:
@@ -107,7 +107,7 @@ class Target:
 
     def groups(self, value: float) -> tuple[float, float]:
         """Return d and gbar at a value of the swept parameter."""
-        d, gbar = self.sweep.device.groups(self.sweep.parameter, value)
+        d, gbar, _ = self.sweep.device.groups(self.sweep.parameter, value)
         return float(d), float(gbar)
 
     def model(self, value: float) -> FlightModel:

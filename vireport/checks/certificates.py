@@ -252,7 +252,7 @@ def _residuals(candidate: Candidate, orbit: Orbits, more: Sequence[Any], r: Any,
 
 
 def _candidates(sweep: Sweep, event: Event, point: OneToOne) -> Iterator[Candidate]:
-    r, n = float(sweep.device.restitution), sweep.device.period_ratio
+    r, n = sweep.device.restitution, sweep.device.period_ratio
     orbit = orbits(np.array([point.u]), np.array([point.phi_bottom]), r, n)
     if event is Event.NODE_FOCUS:
         yield Candidate(Condition(event, sign=-1 if return_trace(orbit, r)[0] < 0 else 1))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from vireport.motions import (
     find_motions,
     motions_of,
 )
-from vireport.physics import Device, wrapped
+from vireport.physics import Device, Groups, wrapped
 from vireport.scenario import Direction, Parameter, Simulation
 from vireport.simulation import (
     BOTTOM,
@@ -137,9 +137,7 @@ class CrossCheck:
 
     parameter: Parameter
     values: Floats
-    d: Floats
-    gbar: Floats
-    restitution: float
+    groups: Groups[Floats]
     start_speed: Floats
     found: tuple[tuple[Attractor, ...], ...]
     orbits: int
@@ -200,14 +198,15 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     say = progress or (lambda what: None)
     device, parameter = solution.device, solution.parameter
     values, orbits = _simulated_values(solution, asked.samples)
-    d, gbar = (np.asarray(x) * np.ones(len(values)) for x in device.groups(parameter, values))
-    r = float(device.restitution)
-    speed = start_speed(r, [_fastest(motions) for motions in orbits])
-    starts = random_starts(d, speed, asked.starts, seed)
+    groups = _of_each(device.groups(parameter, values), len(values))
+    speed = start_speed(groups.restitution, [_fastest(motions) for motions in orbits])
+    starts = random_starts(groups.d, speed, asked.starts, seed)
     say(f"simulating {len(values) * asked.starts} starts")
-    found = attractors(d, gbar, r, starts, asked.impacts)
+    found = attractors(groups, starts, asked.impacts)
     say("checking the stable motions")
-    checked = [_check(motions, d[i], gbar[i], device) for i, motions in enumerate(orbits) if motions is not None]
+    checked = [
+        _check(motions, _row(groups, i), device.period_ratio) for i, motions in enumerate(orbits) if motions is not None
+    ]
     pairs = [pair for group, _ in checked for pair in group]
     n = device.period_ratio
     at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in found[i]]
@@ -221,9 +220,7 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     return CrossCheck(
         parameter=parameter,
         values=values,
-        d=d,
-        gbar=gbar,
-        restitution=r,
+        groups=groups,
         start_speed=speed,
         found=tuple(found),
         orbits=sum(len(agreeing) + len(missed) for agreeing, missed in checked),
@@ -242,6 +239,16 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     )
 
 
+def _of_each(groups: Groups[Any], count: int) -> Groups[Any]:
+    """Groups as arrays with a number for each of many values."""
+    return Groups(*(np.asarray(group) * np.ones(count) for group in groups))
+
+
+def _row(groups: Groups[Floats], index: int) -> Groups[float]:
+    """The groups at one of many values."""
+    return Groups(*(float(group[index]) for group in groups))
+
+
 def _simulated_values(solution: Solution, samples: int) -> tuple[Floats, list[Motions | None]]:
     """Values of the parameter at which to simulate, evenly over a sweep, and the analytic motions there."""
     if solution.diagram is not None:
@@ -251,10 +258,9 @@ def _simulated_values(solution: Solution, samples: int) -> tuple[Floats, list[Mo
 
 
 def _portrait(device: Device, parameter: Parameter, value: float, count: int, seed: int) -> Portrait:
-    d, gbar = (float(x) for x in device.groups(parameter, value))
-    r, label = float(device.restitution), f"{parameter.symbol} = {parameter.show(value)}"
-    starts = [start_of(row) for row in random_starts(d, start_speed(r), count, seed)[0]]
-    return portrait(d, gbar, r, starts, label)
+    groups = Groups(*map(float, device.groups(parameter, value)))
+    starts = [start_of(row) for row in random_starts(groups.d, start_speed(groups.restitution), count, seed)[0]]
+    return portrait(groups, starts, f"{parameter.symbol} = {parameter.show(value)}")
 
 
 def _fastest(motions: Motions | None) -> float:
@@ -281,23 +287,23 @@ def _counted(ends: Iterable[tuple[float, Attractor]]) -> tuple[MotionCount, ...]
 def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | None]:
     """The analytic motions at values of the swept parameter, all at once."""
     sweep, level = diagram.sweep, diagram.curve.level
-    d, gbar = (np.asarray(x) * np.ones(len(values)) for x in sweep.device.groups(sweep.parameter, values))
-    everywhere = find_motions(d, gbar, sweep.device.restitution, sweep.device.period_ratio)
+    groups = _of_each(sweep.device.groups(sweep.parameter, values), len(values))
+    everywhere = find_motions(groups._replace(restitution=sweep.device.restitution), sweep.device.period_ratio)
     found: list[Motions | None] = [None] * len(values)
     for i in np.unique(everywhere.cell):
         motions = motions_of(sweep, level, everywhere.orbit.select(everywhere.cell == i))
-        motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], d[i], gbar[i]
+        motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], groups.d[i], groups.gbar[i]
         found[i] = motions
     return found
 
 
-def _check(motions: Motions, d: float, gbar: float, device: Device) -> tuple[list[tuple[float, float]], list[Miss]]:
+def _check(motions: Motions, groups: Groups[float], n: int) -> tuple[list[tuple[float, float]], list[Miss]]:
     """Simulate from beside each stable orbit: differences of velocity and phase, and orbits not found again."""
     differences, misses = [], []
     for i in np.nonzero(motions.stable)[0]:
         start = Impact(BOTTOM, float(motions.velocity_bottom[i]) * (1 + ASIDE), float(motions.phi_bottom[i]))
-        end = find_attractor(d, gbar, device.restitution, start)
-        if not is_one_to_one(end, device.period_ratio):
+        end = find_attractor(groups, start)
+        if not is_one_to_one(end, n):
             misses.append(Miss(float(motions.sweep_value[i]), end.word or end.outcome.value))
             continue
         velocity, phase = difference(end, motions, int(i))

@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import ClassVar
 
 from vireport.motions import Sweep
+from vireport.physics import Groups
 from vireport.scenario import Direction, Simulation
 from vireport.simulation import (
     CLOSE,
@@ -71,16 +72,16 @@ def follow_sweep(sweep: Sweep, values: list[float], asked: Simulation) -> Hyster
     """Go through values of a sweep as the scenario asks; downwards after upwards from where that ended."""
 
     def at(value: float) -> Conditions:
-        d, gbar = sweep.device.groups(sweep.parameter, value)
-        return Conditions(float(d), float(gbar), float(sweep.device.velocity_unit(sweep.parameter, value)))
+        groups = Groups(*map(float, sweep.device.groups(sweep.parameter, value)))
+        return Conditions(groups, float(sweep.device.velocity_unit(sweep.parameter, value)))
 
-    r, ascending = float(sweep.device.restitution), sorted(values)
+    ascending = sorted(values)
     courses: dict[Direction, Course] = {}
     if asked.follow is not Direction.DOWN:
-        courses[Direction.UP] = course(ascending, at, r, impacts=asked.impacts)
+        courses[Direction.UP] = course(ascending, at, impacts=asked.impacts)
     if asked.follow is not Direction.UP:
         start = courses[Direction.UP].stages[-1] if courses else None
-        courses[Direction.DOWN] = course(ascending[::-1], at, r, start, asked.impacts)
+        courses[Direction.DOWN] = course(ascending[::-1], at, start, asked.impacts)
     return Hysteresis(courses, sweep.level.horizontal)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from vireport.checks.benchmark import stable_motion
 from vireport.design import Solution
 from vireport.motions import eigenvalues
-from vireport.physics import wrapped
+from vireport.physics import Groups, wrapped
 from vireport.simulation import (
     BOTTOM,
     PHASE,
@@ -81,11 +81,11 @@ def reproduce(solution: Solution) -> Reproduction | None:
     if chosen is None:
         return None
     design, row = chosen
-    motions, r = design.motions, float(solution.device.restitution)
+    motions, r = design.motions, solution.device.restitution
     needed = _periods_to_die_out(float(motions.trace[row]), float(motions.discriminant[row]), r)
     periods = min(needed, MOST_PERIODS)
     velocity, phase = float(motions.velocity_bottom[row]), float(motions.phi_bottom[row])
-    model = check_model(motions.d[row], motions.gbar[row], r)[0]
+    model = check_model(Groups(motions.d[row], motions.gbar[row], r))[0]
     rows, _ = follow_one(model, (BOTTOM, 0.0, velocity * (1 + ASIDE), phase), 2 * periods, compiled=False)
     return Reproduction(
         value=design.value,

@@ -13,8 +13,9 @@ from vireport.atlas import portrait_of
 from vireport.base import NumericalError, UsageError
 from vireport.cli.outcome import CommandOutcome
 from vireport.motions import Family, Motion, Sweep
+from vireport.physics import Membrane
 from vireport.scenario import loads
-from vireport.study import families_of, membrane_of, motion_data, sweep_of
+from vireport.study import families_of, motion_data, sweep_of
 from vireport.text import (
     Table,
     numbers,
@@ -65,7 +66,7 @@ def portrait_outcome(results: Mapping[str, Any], name: str, at: str, as_json: bo
     place = f"{swept.symbol} = {swept.show(value)}"
     try:
         families = families_of(results, sweep)
-        found = [(motion_data(f, x, value, membrane_of(scenario)), f, x) for f, x in _at(families, sweep, value)]
+        found = [(motion_data(f, x, value, Membrane.of(scenario)), f, x) for f, x in _at(families, sweep, value)]
     except (KeyError, TypeError, ValueError) as error:
         raise UsageError(f"{name}: its motions cannot be read ({error!r}); run its scenario again") from error
     if velocity is not None:

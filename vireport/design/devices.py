@@ -143,10 +143,9 @@ def region_of(device: Device, half_widths: Mapping[DesignInput, float]) -> Regio
 
 def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:
     """All stable admissible motions of devices (arrays), and those that lack up to `slack`: of which, and which."""
-    d, gbar = devices.groups(Parameter.LENGTH, devices.length_m)
-    r = np.asarray(devices.restitution)
-    found = find_motions(d, gbar, r, devices.period_ratio)
-    stable = found.stable(r, slack)
+    groups = devices.groups(Parameter.LENGTH, devices.length_m)
+    found = find_motions(groups, devices.period_ratio)
+    stable = found.stable(np.asarray(groups.restitution), slack)
     return found.cell[stable], found.orbit.select(stable)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.motions import Curve, Event, Limits, Motions, PathPoint, follow, motion_at, neighbours, off
-from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, Device
+from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, Device, Groups
 from vireport.scenario import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -69,30 +69,31 @@ class AlongLine:
     Attributes
     ----------
     line : Line
-    origin : tuple
-        d, gbar and r of the design point.
+    origin : Groups
+        Those of the design point.
     ops
         Functions of the kind of number.
     """
 
     line: Line
-    origin: tuple[Any, Any, Any]
+    origin: Groups[Any]
     ops: Any
 
     @property
     def horizontal(self) -> bool:
         """Whether gravity has no part along the capsule anywhere on the line."""
-        return bool(self.origin[1] == 0) and self.line is not Line.GRAVITY
+        return bool(self.origin.gbar == 0) and self.line is not Line.GRAVITY
 
-    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
-        """The groups d and gbar, and r, at a position."""
+    def at(self, varied: Sequence[Any]) -> Groups[Any]:
+        """The groups at a position."""
         (position,) = varied
         grown = self.ops.exp(position) if any(self.line.growth) else 1
-        d, gbar, r = (
-            start * grown if grows else start + position if shifts else start
-            for start, grows, shifts in zip(self.origin, self.line.growth, self.line.shift, strict=True)
+        return Groups(
+            *(
+                start * grown if grows else start + position if shifts else start
+                for start, grows, shifts in zip(self.origin, self.line.growth, self.line.shift, strict=True)
+            )
         )
-        return d, gbar, r
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """Their derivatives by the position, (3, 1)."""
@@ -102,12 +103,11 @@ class AlongLine:
 
 def along(line: Line, device: Device, ops: Any) -> AlongLine:
     """A line through a device, all of whose inputs are given, in a kind of number."""
-    d, gbar = device.groups(Parameter.LENGTH, device.length_m, ops)
-    r = ops.exact(device.restitution)
-    return AlongLine(line, (float(d), float(gbar), float(r)) if ops is FLOATS else (d, gbar, r), ops)
+    groups = device.groups(Parameter.LENGTH, device.length_m, ops)
+    return AlongLine(line, Groups(*map(float, groups)) if ops is FLOATS else groups, ops)
 
 
-def value_at(device: Device, varied: DesignInput, position: Any, groups: tuple[Any, Any, Any], ops: Any) -> Any:
+def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[Any], ops: Any) -> Any:
     """The value of an input that moves a device to a position on the input's line, where it has some groups."""
     value = ops.exact(getattr(device, varied))
     match varied:
@@ -183,7 +183,7 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
     signs : sequence of float
         Directions of the position on them.
     """
-    d, gbar = (float(group) for group in device.groups(Parameter.LENGTH, device.length_m))
+    d, gbar, _ = map(float, device.groups(Parameter.LENGTH, device.length_m))
     for row in np.flatnonzero(motions.stable):
         for line in lines:
             low, high = _extent(line, device, d, gbar)

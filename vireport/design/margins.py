@@ -33,7 +33,7 @@ from vireport.motions import (
     point_of,
     solve_one_to_one,
 )
-from vireport.physics import FLOATS, Device
+from vireport.physics import FLOATS, Device, Groups
 from vireport.scenario import DesignInput
 
 Floats = NDArray[np.float64]
@@ -191,7 +191,7 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
 
 def _place(device: Device, end: Ending) -> tuple[Orbits, float]:
     """The 1:1 motion at the end of a motion, as far as it is known (arrays of length one), and its restitution."""
-    n, r = device.period_ratio, along(end.line, device, FLOATS).at((float(end.x[-1]),))[2]
+    n, r = device.period_ratio, along(end.line, device, FLOATS).at((float(end.x[-1]),)).restitution
     u = 0.0 if end.symmetric else float(end.x[3] - end.x[2]) / (2 * n) - 0.5
     return orbits(np.array([u]), np.array([pi * end.x[2]]), r, n), r
 
@@ -237,9 +237,8 @@ class _Groups:
     """The groups themselves as what varies."""
 
     @staticmethod
-    def at(varied: Sequence[Any]) -> tuple[Any, Any, Any]:
-        d, gbar, r = varied
-        return d, gbar, r
+    def at(varied: Sequence[Any]) -> Groups[Any]:
+        return Groups(*varied)
 
     @staticmethod
     def slopes(varied: Sequence[Any]) -> Floats:
@@ -259,13 +258,13 @@ def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
     velocity, time = (np.array([float(x) for x in solved.x[k : k + count]]) for k in (0, count))
     # Where two touches mirror each other either can be taken: with both as impacts each would be a condition.
     motion = Motion(solved.word, velocity, time, 0.0).without_impacts(rests[1:] if len(solved.word) > 2 else ())
-    groups = tuple(float(group) for group in solved.groups)
+    groups = Groups(*map(float, solved.groups))
     x = np.concatenate([motion.velocity, motion.time, groups])
     condition = Condition(end.event, rests[:1])
     if end.event is Event.GRAZING and not rests:
-        pressed = np.abs(groups[1] + np.cos(np.pi * motion.time))
+        pressed = np.abs(groups.pull(np.cos(np.pi * motion.time)))
         condition = Condition(end.event, held=int(np.argmin(pressed)))
-    _, gradient = condition.linearised(motion.word, x, (groups[0], groups[1], groups[2]), np.eye(3))
+    _, gradient = condition.linearised(motion.word, x, groups, np.eye(3))
     gradients = np.vstack([linearised(motion.word, x, _Groups())[1], gradient])
     if not np.isfinite(gradients).all():
         return np.full(3, np.nan)

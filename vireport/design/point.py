@@ -30,6 +30,7 @@ from vireport.physics import (
     NO_GRAVITY,
     Conversion,
     Device,
+    Groups,
     Voltages,
 )
 from vireport.scenario import DesignInput, Parameter, ScalarInput
@@ -195,8 +196,7 @@ def _stable_ranges(
 
 def around_length(device: Device) -> Sweep:
     """A sweep over the length through a design point, whose motions are on its level."""
-    length = cast(float, device.length_m)
-    return Sweep(device, Parameter.LENGTH, length / 2, length * 2)
+    return Sweep(device, Parameter.LENGTH, device.length_m / 2, device.length_m * 2)
 
 
 def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Symmetry, ...], tuple[Floats, Floats]]:
@@ -206,8 +206,8 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Sym
     """
     sweep = around_length(device)
     n, level = device.period_ratio, sweep.level
-    d, gbar = device.groups(Parameter.LENGTH, device.length_m)
-    guesses = find_motions(np.array([d]), np.array([gbar]), device.restitution, n)
+    d, gbar, r = device.groups(Parameter.LENGTH, device.length_m)
+    guesses = find_motions(Groups(np.array([d]), np.array([gbar]), r), n)
     rows = []
     for k, gap in enumerate(guesses.wall_gap):
         orbit = guesses.orbit.select([k])
@@ -219,11 +219,11 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Sym
                 place = float(orbit.u[0]), float(np.mod(orbit.phi[0], 2 * np.pi))
                 rows.append((symmetric, *place, DOUBLE_ROOT, DOUBLE_ROOT))
             continue  # else a solution that passes through a membrane, where the equations degenerate
-        exact = orbits(u, phi, device.restitution, n)
+        exact = orbits(u, phi, r, n)
         if exact.velocity_bottom > 0 > exact.velocity_top:
             rows.append((symmetric, u, phi, float(np.spacing(abs(u))), float(np.spacing(phi))))
     at_u, at_phi, error_u, error_phi = (np.array([row[k] for row in rows], dtype=float) for k in range(1, 5))
-    motions = motions_of(sweep, level, orbits(at_u, at_phi, device.restitution, n))
+    motions = motions_of(sweep, level, orbits(at_u, at_phi, r, n))
     motions.sweep_value[:] = getattr(device, parameter)
     motions.d[:] = d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)

@@ -11,6 +11,7 @@ from vireport.motions import UNSTABLE, Motions, classify, find_motions, orbits
 from vireport.physics import (
     SMALLEST_RESTITUTION,
     Device,
+    Groups,
     Membrane,
     contacts,
     voltages,
@@ -65,8 +66,8 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     if not rows.size or r == 0:
         return None
     changed = np.array([r * (1 - UNSURE), min(r * (1 + UNSURE), (1 + r) / 2)])
-    d, gbar = (np.full(2, float(group)) for group in device.groups(Parameter.LENGTH, device.length_m))
-    others = find_motions(d, gbar, changed, device.period_ratio)
+    d, gbar, _ = (np.full(2, group) for group in device.groups(Parameter.LENGTH, device.length_m))
+    others = find_motions(Groups(d, gbar, changed), device.period_ratio)
     elasticity = 0.0
     for k, other in enumerate(changed):
         own = others.cell == k

@@ -200,7 +200,7 @@ def _check_changes(study: Study) -> CaseFinding:
 
 def _counted_changes(solution: Solution) -> int:
     assert solution.diagram is not None
-    curve, r = solution.diagram.curve, float(solution.device.restitution)
+    curve, r = solution.diagram.curve, solution.device.restitution
     samples, counted = sample(curve), 0
     for k in range(len(curve.strands)):
         w = samples.w[samples.which == k]

@@ -6,14 +6,12 @@ import json
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from vireport.physics import Device, Membrane
+from vireport.physics import Device, Groups, Membrane
 from vireport.scenario import Loaded, Parameter, loads
 from vireport.study import (
     Study,
     Task,
     analyse,
-    device_of,
-    membrane_of,
 )
 
 WIDE = (0.02, 3.0)
@@ -41,10 +39,9 @@ class Harvester:
     span: tuple[float, float]
 
     @property
-    def groups(self) -> tuple[float, float]:
-        """The groups d and gbar."""
-        d, gbar = self.device.groups(Parameter.LENGTH, self.device.length_m)
-        return float(d), float(gbar)
+    def groups(self) -> Groups[float]:
+        """The groups of the device."""
+        return Groups(*map(float, self.device.groups(Parameter.LENGTH, self.device.length_m)))
 
     def with_device(self, **changes: Any) -> Harvester:
         """A harvester with other values of the device."""
@@ -52,7 +49,7 @@ class Harvester:
 
     def with_groups(self, d: float | None = None, gbar: float | None = None) -> Harvester:
         """A harvester with these groups: the force gives gbar, at 90 degrees where the capsule was horizontal."""
-        changed, (own_d, own_gbar) = self, self.groups
+        changed, (own_d, own_gbar, _) = self, self.groups
         if gbar is not None:
             changed = changed if own_gbar > 0 else changed.with_device(inclination_deg=90.0)
             weight = changed.groups[1] * changed.device.amplitude_n
@@ -108,7 +105,7 @@ def harvester_of(loaded: Loaded | None) -> Harvester:
     """That of a scenario, in the middle of its sweep where it gives no design point; the paper's for None."""
     if loaded is None:
         return PAPER
-    scenario, device = loaded.scenario, device_of(loaded.scenario)
+    scenario, device = loaded.scenario, Device.of(loaded.scenario)
     span = PAPER.span
     if scenario.sweep is not None:
         parameter, ends = Parameter(scenario.sweep.parameter), (scenario.sweep.from_, scenario.sweep.to)
@@ -116,7 +113,7 @@ def harvester_of(loaded: Loaded | None) -> Harvester:
             device = device.with_values({parameter: sum(ends) / 2})
         if parameter is Parameter.LENGTH:
             span = ends[0] / device.length_m, ends[1] / device.length_m
-    membrane = membrane_of(scenario)
+    membrane = Membrane.of(scenario)
     if membrane is None:
         mass = PAPER.membrane.ball_mass_kg / PAPER.device.capsule_mass_kg * device.capsule_mass_kg
         membrane = replace(PAPER.membrane, ball_mass_kg=float(mass))

@@ -101,7 +101,7 @@ def _inclination(harvester: Harvester) -> Iterator[Case]:
 
 def _gravity(harvester: Harvester) -> Iterator[Case]:
     group = "gravity over forcing"
-    bouncy = harvester.with_device(restitution=max(float(harvester.device.restitution), BOUNCY))
+    bouncy = harvester.with_device(restitution=max(harvester.device.restitution, BOUNCY))
     for name, gbar in (
         ("1 - 1e-12", 1 - 1e-12),
         ("1 - 1.1e-16", 1 - ONE_ULP),
@@ -156,7 +156,7 @@ def _units(harvester: Harvester) -> Iterator[Case]:
 
 
 def _shares(harvester: Harvester) -> Iterator[Case]:
-    r = float(harvester.device.restitution)
+    r = harvester.device.restitution
     if r > 1 - 1e-6:
         return
     shares = [("q = 1/2, horizontal", 0.0, "the symmetric motion: Zd = 2 sin(phi)/(pi (1-r))")]
@@ -172,7 +172,7 @@ def _shares(harvester: Harvester) -> Iterator[Case]:
 def _surface_at(harvester: Harvester, u: float) -> Orbits:
     """The solutions at a given q and at many phases; gbar is what belongs to it: for q = 1/2 it is zero."""
     phase = np.linspace(0.1, 3.0, 30)
-    return orbits(np.full(len(phase), u), phase, float(harvester.device.restitution), harvester.device.period_ratio)
+    return orbits(np.full(len(phase), u), phase, harvester.device.restitution, harvester.device.period_ratio)
 
 
 def _check_surface(harvester: Harvester, solutions: Orbits) -> CaseFinding:

@@ -19,6 +19,7 @@ from vireport.extremes.judge import (
     count,
     require_finite,
 )
+from vireport.physics import Groups
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -83,9 +84,6 @@ HOP = 1e-40
 MOST_HOPS, MOST_CORRECTIONS = 2000, 60
 """Of one chatter, and of the time of one hop."""
 
-Model = tuple[float, float, float]
-"""d, gbar and r."""
-
 Start = Impact | InFlight
 
 Rows = tuple[Any, Any]
@@ -94,23 +92,23 @@ Rows = tuple[Any, Any]
 
 def simulation_cases(harvester: Harvester) -> Iterator[Case]:
     """Every case of the simulation."""
-    (d, gbar), r = harvester.groups, float(harvester.device.restitution)
+    d, gbar, r = harvester.groups
     slight, bouncing = min(gbar, 0.5), min(max(r, 0.1), 0.9)
 
     def case(name: str, expected: str, answer: Callable[[], Any], check: Callable[[Any], CaseFinding]) -> Case:
         return Case("simulation", name, expected, answer, check, needs="numba")
 
-    def follows(name: str, expected: str, model: Model, start: Start, impacts: int, check: Any) -> Case:
+    def follows(name: str, expected: str, model: Groups[float], start: Start, impacts: int, check: Any) -> Case:
         return case(name, expected, partial(_followed, model, start, impacts), check)
 
     for name, model, start in (
-        *((f"flight, d = {x:g}", (x, gbar, r), None) for x in (1e-9, 1e-3, 1.0, 1e3)),
-        *((f"flight, r = {x:g}", (d, gbar, x), None) for x in (0.0, 1e-12, 1.0)),
-        ("flight, gbar = 1e-14", (d, 1e-14, r), None),
-        ("flight, gbar = 1 - 1.1e-16", (d, 1 - UNIT / 2, r), None),
-        ("flight, gbar = 1", (d, 1.0, r), None),
-        ("flight, gbar = 1 + 2.2e-16", (d, 1 + UNIT, r), None),
-        ("impact at 1e-300, membrane pulling away", (d, slight, r), Impact(BOTTOM, SLOW, PULLING)),
+        *((f"flight, d = {x:g}", Groups(x, gbar, r), None) for x in (1e-9, 1e-3, 1.0, 1e3)),
+        *((f"flight, r = {x:g}", Groups(d, gbar, x), None) for x in (0.0, 1e-12, 1.0)),
+        ("flight, gbar = 1e-14", Groups(d, 1e-14, r), None),
+        ("flight, gbar = 1 - 1.1e-16", Groups(d, 1 - UNIT / 2, r), None),
+        ("flight, gbar = 1", Groups(d, 1.0, r), None),
+        ("flight, gbar = 1 + 2.2e-16", Groups(d, 1 + UNIT, r), None),
+        ("impact at 1e-300, membrane pulling away", Groups(d, slight, r), Impact(BOTTOM, SLOW, PULLING)),
     ):
         thrown = start or _thrown(model)
         expected = "the first impact, as in 40 digits"
@@ -118,35 +116,45 @@ def simulation_cases(harvester: Harvester) -> Iterator[Case]:
     expected = "it settles in no time, and rides until the release arccos(-gbar)"
     check = partial(_check_settling, slight)
     pressed = Impact(BOTTOM, SLOW, PRESSING)
-    yield follows("impact at 1e-300, membrane pressing", expected, (d, slight, r), pressed, 3, check)
+    yield follows("impact at 1e-300, membrane pressing", expected, Groups(d, slight, r), pressed, 3, check)
     for gap in (0.0, 1e-14, -1e-14):
         expected = "the top is met where the apex lies beyond it, and not where it does not"
         yield case(f"apex {gap:+g} from the membrane", expected, partial(_apex, gbar, gap), _check_apex)
     for left in (1e-1, 1e-3):
         expected = "the hops die out just before the release: time to rest as in 40 digits"
-        model = (d, slight, bouncing)
+        model = Groups(d, slight, bouncing)
         answer, check = partial(_chatter, model, left), partial(_check_chatter, model, left)
         yield case(f"chatter {left:g} before the release", expected, answer, check)
     slow, rest = Impact(BOTTOM, 1e-3, 0.0), "at rest on the bottom for ever"
     for name, model, begin, end, expected in (
-        ("a slow ball at gbar = 1 - 1e-12", (d, 1 - 1e-12, min(r, 0.9)), slow, RUNNING, "released, however slowly"),
-        ("a slow ball at gbar = 1", (d, 1.0, min(r, 0.9)), slow, REST, rest),
-        ("a slow ball at gbar = 1 + 1e-12", (d, 1 + 1e-12, min(r, 0.9)), slow, REST, rest),
-        ("no gravity, no drift, d = 1000", (1e3, 0.0, r), InFlight(0.0, 0.0, 0.0), FREE, "in flight for ever"),
+        (
+            "a slow ball at gbar = 1 - 1e-12",
+            Groups(d, 1 - 1e-12, min(r, 0.9)),
+            slow,
+            RUNNING,
+            "released, however slowly",
+        ),
+        ("a slow ball at gbar = 1", Groups(d, 1.0, min(r, 0.9)), slow, REST, rest),
+        ("a slow ball at gbar = 1 + 1e-12", Groups(d, 1 + 1e-12, min(r, 0.9)), slow, REST, rest),
+        ("no gravity, no drift, d = 1000", Groups(1e3, 0.0, r), InFlight(0.0, 0.0, 0.0), FREE, "in flight for ever"),
     ):
         yield follows(name, expected, model, begin, 1000, partial(_check_end, end))
     expected = "the last flights satisfy the equations like the first ones, in 40 digits"
-    own = (d, gbar, r)
-    yield case(f"{IMPACTS:,} impacts", expected, partial(_many_impacts, own), partial(_check_many, own))
+    yield case(
+        f"{IMPACTS:,} impacts",
+        expected,
+        partial(_many_impacts, harvester.groups),
+        partial(_check_many, harvester.groups),
+    )
 
 
-def _followed(model: Model, start: Start, impacts: int) -> Rows:
-    rows, summary = follow_one(check_model(*model)[0], check_start(start, model[0]), impacts)
+def _followed(model: Groups[float], start: Start, impacts: int) -> Rows:
+    rows, summary = follow_one(check_model(model)[0], check_start(start, model.d), impacts)
     require_finite(rows[:, : VELOCITY + 1], "an impact")
     return rows, summary
 
 
-def _thrown(model: Model) -> Impact:
+def _thrown(model: Groups[float]) -> Impact:
     """An impact on the bottom at which the forcing throws the ball upwards."""
     d, gbar, r = model
     velocity, phase = 0.7, 0.2
@@ -157,7 +165,7 @@ def _thrown(model: Model) -> Impact:
     return Impact(BOTTOM, velocity, phase)
 
 
-def _exact_flight(model: Model, start: Impact, row: Any) -> tuple[float, bool]:
+def _exact_flight(model: Groups[float], start: Impact, row: Any) -> tuple[float, bool]:
     """Error of the time, phase and velocity of an impact that follows one on the bottom, and whether it is the first.
 
     Relative to the time and to 1 + |velocity|.
@@ -176,13 +184,13 @@ def _exact_flight(model: Model, start: Impact, row: Any) -> tuple[float, bool]:
     return float(error), inside
 
 
-def _check_flight(model: Model, start: Impact, answer: Rows) -> CaseFinding:
+def _check_flight(model: Groups[float], start: Impact, answer: Rows) -> CaseFinding:
     rows, summary = answer
-    rebound = model[2] * start.velocity
+    rebound = model.restitution * start.velocity
     if not summary[0]:
-        return CaseFinding("no further impact: the ball stays on the membrane", right=model[1] >= 1)
+        return CaseFinding("no further impact: the ball stays on the membrane", right=model.gbar >= 1)
     row = rows[-1]
-    if rebound == 0 and model[1] + np.cos(start.phase) > 0:
+    if rebound == 0 and model.gbar + np.cos(start.phase) > 0:
         return CaseFinding(f"held until the membrane lets it go, then {row[FLIGHT]:.3g} t_c of flight")
     if row[FLIGHT] == 0:
         return CaseFinding("the impact follows at once", right=False)
@@ -215,7 +223,7 @@ def _apex(gbar: float, gap: float) -> tuple[Rows, float, float]:
         peak = -exact.flight(time, 0, v, p, g)[0]
         d = float(2 * (peak + exact.mpf(gap)))
         beyond = float(peak - exact.mpf(d) / 2)
-    return _followed((d, gbar, 0.5), InFlight(0.0, velocity, phase), 1), float(time), beyond
+    return _followed(Groups(d, gbar, 0.5), InFlight(0.0, velocity, phase), 1), float(time), beyond
 
 
 def _check_apex(answer: tuple[Rows, float, float]) -> CaseFinding:
@@ -229,7 +237,7 @@ def _check_apex(answer: tuple[Rows, float, float]) -> CaseFinding:
     return CaseFinding(f"{text} at {abs(row[VELOCITY]):.1e} y_c", abs(float(row[FLIGHT]) - time), APEX_BOUND, right)
 
 
-def _hops(model: Model, velocity: float, phase: float) -> Any:
+def _hops(model: Groups[float], velocity: float, phase: float) -> Any:
     """Time in which hops on the bottom die out, added up one by one in 40 digits; None where the ball gets away."""
     mp, mpf = exact.mp, exact.mpf
     with mp.workdps(HOP_DIGITS):
@@ -270,9 +278,9 @@ Chatter = tuple[Any, float, float]
 """Rows of impacts, and the velocity and phase of the first."""
 
 
-def _chatter(model: Model, left: float) -> Chatter:
+def _chatter(model: Groups[float], left: float) -> Chatter:
     """The fastest ball that still settles before the release: found in 40 digits, then simulated."""
-    phase = float(np.arccos(-model[1])) - pi * left
+    phase = float(np.arccos(-model.gbar)) - pi * left
     low, high = 0.0, 10 * left * left
     for _ in range(24):
         middle = (low + high) / 2
@@ -283,7 +291,7 @@ def _chatter(model: Model, left: float) -> Chatter:
     return _followed(model, Impact(BOTTOM, low, phase), 400)[0], low, phase
 
 
-def _check_chatter(model: Model, left: float, answer: Chatter) -> CaseFinding:
+def _check_chatter(model: Groups[float], left: float, answer: Chatter) -> CaseFinding:
     rows, velocity, phase = answer
     held = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
     if not held.size:
@@ -304,15 +312,15 @@ def _check_end(expected: int, answer: Rows) -> CaseFinding:
     return CaseFinding(words[end], right=end == expected)
 
 
-def _many_impacts(model: Model) -> Rows:
+def _many_impacts(model: Groups[float]) -> Rows:
     """The last of ten million impacts, made at once."""
-    rings, summary = follow(check_model(*model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
+    rings, summary = follow(check_model(model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
     rows = rings[0][max(0, len(rings[0]) - int(summary[0, 0]) - 1) :]
     require_finite(rows[:, : VELOCITY + 1], "an impact")
     return rows, summary[0]
 
 
-def _check_many(model: Model, answer: Rows) -> CaseFinding:
+def _check_many(model: Groups[float], answer: Rows) -> CaseFinding:
     """Of the last flights, the residual of (2.12) in 40 digits."""
     rows, summary = answer
     if summary[2] != RUNNING:

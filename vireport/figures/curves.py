@@ -243,7 +243,7 @@ def simulated_points(study: Study) -> PairedImpacts | None:
         return None
     rows: list[tuple[float, float, Floats]] = []
     motion: list[int] = []
-    for value, d, attractors in zip(check.values, check.d, check.found, strict=True):
+    for value, d, attractors in zip(check.values, check.groups.d, check.found, strict=True):
         for cycle in _distinct(attractors):
             impacts = list(_paired(cycle))
             motion += [motion[-1] + 1 if motion else 0] * len(impacts)

@@ -100,7 +100,7 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
         from vireport.atlas import portrait_of
 
         _, motion = others[0]
-        whole = portrait_of(Model(atlas.sweep.level, float(atlas.sweep.device.restitution)), motion, "")
+        whole = portrait_of(Model(atlas.sweep.level, atlas.sweep.device.restitution), motion, "")
         word = motion.word.letters
         return word, True, (periods(whole.time), 0.5 - whole.position / whole.d)
     if not motions.admissible.any():

@@ -56,7 +56,7 @@ def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:
         if study.plan.runs(name):
             yield portraits_picture(motions, others, name, templates)
     if study.plan.runs(Task.FIGURE_DIAGRAM) and check.diagram is not None:
-        yield diagram.picture(study, check.diagram, check.values, check.d, templates)
+        yield diagram.picture(study, check.diagram, check.values, check.groups.d, templates)
     if study.plan.runs(Task.FIGURE_HYSTERESIS) and check.hysteresis is not None:
         yield hysteresis.picture(study, check.hysteresis, templates)
 
@@ -78,7 +78,7 @@ def _named(study: Study, found: Atlas, names: tuple[str, ...], templates: Path |
     """The motions that a scenario names, as far as there are such."""
     from vireport.atlas import portrait_of
 
-    model, swept = Model(found.sweep.level, float(found.sweep.device.restitution)), found.sweep.parameter
+    model, swept = Model(found.sweep.level, found.sweep.device.restitution), found.sweep.parameter
     named = ((name, found.named(name)) for name in names)
     chosen = ((f"{name}, {swept.symbol} = {swept.show(at[0])}", at[1]) for name, at in named if at is not None)
     shown = [portrait_of(model, motion, label) for label, motion in chosen]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vireport.design import HIGHEST_RESTITUTION
 from vireport.gate.impacts import Impacts, generated, impacts_of
 from vireport.motions import PointwiseMotions, differentiated_motions, find_motions
-from vireport.physics import Conversion, Device, Dielectric, Membrane, Voltages
+from vireport.physics import Conversion, Device, Dielectric, Groups, Membrane, Voltages
 from vireport.scenario import DesignInput, Parameter, Scenario
 
 Floats = NDArray[np.float64]
@@ -70,25 +70,25 @@ class Designs:
     @cached_property
     def restitution(self) -> Floats:
         """Of each design."""
-        return self._groups[2]
+        return np.asarray(self._groups.restitution)
 
     @cached_property
-    def _groups(self) -> tuple[Floats, Floats, Floats]:
-        r, (d, gbar) = self.device.restitution, self.device.groups(Parameter.LENGTH, self.device.length_m)
-        kind = np.result_type(d, gbar, r, float)
-        d, gbar, r = (np.array(np.broadcast_to(x, self.count), dtype=kind) for x in (d, gbar, r))
-        return d, gbar, r
+    def _groups(self) -> Groups[Any]:
+        groups = self.device.groups(Parameter.LENGTH, self.device.length_m)
+        kind = np.result_type(*groups, float)
+        return Groups(*(np.array(np.broadcast_to(group, self.count), dtype=kind) for group in groups))
 
     @cached_property
     def motions(self) -> PointwiseMotions:
         """All motions, stable or not; with derivatives where an input is complex."""
-        d, gbar, r = self._groups
+        groups = self._groups
         shared = np.ndim(self.device.restitution) == 0
         with np.errstate(all="ignore"):
-            if np.iscomplexobj(d):
-                return differentiated_motions(d, gbar, r, self.device.period_ratio)
+            if np.iscomplexobj(groups.d):
+                return differentiated_motions(groups, self.device.period_ratio)
             # A restitution that all share is passed as one number: motions are then found five times as fast.
-            return find_motions(d, gbar, float(self.device.restitution) if shared else r, self.device.period_ratio)
+            known = groups._replace(restitution=self.device.restitution) if shared else groups
+            return find_motions(known, self.device.period_ratio)
 
     @cached_property
     def rows(self) -> Ints:

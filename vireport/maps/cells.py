@@ -22,7 +22,6 @@ from vireport.scenario import (
     MapSimulation,
     Sampling,
 )
-from vireport.study import device_of, membrane_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -117,8 +116,8 @@ def map_plan(loaded: LoadedMap) -> MapPlan:
     else:
         cells = block.samples or 0
     return MapPlan(
-        device=device_of(scenario),
-        membrane=membrane_of(scenario),
+        device=Device.of(scenario),
+        membrane=Membrane.of(scenario),
         axes=block.axes,
         sampling=block.sampling,
         seed=block.seed,

@@ -22,8 +22,8 @@ from vireport.motions import (
     classify,
     find_motions,
 )
-from vireport.physics import Membrane, voltages
-from vireport.scenario import MapSimulation, Parameter
+from vireport.physics import Groups, Membrane, voltages
+from vireport.scenario import DesignInput, MapSimulation, Parameter
 
 DECIMALS = 9
 """Decimals of the impact velocity up to which two motions are as fast: mirror images differ by rounding alone."""
@@ -99,19 +99,18 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
     count = len(numbers)
     varied = {name: value for name, value in values.items() if name not in ("restitution", "ball_mass_kg")}
     device = replace(plan.device, **varied)  # type: ignore[arg-type]
-    d, gbar = (
-        np.broadcast_to(np.asarray(x, dtype=float), count) for x in device.groups(Parameter.LENGTH, device.length_m)
-    )
-    r = values.get("restitution", np.full(count, plan.device.restitution))
-    columns: dict[str, Any] = {**values, "d": d, "gbar": gbar}
+    device = device.with_values({DesignInput.RESTITUTION: values["restitution"]}) if "restitution" in values else device
+    known = device.groups(Parameter.LENGTH, device.length_m)
+    groups = Groups(*(np.broadcast_to(np.asarray(group, dtype=float), count) for group in known))
+    columns: dict[str, Any] = {**values, "d": groups.d, "gbar": groups.gbar}
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
-        motions = find_motions(d, gbar, r, plan.device.period_ratio)
-        columns |= _motions(motions, r)
+        motions = find_motions(groups, plan.device.period_ratio)
+        columns |= _motions(motions, groups.restitution)
         if plan.membrane is not None:
             unit = device.velocity_unit(Parameter.LENGTH, None)
             columns |= _voltages(plan.membrane, values.get("ball_mass_kg"), unit, columns)
     if plan.simulate is not None:
-        columns |= _simulated(plan.simulate, numbers, d, gbar, r, motions, plan.device.period_ratio)
+        columns |= _simulated(plan.simulate, numbers, groups, motions, plan.device.period_ratio)
     schema = schema_of(plan)
     return pa.Table.from_arrays([_column(columns[field.name], field.type) for field in schema], schema=schema)
 
@@ -175,18 +174,18 @@ def _voltages(membrane: Membrane, ball_mass_kg: Floats | None, unit: Any, column
 
 
 def _simulated(
-    asked: MapSimulation, numbers: Ints, d: Floats, gbar: Floats, r: Floats, motions: PointwiseMotions, n: int
+    asked: MapSimulation, numbers: Ints, groups: Groups[Floats], motions: PointwiseMotions, n: int
 ) -> dict[str, Any]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
     from vireport.checks import is_one_to_one
     from vireport.simulation import attractors, random_starts, start_speed
 
-    fastest, orbit, real = np.zeros(len(d)), motions.orbit, motions.admissible
+    fastest, orbit, real = np.zeros(len(numbers)), motions.orbit, motions.admissible
     np.maximum.at(fastest, motions.cell[real], np.maximum(orbit.velocity_bottom, -orbit.velocity_top)[real])
-    cells = zip(numbers, d, start_speed(r, fastest), strict=True)
+    cells = zip(numbers, groups.d, start_speed(groups.restitution, fastest), strict=True)
     starts = np.concatenate([random_starts(at, speed, asked.starts, (SEED, int(k))) for k, at, speed in cells])
-    words, shares = [], np.empty(len(d))
-    for k, reached in enumerate(attractors(d, gbar, r, starts, asked.impacts, workers=1)):
+    words, shares = [], np.empty(len(numbers))
+    for k, reached in enumerate(attractors(groups, starts, asked.impacts, workers=1)):
         counts = Counter(attractor.word or attractor.outcome.value for attractor in reached)
         words.append(min(counts, key=lambda word: (-counts[word], word)))
         shares[k] = sum(is_one_to_one(attractor, n) for attractor in reached) / len(reached)

@@ -180,7 +180,7 @@ def compliant_model(
 ) -> CompliantModel:
     """The dimensionless model of a device where `parameter` has `value`, its membranes' K multiplied by `factor`."""
     at = device.at(parameter, float(value))
-    d, gbar = device.groups(parameter, float(value))
+    d, gbar, _ = device.groups(parameter, float(value))
     speed = float(device.velocity_unit(parameter, float(value)))
     length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
     per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])

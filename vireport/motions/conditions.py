@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.periodicity import weighted_trace
-from vireport.physics import ARRAYS, Word
+from vireport.physics import ARRAYS, Groups, Word
 
 Floats = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class Condition:
         """The trace that is so far above that at the event."""
         return excess + self.sign * TRACE_LEVELS[self.event](decay)
 
-    def value(self, word: Word, x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
+    def value(self, word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
         """Zero where the condition holds, in any kind of number.
 
         Parameters
@@ -58,8 +58,7 @@ class Condition:
         word : Word
         x : sequence
             The N velocities and N times of the impacts.
-        groups : tuple
-            d, gbar and r.
+        groups : Groups
         ops
             Functions of the kind of number, see `vireport.physics.numbers`.
 
@@ -68,7 +67,7 @@ class Condition:
         The trace enters times the velocities of all impacts that have one: so it has no pole where one vanishes.
         """
         if self.held is not None:
-            return groups[1] + ops.cos(ops.pi * x[len(word) + self.held])
+            return groups.pull(ops.cos(ops.pi * x[len(word) + self.held]))
         if self.event in (Event.GRAZING, Event.ZERO_VELOCITY):
             return x[self.rests[0]]
         if self.event is Event.DEGENERATE_GRAZING:
@@ -77,12 +76,10 @@ class Condition:
         kept = [i for i in range(count) if i not in self.rests]
         word = Word(tuple(word.walls[i] for i in kept), word.periods)
         x = [x[i] for i in (*kept, *(count + i for i in kept))]
-        level = self.sign * TRACE_LEVELS[self.event](groups[2] ** len(kept))
+        level = self.sign * TRACE_LEVELS[self.event](groups.decay(word.walls))
         return weighted_trace(word, x, groups, ops) - level * prod(x[: len(kept)])
 
-    def linearised(
-        self, word: Word, x: Floats, groups: tuple[float, float, float], gradients: Floats
-    ) -> tuple[float, Floats]:
+    def linearised(self, word: Word, x: Floats, groups: Groups[float], gradients: Floats) -> tuple[float, Floats]:
         """The value and its derivatives by the unknowns, over the length of these.
 
         Parameters
@@ -90,8 +87,7 @@ class Condition:
         word : Word
         x : ndarray
             Velocities and times of the impacts, and what varies of the device.
-        groups : tuple of float
-            d, gbar and r.
+        groups : Groups
         gradients : ndarray, shape (3, varied)
             Of the groups by what varies.
         """
@@ -100,7 +96,7 @@ class Condition:
             return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
         at = np.append(x[:own], groups)
         steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))
-        values = self.value(word, steps[:own], (steps[own], steps[own + 1], steps[own + 2]), ARRAYS)
+        values = self.value(word, steps[:own], Groups(*steps[own:]), ARRAYS)
         slopes = np.imag(values) / IMAGINARY
         gradient = np.append(slopes[:own], slopes[own:] @ gradients)
         length = float(np.linalg.norm(gradient)) or 1.0

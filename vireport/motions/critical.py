@@ -22,7 +22,7 @@ from vireport.motions.points import place_of, solved_on_sweep
 from vireport.motions.polish import Equation, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.turning import touches
-from vireport.physics import Word
+from vireport.physics import Groups, Word
 
 SHORT = 1e-3
 """Time since the impact, below which a touch is a ball that comes back before it has left. It is found from its
@@ -137,7 +137,7 @@ def _solve_grazing(
     acceleration = sqrt(max(-8 * jerk * abs(float(way.velocity[0])) / 3, 0.0))
     wall = motion.word.walls[leaves]
 
-    def pressing(x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
+    def pressing(x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
         return wall * (groups[1] + ops.cos(ops.pi * x[2 + leaves])) - ops.exact(acceleration)
 
     solved, elapsed = solve(motion, pressing), -1.5 * acceleration / jerk if acceleration else 0.0

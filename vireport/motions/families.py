@@ -208,7 +208,7 @@ class Family:
         """The same of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]."""
         bounds, count = self.error_bound, len(self.word)
         groups = self.model.groups(Rounded(self.x[:, -1], bounds[:, -1]))
-        d, gbar = (x if isinstance(x, Rounded) else Rounded(x, 2 * GROUP_ERROR * abs(x)) for x in groups)
+        d, gbar = (x if isinstance(x, Rounded) else Rounded(x, 2 * GROUP_ERROR * abs(x)) for x in groups[:2])
         phase = pi * bounds[:, count:-1] + TURNS * UNIT * np.abs(self.time)
         value = value_bound(self.sweep, self.sweep_value, d, gbar)
         return {"sweep_value": value, "velocity": bounds[:, :count], "phase": phase}

@@ -219,7 +219,7 @@ class LevelCurve:
     @property
     def r(self) -> float:
         """Restitution coefficient."""
-        return float(self.sweep.device.restitution)
+        return self.sweep.device.restitution
 
     @property
     def n(self) -> int:
@@ -267,7 +267,7 @@ def curve_of(sweep: Sweep) -> LevelCurve:
     """Find the level curve of a sweep."""
     level, device = sweep.level, sweep.device
     ends = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
-    least = (min(map(float, group)) for group in zip(*ends, strict=True))
+    least = min(float(end.d) for end in ends), min(float(end.gbar) for end in ends)
     largest = largest_groups(device.restitution, device.period_ratio)
     low, high = sweep.coordinate_range
     if any(group > most for group, most in zip(least, largest, strict=True)):

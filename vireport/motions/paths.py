@@ -24,7 +24,7 @@ from vireport.motions.periodicity import Variation, linearised, trace
 from vireport.motions.roots import GOLDEN
 from vireport.motions.stability import STABILITIES, Stability, classify
 from vireport.motions.turning import Turn, turns
-from vireport.physics import Word
+from vireport.physics import Groups, Word
 
 Floats = NDArray[np.float64]
 
@@ -436,13 +436,13 @@ class Curve(Path):
         """The width of the coordinate, and 1 of velocities and times."""
         return np.append(np.ones(2 * len(self.word)), self.width)
 
-    def groups(self, x: Floats) -> tuple[float, float, float]:
-        """The groups d and gbar, and r, at a motion."""
+    def groups(self, x: Floats) -> Groups[float]:
+        """The groups at a motion."""
         return self.model.at((float(x[-1]),))
 
     def decay(self, x: Floats) -> float:
         """Product of the restitution coefficients over the impacts of a motion, the root of the determinant."""
-        return float(self.groups(x)[2] ** len(self.word))
+        return float(self.groups(x).decay(self.word.walls))
 
     def vector(self, motion: Motion) -> Floats:
         """The unknowns of a motion."""
@@ -455,7 +455,7 @@ class Curve(Path):
 
     def turns(self, x: Floats) -> list[Turn]:
         """The turning points of a motion."""
-        return list(turns(self.motion(x), *self.groups(x)))
+        return list(turns(self.motion(x), self.groups(x)))
 
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
         """The conditions and their derivatives, the last by the coordinate over its width."""

@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 
 from vireport.motions.stability import flight_jacobian, product_trace
 from vireport.motions.sweep import Held, Level
-from vireport.physics import FLOATS, Word, flight
+from vireport.physics import FLOATS, Groups, Word, flight
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 
 class Grouped(Protocol):
-    """What varies of a device, and how d, gbar and r depend on it."""
+    """What varies of a device, and how the groups depend on it."""
 
-    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
-        """The groups d and gbar, and r."""
+    def at(self, varied: Sequence[Any]) -> Groups[Any]:
+        """The groups."""
 
 
 class Varied(Grouped, Protocol):
@@ -60,11 +60,12 @@ class Model:
         """Whether gravity has no part along the capsule."""
         return self.level.horizontal
 
-    def groups(self, coordinate: Any) -> tuple[Any, Any]:
-        """The groups d and gbar at a value of the coordinate that orders the sweep."""
+    def groups(self, coordinate: Any) -> Groups[Any]:
+        """The groups at a value of the coordinate that orders the sweep."""
         if self.level.held is Held.D:
-            return self.level.value, coordinate
-        return coordinate, self.level.value if self.level.held is Held.GBAR else coordinate / self.level.value
+            return Groups(self.level.value, coordinate, self.r)
+        gbar = self.level.value if self.level.held is Held.GBAR else coordinate / self.level.value
+        return Groups(coordinate, gbar, self.r)
 
     @property
     def slope(self) -> tuple[float, float]:
@@ -73,9 +74,9 @@ class Model:
             return 0.0, 1.0
         return 1.0, 0.0 if self.level.held is Held.GBAR else 1.0 / self.level.value
 
-    def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
-        """The groups d and gbar, and r, where the coordinate is the only entry of `varied`."""
-        return *self.groups(varied[0]), self.r
+    def at(self, varied: Sequence[Any]) -> Groups[Any]:
+        """The groups where the coordinate is the only entry of `varied`."""
+        return self.groups(varied[0])
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """Their derivatives by it, (3, 1)."""
@@ -116,9 +117,10 @@ def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -
         In the kind of number of `ops`.
     """
     count, values = len(word), []
-    d, gbar, r = model.at(x[2 * count :])
+    groups = model.at(x[2 * count :])
+    d, gbar, _ = groups
     for leg in legs(word, x[count : 2 * count], ops):
-        after, t = flight.reflect(x[leg.start], r), leg.duration
+        after, t = groups.after(word.walls[leg.start], x[leg.start]), leg.duration
         way = (word.walls[leg.end] - word.walls[leg.start]) // 2
         speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar, ops.pi)
         covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar, ops.pi)
@@ -129,11 +131,13 @@ def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -
 def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
     """The residuals and their derivatives, arrays (2N,) and (2N, len(x))."""
     count, row = len(word), x.tolist()
-    d, gbar, r = model.at(row[2 * count :])
+    groups = model.at(row[2 * count :])
+    d, gbar, _ = groups
     values, by_impacts, by_groups = [], [], []  # lists, whose entries are written ten times as fast
     for leg in legs(word, row[count : 2 * count]):
         i, j, t = leg.start, leg.end, leg.duration
-        after, pull_start, pull_end = flight.reflect(row[i], r), gbar + leg.cosine_start, gbar + leg.cosine_end
+        r, after = groups.restitution_at(word.walls[i]), groups.after(word.walls[i], row[i])
+        pull_start, pull_end = groups.pull(leg.cosine_start), groups.pull(leg.cosine_end)
         way = (word.walls[j] - word.walls[i]) // 2
         speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar)
         covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar)
@@ -164,23 +168,26 @@ def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> An
     All velocities must differ from zero.
     """
     count = len(word)
-    _, gbar, r = model.at(x[2 * count :])
+    groups = model.at(x[2 * count :])
     flights = []
     for leg in legs(word, x[count : 2 * count], ops):
-        pulls = gbar + leg.cosine_start, gbar + leg.cosine_end
+        r, pulls = (
+            groups.restitution_at(word.walls[leg.start]),
+            (groups.pull(leg.cosine_start), groups.pull(leg.cosine_end)),
+        )
         flights.append(flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, r))
     return product_trace(flights)
 
 
-def weighted_trace(word: Word, x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any = FLOATS) -> Any:
+def weighted_trace(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any = FLOATS) -> Any:
     """The trace times all velocities: it has no pole where a velocity is zero.
 
-    `groups` are d, gbar and r; the times of `x` follow the velocities.
+    The times of `x` follow the velocities.
     """
-    count, (_, gbar, r) = len(word), groups
-    flights = []
+    count, flights = len(word), []
     for leg in legs(word, x[count : 2 * count], ops):
-        start, end, speed = gbar + leg.cosine_start, gbar + leg.cosine_end, x[leg.end]
+        r, speed = groups.restitution_at(word.walls[leg.start]), x[leg.end]
+        start, end = groups.pull(leg.cosine_start), groups.pull(leg.cosine_end)
         time, velocity = start * leg.duration - r * x[leg.start], r * leg.duration
         flights.append((time, velocity, time * end - start * speed, velocity * end - r * speed))
     return product_trace(flights)

@@ -19,7 +19,7 @@ from vireport.motions.orbits import orbits
 from vireport.motions.periodicity import Model, trace
 from vireport.motions.polish import DECIMALS, Equation, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
-from vireport.physics import FLOATS
+from vireport.physics import FLOATS, Groups
 
 DETAILS = {
     (Event.PERIOD_DOUBLING, None): "lambda = -1",
@@ -218,14 +218,14 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
     sign = -1 if event is Event.NODE_FOCUS and trace(motion.word, x, model) < 0 else 1
     condition = Condition(event, motion.rests, sign)
 
-    def equation(x: Sequence[Any], groups: tuple[Any, Any, Any], ops: Any) -> Any:
+    def equation(x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
         return condition.value(motion.word, x, groups, ops)
 
     with in_decimals():
         try:
             solved = solved_on_sweep(sweep, motion, equation, event is Event.PITCHFORK)
         except (NumericalError, ArithmeticError):
-            d, gbar = model.groups(motion.coordinate)
+            d, gbar, _ = model.groups(motion.coordinate)
             return Point(event, motion, float(d), float(gbar), float(sweep.value(d, gbar)), inf)
         d, gbar, _ = solved.groups
         return point_of(solved, event, sweep.value(d, gbar, DECIMALS), motion.rests)

@@ -23,6 +23,7 @@ from vireport.motions.orbits import Orbits, coefficients, orbits
 from vireport.motions.roots import cubic_root, secant_root
 from vireport.motions.stability import return_trace
 from vireport.motions.turning import flight_turns, wall_gap
+from vireport.physics import Groups
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -97,27 +98,27 @@ class PointwiseMotions:
         return np.asarray(within & (self.wall_gap.real > -slack))
 
 
-def find_motions(d: Floats, gbar: Floats, r: float | Floats, n: int) -> PointwiseMotions:
+def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     """Every 1:1 motion at each of many design points, admissible or not.
 
     Parameters
     ----------
-    d, gbar : ndarray, shape (cells,)
-        The dimensionless groups; d > 0, gbar zero or above `physics.NO_GRAVITY`.
-    r : float or ndarray
-        Restitution coefficient, 0 <= r < 1. Points that share one take a fifth of the time.
+    groups : Groups
+        Arrays of shape (cells,), d > 0, gbar zero or above `physics.NO_GRAVITY`; the restitution, 0 <= r < 1, may be
+        one number. Points that share one take a fifth of the time.
     n : int
         Forcing periods per motion, the same for all.
     """
+    d, gbar, r = groups
     each = np.broadcast_to(np.asarray(r, dtype=float), d.shape)
     shared = sorted(set(np.ravel(r).tolist()))
-    groups: list[tuple[Ints, float | None]]
+    sharing: list[tuple[Ints, float | None]]
     if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(d):
-        groups = [(np.arange(len(d)), None)]
+        sharing = [(np.arange(len(d)), None)]
     else:
-        groups = [(np.flatnonzero(each == value), value) for value in shared]
+        sharing = [(np.flatnonzero(each == value), value) for value in shared]
     parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
-    for cells, value in groups:
+    for cells, value in sharing:
         for chosen, points in _portions(cells, d, gbar, each, n, value):
             which, u, phi = _zeros(points)
             if points.divided:
@@ -171,13 +172,14 @@ def _evaluated(cell: Ints, u: Floats, phi: Floats, d: Floats, gbar: Floats, r: A
     return PointwiseMotions(cell, orbit, trace, wall_gap(orbit, r[cell]))
 
 
-def differentiated_motions(d: Any, gbar: Any, r: Any, n: int) -> PointwiseMotions:
+def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     """The motions of `find_motions` with their derivatives, exact, as imaginary parts.
 
     Parameters
     ----------
-    d, gbar, r : ndarray of complex, shape (cells,)
-        With imaginary parts of the size of `STEP`: over it, they are the derivatives with respect to something.
+    groups : Groups
+        Complex arrays of shape (cells,), with imaginary parts of the size of `STEP`: over it, they are the derivatives
+        with respect to something.
     n : int
 
     Notes
@@ -185,7 +187,8 @@ def differentiated_motions(d: Any, gbar: Any, r: Any, n: int) -> PointwiseMotion
     How (u, phi) move follows from d(u, phi, r) and gbar(u, phi, r) by the implicit function theorem, all else from the
     formulae. A gap to a membrane changes as the position at the time of the turning point does, where Z' is zero.
     """
-    found = find_motions(d.real, gbar.real, r.real, n)
+    d, gbar, r = groups
+    found = find_motions(Groups(d.real, gbar.real, r.real), n)
     d, gbar, r, u, phi = d[found.cell], gbar[found.cell], r[found.cell], found.orbit.u, found.orbit.phi
     along_u, along_phi, at = (
         orbits(*x, n) for x in ((u + 1j * STEP, phi, r.real), (u, phi + 1j * STEP, r.real), (u + 0j, phi, r))

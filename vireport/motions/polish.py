@@ -19,7 +19,7 @@ from vireport.base import NumericalError
 from vireport.motions.conditions import IMAGINARY
 from vireport.motions.motion import Motion
 from vireport.motions.periodicity import Grouped, residuals
-from vireport.physics import COMPLEX, DIGITS, DecimalOps, Word
+from vireport.physics import COMPLEX, DIGITS, DecimalOps, Groups, Word
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ MOST_STEPS = 12
 FINE_STEP = Decimal("1e-18")
 """Step of differences in decimals: far below any scale of a motion, far above their rounding."""
 
-Equation = Callable[[Sequence[Any], tuple[Any, Any, Any], Any], Any]
+Equation = Callable[[Sequence[Any], Groups[Any], Any], Any]
 """(velocities, times and what varies; d, gbar and r there; kind of number) -> what is zero."""
 
 Function = Callable[[list[Any]], list[Any]]
@@ -144,7 +144,7 @@ class Solved:
 
     word: Word
     x: list[Decimal]
-    groups: tuple[Decimal, Decimal, Decimal]
+    groups: Groups[Decimal]
     symmetric: bool
 
 

@@ -379,7 +379,7 @@ def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Po
         end = _end_value(curve, piece.condition_at(row))
         if end is not None:
             motions.sweep_value[row] = end
-            motions.d[row], motions.gbar[row] = sweep.device.groups(sweep.parameter, end)
+            motions.d[row], motions.gbar[row], _ = sweep.device.groups(sweep.parameter, end)
     for row, point in points.items():
         closed = point.closed
         motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from vireport.motions.motion import Motion
 from vireport.motions.orbits import Orbits
 from vireport.motions.roots import newton_root
-from vireport.physics import Flight, flight
+from vireport.physics import Flight, Groups, flight
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -224,11 +224,12 @@ class Turn(NamedTuple):
     gap: float
 
 
-def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
+def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
     """Every turning point of a motion, with its distance from the wall that the ball turns back from.
 
     The distance is negative where the ball would have passed through the membrane.
     """
+    d, gbar, _ = groups
     lift = acos(-gbar) / pi if gbar < 1 else 1.0
     swing = sin(pi * lift)
     still = ((lift, swing), (2 - lift, -swing)) if gbar < 1 else ()
@@ -236,7 +237,7 @@ def turns(motion: Motion, d: float, gbar: float, r: float) -> Iterator[Turn]:
     times.append(times[0] + 2 * motion.word.periods)
     velocities.append(velocities[0])
     for i, wall in enumerate(walls):
-        start, end, after, phase = times[i], times[i + 1], flight.reflect(velocities[i], r), pi * times[i]
+        start, end, after, phase = times[i], times[i + 1], groups.after(wall, velocities[i]), pi * times[i]
         sine, cosine = sin(phase), cos(phase)
         laps = range(2 * int(start // 2), 2 * int(end // 2) + 1, 2)
         inner = [(lap + t, there) for lap in laps for t, there in still if start < lap + t < end]

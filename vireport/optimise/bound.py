@@ -283,7 +283,7 @@ def _place(
             value = np.broadcast_to(getattr(device, varied) * factor, low.shape[1])
             applies &= value <= varied.limits[1]
             device = device.with_values({varied: np.minimum(value, varied.limits[1])})
-        d, gbar = (np.broadcast_to(x, low.shape[1]) for x in device.groups(Parameter.LENGTH, device.length_m))
+        d, gbar, _ = (np.broadcast_to(x, low.shape[1]) for x in device.groups(Parameter.LENGTH, device.length_m))
         ends.append(np.stack([np.log(d), gbar]))
     return ends[0] - ROUNDING * (1 + np.abs(ends[0])), ends[1] + ROUNDING * (1 + np.abs(ends[1])), applies
 

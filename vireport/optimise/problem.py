@@ -33,8 +33,6 @@ from vireport.study import (
     Study,
     Task,
     analyse,
-    device_of,
-    membrane_of,
 )
 
 Floats = NDArray[np.float64]
@@ -153,7 +151,7 @@ class Problem:
 
     def at(self, t: Floats) -> tuple[Device, Membrane | None]:
         """Device and membrane of designs (cells, inputs), the inputs as arrays; of a design (inputs,), as numbers."""
-        device, membrane = device_of(self.loaded.scenario), membrane_of(self.loaded.scenario)
+        device, membrane = Device.of(self.loaded.scenario), Membrane.of(self.loaded.scenario)
         for path, column in zip(self.paths, self.values(t).T, strict=True):
             name = path.rpartition(".")[2]
             changed: dict[str, Any] = {name: column if column.ndim else float(column)}

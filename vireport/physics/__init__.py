@@ -18,6 +18,7 @@ from vireport.physics.energy import (
     voltages,
 )
 from vireport.physics.flight import Flight
+from vireport.physics.groups import Groups
 from vireport.physics.numbers import (
     ARRAYS,
     COMPLEX,
@@ -55,6 +56,7 @@ __all__ = [
     "Dielectric",
     "Fitting",
     "Flight",
+    "Groups",
     "Membrane",
     "Rounded",
     "Shaker",

@@ -1,7 +1,6 @@
-"""The crossing between a scenario in SI units and the dimensionless groups, in both directions.
+"""The device in SI units, and the crossing between it and its dimensionless groups, in both directions.
 
-With r and n, the groups d = s/x_c and gbar = M g sin(beta)/F are all of the dynamics. No other module mixes the two
-kinds of quantity. The formulae serve every kind of number; see `numbers`.
+No other module mixes the two kinds of quantity. The formulae serve every kind of number; see `numbers`.
 """
 
 from __future__ import annotations
@@ -9,10 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import cos, pi, radians
-from typing import Any
+from typing import Any, Generic
 
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import TypeVar
+
+from vireport.physics.groups import Groups
 from vireport.physics.numbers import ARRAYS, UNIT
-from vireport.scenario import DesignInput, Parameter
+from vireport.scenario import DesignInput, Parameter, Scenario
 
 NO_GRAVITY = 1e-15
 """gbar up to which gravity is lost: q - 1/2 ~ gbar could no longer be told from zero. As a value within a sweep it
@@ -26,6 +30,9 @@ are sums of terms of size n/(1-r) in the length unit, and gbar keeps its digits 
 GROUP_ERROR = 12 * UNIT
 """Relative error of d or gbar as computed in doubles: the rounding of at most six products and of a sine."""
 
+
+Quantity = TypeVar("Quantity", float, NDArray[np.float64], default=float)
+"""A number of one device, or an array with a number for each of many."""
 
 STANDARD_GRAVITY = 9.80665
 """g_n [m/s^2], by which accelerations are counted in g whatever the scenario's own gravity is."""
@@ -59,38 +66,46 @@ class Shaker:
 
 
 @dataclass(frozen=True, slots=True)
-class Device:
-    """The harvester and its excitation in SI units; one of the four that can be swept may be None.
+class Device(Generic[Quantity]):
+    """The harvester and its excitation in SI units: one device, or arrays of many.
+
+    What drives the capsule, and what each membrane does at an impact, is known of a device by its `groups` alone.
 
     Attributes
     ----------
-    capsule_mass_kg, restitution, gravity_m_s2 : float
+    capsule_mass_kg, restitution, gravity_m_s2 : float or ndarray
         M, r, g.
-    length_m, amplitude_n, frequency_hz, inclination_deg : float, ndarray or None
-        s, F, omega/2 pi, beta.
+    length_m, amplitude_n, frequency_hz, inclination_deg : float or ndarray, or None
+        s, F, omega/2 pi, beta. Of one device, one of the four may be None where a sweep gives it.
     period_ratio : int
         n, forcing periods per motion, Eq. (3.14).
     """
 
-    capsule_mass_kg: Any
-    restitution: Any
-    gravity_m_s2: Any
-    length_m: Any
-    amplitude_n: Any
-    frequency_hz: Any
-    inclination_deg: Any
+    capsule_mass_kg: Quantity
+    restitution: Quantity
+    gravity_m_s2: Quantity
+    length_m: Quantity
+    amplitude_n: Quantity
+    frequency_hz: Quantity
+    inclination_deg: Quantity
     period_ratio: int = 1
+
+    @staticmethod
+    def of(scenario: Scenario) -> Device:
+        """The device of a scenario; a swept parameter is None where no design point is given."""
+        given: dict[str, Any] = {varied: _entry(scenario, varied.path) for varied in DesignInput}
+        return Device(**given, gravity_m_s2=scenario.gravity_m_s2, period_ratio=scenario.period_ratio)
 
     def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
         """The four parameters that can be swept, with one of them (an array, say) replaced."""
         return {name: value if name == parameter else getattr(self, name) for name in Parameter}
 
-    def with_values(self, values: Mapping[Any, Any]) -> Device:
+    def with_values(self, values: Mapping[Any, Any]) -> Device[Quantity]:
         """The device with other values of some inputs, which are members of `DesignInput` or `Parameter`."""
         return replace(self, **values)
 
-    def groups(self, parameter: Parameter, value: Any, ops: Any = ARRAYS) -> tuple[Any, Any]:
-        """The groups d = 4 M s f^2/F and gbar = M g sin(beta)/F where `parameter` has `value`, Eqs. (2.5), (2.6).
+    def groups(self, parameter: Parameter, value: Any, ops: Any = ARRAYS) -> Groups[Any]:
+        """The groups where `parameter` has `value`: d = 4 M s f^2/F, gbar = M g sin(beta)/F, Eqs. (2.5), (2.6), and r.
 
         A gbar up to `NO_GRAVITY` is zero.
 
@@ -106,7 +121,7 @@ class Device:
         mass, force = ops.exact(self.capsule_mass_kg), x[Parameter.AMPLITUDE]
         d = 4 * mass * x[Parameter.LENGTH] * x[Parameter.FREQUENCY] ** 2 / force
         gbar = mass * ops.exact(self.gravity_m_s2) * ops.sin_degrees(x[Parameter.INCLINATION]) / force
-        return d, gbar * (gbar > NO_GRAVITY)
+        return Groups(d, gbar * (gbar > NO_GRAVITY), ops.exact(self.restitution))
 
     def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
         """The value of `parameter` that gives the groups, the other three parameters as they are.
@@ -128,7 +143,7 @@ class Device:
         match varied:
             case DesignInput.INCLINATION:
                 upright = self.capsule_mass_kg * self.gravity_m_s2 / self.amplitude_n
-                return 0.0, upright * cos(radians(value)) * pi / 180, 0.0
+                return 0.0, float(upright * cos(radians(value)) * pi / 180), 0.0
             case DesignInput.RESTITUTION:
                 return 0.0, 0.0, 1.0
             case DesignInput.AMPLITUDE:
@@ -186,3 +201,10 @@ class Device:
         """Why rounding does not resolve the device, whose four parameters are all given, or ""."""
         at = Parameter.LENGTH, self.length_m
         return self.too_short(*at) or self.too_light(*at)
+
+
+def _entry(scenario: Scenario, path: str) -> float | None:
+    """The value of a key of a scenario, by its path."""
+    block, _, name = path.rpartition(".")
+    value: float | None = getattr(getattr(scenario, block) if block else scenario, name)
+    return value

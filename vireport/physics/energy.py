@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.physics.numbers import ARRAYS, magnitude
-from vireport.scenario import LARGEST, SMALLEST
+from vireport.scenario import LARGEST, SMALLEST, Scenario, blocks
 
 Floats = NDArray[np.float64]
 
@@ -71,6 +71,30 @@ class Membrane:
     bias_voltage_v: float
     ball_mass_kg: float
     dielectric: Dielectric | None = None
+
+    @staticmethod
+    def of(scenario: Scenario) -> Membrane | None:
+        """The membrane of a scenario and the ball that strikes it; None where the ball's mass is not given."""
+        mass, given = scenario.device.ball_mass_kg, scenario.device.membrane or blocks.Membrane()
+        if mass is None:
+            return None
+        return Membrane(
+            given.stiffness,
+            given.exponent,
+            given.active_radius_m,
+            given.ball_radius_m,
+            given.bias_voltage_v,
+            mass,
+            _dielectric_of(given),
+        )
+
+
+def _dielectric_of(given: blocks.Membrane) -> Dielectric | None:
+    """None where the scenario does not give all of it."""
+    thickness, permittivity, breakdown = given.thickness_m, given.relative_permittivity, given.breakdown_field_v_m
+    if thickness is None or permittivity is None or breakdown is None:
+        return None
+    return Dielectric(thickness, permittivity, breakdown)
 
 
 def deflection(speed: Floats, membrane: Membrane) -> Floats:

@@ -12,11 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import ceil, inf, log, nan
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from vireport.physics import word_name
+from vireport.physics import Groups, word_name
 from vireport.simulation import cycles
 from vireport.simulation.cycles import Cycle
 from vireport.simulation.events import (
@@ -149,27 +150,25 @@ class Diagram:
     labels: tuple[str | Outcome, ...]
 
 
-def find_attractor(d: float, gbar: float, r: float, start: Start, budget: int = BUDGET) -> Attractor:
+def find_attractor(groups: Groups[float], start: Start, budget: int = BUDGET) -> Attractor:
     """Attractor that one start leads to.
 
     Parameters
     ----------
-    d, gbar, r : float
-        Distance of the membranes, gravity and restitution [-].
+    groups : Groups
+        Of the device, as numbers.
     start : Impact or InFlight
         State to begin with.
     budget : int
         Impacts to spend at most. Periodic motions use what their transient needs.
     """
-    model = check_model(d, gbar, r)[0]
-    rows, summary = follow_one(model, check_start(start, d), min(BLOCK, budget), KEPT)
+    model = check_model(groups)[0]
+    rows, summary = follow_one(model, check_start(start, groups.d), min(BLOCK, budget), KEPT)
     return search(model, rows, summary, (budget, budget), [])[0]
 
 
 def attractors(
-    d: ArrayLike,
-    gbar: ArrayLike,
-    r: ArrayLike,
+    groups: Groups[Any],
     starts: Sequence[Start] | Array,
     impacts: int = 1000,
     budget: int = 20_000,
@@ -179,8 +178,8 @@ def attractors(
 
     Parameters
     ----------
-    d, gbar, r : array_like (n,)
-        Parameters, broadcast against each other [-].
+    groups : Groups
+        Of devices, as arrays (n,) or numbers, broadcast against each other.
     starts : sequence of Impact or InFlight, or array (n, m, 4)
         Tried at every parameter; or for each parameter its own, as rows of `random_starts`.
     impacts : int
@@ -190,7 +189,7 @@ def attractors(
     workers : int, optional
         Threads; the number of processors by default. The result does not depend on it.
     """
-    model = check_model(d, gbar, r)
+    model = check_model(groups)
     first = start_rows(starts, model[:, 0])
     n, m = first.shape[:2]
     cores = (os.cpu_count() or 1) if workers is None else workers

@@ -11,7 +11,7 @@ from math import exp, inf, log, nan, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import flight, wrapped
+from vireport.physics import Groups, flight, wrapped
 from vireport.simulation.events import as_start, follow_one
 from vireport.simulation.kernel import (
     FLIGHT,
@@ -136,7 +136,7 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     return result
 
 
-def growth_bound(d: float, gbar: float, r: float, cycle: Cycle) -> float:
+def growth_bound(groups: Groups[float], cycle: Cycle) -> float:
     """Bound the error of a cycle's `growth`: rounding, and what its residual leaves open of its impacts.
 
     Each number of each impact is moved by a little on its own, and the changes of the multiplier are added up, so
@@ -145,13 +145,15 @@ def growth_bound(d: float, gbar: float, r: float, cycle: Cycle) -> float:
     n = len(cycle.phase)
     if cycle.sticks or not n:
         return 0.0
-    model, rows = np.array([d, gbar, r]), np.zeros((n, RIDING + 1))
+    model, rows = np.array(groups), np.zeros((n, RIDING + 1))
     rows[:, WALL], rows[:, PHASE] = cycle.wall, cycle.phase
     rows[:, FLIGHT], rows[:, VELOCITY] = cycle.flight, cycle.velocity
 
+    determinant = groups.decay(cycle.wall.tolist()) ** 2
+
     def grown(rows: Array) -> float:
         matrix, scale = product(jacobians(model, np.roll(rows, 1, axis=0), rows))
-        return abs(multipliers(float(np.trace(matrix)) * exp(min(scale, STEEPEST)), r ** (2 * n))[0])
+        return abs(multipliers(float(np.trace(matrix)) * exp(min(scale, STEEPEST)), determinant)[0])
 
     base, slopes = grown(rows), 0.0
     for row in range(n):

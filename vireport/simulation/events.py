@@ -13,11 +13,13 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from math import isfinite
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vireport.base import install_command
+from vireport.physics import Groups
 from vireport.simulation import kernel
 from vireport.simulation.compiled import compiled_search
 from vireport.simulation.kernel import (
@@ -86,9 +88,9 @@ def wrapped(phase: float) -> float:
     return reduced if reduced < TURN else 0.0
 
 
-def check_model(d: ArrayLike, gbar: ArrayLike, r: ArrayLike) -> Array:
-    """Parameters as an array (n, 3), after broadcasting; ValueError if they describe no device."""
-    model = np.stack(np.broadcast_arrays(*np.atleast_1d(d, gbar, r)), axis=-1).astype(float)
+def check_model(groups: Groups[Any]) -> Array:
+    """Groups as an array (n, 3), after broadcasting; ValueError if they describe no device."""
+    model = np.stack(np.broadcast_arrays(*np.atleast_1d(*groups)), axis=-1).astype(float)
     if not np.isfinite(model).all():
         raise ValueError("d, gbar and r must be finite")
     if (model[:, 0] <= 0).any() or (model[:, 1] < 0).any() or (model[:, 2] < 0).any() or (model[:, 2] > 1).any():

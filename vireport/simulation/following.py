@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.physics import Groups
 from vireport.simulation.attractors import (
     BLOCK,
     BUDGET,
@@ -54,10 +55,9 @@ MOST_STEPS = 400
 
 
 class Conditions(NamedTuple):
-    """The groups d and gbar at a value of the parameter, and the unit of velocity y_c there [m/s]."""
+    """The groups at a value of the parameter, and the unit of velocity y_c there [m/s]."""
 
-    d: float
-    gbar: float
+    groups: Groups[float]
     velocity_unit: float
 
 
@@ -117,7 +117,6 @@ class Course:
 def course(
     values: Sequence[float],
     at: Callable[[float], Conditions],
-    r: float,
     start: Stage | None = None,
     impacts: int = 1000,
 ) -> Course:
@@ -131,15 +130,13 @@ def course(
         Of the parameter, ascending or descending.
     at : callable
         The conditions at a value.
-    r : float
-        Restitution [-].
     start : Stage, optional
         To begin from; by default the ball lies on the bottom membrane.
     impacts : int
         `PATIENCE` times as many without a period in sight make a motion one that is not periodic.
     """
     resolution = max(RESOLUTION * abs(values[-1] - values[0]), 8 * float(np.spacing(np.abs(values).max())))
-    track = _Track(at, r, PATIENCE * impacts, resolution, (min(values), max(values)))
+    track = _Track(at, PATIENCE * impacts, resolution, (min(values), max(values)))
     stage = track.reached(start, values[0])
     stages, jumps = [stage], []
     for value in values[1:]:
@@ -152,20 +149,19 @@ def course(
 @dataclass(frozen=True, slots=True)
 class _Track:
     at: Callable[[float], Conditions]
-    r: float
     patience: int
     resolution: float
     ends: tuple[float, float]
 
     def reached(self, before: Stage | None, value: float, patience: int | None = None) -> Stage:
         """What the motion of a stage becomes at another value, or the ball that lay on the bottom membrane."""
-        d, gbar, unit = self.at(value)
+        groups, unit = self.at(value)
         start = Impact(BOTTOM, 0.0, 0.0)
         if before is not None:
             start = before.last
             start = replace(start, velocity=start.velocity * self.at(before.value).velocity_unit / unit)
-        model = check_model(d, gbar, self.r)[0]
-        rows, summary = follow_one(model, check_start(start, d), BLOCK, KEPT)
+        model = check_model(groups)[0]
+        rows, summary = follow_one(model, check_start(start, groups.d), BLOCK, KEPT)
         attractor, rows = search(model, rows, summary, (patience or self.patience, BUDGET), [])
         cycle, impacts = attractor.cycle, attractor.last
         if cycle is not None:
@@ -181,8 +177,8 @@ class _Track:
         if periodic.attractor.cycle is None or aperiodic.attractor.outcome is not Outcome.APERIODIC:
             return False
         away = aperiodic.value + AWAY * np.copysign(self.resolution, aperiodic.value - periodic.value)
-        d, gbar, _ = self.at(float(np.clip(away, *self.ends)))
-        model, start = check_model(d, gbar, self.r)[0], check_start(aperiodic.last, d)
+        groups = self.at(float(np.clip(away, *self.ends))).groups
+        model, start = check_model(groups)[0], check_start(aperiodic.last, groups.d)
         for _ in range(BUDGET // KEPT):
             rows, _ = follow_one(model, start, KEPT, KEPT)
             if _aside(rows[:, [WALL, PHASE, VELOCITY]], periodic.impacts) > CLOSE:

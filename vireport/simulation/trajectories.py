@@ -14,7 +14,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import flight
+from vireport.physics import Groups, flight
 from vireport.simulation.attractors import Attractor, attractors
 from vireport.simulation.events import (
     BOTTOM,
@@ -102,28 +102,28 @@ class Portrait:
     velocity: Array
 
 
-def portrait(d: float, gbar: float, r: float, starts: Sequence[Start], label: str = "") -> Portrait:
+def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") -> Portrait:
     """Follow the periodic motion that the first of some starts leads to which leads to one, or else any motion.
 
     Parameters
     ----------
-    d, gbar, r : float
-        Distance of the membranes, gravity and restitution [-].
+    groups : Groups
+        Of the device, as numbers.
     starts : sequence of Impact or InFlight
         At least one.
     label : str
         See `Portrait`.
     """
-    model, reached = check_model(d, gbar, r)[0], attractors([d], gbar, r, starts)[0]
+    model, reached = check_model(groups)[0], attractors(groups, starts)[0]
     shown = next((end for end in reached if end.cycle is not None and not end.cycle.sticks), reached[0])
     if shown.cycle is not None and not shown.cycle.sticks:
         cycle, first = shown.cycle, int(np.argmax(shown.cycle.wall == BOTTOM))
         start = Impact(int(cycle.wall[first]), float(cycle.velocity[first]), float(cycle.phase[first]))
-        begin, count = check_start(start, d), PERIODS_SHOWN * len(cycle.wall)
+        begin, count = check_start(start, groups.d), PERIODS_SHOWN * len(cycle.wall)
     else:
-        begin, count = check_start(starts[0], d), IMPACTS_SHOWN
+        begin, count = check_start(starts[0], groups.d), IMPACTS_SHOWN
         settled, _ = follow_one(model, begin, LEFT_OUT)
         if len(settled) > 1:
             begin = as_start(settled[-1])
     rows, _ = follow_one(model, begin, count)
-    return Portrait(label, d, gbar, r, shown, float(rows[0, PHASE]), *path(model, rows))
+    return Portrait(label, *groups, shown, float(rows[0, PHASE]), *path(model, rows))

@@ -37,6 +37,7 @@ from vireport.motions import (
 from vireport.physics import (
     Conversion,
     Fitting,
+    Groups,
     Membrane,
     Shaker,
     Voltages,
@@ -393,12 +394,12 @@ def simulation_data(
         "samples": [
             {
                 "sweep_value": float(value),
-                "d": float(d),
+                "d": float(groups[0]),
                 "start_velocity_at_most": float(speed),
-                "ends": [_end(one, float(d), float(gbar), check.restitution) for one in found],
+                "ends": [_end(attractor, Groups(*map(float, groups))) for attractor in ends],
             }
-            for value, d, gbar, speed, found in zip(
-                check.values, check.d, check.gbar, check.start_speed, check.found, strict=True
+            for value, speed, ends, *groups in zip(
+                check.values, check.start_speed, check.found, *check.groups, strict=True
             )
         ],
         "follow": None if check.hysteresis is None else _follow(check.hysteresis, coexisting, ending),
@@ -475,13 +476,13 @@ def _motion_count(motion: MotionCount) -> dict[str, Any]:
     }
 
 
-def _end(attractor: Attractor, d: float, gbar: float, r: float) -> dict[str, Any]:
+def _end(attractor: Attractor, groups: Groups[float]) -> dict[str, Any]:
     """What a start leads to; what a motion that is not periodic does not have is null."""
     from vireport.simulation import growth_bound
 
     cycle = attractor.cycle
     exponent = attractor.lyapunov
-    bound = None if cycle is None else growth_bound(d, gbar, r, cycle)
+    bound = None if cycle is None else growth_bound(groups, cycle)
     finite = isfinite(exponent)
     # Of a motion that is not periodic the exponent is an average over a finite time: an estimate without a bound.
     rate = bound / cycle.growth / cycle.period if cycle is not None and bound is not None and finite else None

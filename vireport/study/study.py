@@ -24,7 +24,7 @@ from vireport.gate import (
     verdict_of,
 )
 from vireport.motions import Limits, Sweep
-from vireport.physics import Device, Dielectric, Membrane
+from vireport.physics import Device, Membrane
 from vireport.scenario import (
     DesignInput,
     Loaded,
@@ -225,48 +225,10 @@ def _requirements_data(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
     return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
 
 
-def device_of(scenario: Scenario) -> Device:
-    """The device of a scenario; a swept parameter is None where no design point is given."""
-    return Device(
-        capsule_mass_kg=scenario.device.capsule_mass_kg,
-        restitution=scenario.device.restitution,
-        gravity_m_s2=scenario.gravity_m_s2,
-        length_m=scenario.device.length_m,
-        amplitude_n=scenario.excitation.amplitude_n,
-        frequency_hz=scenario.excitation.frequency_hz,
-        inclination_deg=scenario.inclination_deg,
-        period_ratio=scenario.period_ratio,
-    )
-
-
-def membrane_of(scenario: Scenario) -> Membrane | None:
-    """The membrane of a scenario and the ball that strikes it; None where the ball's mass is not given."""
-    mass = scenario.device.ball_mass_kg
-    if mass is None:
-        return None
-    given = scenario.device.membrane or blocks.Membrane()
-    return Membrane(
-        stiffness=given.stiffness,
-        exponent=given.exponent,
-        active_radius_m=given.active_radius_m,
-        ball_radius_m=given.ball_radius_m,
-        bias_voltage_v=given.bias_voltage_v,
-        ball_mass_kg=mass,
-        dielectric=_dielectric_of(given),
-    )
-
-
-def _dielectric_of(given: blocks.Membrane) -> Dielectric | None:
-    thickness, permittivity, breakdown = given.thickness_m, given.relative_permittivity, given.breakdown_field_v_m
-    if thickness is None or permittivity is None or breakdown is None:
-        return None
-    return Dielectric(thickness, permittivity, breakdown)
-
-
 def sweep_of(scenario: Scenario) -> Sweep | None:
     """What a scenario varies."""
     asked = scenario.sweep
-    return Sweep(device_of(scenario), asked.parameter, asked.from_, asked.to) if asked else None
+    return Sweep(Device.of(scenario), asked.parameter, asked.from_, asked.to) if asked else None
 
 
 def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
@@ -290,7 +252,7 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     """
     loaded = source if isinstance(source, Loaded) else load(source)
     scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
-    solution = solution_of(device_of(scenario), membrane_of(scenario), sweep_of(scenario), steps.runs(Task.DESIGN))
+    solution = solution_of(Device.of(scenario), Membrane.of(scenario), sweep_of(scenario), steps.runs(Task.DESIGN))
     study = Study(loaded, steps, solution)
     if scenario.simulation is not None:
         from vireport.checks import crosscheck
@@ -368,7 +330,7 @@ def recheck(data: Mapping[str, Any]) -> float:
     scenario, proof = loads(json.dumps(data["scenario"])).scenario, (data.get("tolerances") or {}).get("proof")
     if scenario.tolerances is None or proof is None:
         raise UsageError("these results have no proof over tolerances (allowed: those of a scenario with tolerances)")
-    device = device_of(scenario)
+    device = Device.of(scenario)
     try:
         boxes = np.array(proof["halved"], dtype=np.intp), np.array([proof[name] for name in PROVED_MOTION])
         return prove_again(region_of(device, half_widths(device, scenario.tolerances)), *boxes)
