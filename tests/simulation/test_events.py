@@ -11,7 +11,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
@@ -401,6 +401,8 @@ def test_continuing_is_the_same_as_going_on() -> None:
     assert np.array_equal(rest[1:], whole[201:])
 
 
+@example(d=1651.0, gbar=1.0, r=3.5e-208, velocity=3.4e-89, phase=-pi, wall=BOTTOM)
+@example(d=0.0146, gbar=3e-10, r=1.0, velocity=5.1e-205, phase=-8.122774410300824, wall=TOP)
 @given(
     d=st.floats(1e-6, 1e6),
     gbar=st.one_of(st.just(0.0), st.just(1.0), st.floats(0, 3), st.floats(0.999999, 1.000001), st.floats(0, 1e-9)),

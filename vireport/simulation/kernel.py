@@ -286,6 +286,8 @@ def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Arra
         if wall == 0.0:
             status = FREE
             break
+        if wall * v < 0.0:
+            v = 0.0  # an impact of 1e-100 y_c, say, whose velocity rounding has turned: the ball only touches
         flight = 2.0 * periods + t
         phase += pi * t
         while phase >= TURN:  # at most twice: cheaper than a remainder
