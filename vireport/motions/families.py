@@ -11,22 +11,19 @@ from math import isfinite, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.distance import error_bounds
-from vireport.motions.error_bounds import value_bound
+from vireport.motions.error_bounds import distance_bounds, family_bounds
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model
 from vireport.motions.points import Point, model_of
-from vireport.motions.stability import STABILITIES, Stability, classify
+from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits
-from vireport.physics import FLOATS, GROUP_ERROR, UNIT, Rounded, Word
+from vireport.physics import FLOATS, Word
 
 Floats = NDArray[np.float64]
 
-TURNS = 3 * pi
-"""Roundings of a phase from a time [rad per t_c]: of the product with pi, of pi, and of the remainder."""
 ROUNDING = 1e-9
 """Share of the sweep up to which a value beyond the end of a family is that end."""
 
@@ -194,7 +191,7 @@ class Family:
 
         Where families cross it is the point where they do, which was solved for in decimals.
         """
-        bounds = error_bounds(self.curve, self.model, self.x)
+        bounds = distance_bounds(self.curve, self.model, self.x)
         for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
             laps, others = divmod(len(self.word), len(point.motion.word))
             if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound) and not others:
@@ -205,17 +202,12 @@ class Family:
 
     @cached_property
     def error_bounds(self) -> dict[str, Floats]:
-        """The same of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]."""
-        bounds, count = self.error_bound, len(self.word)
-        groups = self.model.groups(Rounded(self.x[:, -1], bounds[:, -1]))
-        d, gbar = (x if isinstance(x, Rounded) else Rounded(x, 2 * GROUP_ERROR * abs(x)) for x in groups)
-        phase = pi * bounds[:, count:-1] + TURNS * UNIT * np.abs(self.time)
-        value = value_bound(self.sweep, self.sweep_value, d, gbar)
-        return {"sweep_value": value, "velocity": bounds[:, :count], "phase": phase}
+        """Error bounds of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]; inf where there is none."""
+        return family_bounds(self.sweep, self.model, self.x, self.error_bound, self.sweep_value)
 
     def at(self, coordinate: float) -> list[Motion]:
         """Its motions at a value of the coordinate that orders the sweep."""
-        c, found = self.x[:, -1], []
+        c, motions = self.x[:, -1], []
         nearest = float(np.clip(coordinate, c.min(), c.max()))
         if abs(coordinate - nearest) < ROUNDING * (self.curve.high - self.curve.low):
             coordinate = nearest
@@ -224,8 +216,8 @@ class Family:
             share = (coordinate - c[i]) / step if step else 0.5
             x = self.curve.at(self.x[i] + share * (self.x[i + 1] - self.x[i]), coordinate)
             if x is not None:
-                found.append(self.curve.motion(x))
-        return found
+                motions.append(self.curve.motion(x))
+        return motions
 
 
 class Claim(StrEnum):
@@ -257,14 +249,6 @@ class Completeness:
     claim: Claim
     resolution: float | None = None
     undecided: float | None = None
-
-
-def multipliers(trace: Floats, determinant: float) -> NDArray[np.complex128]:
-    """Eigenvalues of matrices, (n, 2), that of larger modulus first; the other from their product, the determinant."""
-    root = np.sqrt(trace.astype(complex) ** 2 - 4 * determinant)
-    large = (trace + np.where(trace < 0, -root, root)) / 2
-    with np.errstate(invalid="ignore"):  # of nan
-        return np.stack([large, determinant / np.where(large == 0, 1, large)], axis=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -316,14 +300,15 @@ class Atlas:
 
     def doubled(self, periods: int) -> list[Family]:
         """The families that come of the 1:1 motions in some forcing periods by period doublings, one after another."""
-        found = [family for family in self.families if family.word == Word((1, -1), periods)]
-        count = len(found)
-        for parent in found:  # to which their own doubled ones are added on the way
+        cascade = [family for family in self.families if family.word == Word((1, -1), periods)]
+        count = len(cascade)
+        for parent in cascade:  # to which their own doubled ones are added on the way
             for vertex in self.vertices:
                 if vertex.event is Event.PERIOD_DOUBLING and parent.number in vertex.families:
                     there = (self.families[number - 1] for number in vertex.families)
-                    found += [x for x in there if len(x.word) == 2 * len(parent.word) and x not in found]
-        return found[count:]
+                    twice = (family for family in there if len(family.word) == 2 * len(parent.word))
+                    cascade += [family for family in twice if family not in cascade]
+        return cascade[count:]
 
     def stable_at(self, value: float) -> list[tuple[Family, Motion]]:
         """Every stable motion at a value of the swept parameter, with its family."""
