@@ -105,7 +105,7 @@ def _one_to_one(search: _Search) -> Iterator[Family]:
                 if diagram is search.diagram:
                     yield family
                 else:  # labels are of the sweep's own period ratio
-                    marks = (replace(x, point=x.point and replace(x.point, label="")) for x in family.marks)
+                    marks = (replace(mark, point=mark.point and replace(mark.point, label="")) for mark in family.marks)
                     yield replace(family, sweep=search.sweep, marks=tuple(marks))
 
 
@@ -160,16 +160,16 @@ class _Search:
         return solve(replace(self.sweep, device=replace(self.sweep.device, period_ratio=periods)))
 
     def words(self, count: int, periods: int) -> list[Word]:
-        """Those with so many impacts, on both membranes, that none is another or its mirror image counted otherwise."""
-        found = {
+        """Words with so many impacts, on both membranes: none is another one, or its image, counted otherwise."""
+        words = {
             self.representative(Word(walls, periods))
             for walls in product((1, -1), repeat=count)
             if abs(sum(walls)) < count <= self.limits.impacts
         }
-        return sorted(found, key=lambda word: word.letters)
+        return sorted(words, key=lambda word: word.letters)
 
     def on_bottom(self, periods: int) -> list[Word]:
-        """Those with two to four impacts on one membrane.
+        """Words with two to four impacts on one membrane.
 
         Over a period gravity adds 2 k gbar to the velocity, of which impacts take (1 + r) times their sum. There are no
         motions with impacts on the top only, nor in a horizontal capsule on either membrane only.
@@ -242,7 +242,7 @@ class _Search:
             cells = exclusion.left(cells) if cells else []
 
     def four_impacts(self, word: Word) -> Iterator[Motion]:
-        """The same with four impacts, as far as a search over a grid finds them."""
+        """Candidates of one word with four impacts that lie on no family known, as far as a grid shows them."""
         yield from self._unknown(*four_impacts(self.model, self.low, self.high, word))
 
     def _unknown(self, motions: Candidates, flights: Floats) -> Iterator[Motion]:
@@ -261,8 +261,8 @@ class _Search:
         codes = _codes(flights)
         return np.asarray(squares.take(np.searchsorted(squares, codes), mode="clip") == codes)
 
-    def _same(self, one: Motion, other: Motion) -> bool:
-        return one.distance(other, mirror=self.model.horizontal) < SAME
+    def _same(self, motion: Motion, other: Motion) -> bool:
+        return motion.distance(other, mirror=self.model.horizontal) < SAME
 
     def _alike(self, motion: Motion) -> Iterator[Family]:
         """Families whose word the motion has, or its mirror image where there is one."""

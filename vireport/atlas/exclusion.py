@@ -74,7 +74,7 @@ class Cells:
 
     Attributes
     ----------
-    sequence : Sequence
+    word : Word
     corner : ndarray (N - 1, n)
         The lower ends of all flight times but the last [t_c].
     side : float
@@ -86,11 +86,11 @@ class Cells:
     side: float
 
     def __len__(self) -> int:
-        """Return their number."""
+        """Return the number of cells."""
         return len(self.corner[0])
 
     def __getitem__(self, index: Any) -> Cells:
-        """Some of them."""
+        """The cells picked by an index or mask."""
         return Cells(self.word, self.corner[:, index], self.side)
 
     @property
@@ -106,14 +106,14 @@ class Cells:
         return self.side <= side * 4.0 ** (len(self.corner) - 2)
 
     def divided(self) -> Cells:
-        """Their parts, each divided along each side."""
+        """The parts of the cells, each divided along each side."""
         sides, count = len(self.corner), 4 if len(self) <= FEW else 2
         side, parts = self.side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
         return Cells(self.word, (self.corner[:, :, None] + side * parts).reshape(sides, -1), side)
 
     @property
     def share(self) -> float:
-        """Of all flight times, each motion counted from one impact."""
+        """Share of all flight times that the cells are, each motion counted from one impact."""
         sides = len(self.corner)
         part = (self.side / (2 * self.word.periods)) ** sides * factorial(sides)
         return float(len(self) * part * len(self.word.firsts(self.word)))
@@ -128,7 +128,7 @@ class Exclusion:
     model : Model
     low, high : float
         Range of the coordinate.
-    sequences : tuple of Sequence
+    words : tuple of Word
         Of one word and different numbers of periods, which are evaluated together: three impacts, not all on the top,
         or two or four on the bottom.
     """
@@ -150,16 +150,16 @@ class Exclusion:
 
     def cells(self) -> list[Cells]:
         """The cells that are left of all flight times, those of each sequence apart."""
-        sides, found = len(self.words[0]) - 1, []
+        sides, finest = len(self.words[0]) - 1, []
         side, fine = {1: FINE, 2: COARSEST, 3: COARSEST_CUBE}[sides], fine_side(self.words[0])
         counts = [round(2 * word.periods / side) for word in self.words]
         grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
         parts = [Cells(*both, side) for both in zip(self.words, grids, strict=True)]
         while parts:
             parts = self.left(parts)
-            found += [part for part in parts if part.side <= fine or len(part) > MOST_CELLS]
+            finest += [part for part in parts if part.side <= fine or len(part) > MOST_CELLS]
             parts = [part.divided() for part in parts if part.side > fine and len(part) <= MOST_CELLS]
-        return found
+        return finest
 
     def left(self, cells: list[Cells]) -> list[Cells]:
         """What is left of the cells of each sequence."""
@@ -175,12 +175,12 @@ class Exclusion:
     def motions(self, cells: Cells) -> tuple[Candidates, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
         word, level, r, farthest = cells.word, self.model.level, self.model.r, REACH * cells.side
-        found, flights = onto_sweep(word, cells.centre, r, level, farthest)
+        motions, flights = onto_sweep(word, cells.centre, r, level, farthest)
         if not word.one_sided:
-            flights = into_range(found, flights, level, farthest, (self.low, self.high))
-            found = candidates_above(word, flights, r)
-        found, rows = within(self._placed(found), level, self.low, self.high)
-        return found, flights[:, rows]
+            flights = into_range(motions, flights, level, farthest, (self.low, self.high))
+            motions = candidates_above(word, flights, r)
+        motions, rows = within(self._placed(motions), level, self.low, self.high)
+        return motions, flights[:, rows]
 
     def _placed(self, motions: Candidates) -> Candidates:
         if not motions.word.one_sided:
@@ -230,7 +230,7 @@ class Exclusion:
         return possible
 
     def _solved(self, rows: NDArray[np.intp], x: Solution) -> tuple[NDArray[np.intp], Solution]:
-        """Those, with their numbers, that may be solutions of the sweep with velocities of the right signs."""
+        """The solutions that may be of the sweep with velocities of the right signs, and their cells."""
         zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
         if zeros:
             zero = np.flatnonzero(np.logical_and.reduce(zeros))
@@ -300,6 +300,6 @@ def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:
 
 
 def _chosen(which: NDArray[np.intp], numbers: list[Affine]) -> Affine:
-    """Of several numbers one for each box."""
+    """For each box the one of several numbers that is chosen for it."""
     parts = zip(*((y.centre, y.linear, y.radius, y.spread) for y in numbers), strict=True)
     return Affine(*(np.choose(which, part) for part in parts))

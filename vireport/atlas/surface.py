@@ -52,7 +52,7 @@ class Solution(NamedTuple):
 
     @property
     def velocity(self) -> list[Any]:
-        """Of each impact; its vector holds what multiplies sine, cosine and gbar, with waves for the impact's phase."""
+        """Velocity of each impact; vectors hold what multiplies sine, cosine and gbar, with waves for its own phase."""
         turned = [_turned(*pair) for pair in zip(self.vectors, self.waves, strict=True)] if self.waves else self.vectors
         return [_product(vector, (self.sine, self.cosine, self.gbar)) for vector in turned]
 
@@ -62,7 +62,7 @@ class Solution(NamedTuple):
         return self.gbar if self.d is None else self.d
 
     def at(self, index: Any) -> Solution:
-        """Some of them, but for the excess."""
+        """The solutions picked by an index, but for their excess."""
         vectors, rows, waves = (
             [[y if isinstance(y, float) else y[index] for y in row] for row in part]
             for part in (self.vectors, self.rows, self.waves)
@@ -72,7 +72,7 @@ class Solution(NamedTuple):
         return Solution(vectors, [t[index] for t in self.time], *groups, [], rows, waves)
 
     def by_others(self) -> Solution:
-        """The same by the last condition and the first, where only one membrane is struck."""
+        """What the last condition and the first leave instead of the first two, where only one membrane is struck."""
         rows = [self.rows[-1], *self.rows[:-1]]
         sine, cosine, gbar = kernel = _cross(*rows[:2])
         excess = [_product(row, kernel) for row in rows[2:]]
@@ -91,7 +91,7 @@ def solution(
 
     Parameters
     ----------
-    sequence : Sequence
+    word : Word
     flights : sequence
         All flight times but the last [t_c].
     r : float
@@ -99,7 +99,7 @@ def solution(
     ops
         Of the kind of number of `flights`.
     period : ndarray (n,), optional
-        Of each motion [t_c], where it is not that of the sequence.
+        Of each motion [t_c], where it is not that of the word.
     time : list, optional
         Of all impacts [t_c], where they are arrays of fewer numbers than the sums of flight times.
 
@@ -198,7 +198,7 @@ class Candidates:
 
     Attributes
     ----------
-    sequence : Sequence
+    word : Word
     velocity, time : ndarray (N, n)
         Of each impact [y_c], [t_c].
     gbar, d : ndarray (n,)
@@ -218,7 +218,7 @@ class Candidates:
     r: float
 
     def __getitem__(self, index: Any) -> Candidates:
-        """Some of them."""
+        """The candidates picked by an index or mask."""
         parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], self.excess[:, index])
         return Candidates(self.word, *parts, self.r)
 
@@ -227,7 +227,7 @@ class Candidates:
         return np.asarray(self.gbar if level.held is Held.D else self.d)
 
     def motion(self, i: int, level: Level) -> Motion:
-        """One of them."""
+        """The motion of one candidate, on the level of a sweep."""
         return Motion(self.word, self.velocity[:, i], self.time[:, i], float(self.coordinate(level)[i]))
 
     @property
@@ -278,14 +278,14 @@ def candidates_above(word: Word, flights: Floats, r: float, period: Floats | Non
 
     Parameters
     ----------
-    sequence : Sequence
+    word : Word
         Or with two to four, on the bottom only.
     flights : ndarray (N - 1, n)
         All flight times but the last [t_c].
     r : float
         Restitution coefficient.
     period : ndarray (n,), optional
-        Of each motion [t_c], where it is not that of the sequence.
+        Of each motion [t_c], where it is not that of the word.
 
     Notes
     -----
@@ -312,7 +312,7 @@ def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
 
 
 def within(motions: Candidates, level: Level, low: float, high: float) -> tuple[Candidates, NDArray[np.intp]]:
-    """Those that are admissible and in the range of a sweep's coordinate, and which they are."""
+    """The candidates that are admissible and in the range of a sweep's coordinate, and their indices."""
     gap = motions.gap
     if motions.word.one_sided and level.held is Held.GBAR:  # motions at all d that leave the ball its room
         motions = replace(motions, d=high - np.minimum(gap, high - low) / 2)
@@ -328,7 +328,7 @@ def onto_sweep(
 
     Parameters
     ----------
-    sequence : Sequence
+    word : Word
     flights : ndarray (N - 1, n)
         All flight times but the last, from which it starts [t_c].
     r : float
@@ -374,8 +374,8 @@ def into_range(
     value, inward = motions.coordinate(level), INWARD * (limits[1] - limits[0])
     inside = np.clip(value, limits[0] + inward, limits[1] - inward)
     rows = np.flatnonzero((value <= limits[0]) | (value >= limits[1]))
-    _, found = onto_sweep(motions.word, flights[:, rows], motions.r, level, farthest, inside[rows])
-    return np.concatenate([flights, found], axis=1)
+    _, moved = onto_sweep(motions.word, flights[:, rows], motions.r, level, farthest, inside[rows])
+    return np.concatenate([flights, moved], axis=1)
 
 
 def _conditions(word: Word, flights: Floats, r: float, level: Level, coordinate: Floats | None) -> Floats:

@@ -57,7 +57,7 @@ TUBES = 5
 """Tubes tried, each wider than what Krawczyk's operator made of the one before."""
 
 SLACK = 1.25
-"""By how much."""
+"""Width of a tube over what Krawczyk's operator made of the one before."""
 
 THINNEST = 1e-13
 """Least width of a tube, of the size of rounding."""

@@ -266,4 +266,4 @@ def rounded_up(bounds: Floats) -> list[list[float | None]]:
     written = np.where(usable & (safe > 1e-290), rounded, bounds)
     if np.isfinite(written).all():
         return list(written.tolist())
-    return [[x if x < np.inf else None for x in row] for row in written.tolist()]
+    return [[bound if bound < np.inf else None for bound in row] for row in written.tolist()]

@@ -65,7 +65,7 @@ class Family:
     x : ndarray (n, 2N + 1)
         Velocities, times and coordinate of each motion.
     trace : ndarray (n,)
-        Of the product of the flights' Jacobians; nan where a velocity is zero.
+        Trace of the product of the flights' Jacobians; nan where a velocity is zero.
     sweep_value : ndarray (n,)
         The swept parameter, in its unit.
     admissible : ndarray (n,)
@@ -110,17 +110,17 @@ class Family:
 
     @property
     def velocity(self) -> Floats:
-        """Before each impact of each motion, (n, N) [y_c]."""
+        """Velocity before each impact of each motion, (n, N) [y_c]."""
         return self.x[:, : len(self.word)]
 
     @property
     def phase(self) -> Floats:
-        """At each impact of each motion, (n, N) [rad], in [0, 2 pi)."""
+        """Forcing phase at each impact of each motion, (n, N) [rad], in [0, 2 pi)."""
         return np.mod(pi * self.time, 2 * pi)
 
     @property
     def time(self) -> Floats:
-        """Of each impact of each motion, (n, N) [t_c], from a beginning of the forcing period on."""
+        """Time of each impact of each motion, (n, N) [t_c], from a beginning of the forcing period on."""
         return self.x[:, len(self.word) : -1]
 
     @property
@@ -171,18 +171,18 @@ class Family:
 
     @property
     def stable_ranges(self) -> list[tuple[float, float]]:
-        """Least and largest value of the swept parameter on each of these."""
+        """Least and largest value of the swept parameter on each of `stable_runs`."""
         parts = (self.sweep_value[first : last + 1] for first, last in self.stable_runs)
         return [(float(part.min()), float(part.max())) for part in parts]
 
     @property
     def determinant(self) -> float:
-        """Of the product of the flights' Jacobians, r^(2N)."""
+        """Determinant of the product of the flights' Jacobians, r^(2N)."""
         return float(self.model.r ** (2 * len(self.word)))
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
-        """Of each motion, (n, 2), the one of larger modulus first; nan where a velocity is zero."""
+        """Both multipliers of each motion, (n, 2), the one of larger modulus first; nan where a velocity is zero."""
         return multipliers(self.trace, self.determinant)
 
     @cached_property

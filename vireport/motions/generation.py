@@ -60,13 +60,13 @@ class Rung:
 
     Attributes
     ----------
-    sequence : Sequence
+    word : Word
     ranges : tuple of (float, float)
         Of the swept parameter, over which they are stable, family by family.
     average_v, average_at : float
         Largest mean voltage of the impacts [V], and where it is; nan without a membrane.
     per_second_v, per_second_at : float
-        The same of the sum over the impacts of a second [V/s].
+        Largest sum over the impacts of a second [V/s], and where it is; nan without a membrane.
     impacts_per_s : (float, float)
         Least and largest [1/s].
     """
@@ -83,7 +83,8 @@ class Rung:
 def ladder(atlas: Atlas, membrane: Membrane | None) -> tuple[Rung, ...]:
     """The sequences that have stable motions: what generates most per second first, or has the most impacts."""
     words = dict.fromkeys(family.word for family in atlas.families if family.stable_runs)
-    rungs = (_rung([f for f in atlas.families if f.word == x and f.stable_runs], membrane) for x in words)
+    stable = [family for family in atlas.families if family.stable_runs]
+    rungs = (_rung([family for family in stable if family.word == word], membrane) for word in words)
     key = "impacts_per_s" if membrane is None else "per_second_v"
     return tuple(sorted(rungs, key=lambda rung: getattr(rung, key), reverse=True))
 

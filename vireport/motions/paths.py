@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import atan, copysign, inf, isfinite, nan, pi, sqrt
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -29,10 +30,10 @@ from vireport.physics import Word
 Floats = NDArray[np.float64]
 
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 1e-3, 0.05, 1e-9
-"""Of the arclength in velocities, times and the share of the sweep."""
+"""Steps of the arclength in velocities, times and the share of the sweep."""
 
 LAST_STEP = 1e-6
-"""The same, up to which a velocity may go to zero wherever the trace is."""
+"""Arclength of the step up to which a velocity may go to zero wherever the trace is."""
 
 AIM, LEAST, MOST = 0.8, 0.08, 2.5
 """Strain that the next step is to have, and the strains beyond which it changes no further: tenfold, or to a third."""
@@ -269,12 +270,12 @@ class Path(ABC):
             If none is found.
         """
         guess = arc.at(size).x
-        found = self._newton(guess, arc.end.tangent, False)
-        if found is None or not found[1] @ found[1] < MOST_ASIDE**2:
-            found = self._newton(guess, arc.end.tangent, True)
-        if found is None:
+        motion = self._newton(guess, arc.end.tangent, False)
+        if motion is None or not motion[1] @ motion[1] < MOST_ASIDE**2:
+            motion = self._newton(guess, arc.end.tangent, True)
+        if motion is None:
             raise NumericalError(f"a family of {self.word.letters} was lost")
-        return self._point(*found)
+        return self._point(*motion)
 
     def located(self, arc: Arc, value: Callable[[PathPoint], float]) -> tuple[float, PathPoint]:
         """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
@@ -298,10 +299,10 @@ class Path(ABC):
         size, slope = arc.crossing(lambda point: float(point.x[which]) - value)
         guess, normal = arc.at(size).x, np.zeros(len(self.scale))
         guess[which], normal[which] = value, copysign(1, slope)
-        found = self._newton(guess, normal, False)
-        if found is None:
+        motion = self._newton(guess, normal, False)
+        if motion is None:
             raise NumericalError(f"a family of {self.word.letters} was lost")
-        return abs(size), self._point(*found)
+        return abs(size), self._point(*motion)
 
     def admits(self, x: Floats) -> bool:
         """Whether a solution is a motion within the range."""
@@ -345,7 +346,7 @@ class Trail:
     events: list[tuple[int, Event]]
 
     def reversed(self) -> Trail:
-        """The same, followed the other way."""
+        """The points and events in the order in which they are met from the other end."""
         last = len(self.points) - 1
         return Trail(self.points[::-1], [(last - i, event) for i, event in self.events[::-1]])
 
@@ -517,7 +518,7 @@ class Curve(Path):
         x = arc.end.x.tolist()
         passed = [self.reached(arc, i, value) for i, value, side in bounds if side * (x[i] - value) <= 0]
         if passed:
-            first = min(passed, key=lambda one: one[0])[1]
+            first = min(passed, key=itemgetter(0))[1]
             if first.margin > -AT_ZERO:
                 touches = min(map(abs, self._speeds(first.x))) < AT_ZERO
                 return Event.ZERO_VELOCITY if touches else Event.SWEEP_END, first
@@ -530,28 +531,28 @@ class Curve(Path):
             first, over = self.happenings(Arc(arc.start, beyond))
             second, ends = ([], True) if over else self.happenings(Arc(beyond, arc.end))
             return [*first, *second], ends
-        found: list[tuple[float, PathPoint, Event | None]] = []
+        events: list[tuple[float, PathPoint, Event | None]] = []
 
         def pass_through(value: Callable[[PathPoint], float]) -> bool:
             return value(arc.start) * value(arc.end) < 0
 
         for condition in PASSED:
             if pass_through(self._excess(condition)):
-                found.append((*self.located(arc, self._excess(condition)), condition.event))
+                events.append((*self.located(arc, self._excess(condition)), condition.event))
         meeting = self._excess(MEETING)
         over, meets = False, pass_through(meeting)
         if pass_through(_along):
             where = self.located(arc, meeting if meets else _along)
             image = None if meets else _turned_back(self, where[1].x)
             over = image is not None
-            found = [one for one in found if not over or one[0] < where[0]]
+            events = [event for event in events if not over or event[0] < where[0]]
             if meets or over:
-                found.append((*where, image or Event.FOLD))
+                events.append((*where, image or Event.FOLD))
         elif meets:
             where = self.located(arc, meeting)
             if _is_symmetric(self, where[1].x):
-                found.append((*where, Event.PITCHFORK))
-        return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over
+                events.append((*where, Event.PITCHFORK))
+        return [(motion, event) for _, motion, event in sorted(events, key=itemgetter(0))], over
 
     def _excess(self, condition: Condition) -> Callable[[PathPoint], float]:
         """How far the trace of a motion is above that of a condition."""

@@ -39,7 +39,7 @@ SCALES = (1.0, 1e-2, 1e-6, 1e-15)
 inclination, the nearer to u = 0 its grid has to begin."""
 
 HORIZONTAL = len(SCALES)
-"""In the place of a range of gbar: no gravity along the capsule, and odd n."""
+"""What stands in the place of a range of gbar where there is no gravity along the capsule and n is odd."""
 
 STEP = 1e-30
 """Imaginary step that gives the derivative of an analytic function to the last digit."""
@@ -76,9 +76,9 @@ class PointwiseMotions:
     orbit : Orbits
         With velocity_bottom > 0 > velocity_top, and the design point's own gbar and d.
     trace : ndarray
-        Of DP, Eq. (4.3).
+        Trace of DP, Eq. (4.3).
     wall_gap : ndarray
-        See `admissibility.wall_gap`; a solution with a gap of zero or less is no motion.
+        See `turning.wall_gap`; a solution with a gap of zero or less is no motion.
     """
 
     cell: Ints
@@ -185,10 +185,10 @@ def differentiated_motions(d: Any, gbar: Any, r: Any, n: int) -> PointwiseMotion
     How (u, phi) move follows from d(u, phi, r) and gbar(u, phi, r) by the implicit function theorem, all else from the
     formulae. A gap to a membrane changes as the position at the time of the turning point does, where Z' is zero.
     """
-    found = find_motions(d.real, gbar.real, r.real, n)
-    d, gbar, r, u, phi = d[found.cell], gbar[found.cell], r[found.cell], found.orbit.u, found.orbit.phi
+    motions = find_motions(d.real, gbar.real, r.real, n)
+    d, gbar, r, u, phi = d[motions.cell], gbar[motions.cell], r[motions.cell], motions.orbit.u, motions.orbit.phi
     along_u, along_phi, at = (
-        orbits(*x, n) for x in ((u + 1j * STEP, phi, r.real), (u, phi + 1j * STEP, r.real), (u + 0j, phi, r))
+        orbits(*place, n) for place in ((u + 1j * STEP, phi, r.real), (u, phi + 1j * STEP, r.real), (u + 0j, phi, r))
     )
     of_d, of_gbar = d.imag - at.d.imag, gbar.imag - at.gbar.imag
     with np.errstate(all="ignore"):  # on a fold there is no derivative
@@ -197,12 +197,12 @@ def differentiated_motions(d: Any, gbar: Any, r: Any, n: int) -> PointwiseMotion
         phi = phi + 1j * (of_gbar * along_u.d.imag - of_d * along_u.gbar.imag) / determinant
     orbit = replace(orbits(u, phi, r, n), gbar=gbar, d=d)
     gap = d.copy()
-    for impact, turn in flight_turns(found.orbit, r.real, nearest=True):
+    for impact, turn in flight_turns(motions.orbit, r.real, nearest=True):
         way = orbit.flights(r)[impact].select(turn.index)
         angle = np.pi * turn.time
         covered = way.covered(turn.time, way.turned(np.sin(angle), np.cos(angle))[1])
         np.minimum.at(gap, turn.index, np.minimum(covered, way.d - covered))
-    return PointwiseMotions(found.cell, orbit, return_trace(orbit, r), gap)
+    return PointwiseMotions(motions.cell, orbit, return_trace(orbit, r), gap)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -351,7 +351,7 @@ class Brackets:
     slope_high: Floats
 
     def select(self, index: Mask) -> Brackets:
-        """Those picked by an index or mask."""
+        """The brackets picked by an index or mask."""
         return Brackets(*(getattr(self, field.name)[index] for field in fields(Brackets)))
 
     def halves(self, u: Floats, value: Floats, slope: Floats) -> list[Brackets]:

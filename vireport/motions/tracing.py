@@ -244,14 +244,14 @@ def branches_of(curve: LevelCurve, samples: Samples) -> list[Branch]:
 
 
 def _branch(curve: LevelCurve, piece: Piece) -> Branch:
-    found = {int(row): COLUMNS[piece.event[row]] for row in np.nonzero(piece.event >= 0)[0]}
+    conditions = {int(row): COLUMNS[piece.event[row]] for row in np.nonzero(piece.event >= 0)[0]}
     orbit = curve.on(piece.strand, piece.w)
     points = {
         row: _point(curve, piece, row, condition, orbit)
-        for row, condition in found.items()
+        for row, condition in conditions.items()
         if condition.event is not Event.SWEEP_END
     }
-    if at_rest := [row for row, condition in found.items() if condition.event is Event.ZERO_VELOCITY]:
+    if at_rest := [row for row, condition in conditions.items() if condition.event is Event.ZERO_VELOCITY]:
         w, inner = piece.w.copy(), [1 if row == 0 else row - 1 for row in at_rest]
         w[at_rest] += INSET * (piece.w[inner] - piece.w[at_rest])
         orbit = curve.on(piece.strand, w)
