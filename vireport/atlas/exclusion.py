@@ -144,6 +144,9 @@ class Exclusion:
         No impact is faster than by (2.11) with the decay r, and no flight gains more than 1 + gbar in a unit of time.
         """
         d, gbar = self.model.groups(max(self.low, 0.0))[0], self.model.groups(self.high)[1]
+        # Let v be the fastest impact. By (2.11) it is at most r v and what a flight gains, period gbar + 2/pi; and what
+        # starts with r v and gains at most 1 + gbar a time covers d in t with r v t + (1 + gbar) t^2/2 = d, solved for
+        # t so that nothing cancels.
         speed = (period * gbar + 2 / np.pi) / (1 - self.model.r)
         start = self.model.r * speed
         return float(2 * d / (start + np.sqrt(start * start + 2 * d * (1 + gbar))))
@@ -191,6 +194,7 @@ class Exclusion:
         """The cells in which flights can be long enough, and the first is not longer than others like it."""
         word, corner = cells.word, cells.corner
         period, walls = 2.0 * word.periods, word.walls
+        # By plain numbers, at no cost: what they leave out need not be evaluated in affine arithmetic.
         shortest, ends = self.shortest(period), zip(walls, (*walls[1:], walls[0]), strict=True)
         longest = (*(corner + cells.side), period - corner.sum(axis=0))
         least = (*corner, longest[-1] - len(corner) * cells.side)
@@ -235,6 +239,8 @@ class Exclusion:
         if zeros:
             zero = np.flatnonzero(np.logical_and.reduce(zeros))
             rows, x = rows[zero], x.at(zero)
+        # A solution is known up to a factor, whose size is that of (sine, cosine): squares of both are compared, which
+        # needs no division by numbers that may be zero.
         scale = x.sine * x.sine + x.cosine * x.cosine
         coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
         square = coordinate * coordinate
@@ -264,6 +270,8 @@ class Exclusion:
         What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the
         same share of its flight throughout the cell.
         """
+        # Any time of a flight at which the ball is beyond a wall proves that there is no motion. The turning point of
+        # the centre is only a good guess at one: it need not be exact, nor a turning point elsewhere in the cell.
         r, walls = self.model.r, np.array(self.words[0].walls)
         above = self._placed(candidates_above(self.words[0], corner + side / 2, r, period))
         turns = list(above.turns(period, NEAR_TURN))

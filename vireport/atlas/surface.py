@@ -117,6 +117,8 @@ def solution(
     for angle in (ops.pi * t for t in time[1:]):
         swings.append((ops.cos(angle) * (1 / np.pi), ops.sin(angle) * (1 / np.pi)))
     gains = [(b[0] - a[0], b[1] - a[1], t) for (a, b), t in zip(pairwise([*swings, swings[0]]), durations, strict=True)]
+    # Each impact begins with -r times its velocity: v_(i+1) = gain_i - r v_i, which after a whole period is v_0 again
+    # where v_0 = sum_i gain_i (-r)^(N-1-i)/[1 - (-r)^N].
     decays = [(-r) ** (count - 1 - i) / (1 - (-r) ** count) for i in range(count)]
     velocities = [[sum(gain[part] * decay for gain, decay in zip(gains, decays, strict=True)) for part in range(3)]]
     for gain in gains[:-1]:
@@ -173,6 +175,7 @@ def _turned(vector: Sequence[Any], wave: tuple[Any, Any]) -> list[Any]:
 def sweep_conditions(x: Solution, model: Model) -> list[Any]:
     """What is zero of the solutions of a sweep: up to three numbers, of any kind."""
     value = float(model.level.value)
+    # Where only the bottom is struck any d above the ball's reach will do: only a given gbar is a condition.
     if x.d is None and model.level.held is not Held.GBAR:
         return x.excess
     if model.level.held is Held.RATIO:
@@ -294,6 +297,7 @@ def candidates_above(word: Word, flights: Floats, r: float, period: Floats | Non
     """
     x = solution(word, list(flights), r, period=period)
     with np.errstate(invalid="ignore", divide="ignore"):
+        # sin^2 + cos^2 = 1 fixes the size of the factor, and d > 0 (gbar > 0) its sign.
         scale = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive)
         start = np.arctan2(scale * x.sine, scale * x.cosine) / np.pi % 2
         groups = scale * x.gbar, scale * (np.nan if x.d is None else x.d)
@@ -353,8 +357,11 @@ def onto_sweep(
             size = np.linalg.det(square)
         regular = np.isfinite(size) & (size > np.finfo(float).tiny)
         rows, value, slope, square = rows[regular], value[regular], slope[regular], square[regular]
+        # There may be fewer conditions than flight times: S (S^T S)^-1 f is the shortest step on which the linearised
+        # ones vanish.
         moved = flights[:, rows] - (slope @ np.linalg.solve(square, value))[:, :, 0].T
         near = (np.abs(moved - start[:, rows]).max(axis=0) < farthest) & (moved > 0).all(axis=0)
+        # The last flight has what the others leave of the period.
         near &= moved.sum(axis=0) < 2 * word.periods
         flights[:, rows] = moved
         ends = np.abs(value).max(axis=(1, 2), initial=0.0) < SETTLED
@@ -381,6 +388,7 @@ def into_range(
 def _conditions(word: Word, flights: Floats, r: float, level: Level, coordinate: Floats | None) -> Floats:
     """What is zero for motions of a sweep, of flight times (N - 1, m, n): (n, m, conditions)."""
     x = solution(word, list(flights), r)
+    # Divided by the factor, whose size changes with the flight times: otherwise Newton's steps would follow it too.
     scale, values = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive), x.excess
     if level.held is Held.GBAR or not word.one_sided:
         if level.held is Held.RATIO:

@@ -42,6 +42,7 @@ class Generation:
 def generation(family: Family, membrane: Membrane) -> Generation:
     """Evaluate Eqs. (5.1)-(5.5) for the motions of a family."""
     sweep = family.sweep
+    # In a sweep of the force or frequency every motion has its own unit of velocity.
     unit = np.broadcast_to(sweep.device.velocity_unit(sweep.parameter, family.sweep_value), len(family.sweep_value))
     impacts = generated_voltage(unit[:, None] * family.velocity, membrane)
     return Generation(impacts, impacts.mean(axis=1), impact_rate(family))
@@ -64,9 +65,9 @@ class Rung:
     ranges : tuple of (float, float)
         Of the swept parameter, over which they are stable, family by family.
     average_v, average_at : float
-        Largest mean voltage of the impacts [V], and where it is; nan without a membrane.
+        Largest mean voltage of the impacts [V], nan without a membrane; and where it is.
     per_second_v, per_second_at : float
-        Largest sum over the impacts of a second [V/s], and where it is; nan without a membrane.
+        Largest sum over the impacts of a second [V/s], nan without a membrane; and where it is.
     impacts_per_s : (float, float)
         Least and largest [1/s].
     """
@@ -97,6 +98,7 @@ def _rung(families: list[Family], membrane: Membrane | None) -> Rung:
     average = np.full(len(value), nan)
     if membrane is not None:
         average = np.concatenate([generation(family, membrane).average_v[family.stable] for family in families])
+    # Without a membrane all averages are nan, of which argmax takes the first.
     best, most = int(np.argmax(average)), int(np.argmax(average * rate))
     return Rung(
         families[0].word,
