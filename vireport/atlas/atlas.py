@@ -98,6 +98,7 @@ def atlas(
 
 def _one_to_one(search: _Search) -> Iterator[Family]:
     """The families of 1:1 motions, from their closed form."""
+    # First of all: a motion found later that lies on one of these is known, and is not followed by steps.
     for k in range(1, search.limits.periods + 1) if search.limits.impacts > 1 else ():
         diagram = search.one_to_one(k)
         for branch in diagram.branches:
@@ -105,7 +106,7 @@ def _one_to_one(search: _Search) -> Iterator[Family]:
                 if diagram is search.diagram:
                     yield family
                 else:  # labels are of the sweep's own period ratio
-                    marks = (replace(x, point=x.point and replace(x.point, label="")) for x in family.marks)
+                    marks = (replace(mark, point=mark.point and replace(mark.point, label="")) for mark in family.marks)
                     yield replace(family, sweep=search.sweep, marks=tuple(marks))
 
 
@@ -117,6 +118,8 @@ def _starts(search: _Search) -> Iterator[Motion]:
             yield from (single.motion(i, search.model.level) for i in range(len(single.d)))
     for words in zip(*map(search.excluded, range(1, search.limits.periods + 1)), strict=True):
         yield from search.by_exclusion(words)
+    # Last the search over a grid, which claims least: of families with four impacts those that join others are known by
+    # then.
     for k in range(1, search.limits.periods + 1):
         for word in search.words(4, k):
             yield from search.four_impacts(word)
@@ -160,16 +163,16 @@ class _Search:
         return solve(replace(self.sweep, device=replace(self.sweep.device, period_ratio=periods)))
 
     def words(self, count: int, periods: int) -> list[Word]:
-        """Those with so many impacts, on both membranes, that none is another or its mirror image counted otherwise."""
-        found = {
+        """Words with so many impacts, on both membranes: none is another one, or its image, counted otherwise."""
+        words = {
             self.representative(Word(walls, periods))
             for walls in product((1, -1), repeat=count)
             if abs(sum(walls)) < count <= self.limits.impacts
         }
-        return sorted(found, key=lambda word: word.letters)
+        return sorted(words, key=lambda word: word.letters)
 
     def on_bottom(self, periods: int) -> list[Word]:
-        """Those with two to four impacts on one membrane.
+        """Words with two to four impacts on one membrane.
 
         Over a period gravity adds 2 k gbar to the velocity, of which impacts take (1 + r) times their sum. There are no
         motions with impacts on the top only, nor in a horizontal capsule on either membrane only.
@@ -213,6 +216,7 @@ class _Search:
         """Whether a solution is a motion within the limits that lies on no family yet."""
         if not self.limits.admit(curve.word) or not curve.admits(x):
             return False
+        # Several periods of a motion solve the equations of the longer word too: it is followed as what it is.
         motion = curve.motion(x)
         if motion.primitive() is not motion:
             return False
@@ -242,7 +246,7 @@ class _Search:
             cells = exclusion.left(cells) if cells else []
 
     def four_impacts(self, word: Word) -> Iterator[Motion]:
-        """The same with four impacts, as far as a search over a grid finds them."""
+        """Candidates of one word with four impacts that lie on no family known, as far as a grid shows them."""
         yield from self._unknown(*four_impacts(self.model, self.low, self.high, word))
 
     def _unknown(self, motions: Candidates, flights: Floats) -> Iterator[Motion]:
@@ -253,6 +257,8 @@ class _Search:
 
     def _near(self, word: Word, flights: Floats) -> NDArray[np.bool_]:
         """Which flight times are near to those of motions of a family, or of their images."""
+        # Squares are numbers in ascending order, so that thousands of flight times are looked up at once; infinity at
+        # the end keeps every search within the array.
         count, squares = self.squares.get(word, (0, np.array([np.inf])))  # of so many families, ascending
         if count < len(self.families):
             images = (_images(family, word, self.model.horizontal) for family in self.families[count:])
@@ -261,8 +267,8 @@ class _Search:
         codes = _codes(flights)
         return np.asarray(squares.take(np.searchsorted(squares, codes), mode="clip") == codes)
 
-    def _same(self, one: Motion, other: Motion) -> bool:
-        return one.distance(other, mirror=self.model.horizontal) < SAME
+    def _same(self, motion: Motion, other: Motion) -> bool:
+        return motion.distance(other, mirror=self.model.horizontal) < SAME
 
     def _alike(self, motion: Motion) -> Iterator[Family]:
         """Families whose word the motion has, or its mirror image where there is one."""
@@ -297,6 +303,8 @@ class _Search:
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion, event = touching(motion, turns(motion, self.model.groups(motion.coordinate))), Event.GRAZING
         motion = motion.primitive().representative(self.model.horizontal)
+        # The ball then oscillates freely and just touches the membranes: every word begins there, and none can be
+        # chosen.
         if len(motion.rests) == len(motion.word):
             return None
         for meeting in self.meetings:
@@ -357,6 +365,7 @@ class _Search:
                     point = polished(self.sweep, family.curve.motion(family.x[row]), mark.event)
                 point = point and replace(point, families=(number,))
             if mark.event is Event.SWEEP_END:
+                # The end as it is given: by way of the coordinate it would come back with a rounding.
                 ends = self.sweep.start, self.sweep.end
                 family.sweep_value[row] = min(ends, key=lambda end: abs(end - float(family.sweep_value[row])))
             if point is not None:

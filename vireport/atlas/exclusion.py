@@ -74,7 +74,7 @@ class Cells:
 
     Attributes
     ----------
-    sequence : Sequence
+    word : Word
     corner : ndarray (N - 1, n)
         The lower ends of all flight times but the last [t_c].
     side : float
@@ -86,11 +86,11 @@ class Cells:
     side: float
 
     def __len__(self) -> int:
-        """Return their number."""
+        """Return the number of cells."""
         return len(self.corner[0])
 
     def __getitem__(self, index: Any) -> Cells:
-        """Some of them."""
+        """The cells picked by an index or mask."""
         return Cells(self.word, self.corner[:, index], self.side)
 
     @property
@@ -106,14 +106,14 @@ class Cells:
         return self.side <= side * 4.0 ** (len(self.corner) - 2)
 
     def divided(self) -> Cells:
-        """Their parts, each divided along each side."""
+        """The parts of the cells, each divided along each side."""
         sides, count = len(self.corner), 4 if len(self) <= FEW else 2
         side, parts = self.side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
         return Cells(self.word, (self.corner[:, :, None] + side * parts).reshape(sides, -1), side)
 
     @property
     def share(self) -> float:
-        """Of all flight times, each motion counted from one impact."""
+        """Share of all flight times that the cells are, each motion counted from one impact."""
         sides = len(self.corner)
         part = (self.side / (2 * self.word.periods)) ** sides * factorial(sides)
         return float(len(self) * part * len(self.word.firsts(self.word)))
@@ -128,7 +128,7 @@ class Exclusion:
     model : Model
     low, high : float
         Range of the coordinate.
-    sequences : tuple of Sequence
+    words : tuple of Word
         Of one word and different numbers of periods, which are evaluated together: three impacts, not all on the top,
         or two or four on the bottom.
     """
@@ -144,22 +144,25 @@ class Exclusion:
         No impact is faster than by (2.11) with the decay r, and no flight gains more than 1 + gbar in a unit of time.
         """
         d, gbar = self.model.groups(max(self.low, 0.0))[0], self.model.groups(self.high)[1]
+        # Let v be the fastest impact. By (2.11) it is at most r v and what a flight gains, period gbar + 2/pi; and what
+        # starts with r v and gains at most 1 + gbar a time covers d in t with r v t + (1 + gbar) t^2/2 = d, solved for
+        # t so that nothing cancels.
         speed = (period * gbar + 2 / np.pi) / (1 - self.model.r)
         start = self.model.r * speed
         return float(2 * d / (start + np.sqrt(start * start + 2 * d * (1 + gbar))))
 
     def cells(self) -> list[Cells]:
         """The cells that are left of all flight times, those of each sequence apart."""
-        sides, found = len(self.words[0]) - 1, []
+        sides, finest = len(self.words[0]) - 1, []
         side, fine = {1: FINE, 2: COARSEST, 3: COARSEST_CUBE}[sides], fine_side(self.words[0])
         counts = [round(2 * word.periods / side) for word in self.words]
         grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
         parts = [Cells(*both, side) for both in zip(self.words, grids, strict=True)]
         while parts:
             parts = self.left(parts)
-            found += [part for part in parts if part.side <= fine or len(part) > MOST_CELLS]
+            finest += [part for part in parts if part.side <= fine or len(part) > MOST_CELLS]
             parts = [part.divided() for part in parts if part.side > fine and len(part) <= MOST_CELLS]
-        return found
+        return finest
 
     def left(self, cells: list[Cells]) -> list[Cells]:
         """What is left of the cells of each sequence."""
@@ -175,12 +178,12 @@ class Exclusion:
     def motions(self, cells: Cells) -> tuple[Candidates, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
         word, level, r, farthest = cells.word, self.model.level, self.model.r, REACH * cells.side
-        found, flights = onto_sweep(word, cells.centre, r, level, farthest)
+        motions, flights = onto_sweep(word, cells.centre, r, level, farthest)
         if not word.one_sided:
-            flights = into_range(found, flights, level, farthest, (self.low, self.high))
-            found = candidates_above(word, flights, r)
-        found, rows = within(self._placed(found), level, self.low, self.high)
-        return found, flights[:, rows]
+            flights = into_range(motions, flights, level, farthest, (self.low, self.high))
+            motions = candidates_above(word, flights, r)
+        motions, rows = within(self._placed(motions), level, self.low, self.high)
+        return motions, flights[:, rows]
 
     def _placed(self, motions: Candidates) -> Candidates:
         if not motions.word.one_sided:
@@ -191,6 +194,7 @@ class Exclusion:
         """The cells in which flights can be long enough, and the first is not longer than others like it."""
         word, corner = cells.word, cells.corner
         period, walls = 2.0 * word.periods, word.walls
+        # By plain numbers, at no cost: what they leave out need not be evaluated in affine arithmetic.
         shortest, ends = self.shortest(period), zip(walls, (*walls[1:], walls[0]), strict=True)
         longest = (*(corner + cells.side), period - corner.sum(axis=0))
         least = (*corner, longest[-1] - len(corner) * cells.side)
@@ -230,11 +234,13 @@ class Exclusion:
         return possible
 
     def _solved(self, rows: NDArray[np.intp], x: Solution) -> tuple[NDArray[np.intp], Solution]:
-        """Those, with their numbers, that may be solutions of the sweep with velocities of the right signs."""
+        """The solutions that may be of the sweep with velocities of the right signs, and their cells."""
         zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
         if zeros:
             zero = np.flatnonzero(np.logical_and.reduce(zeros))
             rows, x = rows[zero], x.at(zero)
+        # A solution is known up to a factor, whose size is that of (sine, cosine): squares of both are compared, which
+        # needs no division by numbers that may be zero.
         scale = x.sine * x.sine + x.cosine * x.cosine
         coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
         square = coordinate * coordinate
@@ -264,6 +270,8 @@ class Exclusion:
         What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the
         same share of its flight throughout the cell.
         """
+        # Any time of a flight at which the ball is beyond a wall proves that there is no motion. The turning point of
+        # the centre is only a good guess at one: it need not be exact, nor a turning point elsewhere in the cell.
         r, walls = self.model.r, np.array(self.words[0].walls)
         above = self._placed(candidates_above(self.words[0], corner + side / 2, r, period))
         turns = list(above.turns(period, NEAR_TURN))
@@ -300,6 +308,6 @@ def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:
 
 
 def _chosen(which: NDArray[np.intp], numbers: list[Affine]) -> Affine:
-    """Of several numbers one for each box."""
+    """For each box the one of several numbers that is chosen for it."""
     parts = zip(*((y.centre, y.linear, y.radius, y.spread) for y in numbers), strict=True)
     return Affine(*(np.choose(which, part) for part in parts))

@@ -39,16 +39,16 @@ FARTHEST, INSIDE = 2.0, 0.5
 has the other sign of d, within the cell."""
 
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-"""Of a cell, from that with the least times."""
+"""The corners of a cell, from that with the least times."""
 
 FIT = np.vstack([(CORNERS - 0.5).T / 2, np.full(8, 1 / 8)]).astype(np.float32)
 """From the values of a function in the corners of a cell to its slopes over the cell's side, and its mean."""
 
 SIGNS = np.array([1, -1], np.float32)
-"""Of the factor of a solution."""
+"""Signs that the factor of a solution may have."""
 
 SLACK = 0.25
-"""Of the range of a function in the corners of a cell: how far beyond it the function may go inside."""
+"""How far a function may go inside a cell beyond its values in the corners, as a share of their range."""
 
 
 def side_of(word: Word) -> float:
@@ -65,7 +65,7 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Can
     model : Model
     low, high : float
         Range of the coordinate.
-    sequence : Sequence
+    word : Word
         Four impacts, on both membranes.
     """
     side, own, starts = side_of(word), word.canonical(mirror=True), [np.empty((3, 0))]
@@ -112,7 +112,7 @@ def _layers(word: Word, r: float) -> list[tuple[int, Solution, list[Any]]]:
 
 
 def _crossed(values: NDArray[Any]) -> NDArray[np.bool_]:
-    """In which cells of a grid a function may be zero."""
+    """Whether a function may be zero in each cell of a grid, by its values in the corners."""
     least = largest = values
     for _ in values.shape:  # each axis in turn
         least = np.minimum(least[1:], least[:-1]).transpose(1, 2, 0)

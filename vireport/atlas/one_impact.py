@@ -45,6 +45,7 @@ def one_impact(model: Model, low: float, high: float, periods: int) -> Candidate
         return Candidates(word, velocity[None], phase[None] / pi, gbar, d, excess, model.r)
 
     if level.held is Held.GBAR:
+        # gbar is held: sin(phi) = a gbar leaves two phases, each of one motion for all d that leave the ball its room.
         sine = a * level.value
         return within(above(np.array([asin(sine), pi - asin(sine)] if sine < 1 else [])), level, low, high)[0]
     ratio = level.value if level.held is Held.RATIO else 0.0

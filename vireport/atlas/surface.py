@@ -52,7 +52,7 @@ class Solution(NamedTuple):
 
     @property
     def velocity(self) -> list[Any]:
-        """Of each impact; its vector holds what multiplies sine, cosine and gbar, with waves for the impact's phase."""
+        """Velocity of each impact; vectors hold what multiplies sine, cosine and gbar, with waves for its own phase."""
         turned = [_turned(*pair) for pair in zip(self.vectors, self.waves, strict=True)] if self.waves else self.vectors
         return [_product(vector, (self.sine, self.cosine, self.gbar)) for vector in turned]
 
@@ -62,7 +62,7 @@ class Solution(NamedTuple):
         return self.gbar if self.d is None else self.d
 
     def at(self, index: Any) -> Solution:
-        """Some of them, but for the excess."""
+        """The solutions picked by an index, but for their excess."""
         vectors, rows, waves = (
             [[y if isinstance(y, float) else y[index] for y in row] for row in part]
             for part in (self.vectors, self.rows, self.waves)
@@ -72,7 +72,7 @@ class Solution(NamedTuple):
         return Solution(vectors, [t[index] for t in self.time], *groups, [], rows, waves)
 
     def by_others(self) -> Solution:
-        """The same by the last condition and the first, where only one membrane is struck."""
+        """What the last condition and the first leave instead of the first two, where only one membrane is struck."""
         rows = [self.rows[-1], *self.rows[:-1]]
         sine, cosine, gbar = kernel = _cross(*rows[:2])
         excess = [_product(row, kernel) for row in rows[2:]]
@@ -91,7 +91,7 @@ def solution(
 
     Parameters
     ----------
-    sequence : Sequence
+    word : Word
     flights : sequence
         All flight times but the last [t_c].
     r : float
@@ -99,7 +99,7 @@ def solution(
     ops
         Of the kind of number of `flights`.
     period : ndarray (n,), optional
-        Of each motion [t_c], where it is not that of the sequence.
+        Of each motion [t_c], where it is not that of the word.
     time : list, optional
         Of all impacts [t_c], where they are arrays of fewer numbers than the sums of flight times.
 
@@ -117,6 +117,8 @@ def solution(
     for angle in (ops.pi * t for t in time[1:]):
         swings.append((ops.cos(angle) * (1 / np.pi), ops.sin(angle) * (1 / np.pi)))
     gains = [(b[0] - a[0], b[1] - a[1], t) for (a, b), t in zip(pairwise([*swings, swings[0]]), durations, strict=True)]
+    # Each impact begins with -r times its velocity: v_(i+1) = gain_i - r v_i, which after a whole period is v_0 again
+    # where v_0 = sum_i gain_i (-r)^(N-1-i)/[1 - (-r)^N].
     decays = [(-r) ** (count - 1 - i) / (1 - (-r) ** count) for i in range(count)]
     velocities = [[sum(gain[part] * decay for gain, decay in zip(gains, decays, strict=True)) for part in range(3)]]
     for gain in gains[:-1]:
@@ -173,6 +175,7 @@ def _turned(vector: Sequence[Any], wave: tuple[Any, Any]) -> list[Any]:
 def sweep_conditions(x: Solution, model: Model) -> list[Any]:
     """What is zero of the solutions of a sweep: up to three numbers, of any kind."""
     value = float(model.level.value)
+    # Where only the bottom is struck any d above the ball's reach will do: only a given gbar is a condition.
     if x.d is None and model.level.held is not Held.GBAR:
         return x.excess
     if model.level.held is Held.RATIO:
@@ -198,7 +201,7 @@ class Candidates:
 
     Attributes
     ----------
-    sequence : Sequence
+    word : Word
     velocity, time : ndarray (N, n)
         Of each impact [y_c], [t_c].
     gbar, d : ndarray (n,)
@@ -218,7 +221,7 @@ class Candidates:
     r: float
 
     def __getitem__(self, index: Any) -> Candidates:
-        """Some of them."""
+        """The candidates picked by an index or mask."""
         parts = (self.velocity[:, index], self.time[:, index], self.gbar[index], self.d[index], self.excess[:, index])
         return Candidates(self.word, *parts, self.r)
 
@@ -227,7 +230,7 @@ class Candidates:
         return np.asarray(self.gbar if level.held is Held.D else self.d)
 
     def motion(self, i: int, level: Level) -> Motion:
-        """One of them."""
+        """The motion of one candidate, on the level of a sweep."""
         return Motion(self.word, self.velocity[:, i], self.time[:, i], float(self.coordinate(level)[i]))
 
     @property
@@ -278,14 +281,14 @@ def candidates_above(word: Word, flights: Floats, r: float, period: Floats | Non
 
     Parameters
     ----------
-    sequence : Sequence
+    word : Word
         Or with two to four, on the bottom only.
     flights : ndarray (N - 1, n)
         All flight times but the last [t_c].
     r : float
         Restitution coefficient.
     period : ndarray (n,), optional
-        Of each motion [t_c], where it is not that of the sequence.
+        Of each motion [t_c], where it is not that of the word.
 
     Notes
     -----
@@ -294,6 +297,7 @@ def candidates_above(word: Word, flights: Floats, r: float, period: Floats | Non
     """
     x = solution(word, list(flights), r, period=period)
     with np.errstate(invalid="ignore", divide="ignore"):
+        # sin^2 + cos^2 = 1 fixes the size of the factor, and d > 0 (gbar > 0) its sign.
         scale = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive)
         start = np.arctan2(scale * x.sine, scale * x.cosine) / np.pi % 2
         groups = scale * x.gbar, scale * (np.nan if x.d is None else x.d)
@@ -312,7 +316,7 @@ def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
 
 
 def within(motions: Candidates, level: Level, low: float, high: float) -> tuple[Candidates, NDArray[np.intp]]:
-    """Those that are admissible and in the range of a sweep's coordinate, and which they are."""
+    """The candidates that are admissible and in the range of a sweep's coordinate, and their indices."""
     gap = motions.gap
     if motions.word.one_sided and level.held is Held.GBAR:  # motions at all d that leave the ball its room
         motions = replace(motions, d=high - np.minimum(gap, high - low) / 2)
@@ -328,7 +332,7 @@ def onto_sweep(
 
     Parameters
     ----------
-    sequence : Sequence
+    word : Word
     flights : ndarray (N - 1, n)
         All flight times but the last, from which it starts [t_c].
     r : float
@@ -353,8 +357,11 @@ def onto_sweep(
             size = np.linalg.det(square)
         regular = np.isfinite(size) & (size > np.finfo(float).tiny)
         rows, value, slope, square = rows[regular], value[regular], slope[regular], square[regular]
+        # There may be fewer conditions than flight times: S (S^T S)^-1 f is the shortest step on which the linearised
+        # ones vanish.
         moved = flights[:, rows] - (slope @ np.linalg.solve(square, value))[:, :, 0].T
         near = (np.abs(moved - start[:, rows]).max(axis=0) < farthest) & (moved > 0).all(axis=0)
+        # The last flight has what the others leave of the period.
         near &= moved.sum(axis=0) < 2 * word.periods
         flights[:, rows] = moved
         ends = np.abs(value).max(axis=(1, 2), initial=0.0) < SETTLED
@@ -374,13 +381,14 @@ def into_range(
     value, inward = motions.coordinate(level), INWARD * (limits[1] - limits[0])
     inside = np.clip(value, limits[0] + inward, limits[1] - inward)
     rows = np.flatnonzero((value <= limits[0]) | (value >= limits[1]))
-    _, found = onto_sweep(motions.word, flights[:, rows], motions.r, level, farthest, inside[rows])
-    return np.concatenate([flights, found], axis=1)
+    _, moved = onto_sweep(motions.word, flights[:, rows], motions.r, level, farthest, inside[rows])
+    return np.concatenate([flights, moved], axis=1)
 
 
 def _conditions(word: Word, flights: Floats, r: float, level: Level, coordinate: Floats | None) -> Floats:
     """What is zero for motions of a sweep, of flight times (N - 1, m, n): (n, m, conditions)."""
     x = solution(word, list(flights), r)
+    # Divided by the factor, whose size changes with the flight times: otherwise Newton's steps would follow it too.
     scale, values = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive), x.excess
     if level.held is Held.GBAR or not word.one_sided:
         if level.held is Held.RATIO:

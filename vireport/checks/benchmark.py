@@ -19,6 +19,7 @@ from vireport.design import (
     design_point,
 )
 from vireport.motions import (
+    TRACE_LEVELS,
     Event,
     Motions,
     Point,
@@ -102,8 +103,10 @@ class Target:
 
     @property
     def trace(self) -> float:
-        """Trace of DP at the critical point: a multiplier of -1 or of +1."""
-        return (-1.0 if self.kind is Event.PERIOD_DOUBLING else 1.0) * (1 + self.r**4)
+        """Trace of DP at the critical point. Raises ValueError of a motion, which has no event."""
+        if self.kind is None:
+            raise ValueError("a motion that is no critical point has no trace that is known beforehand")
+        return float(TRACE_LEVELS[self.kind](self.r**2))
 
     def groups(self, value: float) -> tuple[float, float]:
         """Return d and gbar at a value of the swept parameter."""

@@ -32,6 +32,7 @@ from vireport.checks.flights import (
 from vireport.checks.rootfinding import Floats, solve
 from vireport.design import design_point
 from vireport.motions import (
+    TRACE_LEVELS,
     Event,
     Held,
     Jacobian,
@@ -331,10 +332,11 @@ def _lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget)
 def _half_lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget) -> Complexes:
     """How far the flight to the top is from the mirror image of the start, and its trace from the one asked for.
 
-    The determinant of this half of a lap is r^2.
+    With the mirror it is a map H whose square is that of the lap, with the determinant r^2: at a pitchfork the mirror
+    images part, and H has the multiplier -1, elsewhere 1.
     """
     up, top, (a11, _, _, a22) = _carried(method, target, BOTTOM, state, budget)
-    trace = (-1.0 if target.kind is Event.PITCHFORK else 1.0) * (1 + target.r**2)
+    trace = TRACE_LEVELS[Event.PERIOD_DOUBLING if target.kind is Event.PITCHFORK else Event.FOLD](target.r)
     return np.array([pi * (up - target.n), -top[1] - state[1], a11 - a22 - trace])
 
 

@@ -270,7 +270,7 @@ def with_trace(device: Device, parameter: Parameter, kind: str, guess: list[Any]
     focus, and 1 + r^4 at a fold or pitchfork.
     """
     r, n = mpf(device.restitution), device.period_ratio
-    target = 1 + r**4
+    target = 1 + r**4  # written out, not read from the package: this is what its table is checked by
     if kind == "period_doubling":
         target = -target
     elif kind == "node_focus":

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.design.point import DesignPoint, around_length
-from vireport.motions import BifurcationDiagram, Branch, Motions, Sweep, finite, motion_bounds, voltage_bounds
+from vireport.motions import BifurcationDiagram, Branch, Motions, Sweep, one_to_one_bounds
 from vireport.physics import (
     ROUNDED,
     UNIT,
@@ -19,6 +19,8 @@ from vireport.physics import (
     Rounded,
     Voltages,
     conversion,
+    infinite_where_undefined,
+    voltage_bounds,
 )
 
 Floats = NDArray[np.float64]
@@ -72,7 +74,7 @@ def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str,
 def _of(
     membrane: Membrane | None, sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None
 ) -> dict[str, Floats]:
-    bounds = motion_bounds(sweep, motions, given)
+    bounds = one_to_one_bounds(sweep, motions, given)
     if membrane is None:
         return bounds
     return {**bounds, **voltage_bounds(*_speeds(sweep, motions, bounds), membrane)}
@@ -98,4 +100,6 @@ def _conversion_bounds(
     with np.errstate(all="ignore"):
         exact = conversion(gains, speeds, membrane, dielectric, device.restitution, device.period_s, ROUNDED)
         numbers = {field.name: getattr(exact, field.name) for field in fields(exact)}
-        return finite({name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()})
+        return infinite_where_undefined(
+            {name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()}
+        )

@@ -57,7 +57,7 @@ TUBES = 5
 """Tubes tried, each wider than what Krawczyk's operator made of the one before."""
 
 SLACK = 1.25
-"""By how much."""
+"""Width of a tube over what Krawczyk's operator made of the one before."""
 
 THINNEST = 1e-13
 """Least width of a tube, of the size of rounding."""
@@ -106,10 +106,14 @@ def _tube(d: Affine, gbar: Affine, r: Affine, n: int, guess: Floats) -> tuple[Ma
     Its axis is linear in the shares, by the implicit function theorem.
     """
     width, along = np.full_like(guess, PROBE), np.zeros((len(guess), FACTORS, guess.shape[1]))
+    # The linear parts of the residuals in a narrow tube are their derivatives, by the motion and by the factors: no
+    # formula for the Jacobian is needed, and a wrong one would only leave boxes open.
     _, residual = _residual(guess, along, width, d, gbar, r, n)
     jacobian = np.stack([g.linear[FACTORS:TIME] / PROBE for g in residual])
     singular = np.linalg.det(jacobian.T) == 0
     inverse = np.linalg.inv(np.where(singular[:, None, None], np.eye(3), jacobian.T)).T
+    # dx/dp = -(df/dx)^-1 df/dp: a tube along it is narrower than one about a fixed point by what the factors move the
+    # motion, so that it need only hold what bends.
     along = -_applied(inverse, [g.linear[:FACTORS] for g in residual])
     guess = guess - _applied(inverse, [g.centre for g in residual])
     width = np.zeros_like(guess)
@@ -173,6 +177,8 @@ def _stays_between(way: Flight, n: int, count: int) -> Mask:
     inside = np.ones(count, dtype=bool)
     row, place = np.repeat(np.arange(count), parts), np.tile(np.arange(parts), count)
     for _ in range(HALVINGS):
+        # Time is a symbol like the others: where it stands in several terms of the position, these cancel as they
+        # should.
         part = way.select(row)
         time = part.duration * between(place / parts, (place + 1) / parts, TIME, SYMBOLS)
         angle = ops.pi * time
@@ -234,6 +240,8 @@ def prove_region(region: Region) -> Proof:
     while low.size:
         middle = (low + high) / 2
         cell, orbit = stable_motions(region.devices(middle), BORDER)
+        # First the middle of each box, at the price of one solution: a device without stable motion settles the whole
+        # region.
         lacking = np.setdiff1d(np.arange(low.shape[1]), cell)
         failing = middle[:, lacking[0]] if lacking.size else None
         halved, found = _halved(region, low, high, cell, np.stack([orbit.u, orbit.phi, orbit.velocity_bottom]))
@@ -266,6 +274,7 @@ def prove_again(region: Region, halved: Ints, motions: Floats) -> float:
     done, missing, open_share = 0, False, 0.0
     while low.size:
         halved, generation = halved[low.shape[1] :], halved[: low.shape[1]]
+        # Where the boxes are follows from how they are halved: it is not read, so that no proof can leave out a part.
         rows = np.flatnonzero(generation == Leaf.PROVED)
         guess = motions[:, done : (done := done + len(rows))]
         if len(generation) < low.shape[1] or guess.shape[1] < len(rows) or generation.max() >= FACTORS:

@@ -212,7 +212,7 @@ def _counted_changes(solution: Solution) -> int:
         admissible = motions_of(curve.sweep, curve.level, orbit).admissible
         orbit, place = orbit.select(admissible), place[admissible]
         trace = exact.trace((orbit.velocity_bottom, orbit.phi, orbit.u), orbit.gbar, r, curve.n, np)
-        focus = np.abs(trace) < 2 * r * r
+        focus = np.abs(trace) < 2 * r * r  # written out: a count beside the one of the package
         counted += int(np.sum((focus[1:] != focus[:-1]) & (np.diff(place) == 1)))
     return counted
 
@@ -278,6 +278,7 @@ def _codimension_two(harvester: Harvester, near: Point) -> float:
             state, d, gbar, t = (x[0], x[1], x[2]), x[3], x[4], x[5]
             start, speed, phase, _ = list(exact.flights(state, d, gbar, r, n))[which]
             z, rate = exact.flight(t, start, speed, phase, gbar)
+            # Written out, as all of this reference is, not read from what it judges.
             doubled = exact.trace(state, gbar, r, n) + 1 + r**4
             return [*exact.periodicity(state, d, gbar, r, n), doubled, rate, d / 2 - abs(z)]
 

@@ -17,7 +17,9 @@ from vireport.maps.cells import (
 )
 from vireport.motions import (
     STABILITIES,
+    TRACE_LEVELS,
     UNSTABLE,
+    Event,
     PointwiseMotions,
     classify,
     find_motions,
@@ -141,7 +143,7 @@ def _motions(motions: PointwiseMotions, r: Floats) -> dict[str, Any]:
         whole[at] = values
         return whole
 
-    tr, limit = trace[best], 1 + r[at] ** 4
+    tr, limit = trace[best], TRACE_LEVELS[Event.FOLD](r[at] ** 2)
     codes = np.full(len(r), -1, dtype=np.int8)
     codes[at] = code[best]
     return {

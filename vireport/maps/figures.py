@@ -33,7 +33,7 @@ from vireport.figures import (
 from vireport.maps.cells import MapPlan, axis_values
 from vireport.maps.loci import DrawnLocus, loci_of
 from vireport.maps.store import Store, writing
-from vireport.motions import STABILITIES, Event, Stability
+from vireport.motions import STABILITIES, TRACE_LEVELS, Event, Stability
 from vireport.scenario import Parameter, Sampling
 from vireport.text import PREFIXES, capital, percent
 
@@ -174,7 +174,7 @@ def _of_stable(
 
 
 def _margin(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure:
-    percent = 100 * raster.columns["multiplier_margin"] / (1 + _restitutions(plan, raster) ** 4)
+    percent = 100 * raster.columns["multiplier_margin"] / TRACE_LEVELS[Event.FOLD](_restitutions(plan, raster) ** 2)
     figure, axes = _of_stable(plan, raster, percent, "viridis", (0.0, 100.0))
     figure.colorbar(axes.images[-1], ax=axes, label="1 − |tr|/(1 + r⁴) [%]")
     title = "Stability margin: 0 % where a multiplier reaches 1 or −1"

@@ -4,9 +4,9 @@ from vireport.motions.branches import Branch, admissible_families
 from vireport.motions.conditions import Condition
 from vireport.motions.critical import motion_at, motion_of, place_at, solve_one_to_one
 from vireport.motions.diagram import BifurcationDiagram, TableRow, solve, table
-from vireport.motions.error_bounds import NO_BOUND, finite, motion_bounds, rounded_up, undecided, voltage_bounds
+from vireport.motions.error_bounds import NO_BOUND, one_to_one_bounds, rounded_up, undecided
 from vireport.motions.events import CRITICAL, TRACE_LEVELS, Event
-from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark, multipliers
+from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark
 from vireport.motions.generation import Rung, generation, impact_rate, ladder
 from vireport.motions.level_curve import sample
 from vireport.motions.motion import AT_ZERO, BESIDE, IMAGE, SAME, Motion, Symmetry
@@ -25,6 +25,7 @@ from vireport.motions.stability import (
     classify,
     eigenvalues,
     flight_jacobian,
+    multipliers,
     product_trace,
     return_trace,
 )
@@ -88,7 +89,6 @@ __all__ = [
     "differentiated_motions",
     "eigenvalues",
     "find_motions",
-    "finite",
     "flight_jacobian",
     "flight_turns",
     "follow",
@@ -101,7 +101,6 @@ __all__ = [
     "linearised",
     "model_of",
     "motion_at",
-    "motion_bounds",
     "motion_of",
     "motions_of",
     "multipliers",
@@ -109,6 +108,7 @@ __all__ = [
     "newton",
     "off",
     "one_to_one",
+    "one_to_one_bounds",
     "orbits",
     "place_at",
     "point_of",
@@ -127,7 +127,6 @@ __all__ = [
     "turning_points",
     "turns",
     "undecided",
-    "voltage_bounds",
     "wall_gap",
     "weighted_trace",
 ]

@@ -47,7 +47,7 @@ class Branch:
 
     @property
     def number(self) -> int:
-        """Of the family."""
+        """Number of the family."""
         return self.family.number
 
 

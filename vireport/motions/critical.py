@@ -47,7 +47,7 @@ def motion_of(orbit: Orbits, n: int, coordinate: float) -> Motion:
     coordinate : float
         What varies.
     """
-    start, up = (float(np.ravel(x)[0]) for x in (orbit.phi, orbit.time_up))
+    start, up = (float(np.ravel(column)[0]) for column in (orbit.phi, orbit.time_up))
     velocity = np.ravel([orbit.velocity_bottom, orbit.velocity_top])
     return Motion(Word((1, -1), n), velocity, np.array([start / pi, start / pi + up]), coordinate)
 

@@ -121,11 +121,11 @@ def _labels(curve: LevelCurve, critical: list[Point]) -> tuple[dict[int, str], l
     return labels, order
 
 
-def _is_twin(other: Point, found: Point, mirrored: int | None) -> bool:
+def _is_twin(other: Point, point: Point, mirrored: int | None) -> bool:
     """Whether a critical point is the mirror image of another that was found on the branch `mirrored`."""
-    if mirrored is None or other.families != (mirrored + 1,) or other.event != found.event or other.mirror is not None:
+    if mirrored is None or other.families != (mirrored + 1,) or other.event != point.event or other.mirror is not None:
         return False
-    value = found.sweep_value
+    value = point.sweep_value
     return abs(other.sweep_value - value) <= SAME_POINT * abs(value)
 
 

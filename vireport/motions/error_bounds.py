@@ -1,16 +1,22 @@
-"""How wrong the numbers of the results can be: a bound for each, from the rounding of its formula and the conditioning.
+"""How wrong the numbers of motions are: a bound for each, from the rounding of its formula and the conditioning.
 
-A row of a branch stands for an exact motion of the scenario nearby: every number of the row differs from that
-motion's by at most its bound. The row's phase and q satisfy the sweep's condition up to a residual; the residual and
-its own rounding, over the condition's gradient, is how far the exact motion is, and the formulae, evaluated once more
-in numbers that carry their error, take that and their rounding to every other number. At an end of the sweep the
-bounds also hold for the motion of that very end, of which q and phase are correctly rounded. At a design point, where
-both groups are given, the exact motion is the one there.
+A motion that was computed stands for an exact one of the scenario nearby: every number of it differs from that motion's
+by at most its bound. What was computed satisfies the conditions f(x) = 0 up to a residual. By the theorem of Newton and
+Kantorovich there is an exact motion within twice the least change that makes up for the residual and for the rounding
+with which it is known, where the conditions bend little over that distance. The conditions are evaluated in numbers
+that carry their error (`Rounded`), and the least change is that of their linearisation:
+
+- 1:1 motions have a closed form for all numbers but q and the phase, so that the sweep's level is the one condition
+  left, and the least change is its residual over its gradient (`one_to_one_bounds`);
+- motions of any word have two conditions for each flight, and the least change is that of the pseudo-inverse of their
+  derivatives, which is the former for a single condition (`distance_bounds`, `family_bounds`).
+
+At an end of the sweep the bounds also hold for the motion of that very end, of which q and phase are correctly rounded.
+At a design point, where both groups are given, the exact motion is the one there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,45 +24,34 @@ from numpy.typing import NDArray
 
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import coefficients, orbits_above
+from vireport.motions.paths import Curve
+from vireport.motions.periodicity import Model, residuals
 from vireport.motions.stability import discriminant, return_trace
-from vireport.motions.sweep import (
-    Held,
-    Level,
-    Sweep,
-    level_terms,
-)
-from vireport.physics import (
-    FUNCTION,
-    GROUP_ERROR,
-    ROUNDED,
-    UNIT,
-    Membrane,
-    Rounded,
-    contact_cosine,
-    deflection,
-    generated_voltage,
-    wrapped,
-)
+from vireport.motions.sweep import Held, Level, Sweep, level_terms
+from vireport.physics import FUNCTION, GROUP_ERROR, ROUNDED, UNIT, Rounded, infinite_where_undefined, wrapped
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
 
 CURVATURE = 2.0
-"""Factor on the distance to the exact motion for the bend of the condition on the way."""
+"""Factor on the least change of q and phase, for the bend of the level on the way: the theorem's largest."""
+
+NEAR = 0.1
+"""Kantorovich's beta L eta (bound of the inverse, Lipschitz constant of the derivatives, least change) up to which
+there is an exact motion close by; his theorem needs 0.5."""
+
+PHASE_ROUNDINGS = 3 * np.pi
+"""Roundings of a phase from a time [rad per t_c]: of the product with pi, of pi, and of the remainder."""
 
 STEP = 1e-3
 """Step of the gradient's difference in q, as a share of the scale (1-r)/(1+r) on which the coefficients vary."""
-
-GENTLE = 1e-5
-"""Relative change of the impact velocity by which a voltage's elasticity is found; beyond it a voltage need not be
-proportional to a power of the velocity any more."""
 
 NO_BOUND = "diverges, or loses all its digits, where an impact has no velocity or two branches meet"
 """Why there is no bound."""
 
 
-def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
-    """Bound the errors of motions, by the names of `Motions`.
+def one_to_one_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
+    """Bound the errors of 1:1 motions, by the names of `Motions`.
 
     Parameters
     ----------
@@ -79,17 +74,12 @@ def motion_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] |
     vanishes to rounding, so that it is open whether the ball turns at all, the gap is that of the motion as computed.
     """
     with np.errstate(all="ignore"):
-        return finite(_motion_bounds(sweep, motions, given))
+        return infinite_where_undefined(_one_to_one_bounds(sweep, motions, given))
 
 
-def finite(bounds: dict[str, Floats]) -> dict[str, Floats]:
-    """Bounds, infinite where there is none."""
-    return {name: np.where(np.isfinite(bound), bound, np.inf) for name, bound in bounds.items()}
-
-
-def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
+def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
     r, n, held = Rounded(m.restitution), sweep.device.period_ratio, sweep.level.held
-    delta_u, delta_phi = _distance(sweep.level, m, n) if given is None else given
+    delta_u, delta_phi = _place_bounds(sweep.level, m, n) if given is None else given
     # Half a spacing is the rounding of a motion that was solved for beyond doubles, as at the ends of a sweep.
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
     u, ops = Rounded(m.u, delta_u), ROUNDED
@@ -111,7 +101,7 @@ def _motion_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None
         + 8 * UNIT * (period * speed + period**2 * m.gbar + 0.3 + period / np.pi)
     )
     at_rest = (m.velocity_bottom == 0) | (m.velocity_top == 0)
-    value = np.zeros(len(m)) if given is not None else value_bound(sweep, m.sweep_value, orbit.d, orbit.gbar)
+    value = np.zeros(len(m)) if given is not None else sweep_value_bounds(sweep, m.sweep_value, orbit.d, orbit.gbar)
     return {
         "sweep_value": value,
         "d": d,
@@ -138,29 +128,106 @@ def _unless_lost(bound: Floats, stored: Floats) -> Floats:
     return np.where(bound > np.maximum(np.abs(stored), 1.0), np.inf, bound)
 
 
-def _distance(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
-    """How far, in q and in phase, the exact motion is from each row."""
+def _place_bounds(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
+    """How far, in q and in phase, the exact motion of the level is from each 1:1 motion."""
     ops, r, u = ROUNDED, Rounded(m.restitution), Rounded(m.u)
-    known = level if level.horizontal else Level(level.held, Rounded(level.value, 2 * GROUP_ERROR * abs(level.value)))
     sine, cosine = ops.sin(Rounded(m.phi_bottom)), ops.cos(Rounded(m.phi_bottom))
-    a, b, c = level_terms(known, coefficients(u, r, n, ops), u, r, n, ops)
-    residual = a * sine + b * cosine - c
+    a, b, c = level_terms(_as_known(level), coefficients(u, r, n, ops), u, r, n, ops)
     h = STEP * (1 - m.restitution) / (1 + m.restitution)
 
-    def at(x: Floats) -> Any:
-        a, b, c = level_terms(level, coefficients(x, m.restitution, n), x, m.restitution, n)
+    def condition(u: Floats) -> Any:
+        a, b, c = level_terms(level, coefficients(u, m.restitution, n), u, m.restitution, n)
         return a * sine.value + b * cosine.value - c
 
-    slope_u = (at(m.u + h) - at(m.u - h)) / (2 * h)
+    slope_u = (condition(m.u + h) - condition(m.u - h)) / (2 * h)
     slope_phi = a.value * cosine.value - b.value * sine.value
-    reach = CURVATURE * (np.abs(residual.value) + residual.error) / (slope_u**2 + slope_phi**2)
+    # The least change of (q, phase) to make up for a residual rho is rho grad/|grad|^2.
+    reach = CURVATURE * _largest(a * sine + b * cosine - c) / (slope_u**2 + slope_phi**2)
     # On the symmetric line of a horizontal capsule u = 0 is exact, and any phase is that of a motion.
     free = level.horizontal & (m.u == 0)
     delta_u, delta_phi = (np.where(free, 0.0, reach * np.abs(slope)) for slope in (slope_u, slope_phi))
     return delta_u, delta_phi
 
 
-def value_bound(sweep: Sweep, stored: Floats, d: Any, gbar: Any) -> Floats:
+def _as_known(level: Level) -> Level:
+    """A level with the error to which the groups that it holds are known; a horizontal one is exact."""
+    return level if level.horizontal else Level(level.held, _of_groups(level.value))
+
+
+def _of_groups(value: Any) -> Rounded:
+    """What a sweep holds, a group or the quotient of both, with its error: that of both groups."""
+    return Rounded(value, 2 * GROUP_ERROR * abs(value))
+
+
+def _largest(residual: Rounded) -> Floats:
+    """The largest size that a residual can have."""
+    return np.asarray(np.abs(residual.value) + residual.error)
+
+
+def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
+    """Bound the distance of motions of any word to an exact one next to them.
+
+    Parameters
+    ----------
+    curve : Curve
+    model : Model
+        Of the sweep that it is of.
+    x : ndarray (n, 2N + 1)
+        Velocities, times and coordinate of each motion.
+
+    Returns
+    -------
+    ndarray (n, 2N + 1)
+        For each of these; infinite where families cross. The exact motion belongs to the scenario's numbers as given.
+    """
+    word = curve.word
+    known = Model(_as_known(model.level), Rounded(model.r))
+    conditions = residuals(word, [Rounded(column) for column in x.T], known, ROUNDED)
+    most = np.stack([_largest(residual) for residual in conditions], axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, sizes, v = np.linalg.svd(np.stack([curve.linearised(row)[1] for row in x]), full_matrices=False)
+        # Signs of residuals are not known: the sizes of the pseudo-inverse's entries, times the largest residuals.
+        change = np.abs(np.einsum("nki,nk,njk->nij", v, 1 / sizes, u)) @ most[..., None]
+        # Second derivatives of a flight: of its phases, pi, over at most the period, and of its accelerations.
+        _, gbar, _ = model.groups(np.abs(x[:, -1]))
+        bend = 2 * np.pi * (1 + 2 * word.periods) * (2 + gbar) * np.sqrt(2 * len(word))
+        eta = np.linalg.norm(change, axis=1)[:, 0]
+        near = bend * eta / sizes[:, -1]
+        # Kantorovich's distance is eta (1 - sqrt(1 - 2h))/h = eta (1 + h/2 + ...), h = beta L eta: 2h is room enough.
+        bounds = change[..., 0] + (2 * near * eta)[:, None]
+    bounds[:, -1] *= curve.width
+    return np.where((near < NEAR)[:, None], bounds, np.inf)
+
+
+def family_bounds(sweep: Sweep, model: Model, x: Floats, distance: Floats, sweep_value: Floats) -> dict[str, Floats]:
+    """Bound the errors of what is stated of a family's motions.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    model : Model
+        Of the sweep.
+    x : ndarray (n, 2N + 1)
+        Velocities, times and coordinate of each motion.
+    distance : ndarray (n, 2N + 1)
+        To the exact motion, see `distance_bounds`.
+    sweep_value : ndarray (n,)
+        The swept parameter of each motion, as it is stated.
+
+    Returns
+    -------
+    dict of ndarray
+        Of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad].
+    """
+    count = x.shape[1] // 2
+    groups = model.groups(Rounded(x[:, -1], distance[:, -1]))
+    d, gbar = (group if isinstance(group, Rounded) else _of_groups(group) for group in groups[:2])
+    phase = np.pi * distance[:, count:-1] + PHASE_ROUNDINGS * UNIT * np.abs(x[:, count:-1])
+    value = sweep_value_bounds(sweep, sweep_value, d, gbar)
+    return {"sweep_value": value, "velocity": distance[:, :count], "phase": phase}
+
+
+def sweep_value_bounds(sweep: Sweep, stored: Floats, d: Any, gbar: Any) -> Floats:
     """Bound the error of the swept value of motions, from those of their groups.
 
     Parameters
@@ -171,66 +238,15 @@ def value_bound(sweep: Sweep, stored: Floats, d: Any, gbar: Any) -> Floats:
     d, gbar : Rounded
         Of the motions.
     """
-    x = gbar if sweep.parameter is Parameter.INCLINATION else d
+    group = gbar if sweep.parameter is Parameter.INCLINATION else d
     away = np.abs(np.asarray(sweep.value(d.value, gbar.value)) - stored)
     if sweep.parameter is Parameter.INCLINATION:
-        error = x.error + GROUP_ERROR * np.abs(x.value)
-        ends = [np.asarray(sweep.value(d.value, x.value + sign * error)) for sign in (-1, 1)]
+        error = group.error + GROUP_ERROR * np.abs(group.value)
+        ends = [np.asarray(sweep.value(d.value, group.value + sign * error)) for sign in (-1, 1)]
         moved = np.maximum(*(np.abs(end - stored) for end in ends))
         return np.asarray(moved + away + 2 * FUNCTION * stored)
-    share = x.error / np.abs(x.value) * (0.5 if sweep.parameter is Parameter.FREQUENCY else 1.0)
+    share = group.error / np.abs(group.value) * (0.5 if sweep.parameter is Parameter.FREQUENCY else 1.0)
     return np.asarray((share + GROUP_ERROR) * stored + away)
-
-
-def voltage_bounds(bottom: Rounded, top: Rounded, membrane: Membrane) -> dict[str, Floats]:
-    """Bound the errors of voltages and deflections, by the names of `Voltages`.
-
-    Parameters
-    ----------
-    bottom, top : Rounded
-        Speeds of the impacts [m/s].
-    membrane : Membrane
-    """
-    with np.errstate(all="ignore"):
-        (volts_bottom, deep_bottom), (volts_top, deep_top) = (_impact_bounds(x, membrane) for x in (bottom, top))
-    bounds = {
-        "bottom_v": volts_bottom,
-        "top_v": volts_top,
-        "average_v": (volts_bottom + volts_top) / 2 * (1 + 2 * UNIT),
-        "deflection_m": np.maximum(deep_bottom, deep_top),
-    }
-    return finite(bounds)
-
-
-def _impact_bounds(speed: Rounded, membrane: Membrane) -> tuple[Floats, Floats]:
-    """Bounds of the voltage and of the deflection of impacts."""
-    power, value = membrane.exponent + 1, speed.value
-    share = speed.error / value
-    delta, volts = deflection(value, membrane), generated_voltage(value, membrane)
-    base = abs(np.log(power * membrane.ball_mass_kg / (2 * membrane.stiffness)))
-    relative = 2 / power * (share + 4 * UNIT + 2 * UNIT * np.abs(np.log(np.where(value > 0, value, 1.0))))
-    relative = relative + (base + 4) * UNIT / power + 6 * UNIT
-    elasticity = np.abs(generated_voltage(value * (1 + GENTLE), membrane) / volts - 1) / GENTLE * power / 2
-    ball, active = membrane.ball_radius_m, membrane.active_radius_m
-    depth = np.maximum(delta - ball, 0.0)
-    reach = np.sqrt((active - ball) * (active + ball) + depth * depth)
-    cancelled = np.where(depth > 0, (active * reach + ball * depth) / (active * reach - ball * depth), 1.0)
-    stretched = 1 - (ball / active) ** 2 * contact_cosine(delta, membrane)[1]
-    geometry = (30 + 20 * cancelled + 10 / stretched) * UNIT
-    of_volts, of_delta = 1.1 * volts * elasticity * relative, delta * relative
-    rough = ~((speed.error < GENTLE * value) & (volts > 0))
-    if rough.any():
-        part = Rounded(value[rough], speed.error[rough])
-        of_volts[rough], of_delta[rough] = (_spread(f, part, membrane) for f in (generated_voltage, deflection))
-    return of_volts + volts * geometry, of_delta
-
-
-def _spread(function: Callable[[Floats, Membrane], Floats], speed: Rounded, membrane: Membrane) -> Floats:
-    """How far what rises with the speed can be from what it is at `speed.value`."""
-    here = function(speed.value, membrane)
-    fastest = function(speed.value + speed.error, membrane)
-    slowest = function(np.maximum(speed.value - speed.error, 0.0), membrane)
-    return np.asarray((1 + GENTLE) * np.maximum(fastest - here, here - slowest))
 
 
 def undecided(motions: Motions, bounds: dict[str, Floats]) -> NDArray[np.bool_]:
@@ -250,4 +266,4 @@ def rounded_up(bounds: Floats) -> list[list[float | None]]:
     written = np.where(usable & (safe > 1e-290), rounded, bounds)
     if np.isfinite(written).all():
         return list(written.tolist())
-    return [[x if x < np.inf else None for x in row] for row in written.tolist()]
+    return [[bound if bound < np.inf else None for bound in row] for row in written.tolist()]

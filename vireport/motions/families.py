@@ -11,22 +11,19 @@ from math import isfinite, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.distance import error_bounds
-from vireport.motions.error_bounds import value_bound
+from vireport.motions.error_bounds import distance_bounds, family_bounds
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model
 from vireport.motions.points import Point, model_of
-from vireport.motions.stability import STABILITIES, Stability, classify
+from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits
-from vireport.physics import FLOATS, GROUP_ERROR, UNIT, Rounded, Word
+from vireport.physics import FLOATS, Word
 
 Floats = NDArray[np.float64]
 
-TURNS = 3 * pi
-"""Roundings of a phase from a time [rad per t_c]: of the product with pi, of pi, and of the remainder."""
 ROUNDING = 1e-9
 """Share of the sweep up to which a value beyond the end of a family is that end."""
 
@@ -68,7 +65,7 @@ class Family:
     x : ndarray (n, 2N + 1)
         Velocities, times and coordinate of each motion.
     trace : ndarray (n,)
-        Of the product of the flights' Jacobians; nan where a velocity is zero.
+        Trace of the product of the flights' Jacobians; nan where a velocity is zero.
     sweep_value : ndarray (n,)
         The swept parameter, in its unit.
     admissible : ndarray (n,)
@@ -113,17 +110,17 @@ class Family:
 
     @property
     def velocity(self) -> Floats:
-        """Before each impact of each motion, (n, N) [y_c]."""
+        """Velocity before each impact of each motion, (n, N) [y_c]."""
         return self.x[:, : len(self.word)]
 
     @property
     def phase(self) -> Floats:
-        """At each impact of each motion, (n, N) [rad], in [0, 2 pi)."""
+        """Forcing phase at each impact of each motion, (n, N) [rad], in [0, 2 pi)."""
         return np.mod(pi * self.time, 2 * pi)
 
     @property
     def time(self) -> Floats:
-        """Of each impact of each motion, (n, N) [t_c], from a beginning of the forcing period on."""
+        """Time of each impact of each motion, (n, N) [t_c], from a beginning of the forcing period on."""
         return self.x[:, len(self.word) : -1]
 
     @property
@@ -174,18 +171,18 @@ class Family:
 
     @property
     def stable_ranges(self) -> list[tuple[float, float]]:
-        """Least and largest value of the swept parameter on each of these."""
+        """Least and largest value of the swept parameter on each of `stable_runs`."""
         parts = (self.sweep_value[first : last + 1] for first, last in self.stable_runs)
         return [(float(part.min()), float(part.max())) for part in parts]
 
     @property
     def determinant(self) -> float:
-        """Of the product of the flights' Jacobians, r^(2N)."""
+        """Determinant of the product of the flights' Jacobians, r^(2N)."""
         return float(self.model.r ** (2 * len(self.word)))
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
-        """Of each motion, (n, 2), the one of larger modulus first; nan where a velocity is zero."""
+        """Both multipliers of each motion, (n, 2), the one of larger modulus first; nan where a velocity is zero."""
         return multipliers(self.trace, self.determinant)
 
     @cached_property
@@ -194,7 +191,7 @@ class Family:
 
         Where families cross it is the point where they do, which was solved for in decimals.
         """
-        bounds = error_bounds(self.curve, self.model, self.x)
+        bounds = distance_bounds(self.curve, self.model, self.x)
         for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
             laps, others = divmod(len(self.word), len(point.motion.word))
             if not np.isfinite(bounds[row]).all() and isfinite(point.error_bound) and not others:
@@ -205,17 +202,12 @@ class Family:
 
     @cached_property
     def error_bounds(self) -> dict[str, Floats]:
-        """The same of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]."""
-        bounds, count = self.error_bound, len(self.word)
-        groups = self.model.groups(Rounded(self.x[:, -1], bounds[:, -1]))
-        d, gbar = (x if isinstance(x, Rounded) else Rounded(x, 2 * GROUP_ERROR * abs(x)) for x in groups[:2])
-        phase = pi * bounds[:, count:-1] + TURNS * UNIT * np.abs(self.time)
-        value = value_bound(self.sweep, self.sweep_value, d, gbar)
-        return {"sweep_value": value, "velocity": bounds[:, :count], "phase": phase}
+        """Error bounds of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]; inf where there is none."""
+        return family_bounds(self.sweep, self.model, self.x, self.error_bound, self.sweep_value)
 
     def at(self, coordinate: float) -> list[Motion]:
         """Its motions at a value of the coordinate that orders the sweep."""
-        c, found = self.x[:, -1], []
+        c, motions = self.x[:, -1], []
         nearest = float(np.clip(coordinate, c.min(), c.max()))
         if abs(coordinate - nearest) < ROUNDING * (self.curve.high - self.curve.low):
             coordinate = nearest
@@ -224,8 +216,8 @@ class Family:
             share = (coordinate - c[i]) / step if step else 0.5
             x = self.curve.at(self.x[i] + share * (self.x[i + 1] - self.x[i]), coordinate)
             if x is not None:
-                found.append(self.curve.motion(x))
-        return found
+                motions.append(self.curve.motion(x))
+        return motions
 
 
 class Claim(StrEnum):
@@ -257,14 +249,6 @@ class Completeness:
     claim: Claim
     resolution: float | None = None
     undecided: float | None = None
-
-
-def multipliers(trace: Floats, determinant: float) -> NDArray[np.complex128]:
-    """Eigenvalues of matrices, (n, 2), that of larger modulus first; the other from their product, the determinant."""
-    root = np.sqrt(trace.astype(complex) ** 2 - 4 * determinant)
-    large = (trace + np.where(trace < 0, -root, root)) / 2
-    with np.errstate(invalid="ignore"):  # of nan
-        return np.stack([large, determinant / np.where(large == 0, 1, large)], axis=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -316,14 +300,15 @@ class Atlas:
 
     def doubled(self, periods: int) -> list[Family]:
         """The families that come of the 1:1 motions in some forcing periods by period doublings, one after another."""
-        found = [family for family in self.families if family.word == Word((1, -1), periods)]
-        count = len(found)
-        for parent in found:  # to which their own doubled ones are added on the way
+        cascade = [family for family in self.families if family.word == Word((1, -1), periods)]
+        count = len(cascade)
+        for parent in cascade:  # to which their own doubled ones are added on the way
             for vertex in self.vertices:
                 if vertex.event is Event.PERIOD_DOUBLING and parent.number in vertex.families:
                     there = (self.families[number - 1] for number in vertex.families)
-                    found += [x for x in there if len(x.word) == 2 * len(parent.word) and x not in found]
-        return found[count:]
+                    twice = (family for family in there if len(family.word) == 2 * len(parent.word))
+                    cascade += [family for family in twice if family not in cascade]
+        return cascade[count:]
 
     def stable_at(self, value: float) -> list[tuple[Family, Motion]]:
         """Every stable motion at a value of the swept parameter, with its family."""

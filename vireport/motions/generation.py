@@ -42,6 +42,7 @@ class Generation:
 def generation(family: Family, membrane: Membrane) -> Generation:
     """Evaluate Eqs. (5.1)-(5.5) for the motions of a family."""
     sweep = family.sweep
+    # In a sweep of the force or frequency every motion has its own unit of velocity.
     unit = np.broadcast_to(sweep.device.velocity_unit(sweep.parameter, family.sweep_value), len(family.sweep_value))
     impacts = generated_voltage(unit[:, None] * family.velocity, membrane)
     return Generation(impacts, impacts.mean(axis=1), impact_rate(family))
@@ -60,13 +61,13 @@ class Rung:
 
     Attributes
     ----------
-    sequence : Sequence
+    word : Word
     ranges : tuple of (float, float)
         Of the swept parameter, over which they are stable, family by family.
     average_v, average_at : float
-        Largest mean voltage of the impacts [V], and where it is; nan without a membrane.
+        Largest mean voltage of the impacts [V], nan without a membrane; and where it is.
     per_second_v, per_second_at : float
-        The same of the sum over the impacts of a second [V/s].
+        Largest sum over the impacts of a second [V/s], nan without a membrane; and where it is.
     impacts_per_s : (float, float)
         Least and largest [1/s].
     """
@@ -83,7 +84,8 @@ class Rung:
 def ladder(atlas: Atlas, membrane: Membrane | None) -> tuple[Rung, ...]:
     """The sequences that have stable motions: what generates most per second first, or has the most impacts."""
     words = dict.fromkeys(family.word for family in atlas.families if family.stable_runs)
-    rungs = (_rung([f for f in atlas.families if f.word == x and f.stable_runs], membrane) for x in words)
+    stable = [family for family in atlas.families if family.stable_runs]
+    rungs = (_rung([family for family in stable if family.word == word], membrane) for word in words)
     key = "impacts_per_s" if membrane is None else "per_second_v"
     return tuple(sorted(rungs, key=lambda rung: getattr(rung, key), reverse=True))
 
@@ -96,6 +98,7 @@ def _rung(families: list[Family], membrane: Membrane | None) -> Rung:
     average = np.full(len(value), nan)
     if membrane is not None:
         average = np.concatenate([generation(family, membrane).average_v[family.stable] for family in families])
+    # Without a membrane all averages are nan, of which argmax takes the first.
     best, most = int(np.argmax(average)), int(np.argmax(average * rate))
     return Rung(
         families[0].word,

@@ -125,6 +125,8 @@ def find_strands(level: Level, r: float, n: int) -> list[Strand]:
         Forcing periods per motion.
     """
     strands = []
+    # With gbar = 0 both coefficients of gbar vanish at u = 0, where every phase is a motion: a line beside the rest of
+    # the level, of which u is divided out in `level_terms`.
     if level.horizontal and n % 2:
         strands.append(Strand(0.0, 0.0, -np.pi, np.pi, closed=True))
     for low, high in _existence(level, r, n):
@@ -155,6 +157,7 @@ def _existence(level: Level, r: float, n: int) -> list[tuple[float, float]]:
     grid = np.sort(np.concatenate([even, decades, -decades, near_edge, -near_edge]))
     values = margin(grid)
     index = np.nonzero(may_hide_zeros(values))[0] + 1
+    # Without this, intervals of motions narrower than a step of the grid are lost.
     if index.size:
         sign = np.sign(values[index])
         extra = golden_minimum(lambda u: sign * margin(u), grid[index - 1], grid[index + 1], EXISTENCE_SECTIONS)
@@ -171,6 +174,7 @@ def _existence(level: Level, r: float, n: int) -> list[tuple[float, float]]:
 def largest_groups(r: float, n: int) -> tuple[float, float]:
     """Largest d and gbar of any motion, with a little room."""
     k = coefficients(np.linspace(-EDGE, EDGE, 4096 * n + 1), r, n)
+    # Over all phases a sin(phi) + b cos(phi) is (a^2 + b^2)^(1/2) at most.
     d, gbar = np.hypot(k.d_sine, k.d_cosine), np.hypot(k.gbar_sine, k.gbar_cosine)
     return 1.001 * float(d.max()), 1.001 * float(gbar.max())
 
@@ -192,6 +196,7 @@ def evaluate(strands: list[Strand], which: Ints, w: Floats, level: Level, r: flo
     own = np.array([s.sheet for s in strands])[which]
     turned = np.where(np.array([s.closed for s in strands])[which], np.mod(w, 2 * np.pi), w)
     sheet = np.where(own != 0, own, np.where((turned < 0) | (turned > np.pi), -1.0, 1.0))
+    # a sin(phi) + b cos(phi) = (a^2 + b^2)^(1/2) cos(phi - arctan2(a, b)) = c: two phases, one on either sheet.
     phi = np.arctan2(a, b) + sheet * np.arccos(ratio)
     phi = np.where(width == 0, w, phi)
     return orbits_above(known, u, np.mod(phi, 2 * np.pi), r, n)

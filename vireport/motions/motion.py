@@ -29,8 +29,8 @@ BESIDE = 1e-3
 the square of the time, and is zero up to 1e-9 at 1e-4 or less."""
 
 IMAGE = 1e-5
-"""The same to a motion's own image, where a family turns back as that: there the equations are singular, and half
-the digits are left."""
+"""Difference of velocity [y_c] and time [t_c] up to which a motion is its own image, where a family turns back as that:
+there the equations are singular, and half the digits of `SAME` are left."""
 
 
 class Symmetry(StrEnum):
@@ -71,7 +71,7 @@ class Motion:
         return tuple(np.flatnonzero(np.abs(self.velocity) < AT_ZERO).tolist())
 
     def rotated(self, first: int) -> Motion:
-        """The same motion, with its impacts counted from another one, which is within the first forcing period."""
+        """The motion with its impacts counted from another one, which is within the first forcing period."""
         time = np.concatenate([self.time[first:], self.time[:first] + 2 * self.word.periods])
         velocity = np.concatenate([self.velocity[first:], self.velocity[:first]])
         return Motion(self.word.rotated(first), velocity, time - 2 * np.floor(time[0] / 2), self.coordinate)
@@ -108,7 +108,7 @@ class Motion:
         return self
 
     def with_impact(self, after: int, wall: int, time: float) -> Motion:
-        """With an impact of velocity zero in the flight after an impact."""
+        """The motion with an impact of velocity zero in the flight after an impact."""
         walls = (*self.word.walls[: after + 1], wall, *self.word.walls[after + 1 :])
         return Motion(
             Word(walls, self.word.periods),
@@ -118,7 +118,7 @@ class Motion:
         )
 
     def without_impacts(self, which: Any) -> Motion:
-        """Without some of its impacts, which have no velocity."""
+        """The motion without some of its impacts, which have no velocity."""
         walls = tuple(wall for i, wall in enumerate(self.word.walls) if i not in which)
         velocity, time = np.delete(self.velocity, which), np.delete(self.time, which)
         return Motion(Word(walls, self.word.periods), velocity, time, self.coordinate)
@@ -133,7 +133,10 @@ class Motion:
         return float(max(*map(abs, fast), *(abs(each - whole) for each in late)))
 
     def distance(self, other: Motion, mirror: bool = False) -> float:
-        """The same, from whichever impact the other is counted; with `mirror`, its mirror image if that is nearer."""
+        """Least of `apart` over the impacts from which the other may be counted; inf for other words.
+
+        With `mirror`, of its mirror image if that is nearer.
+        """
         others = (other, other.mirrored()) if mirror else (other,)
-        images = (x.rotated(i) for x in others for i in x.word.firsts(self.word))
+        images = (image.rotated(i) for image in others for i in image.word.firsts(self.word))
         return min(map(self.apart, images), default=inf)

@@ -43,11 +43,11 @@ class Motions:
     velocity_bottom, velocity_top : ndarray
         Relative velocity just before the impacts; positive at the bottom, negative at the top.
     trace, discriminant : ndarray
-        Of DP, Eq. (4.3).
+        Trace of DP and Delta = tr^2 - 4 det, Eq. (4.3).
     stability : ndarray of int
         Codes of `Stability`.
     wall_gap : ndarray
-        Distance of the nearest turning point to a membrane, see `admissibility.wall_gap`.
+        Distance of the nearest turning point to a membrane, see `turning.wall_gap`.
     admissible : ndarray of bool
         Whether the ball stays between the membranes: the gap is positive.
     restitution : float
@@ -81,7 +81,7 @@ class Motions:
 
     @property
     def determinant(self) -> Floats:
-        """Of DP: r^4 for every motion, Eq. (A.3)."""
+        """Determinant of DP: r^4 for every motion, Eq. (A.3)."""
         return np.full(len(self), self.restitution**4)
 
     def select(self, index: Any) -> Motions:
@@ -91,12 +91,12 @@ class Motions:
 
     @property
     def words(self) -> list[str]:
-        """Table 1's words."""
+        """Table 1's type of each motion, in its words."""
         return [STABILITIES[code].value for code in self.stability]
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """Admissible, and attracting the motions nearby."""
+        """Whether each motion is admissible and attracts those nearby."""
         return np.asarray(self.admissible & (self.stability != UNSTABLE))
 
 

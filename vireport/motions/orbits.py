@@ -68,6 +68,8 @@ def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
     """
     pi = ops.pi
     period = 2 * n
+    # The phase that passes on the way up is a = pi (n + 2 n u): sin(a) and 1 - cos(a) follow from the half of 2 pi n u,
+    # with all digits where u is small.
     half = pi * n * u
     sin_half, cos_half = ops.sin(half), ops.cos(half)
     twice = 2 * sin_half
@@ -75,6 +77,7 @@ def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
     jump, loss = 1 + r, 1 - r
     twice_jump, shift = 2 * jump, period * u
     p = jump * u - loss / 2
+    # A sum of squares, with no difference in it: K(q) keeps its digits for every r < 1.
     determinant = -period * period * (jump * u * u + loss * loss / (4 * jump))
     if n % 2:
         sin_a, cos_a_less_one = -sin_theta, versine - 2
@@ -162,6 +165,8 @@ def orbits_above(c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = A
     sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
     gbar = c.gbar_sine * sin_phi + c.gbar_cosine * cos_phi
     velocity = c.velocity_sine * sin_phi + c.velocity_cosine * cos_phi
+    # Over the period gravity adds T gbar to the velocity, of which the impacts take (1 + r) times the sum of theirs:
+    # that is (3.8).
     return Orbits(
         u=u,
         phi=phi,

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import atan, copysign, inf, isfinite, nan, pi, sqrt
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -29,10 +30,10 @@ from vireport.physics import Groups, Word
 Floats = NDArray[np.float64]
 
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 1e-3, 0.05, 1e-9
-"""Of the arclength in velocities, times and the share of the sweep."""
+"""Steps of the arclength in velocities, times and the share of the sweep."""
 
 LAST_STEP = 1e-6
-"""The same, up to which a velocity may go to zero wherever the trace is."""
+"""Arclength of the step up to which a velocity may go to zero wherever the trace is."""
 
 AIM, LEAST, MOST = 0.8, 0.08, 2.5
 """Strain that the next step is to have, and the strains beyond which it changes no further: tenfold, or to a third."""
@@ -126,6 +127,8 @@ class Arc:
     @cached_property
     def length(self) -> float:
         """Arclength, negative if the end is behind the start; to the fourth order."""
+        # On an arc of curvature k and length s tangents differ by 2 sin(ks/2), and the chord is 2 sin(ks/2)/k = s (1 -
+        # (ks)^2/24 + ...).
         way, turned = self._way, self.end.tangent - self.start.tangent
         return copysign(sqrt(way @ way) * (1 + turned @ turned / 24), way @ self.start.tangent)
 
@@ -138,6 +141,8 @@ class Arc:
         """Coefficients of the square and the cube of the arclength."""
         if not self.length:
             return 0.0, 0.0
+        # Of x(s) = x0 + s t0 + s^2 a + s^3 b, with x and x' given at the end s = L: b = [L (t0 + t1) - 2 (x1 - x0)]/L^3
+        # and a = (t1 - t0)/(2L) - 3 L b/2.
         both, turned = self.start.tangent + self.end.tangent, self.end.tangent - self.start.tangent
         cube = (self.length * both - 2 * self._way) / self.length**3
         return turned / (2 * self.length) - 1.5 * self.length * cube, cube
@@ -208,6 +213,7 @@ class Path(ABC):
         point, new, step = arc.start, arc.end, abs(arc.length)
         turned = sqrt(2 * max(1 - float(new.tangent @ point.tangent), 0.0))
         steepest = max(turned / self.sharpest, self.steepness(arc))
+        # What is hidden is looked for last: the margins need the turning points of every flight.
         if steepest > 1 or step <= CLOSE or (least := min(point.margin, new.margin)) <= 0:
             return steepest
         return max(steepest, step * (turned + step) / least)
@@ -222,12 +228,17 @@ class Path(ABC):
 
     def solved(self, guess: Floats, normal: Floats) -> Floats | None:
         """The motion nearest to a guess in the plane through it with a normal; None where there is none in reach."""
+        # Least squares, which also stand equations that depend on each other where families cross, take three times as
+        # long as a solution by factors: 19 to 63 us against 7 to 12 us of up to six impacts.
         return (self._newton(guess, normal, False) or self._newton(guess, normal, True) or (None,))[0]
 
     def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> tuple[Floats, Floats] | None:
         """The motion, and the direction of the path, on the side of the normal, at the last correction."""
         solve: Any = _within_rank if crossing else np.linalg.solve
         x, scale, size = guess.copy(), self.scale, len(guess)
+        # The plane through the guess is the equation that is missing. Bordered by its normal the matrix is regular at
+        # folds too, where that by velocities and times alone is not; a second right-hand side, (0, 1), gives the
+        # direction of the path with the same factors.
         across, bordered, right, last = normal / scale, np.empty((size, size)), np.zeros((size, 2)), 1.0
         bordered[-1], right[-1, 1] = normal, 1.0
         for _ in range(CORRECTIONS):
@@ -238,15 +249,19 @@ class Path(ABC):
             except np.linalg.LinAlgError:
                 return None
             largest = float(np.abs(step).max())
+            # Also true of nan.
             if not largest < last:
                 break
             x, last = x - step * scale, largest
+            # Where families cross the convergence is linear: the square of the correction says nothing about the next
+            # one.
             if last < (CONVERGED if crossing else SQUARED):
                 return x, along
         return (x, along) if last < ROUNDING else None
 
     def nearest(self, guess: Floats) -> Floats | None:
         """The motion nearest to a guess."""
+        # Without a normal the least solution is the shortest way to the path.
         return (self._newton(guess, np.zeros(len(guess)), True) or (None,))[0]
 
     def point(self, x: Floats, along: Floats) -> PathPoint:
@@ -269,12 +284,13 @@ class Path(ABC):
             If none is found.
         """
         guess = arc.at(size).x
-        found = self._newton(guess, arc.end.tangent, False)
-        if found is None or not found[1] @ found[1] < MOST_ASIDE**2:
-            found = self._newton(guess, arc.end.tangent, True)
-        if found is None:
+        motion = self._newton(guess, arc.end.tangent, False)
+        # Next to a crossing the bordered matrix is nearly singular: its tangent may be that of the other family.
+        if motion is None or not motion[1] @ motion[1] < MOST_ASIDE**2:
+            motion = self._newton(guess, arc.end.tangent, True)
+        if motion is None:
             raise NumericalError(f"a family of {self.word.letters} was lost")
-        return self._point(*found)
+        return self._point(*motion)
 
     def located(self, arc: Arc, value: Callable[[PathPoint], float]) -> tuple[float, PathPoint]:
         """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
@@ -295,13 +311,15 @@ class Path(ABC):
         NumericalError
             If no motion is found.
         """
+        # The unknown itself is the plane in which the motion is solved for: it has the value to the last digit, without
+        # the search along the path that `located` needs for a gap.
         size, slope = arc.crossing(lambda point: float(point.x[which]) - value)
         guess, normal = arc.at(size).x, np.zeros(len(self.scale))
         guess[which], normal[which] = value, copysign(1, slope)
-        found = self._newton(guess, normal, False)
-        if found is None:
+        motion = self._newton(guess, normal, False)
+        if motion is None:
             raise NumericalError(f"a family of {self.word.letters} was lost")
-        return abs(size), self._point(*found)
+        return abs(size), self._point(*motion)
 
     def admits(self, x: Floats) -> bool:
         """Whether a solution is a motion within the range."""
@@ -345,7 +363,7 @@ class Trail:
     events: list[tuple[int, Event]]
 
     def reversed(self) -> Trail:
-        """The same, followed the other way."""
+        """The points and events in the order in which they are met from the other end."""
         last = len(self.points) - 1
         return Trail(self.points[::-1], [(last - i, event) for i, event in self.events[::-1]])
 
@@ -387,6 +405,7 @@ def _advance(path: Path, trail: Trail, arc: Arc, until: frozenset[Event]) -> boo
     NumericalError
         If what happens on the way is not found.
     """
+    # The end is found first: what happens beyond it happens to no motion.
     end, new = path.ended(arc) if arc.end.margin <= 0 else (None, arc.end)
     happenings, over = path.happenings(Arc(arc.start, new))
     if end is None and _closes(trail, new):
@@ -404,6 +423,7 @@ def _closes(trail: Trail, new: PathPoint) -> bool:
     """Whether a curve has come back to the motion that it began with."""
     last, first = trail.points[-1], trail.points[0]
     way, back = new.x - last.x, first.x - last.x
+    # The first steps are next to the beginning as well, on their way out.
     if len(trail.points) < 8 or float(last.tangent @ first.tangent) < 1 - SHARPEST**2 / 2:
         return False
     along = float(way @ back) / float(way @ way)
@@ -472,6 +492,7 @@ class Curve(Path):
     def trace(self, x: Floats) -> float:
         """The trace of a motion; nan where a velocity is zero."""
         row = x.tolist()
+        # The trace has the product of the velocities as its denominator, see `weighted_trace`.
         touches = any(abs(velocity) < AT_ZERO for velocity in row[: len(self.word)])
         return nan if touches else float(trace(self.word, row, self.model))
 
@@ -481,6 +502,7 @@ class Curve(Path):
 
     def margins(self, x: Floats) -> list[float]:
         """What is positive of a motion within the sweep: both distances to its ends, velocities, gaps to the walls."""
+        # In the units of the arclength, so that a margin and a step can be compared, see `strain`.
         share = (float(x[-1]) - self.low) / self.width
         rest = (self.high - self.low) / self.width - share
         return [share, rest, *self._speeds(x), *(turn.gap for turn in self.turns(x))]
@@ -500,6 +522,7 @@ class Curve(Path):
 
     def _angle(self, point: PathPoint) -> float:
         """What stands for the trace: its size at the borders of stability is pi/4, at a pole pi/2."""
+        # The trace goes to infinity where a velocity vanishes; its angle is bounded and smooth up to there.
         return atan(point.trace / TRACE_LEVELS[Event.FOLD](self.decay(point.x)))
 
     def _near_pole(self, point: PathPoint) -> bool:
@@ -515,9 +538,10 @@ class Curve(Path):
         ends = ((-1, self.low, 1), (-1, self.high, -1))
         bounds = [*ends, *((i, 0.0, wall) for i, wall in enumerate(self.word.walls))]
         x = arc.end.x.tolist()
+        # The first of the crossings counts: beyond it the other unknowns are those of no motion.
         passed = [self.reached(arc, i, value) for i, value, side in bounds if side * (x[i] - value) <= 0]
         if passed:
-            first = min(passed, key=lambda one: one[0])[1]
+            first = min(passed, key=itemgetter(0))[1]
             if first.margin > -AT_ZERO:
                 touches = min(map(abs, self._speeds(first.x))) < AT_ZERO
                 return Event.ZERO_VELOCITY if touches else Event.SWEEP_END, first
@@ -530,28 +554,33 @@ class Curve(Path):
             first, over = self.happenings(Arc(arc.start, beyond))
             second, ends = ([], True) if over else self.happenings(Arc(beyond, arc.end))
             return [*first, *second], ends
-        found: list[tuple[float, PathPoint, Event | None]] = []
+        events: list[tuple[float, PathPoint, Event | None]] = []
 
         def pass_through(value: Callable[[PathPoint], float]) -> bool:
             return value(arc.start) * value(arc.end) < 0
 
         for condition in PASSED:
             if pass_through(self._excess(condition)):
-                found.append((*self.located(arc, self._excess(condition)), condition.event))
+                events.append((*self.located(arc, self._excess(condition)), condition.event))
+        # A multiplier is 1 where the curve turns in what varies, and where another curve crosses it: at both the
+        # derivatives by velocities and times are singular. Which of them it is, the direction of the curve tells.
         meeting = self._excess(MEETING)
         over, meets = False, pass_through(meeting)
+        # The swept parameter turns: a fold, where the trace crosses its level too. Where it does not, the trace has
+        # only touched it, as that of a family which goes back as its own image does.
         if pass_through(_along):
             where = self.located(arc, meeting if meets else _along)
             image = None if meets else _turned_back(self, where[1].x)
             over = image is not None
-            found = [one for one in found if not over or one[0] < where[0]]
+            events = [event for event in events if not over or event[0] < where[0]]
             if meets or over:
-                found.append((*where, image or Event.FOLD))
+                events.append((*where, image or Event.FOLD))
+        # The trace crosses and the parameter does not turn: two asymmetric families leave the symmetric one here.
         elif meets:
             where = self.located(arc, meeting)
             if _is_symmetric(self, where[1].x):
-                found.append((*where, Event.PITCHFORK))
-        return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], over
+                events.append((*where, Event.PITCHFORK))
+        return [(motion, event) for _, motion, event in sorted(events, key=itemgetter(0))], over
 
     def _excess(self, condition: Condition) -> Callable[[PathPoint], float]:
         """How far the trace of a motion is above that of a condition."""
@@ -569,6 +598,8 @@ class Curve(Path):
             near = min(abs(start), abs(end)) < NEARBY * max(1.0, abs(condition.trace(0.0, self.decay(arc.start.x))))
             if not (start * end > 0 and near and isfinite(start + end)):
                 continue
+            # The parabola f(s) = start + s (slope - bend) + s^2 bend through f(0), f(1/2) and f(1), of which bend = 2
+            # [f(0) + f(1) - 2 f(1/2)] follows, has its extremum at s = 1/2 - slope/(2 bend).
             slope, bend = end - start, 2 * (start + end - 2 * excess(arc.at(arc.length / 2)))
             share = 0.5 - slope / (2 * bend) if bend else 0.0
             lowest = start + share * (slope - bend) + share * share * bend

@@ -79,7 +79,7 @@ class Model:
         return self.groups(varied[0])
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Their derivatives by it, (3, 1)."""
+        """Derivatives of d, gbar and r by the coordinate, (3, 1)."""
         return np.array([[*self.slope, 0.0]]).T
 
 
@@ -110,7 +110,7 @@ def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -
 
     Parameters
     ----------
-    sequence : Sequence
+    word : Word
     x : sequence
         The N velocities, the N times and what varies.
     model : Grouped

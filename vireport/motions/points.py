@@ -144,6 +144,7 @@ def point_of(
     rounded = float(value)
     error = max(abs(float(value - Decimal(rounded))), float(np.spacing(abs(rounded))))
     motion = Motion(word, velocity, time, float(solved.x[-1]))
+    # The closed form knows no touches: a 1:1 motion that grazes has further impacts here, at rest, which are left out.
     own = [i for i in range(count) if i not in touches]
     if [word.walls[i] for i in own] != [1, -1]:
         return Point(event, motion, d, gbar, rounded, error)
@@ -172,7 +173,10 @@ def place_of(solved: Solved, bottom: int = 0, top: int = 1) -> tuple[float, floa
     bottom, top : int
         Its impacts; others are touches.
     """
+    # q - 1/2 is taken in decimals: next to a horizontal capsule it is as small as gbar, and q itself has none of its
+    # digits.
     start, end = (solved.x[len(solved.word) + impact] for impact in (bottom, top))
+    # Of a symmetric motion u is zero, not what rounding leaves of it: `Point.symmetry` rests on that.
     u = 0.0 if solved.symmetric else float((end - start) / (2 * solved.word.periods) - Decimal("0.5"))
     return u, float(DECIMALS.pi * start % (2 * DECIMALS.pi))
 
@@ -182,6 +186,7 @@ def one_to_one(r: float, n: int, numbers: dict[str, float], bounds: dict[str, fl
     u, phi = numbers["u"], numbers["phi_bottom"]
     orbit = orbits(u, phi, r, n)
     phi_top = float(np.mod(np.arctan2(orbit.sin_top, orbit.cos_top), 2 * np.pi))
+    # The phase at the top is phi + pi T q, T = 2n: it moves by 2 pi n with u, and by one with the phase at the bottom.
     rounding = (10 + 10 * n) * float(np.finfo(float).eps)
     top = {"phi_top": bounds["phi_bottom"] + 2 * np.pi * n * bounds["u"] + rounding}
     return OneToOne(u, phi, phi_top, numbers["velocity_bottom"], numbers["velocity_top"], {**bounds, **top})
@@ -215,6 +220,7 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
     """
     model = model_of(sweep, FLOATS)
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
+    # Delta = tr^2 - 4 det is zero at two traces of opposite sign: the double has chosen one.
     sign = -1 if event is Event.NODE_FOCUS and trace(motion.word, x, model) < 0 else 1
     condition = Condition(event, motion.rests, sign)
 
@@ -226,6 +232,8 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
             solved = solved_on_sweep(sweep, motion, equation, event is Event.PITCHFORK)
         except (NumericalError, ArithmeticError):
             d, gbar, _ = model.groups(motion.coordinate)
+            # An infinite bound is told to the reader; a point that is left out would not be, and its families would
+            # lose their vertex.
             return Point(event, motion, float(d), float(gbar), float(sweep.value(d, gbar)), inf)
         d, gbar, _ = solved.groups
         return point_of(solved, event, sweep.value(d, gbar, DECIMALS), motion.rests)

@@ -40,7 +40,7 @@ SCALES = (1.0, 1e-2, 1e-6, 1e-15)
 inclination, the nearer to u = 0 its grid has to begin."""
 
 HORIZONTAL = len(SCALES)
-"""In the place of a range of gbar: no gravity along the capsule, and odd n."""
+"""What stands in the place of a range of gbar where there is no gravity along the capsule and n is odd."""
 
 STEP = 1e-30
 """Imaginary step that gives the derivative of an analytic function to the last digit."""
@@ -77,9 +77,9 @@ class PointwiseMotions:
     orbit : Orbits
         With velocity_bottom > 0 > velocity_top, and the design point's own gbar and d.
     trace : ndarray
-        Of DP, Eq. (4.3).
+        Trace of DP, Eq. (4.3).
     wall_gap : ndarray
-        See `admissibility.wall_gap`; a solution with a gap of zero or less is no motion.
+        See `turning.wall_gap`; a solution with a gap of zero or less is no motion.
     """
 
     cell: Ints
@@ -113,6 +113,8 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     each = np.broadcast_to(np.asarray(r, dtype=float), d.shape)
     shared = sorted(set(np.ravel(r).tolist()))
     sharing: list[tuple[Ints, float | None]]
+    # A table pays where many points share it: with few points to a restitution r is an array, and each has its own
+    # forms.
     if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(d):
         sharing = [(np.arange(len(d)), None)]
     else:
@@ -133,6 +135,7 @@ def _portions(
 ) -> Iterator[tuple[Ints, Points]]:
     """Cut design points into portions that fit the cache, each on the grid that its gbar needs."""
     if shared is not None:
+        # Beyond the largest d or gbar of all motions G has no zero, and the grid would be searched for nothing.
         largest_d, largest_gbar = largest_groups(shared, n)
         cells = cells[(d[cells] <= largest_d) & (gbar[cells] <= largest_gbar)]
     kind = np.searchsorted(-np.array(SCALES), -gbar[cells]) if n % 2 else np.zeros(len(cells), dtype=np.intp)
@@ -149,9 +152,11 @@ def _portions(
 def _with_symmetric(which: Ints, u: Floats, phi: Floats, points: Points) -> tuple[Ints, Floats, Floats]:
     """Add the symmetric motions of a horizontal capsule: d_sine sin + d_cosine cos = d at u = 0 has two phases."""
     k = coefficients(np.zeros_like(points.d), points.r, points.n)
+    # Written d = R cos(phi - middle): two phases where d < R, one where they meet in a fold, none beyond.
     ratio = points.d / np.hypot(k.d_sine, k.d_cosine)
     here = np.flatnonzero(ratio <= 1)
     middle, half = np.arctan2(k.d_sine, k.d_cosine)[here], np.arccos(ratio[here])
+    # A pitchfork is found on both families; its motion is taken from the symmetric one, of which u = 0 is exact.
     own = np.abs(u) > AT_SYMMETRY
     return (
         np.concatenate([which[own], here, here]),
@@ -165,6 +170,7 @@ def _evaluated(cell: Ints, u: Floats, phi: Floats, d: Floats, gbar: Floats, r: A
     order = np.lexsort((phi, u, cell))
     cell = cell[order]
     orbit = orbits(u[order], phi[order], r[cell], n)
+    # G knows squares only: what it finds may strike the membranes from behind.
     right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
     orbit, cell = orbit.select(right), cell[right]
     orbit = replace(orbit, gbar=gbar[cell], d=d[cell])
@@ -188,24 +194,27 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     formulae. A gap to a membrane changes as the position at the time of the turning point does, where Z' is zero.
     """
     d, gbar, r = groups
-    found = find_motions(Groups(d.real, gbar.real, r.real), n)
-    d, gbar, r, u, phi = d[found.cell], gbar[found.cell], r[found.cell], found.orbit.u, found.orbit.phi
+    motions = find_motions(Groups(d.real, gbar.real, r.real), n)
+    d, gbar, r, u, phi = d[motions.cell], gbar[motions.cell], r[motions.cell], motions.orbit.u, motions.orbit.phi
+    # Two real derivatives, by u and by phi, and the part of d and gbar that r moves with u and phi held.
     along_u, along_phi, at = (
-        orbits(*x, n) for x in ((u + 1j * STEP, phi, r.real), (u, phi + 1j * STEP, r.real), (u + 0j, phi, r))
+        orbits(*place, n) for place in ((u + 1j * STEP, phi, r.real), (u, phi + 1j * STEP, r.real), (u + 0j, phi, r))
     )
     of_d, of_gbar = d.imag - at.d.imag, gbar.imag - at.gbar.imag
     with np.errstate(all="ignore"):  # on a fold there is no derivative
+        # Cramer's rule for [d_u d_phi; gbar_u gbar_phi] (u', phi') = (d' - d_r r', gbar' - gbar_r r'). Every imaginary
+        # part carries STEP once: so does the quotient.
         determinant = (along_u.d.imag * along_phi.gbar.imag - along_phi.d.imag * along_u.gbar.imag) / STEP
         u = u + 1j * (of_d * along_phi.gbar.imag - of_gbar * along_phi.d.imag) / determinant
         phi = phi + 1j * (of_gbar * along_u.d.imag - of_d * along_u.gbar.imag) / determinant
     orbit = replace(orbits(u, phi, r, n), gbar=gbar, d=d)
     gap = d.copy()
-    for impact, turn in flight_turns(found.orbit, r.real, nearest=True):
+    for impact, turn in flight_turns(motions.orbit, r.real, nearest=True):
         way = orbit.flights(r)[impact].select(turn.index)
         angle = np.pi * turn.time
         covered = way.covered(turn.time, way.turned(np.sin(angle), np.cos(angle))[1])
         np.minimum.at(gap, turn.index, np.minimum(covered, way.d - covered))
-    return PointwiseMotions(found.cell, orbit, return_trace(orbit, r), gap)
+    return PointwiseMotions(motions.cell, orbit, return_trace(orbit, r), gap)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -242,11 +251,14 @@ def forms(u: Any, r: Any, n: int, divided: bool = False) -> Forms:
     pi, period = np.pi, 2 * n
     half = pi * n * u
     sin_half, cos_half = np.sin(half), np.cos(half)
+    # sin(pi n u)/u: numpy's sinc has the limit at u = 0.
     over_u = pi * n * np.sinc(n * u) if divided else sin_half
     versine, sin_theta = 2 * sin_half * over_u, 2 * over_u * cos_half
     own = np.ones_like(u) if divided else u
     p = (1 + r) * u - (1 - r) / 2
     reach = period * (1 - 4 * u * u) / 8
+    # a = pi (n + 2 n u), so that sin(a) and cos(a) are those of 2 pi n u but for the sign (-1)^n; by the half angle 1 -
+    # cos keeps its digits next to u = 0.
     if n % 2:
         sin_a, cosine_d = -sin_theta, versine * p - 2 * (1 + r) * own
         delta = 2 * (1 + r) * (own * (2 * cos_half * cos_half) / (pi * pi) + reach * sin_a / pi)
@@ -276,6 +288,8 @@ def _grid(r: float, n: int, scale: int) -> Floats:
     even = np.linspace(-0.5, 0.5, 2 * (SAMPLES * n // 2) + 1)
     spacing = float(even[1] - even[0])
     smallest = 1.0
+    # The nearly symmetric motions of a nearly horizontal capsule are at u ~ gbar: of a pair at gbar = 1e-6, next to
+    # their fold, the even grid alone shows neither.
     if scale == HORIZONTAL:
         smallest = spacing
     elif n % 2:
@@ -292,6 +306,7 @@ def _grid(r: float, n: int, scale: int) -> Floats:
 def _tables(r: float, n: int, scale: int) -> tuple[Floats, Floats]:
     """A, B, C, D of G = gbar^2 A + gbar d B + d^2 C - D on the grid, and their slopes: one for all points of one r."""
     f = forms(_grid(r, n, scale) + 1j * STEP, r, n, scale == HORIZONTAL)
+    # G = |gbar a + d b|^2 - Delta^2 is a quadratic form in (gbar, d): its coefficients are functions of u and r alone.
     cross = 2 * (f.sine_gbar * f.sine_d + f.cosine_gbar * f.cosine_d)
     terms = np.stack([f.sine_gbar**2 + f.cosine_gbar**2, cross, f.sine_d**2 + f.cosine_d**2, f.delta**2])
     return terms.real.copy(), terms.imag / STEP
@@ -354,7 +369,7 @@ class Brackets:
     slope_high: Floats
 
     def select(self, index: Mask) -> Brackets:
-        """Those picked by an index or mask."""
+        """The brackets picked by an index or mask."""
         return Brackets(*(getattr(self, field.name)[index] for field in fields(Brackets)))
 
     def halves(self, u: Floats, value: Floats, slope: Floats) -> list[Brackets]:
@@ -384,6 +399,7 @@ def _zeros(points: Points) -> tuple[Ints, Floats, Floats]:
 
     def value(u: Floats, which: Ints) -> Floats:
         f, sine, cosine, delta = points.value(b.which[which], u)
+        # The phase is that of (sine, cosine)/delta, of which only the sign of delta matters: it may vanish with both.
         sign = np.where(delta < 0, -1.0, 1.0)
         phi[which] = np.arctan2(sign * sine, sign * cosine)
         return np.asarray(f)
@@ -405,6 +421,7 @@ def _brackets(points: Points) -> Brackets:
         near = np.zeros_like(crosses)
         near[:, 1:] |= crosses[:, :-1]
         near[:, :-1] |= crosses[:, 1:]
+        # Next to a crossing an interval without a change of sign may belong to the same three zeros.
         near &= ~(crosses | turns)
         for where, brackets in ((crosses, crossing), (dips, dipping), (near, beside)):
             k, i = np.divmod(np.flatnonzero(where), where.shape[1])
@@ -436,6 +453,8 @@ def _unfolded(points: Points, crossing: Brackets, beside: Brackets) -> tuple[Bra
     """
     both = _joined([crossing, beside])
     c1, c2, c3 = both.cubic
+    # At its inflection x = -c2/(3 c3) a cubic has the slope c1 + c2 x: if that has another sign than at both ends, the
+    # function turns twice in between, and one change of sign may be three zeros.
     x = -c2 / np.where(c3 == 0, 1.0, 3 * c3)
     between = c1 + c2 * x
     waves = (x > 0) & (x < 1) & (between * c1 < 0) & (between * both.slope_high < 0)
@@ -448,6 +467,8 @@ def _split(points: Points, b: Brackets) -> list[Brackets]:
     """Cut intervals at the extremum of G, where it has another sign there."""
     c1, c2, c3 = b.cubic
     slope_at_end = c1 + 2 * c2 + 3 * c3
+    # The extremum -c1/(c2 +- root), not (-c2 +- root)/(3 c3): c3 may vanish. The slope rises through zero at that with
+    # +.
     root = np.sqrt(np.maximum(c2 * c2 - 3 * c3 * c1, 0.0))
     denominator = c2 + np.where(slope_at_end > c1, root, -root)
     x = np.clip(-c1 / np.where(denominator == 0, 1.0, denominator), 0.0, 1.0)

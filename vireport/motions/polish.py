@@ -87,6 +87,8 @@ def newton(
     place, x = f"the motion near {', '.join(f'{float(value):.6g}' for value in guess)}", start
     for attempt in range(MOST_JACOBIANS):
         matrix = jacobian([float(value) for value in x]) if attempt < DOUBLE_JACOBIANS else _differences(exact, x)
+        # Only residuals have to be exact. With a Jacobian in doubles each correction is a small share of the last, that
+        # by which it is wrong; in decimals each derivative would take two evaluations of all equations.
         inverse, last = _inverse(matrix), 0.0
         for _ in range(MOST_STEPS):
             step = inverse @ np.array([float(value) for value in exact(x)])
@@ -115,6 +117,8 @@ def _differences(exact: Function, x: list[Decimal]) -> Floats:
 
 def _inverse(matrix: Floats) -> Floats:
     """Inverse of a Jacobian, whose rows are first brought to one size."""
+    # Elimination chooses its pivots by size, and next to a touch the last row, a trace times small velocities, is
+    # decades smaller than the others.
     size = np.max(np.abs(matrix), axis=1)
     if np.all(np.isfinite(matrix)) and size.all():
         try:
@@ -182,6 +186,7 @@ def solve_motion(
     def whole(y: list[Any]) -> list[Any]:
         if not symmetric:
             return y
+        # After half a period of the motion, k t_c, every impact is the mirror image of what it was.
         velocity, time = y[:half], y[half:-1]
         return [*velocity, *(-v for v in velocity), *time, *(t + k for t in time), y[-1]]
 
@@ -195,6 +200,7 @@ def solve_motion(
             if not duration:
                 raise NumericalError(f"two impacts of {word.letters} come at one time")
             values[2 * i + 1] /= duration
+        # Of a symmetric motion the second half of the conditions repeats the first one, and is left out.
         return [*values[: len(y) - 1], equation(x, model.at(x[2 * count :]), ops)]
 
     def jacobian(y: list[float]) -> Floats:

@@ -71,6 +71,8 @@ def bracketed_root(
         x = np.where(usable, secant, low + (high - low) / 2)
         f = function(x)
         replace_low = (f > 0) == (f_low > 0)
+        # An end that stays is given half its value: false position alone would keep it for good where the function is
+        # convex, and creep up to the root from the other side.
         weight = 1.0 if bisecting else 0.5
         f_high = np.where(replace_low, f_high * weight, f)
         f_low = np.where(replace_low, f, f_low * weight)
@@ -115,6 +117,7 @@ def newton_root(
         new = x - step
         inside = (new > low) & (new < high) & sloping
         x = np.where(settled, x, np.where(inside, new, (low + high) / 2))
+        # To copy what is left costs as much as a step: only where that halves the work, and the arrays are long.
         if x.size > MANY and 2 * np.count_nonzero(settled) > x.size:
             root[active] = x
             active, x, low, high, rising = (array[~settled] for array in (active, x, low, high, rising))
@@ -154,6 +157,7 @@ def secant_root(
         if not active.size:
             break
         f = function(x, active)
+        # The first slope is the caller's, of a cubic or chord; from then on it is that of the last two values.
         if step:
             moved, risen = x - before, f - f_before
             fit = (moved != 0) & (risen != 0)
@@ -197,6 +201,7 @@ def cubic_root(value: Floats, rise: Floats, cubic: tuple[Floats, Floats, Floats]
 def golden_minimum(function: Callable[[Floats], Floats], low: Floats, high: Floats, steps: int) -> Floats:
     """Arguments between `low` and `high` at which a function has its minima, by so many golden sections."""
     for _ in range(steps):
+        # Both values anew in each step, where one could be kept: which one differs from bracket to bracket.
         x1, x2 = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
         nearer = function(x1) < function(x2)
         low, high = np.where(nearer, low, x1), np.where(nearer, x2, high)

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits
 
+Floats = NDArray[np.float64]
+
 
 class Stability(StrEnum):
     """Table 1's types of a motion. An unstable focus cannot be: |lambda| = r^2 < 1 where the eigenvalues are complex.
@@ -133,6 +135,17 @@ def eigenvalues(trace: Any, decay: float) -> tuple[Any, Any]:
     safe = np.where(root > 0, large, 1.0)
     small = np.where(root > 0, decay * decay / safe, large)
     return np.maximum(large, small), np.minimum(large, small)
+
+
+def multipliers(trace: Floats, determinant: float) -> NDArray[np.complex128]:
+    """Both eigenvalues with their imaginary parts, (n, 2): that of larger modulus first, nan where the trace is nan.
+
+    `eigenvalues` are their real parts in order of size, as figures show them, with all digits next to Delta = 0.
+    """
+    root = np.sqrt(trace.astype(complex) ** 2 - 4 * determinant)
+    large = (trace + np.where(trace < 0, -root, root)) / 2
+    with np.errstate(invalid="ignore"):  # of nan
+        return np.stack([large, determinant / np.where(large == 0, 1, large)], axis=1)
 
 
 def classify(trace: Any, decay: Any) -> NDArray[np.int8]:

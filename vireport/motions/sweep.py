@@ -20,11 +20,11 @@ class Held(Enum):
     """What a sweep leaves as it is."""
 
     GBAR = "gbar"
-    """In a sweep over the length or the frequency, and in any sweep of a horizontal capsule."""
+    """Held in a sweep over the length or the frequency, and in any sweep of a horizontal capsule."""
     RATIO = "d/gbar"
-    """In a sweep over the force."""
+    """Held in a sweep over the force."""
     D = "d"
-    """In a sweep over the inclination."""
+    """Held in a sweep over the inclination."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,7 +91,7 @@ class Sweep:
         return Level(level.held, float(level.value))
 
     def level_in(self, ops: Any) -> Level:
-        """The same in another kind of number."""
+        """What stays the same along the sweep, in a kind of number."""
         # Of a sweep over the force, both groups are the largest, and best resolved, at its lower end.
         at = min(self.start, self.end) if self.parameter is Parameter.AMPLITUDE else self.start
         d, gbar, _ = self.device.groups(self.parameter, at, ops)

@@ -63,6 +63,7 @@ def touching(motion: Motion, turns: Iterable[Turn]) -> Motion:
     velocity = motion.velocity.copy()
     velocity[list(motion.rests)] = 0.0
     motion, rests = replace(motion, velocity=velocity), motion.time[list(motion.rests)]
+    # From the last one: an impact that is put in moves the numbers of all that follow.
     for turn in reversed(list(turns)):
         if abs(turn.gap) < AT_ZERO and not (np.abs(rests - turn.time) < BESIDE).any():
             motion = motion.with_impact(turn.after, turn.wall, turn.time)
@@ -90,6 +91,8 @@ def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> It
     if event in (Event.GRAZING, Event.ZERO_VELOCITY):
         yield from _beside_grazing(curve, motion, limits)
     elif event is Event.PERIOD_DOUBLING:
+        # lambda = -1 of one period is lambda = 1 of two: as a motion of the doubled word it is a crossing of families,
+        # of which one repeats itself after half the impacts.
         twice = motion.times(2)
         side = replace(curve, word=twice.word)
         x = side.vector(twice)
@@ -111,6 +114,8 @@ def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Be
     most = min(limits.periods // motion.word.periods, limits.impacts // (size - len(rests)))
     for count in range(1, most + 1):
         for choice in product(range(len(removals)), repeat=count):
+            # Less than all its rotations: of the choices that are the same motion counted from another period one is
+            # left, and none that repeats itself.
             rotations = [choice[i:] + choice[:i] for i in range(1, count)]
             removed = [i + period * size for period, which in enumerate(choice) for i in removals[which]]
             if all(choice < other for other in rotations) and count * size - len(removed) <= limits.impacts:
@@ -119,6 +124,8 @@ def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Be
                 begins = Event.GRAZING if len(removed) == count * len(rests) else Event.ZERO_VELOCITY
                 x = side.vector(own)
                 tangent = side.tangent(x)
+                # The point ends each of these families: the motions are on one side of it, and which is not known
+                # before.
                 yield from ((begins, side, *pair) for way in (tangent, -tangent) for pair in off(side, x, way))
 
 
@@ -142,6 +149,9 @@ def _image(vector: Floats, mirror: bool) -> Floats:
 
 def _across(curve: Curve, x: Floats, mirror: bool, kept: bool = False) -> Floats:
     """Direction in which the symmetry of a motion is lost, or kept, where families cross."""
+    # Where two families cross the derivatives have a kernel of two dimensions, which the symmetry maps onto itself. Its
+    # vectors as they come from the decomposition are any two: one of them taken as it is, the doubled word is not
+    # found.
     kernel, sign = np.linalg.svd(curve.linearised(x)[1])[2][-2:], 1 if kept else -1
     parts = (vector + sign * _image(vector, mirror) for vector in kernel)
     direction = max(parts, key=lambda part: float(np.linalg.norm(part)))

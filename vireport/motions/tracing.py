@@ -131,6 +131,7 @@ def _runs(curve: LevelCurve, samples: Samples, k: int) -> Iterator[Run]:
     mine = samples.which == k
     w, valid = samples.w[mine], samples.validity[mine] > 0
     if strand.closed and valid[0] and not valid.all():
+        # Of a closed strand the parameter begins anywhere, also inside a run, which would then be two.
         turn = strand.end - strand.start
         first = int(np.argmin(valid))
         w = np.concatenate([w[first:-1], w[: first + 1] + turn])
@@ -151,6 +152,7 @@ def _symmetric_points(curve: LevelCurve, strand: Strand) -> list[float]:
     """Parameters at which an asymmetric strand of a horizontal capsule passes through the symmetric motion."""
     if not curve.horizontal or strand.symmetric:
         return []
+    # u = low + (high - low) sin^2(w/2) is zero there.
     middle = 2 * np.arcsin(np.sqrt(-strand.low / (strand.high - strand.low)))
     return [w for w in (-middle, middle, 2 * np.pi - middle) if strand.start < w < strand.end]
 
@@ -171,6 +173,7 @@ def _locate_ends(curve: LevelCurve, runs: list[Run]) -> list[Ends]:
 
     root = bracketed_root(lambda w: np.asarray(conditions(w).min(axis=1)), good, bad)
     values = conditions(root)
+    # Where both velocities vanish at once, rounding decides which is the lesser: a step further on they differ.
     tied = values <= values.min(axis=1, keepdims=True) + TIED
     failing = np.where(tied, conditions(bad), np.inf).argmin(axis=1)
     ends = [(float(w), int(k) + VALIDITY.start) for w, k in zip(root, failing, strict=True)]
@@ -226,6 +229,7 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     with np.errstate(invalid="ignore"):
         crossing = (values[1:] > 0) != (values[:-1] > 0)
     crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
+    # Through the pole at an impact without velocity the trace goes from one infinity to the other: no event.
     crossing &= np.abs(values[1:]) + np.abs(values[:-1]) < LARGEST_STEP
     row, event = np.nonzero(crossing)
     rows, grazing = np.arange(len(row)), event == GRAZING
@@ -233,6 +237,7 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     def event_value(w: Floats) -> Floats:
         return np.asarray(curve.event_values(curve.at(which[row], w), grazing)[rows, event])
 
+    # Rough is enough: each of them is solved for in decimals from there.
     root = bracketed_root(event_value, w[row], w[row + 1], ROUGH)
     owners = [owner[row] == i for i in range(len(pieces))]
     return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
@@ -244,14 +249,16 @@ def branches_of(curve: LevelCurve, samples: Samples) -> list[Branch]:
 
 
 def _branch(curve: LevelCurve, piece: Piece) -> Branch:
-    found = {int(row): COLUMNS[piece.event[row]] for row in np.nonzero(piece.event >= 0)[0]}
+    conditions = {int(row): COLUMNS[piece.event[row]] for row in np.nonzero(piece.event >= 0)[0]}
     orbit = curve.on(piece.strand, piece.w)
     points = {
         row: _point(curve, piece, row, condition, orbit)
-        for row, condition in found.items()
+        for row, condition in conditions.items()
         if condition.event is not Event.SWEEP_END
     }
-    if at_rest := [row for row, condition in found.items() if condition.event is Event.ZERO_VELOCITY]:
+    # At the very impact without velocity the trace is infinite and the ball rests at a membrane: the row states what
+    # holds just before, and `_pin` what is exact.
+    if at_rest := [row for row, condition in conditions.items() if condition.event is Event.ZERO_VELOCITY]:
         w, inner = piece.w.copy(), [1 if row == 0 else row - 1 for row in at_rest]
         w[at_rest] += INSET * (piece.w[inner] - piece.w[at_rest])
         orbit = curve.on(piece.strand, w)
@@ -305,6 +312,8 @@ def _polish_ends(curve: LevelCurve, piece: Piece, u: Floats, phi: Floats) -> Non
         value = _end_value(curve, piece.condition_at(row))
         if value is None:
             continue
+        # Next to a fold the phase goes with the root of the coordinate: the end may be farther than `FARTHEST`, but not
+        # farther than the next sample.
         reach = abs(remainder(phi[row] - phi[inner], 2 * pi))
         with suppress(NumericalError, ArithmeticError):
             orbit = orbits(u[[row]], phi[[row]], curve.r, curve.n)

@@ -142,6 +142,8 @@ def _may_be_nearest(way: Flight, phase: Floats, index: Ints, middle: Floats, rea
 
 def _returning(way: Flight, phase: Floats) -> Brackets:
     """Where flights back to the membrane that they left turn: between extrema of Z' at which its signs differ."""
+    # Here Z' has the other sign at the end than at the start: it changes sign an odd number of times, and the pairs of
+    # `_crossing` are no help. Between extrema, ends included, Z' is monotone.
     turn = np.arccos(np.clip(-way.gbar, -1.0, 1.0))
     extrema = np.stack([np.mod(sign * turn - phase, 2 * np.pi) / np.pi for sign in (1, -1)])
     laps = np.repeat(2 * np.arange(_laps(way)), 2)
@@ -161,6 +163,7 @@ def _at_rest(way: Flight, phase: Floats, low: Floats, high: Floats, settled: flo
         angle = phase[which] + np.pi * t
         return part.speed(t, np.sin(angle)), part.pressing(np.cos(angle))
 
+    # Newton, not secants: the slope, Z'', costs one cosine of an angle whose sine is needed anyway.
     rising = way.speed(high, np.sin(phase + np.pi * high)) > 0
     return newton_root(speed, low, high, rising, settled)
 
@@ -230,6 +233,7 @@ def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
     The distance is negative where the ball would have passed through the membrane.
     """
     d, gbar, _ = groups
+    # Z'' = gbar + cos(pi t) is zero at t = lift and 2 - lift of each forcing period; sines there are swing and -swing.
     lift = acos(-gbar) / pi if gbar < 1 else 1.0
     swing = sin(pi * lift)
     still = ((lift, swing), (2 - lift, -swing)) if gbar < 1 else ()
@@ -258,6 +262,7 @@ def _rest(low: tuple[float, float], high: tuple[float, float], flown: tuple[floa
     start, after, sine = flown
     (a, before), (b, behind) = low, high
     # where it would be if Z' were half a wave, as it is where gbar = 0
+    # Z' = A + B cos(pi s) over a share s of the way, with A + B and A - B at the ends, vanishes at cos(pi s) = -A/B.
     t = a + (b - a) * acos((before + behind) / (behind - before)) / pi
     for _ in range(BISECTIONS):
         phase = pi * t

@@ -173,7 +173,7 @@ class DesignGrid:
         return point
 
     def tolerating(self, share: float) -> DesignGrid:
-        """The same cells with stable motion required at all corners of a share of the tolerances."""
+        """These cells with stable motion required at all corners of a share of the tolerances."""
         return replace(self, problem=replace(self.problem, tolerated=share))
 
     def near(self, point: JudgedDesign) -> NDArray[np.bool_]:

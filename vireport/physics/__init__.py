@@ -29,9 +29,11 @@ from vireport.physics.numbers import (
     UNIT,
     DecimalOps,
     Rounded,
+    infinite_where_undefined,
     magnitude,
     wrapped,
 )
+from vireport.physics.voltage_bounds import voltage_bounds
 from vireport.physics.word import Word, word_name
 
 __all__ = [
@@ -71,8 +73,10 @@ __all__ = [
     "fitting",
     "flight",
     "generated_voltage",
+    "infinite_where_undefined",
     "law_of",
     "magnitude",
+    "voltage_bounds",
     "voltages",
     "word_name",
     "wrapped",

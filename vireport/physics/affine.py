@@ -110,11 +110,14 @@ class Affine:
         return self.inverse() * other
 
     def __pow__(self, power: int) -> Affine:
+        # By squares, of whose symbols `__mul__` knows that they are not negative.
         half = self ** (power // 2) if power > 1 else None
         return self if half is None else half * half if power % 2 == 0 else half * half * self
 
     def inverse(self) -> Affine:
         """1/x = 1/c - delta/c^2 + delta^2/(c^2 x), of which the last term has the sign of c."""
+        # The last term is between 0 and delta^2/[c^2 (|c| - reach)]: half of that is added to the centre, and half to
+        # the radius. Where zero is among the numbers there is no bound.
         size, reach = np.abs(self.centre), self.reach * (1 + AFFINE_ROUNDING)
         slope = -1 / (self.centre * self.centre)
         rest = np.where(size > reach, -slope * reach * reach / (2 * (size - reach)), np.inf)
@@ -136,6 +139,8 @@ class Affine:
     def sinc(self) -> Affine:
         """sin(pi x)/(pi x), to first order, with the bound pi^2/3 of the second derivative."""
         reach, value, c = self.reach, np.sinc(self.centre), self.centre
+        # [cos(pi c) - sinc(c)]/c loses its digits next to c = 0, where the series -pi^2 c/3 [1 - (pi c)^2/10 ...] does
+        # not.
         square, far = (np.pi * c) ** 2, np.where(np.abs(c) > NEAR_ZERO, c, 1.0)
         series = -(np.pi**2) * c / 3 * (1 - square / 10 * (1 - square / 28))
         slope = np.where(np.abs(c) > NEAR_ZERO, (np.cos(np.pi * c) - value) / far, series)
@@ -144,6 +149,8 @@ class Affine:
 
     def _wave(self, value: Floats, slope: Floats) -> Affine:
         """Sine or cosine, to second order in the distance from the centre, with the bound 1/6 of the third."""
+        # sin(c + delta) = v + s delta - v delta^2/2 + ..., with delta^2 between 0 and reach^2: v reach^2/4 less for the
+        # centre and as much for the radius, to which reach^3/6 of the third order is added.
         reach = self.reach
         square = reach * reach / 4
         rest = np.abs(value) * square + reach * square * (2 / 3)

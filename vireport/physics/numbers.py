@@ -17,6 +17,9 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
 
 DIGITS = 45
 """Digits of decimals: cancellation next to a horizontal capsule may take twenty of them."""
@@ -265,6 +268,11 @@ class Rounded:
         away = np.abs(self.value - other.value)
         exact = away <= np.minimum(np.abs(self.value), np.abs(other.value))
         return Rounded(away, self.error + other.error + np.where(exact, 0.0, UNIT * away))
+
+
+def infinite_where_undefined(bounds: dict[str, Floats]) -> dict[str, Floats]:
+    """Error bounds as they are stated: infinite where their arithmetic has left nan, by which no error is bounded."""
+    return {name: np.where(np.isfinite(bound), bound, np.inf) for name, bound in bounds.items()}
 
 
 def _rounded(x: Any) -> Rounded:

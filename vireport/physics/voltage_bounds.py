@@ -1,0 +1,73 @@
+"""How wrong voltages and deflections are: a bound for each, from that of the impact's speed and from rounding.
+
+By (5.5) a deflection goes with the power 2/(h + 1) of the speed, so that its relative error is so many times the
+speed's; a voltage goes with a power that depends on the deflection, its elasticity, which is found by a difference.
+Where a speed is not known well enough for that, both are evaluated at the ends of what it may be, with which they rise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.physics.energy import Membrane, contact_cosine, deflection, generated_voltage
+from vireport.physics.numbers import UNIT, Rounded, infinite_where_undefined
+
+Floats = NDArray[np.float64]
+
+GENTLE = 1e-5
+"""Relative change of the impact velocity by which a voltage's elasticity is found; beyond it a voltage need not be
+proportional to a power of the velocity any more."""
+
+
+def voltage_bounds(bottom: Rounded, top: Rounded, membrane: Membrane) -> dict[str, Floats]:
+    """Bound the errors of voltages and deflections, by the names of `Voltages`.
+
+    Parameters
+    ----------
+    bottom, top : Rounded
+        Speeds of the impacts [m/s].
+    membrane : Membrane
+    """
+    with np.errstate(all="ignore"):
+        (volts_bottom, deep_bottom), (volts_top, deep_top) = (_impact_bounds(x, membrane) for x in (bottom, top))
+    bounds = {
+        "bottom_v": volts_bottom,
+        "top_v": volts_top,
+        "average_v": (volts_bottom + volts_top) / 2 * (1 + 2 * UNIT),
+        "deflection_m": np.maximum(deep_bottom, deep_top),
+    }
+    return infinite_where_undefined(bounds)
+
+
+def _impact_bounds(speed: Rounded, membrane: Membrane) -> tuple[Floats, Floats]:
+    """Bounds of the voltage and of the deflection of impacts."""
+    power, value = membrane.exponent + 1, speed.value
+    share = speed.error / value
+    delta, volts = deflection(value, membrane), generated_voltage(value, membrane)
+    base = abs(np.log(power * membrane.ball_mass_kg / (2 * membrane.stiffness)))
+    relative = 2 / power * (share + 4 * UNIT + 2 * UNIT * np.abs(np.log(np.where(value > 0, value, 1.0))))
+    relative = relative + (base + 4) * UNIT / power + 6 * UNIT
+    elasticity = np.abs(generated_voltage(value * (1 + GENTLE), membrane) / volts - 1) / GENTLE * power / 2
+    ball, active = membrane.ball_radius_m, membrane.active_radius_m
+    depth = np.maximum(delta - ball, 0.0)
+    reach = np.sqrt((active - ball) * (active + ball) + depth * depth)
+    cancelled = np.where(depth > 0, (active * reach + ball * depth) / (active * reach - ball * depth), 1.0)
+    stretched = 1 - (ball / active) ** 2 * contact_cosine(delta, membrane)[1]
+    geometry = (30 + 20 * cancelled + 10 / stretched) * UNIT
+    of_volts, of_delta = 1.1 * volts * elasticity * relative, delta * relative
+    rough = ~((speed.error < GENTLE * value) & (volts > 0))
+    if rough.any():
+        part = Rounded(value[rough], speed.error[rough])
+        of_volts[rough], of_delta[rough] = (_spread(f, part, membrane) for f in (generated_voltage, deflection))
+    return of_volts + volts * geometry, of_delta
+
+
+def _spread(function: Callable[[Floats, Membrane], Floats], speed: Rounded, membrane: Membrane) -> Floats:
+    """How far what rises with the speed can be from what it is at `speed.value`."""
+    here = function(speed.value, membrane)
+    fastest = function(speed.value + speed.error, membrane)
+    slowest = function(np.maximum(speed.value - speed.error, 0.0), membrane)
+    return np.asarray((1 + GENTLE) * np.maximum(fastest - here, here - slowest))
