@@ -92,7 +92,7 @@ class Plane:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Line:
+class StraightSweep:
     """A straight sweep across a plane.
 
     Attributes
@@ -136,12 +136,12 @@ class Line:
         return np.insert([self.other], self.varied, value)
 
 
-def lines(plane: Plane, count: int) -> Iterator[Line]:
+def straight_sweeps(plane: Plane, count: int) -> Iterator[StraightSweep]:
     """Sweeps across a plane, as many along each input, at equal distances; none is along the restitution."""
     for k in (1, 0):
         if plane.inputs[k] is not DesignInput.RESTITUTION:
             for share in (np.arange(count) + 0.5) / count:
-                yield Line(plane, k, float(plane.low[1 - k] + plane.widths[1 - k] * share))
+                yield StraightSweep(plane, k, float(plane.low[1 - k] + plane.widths[1 - k] * share))
 
 
 def _mass(device: Device, amplitude: float) -> float:

@@ -22,7 +22,7 @@ from vireport.motions import (
     motions_of,
 )
 from vireport.physics import Device, wrapped
-from vireport.scenario import Direction, Parameter, Simulation
+from vireport.scenario import Direction, Parameter, SimulationBlock
 from vireport.simulation import (
     BOTTOM,
     Attractor,
@@ -183,7 +183,9 @@ class CrossCheck:
         return wilson(self.reached, self.trials) if self.trials else None
 
 
-def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None = None, seed: int = SEED) -> CrossCheck:
+def crosscheck(
+    solution: Solution, asked: SimulationBlock, progress: Progress | None = None, seed: int = SEED
+) -> CrossCheck:
     """Simulate along a sweep, or at a design point, and compare with the analytic motions.
 
     Parameters

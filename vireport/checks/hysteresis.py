@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import ClassVar
 
 from vireport.motions import Sweep
-from vireport.scenario import Direction, Simulation
+from vireport.scenario import Direction, SimulationBlock
 from vireport.simulation import (
     CLOSE,
     RESOLUTION,
@@ -67,7 +67,7 @@ class Hysteresis:
         return tuple(_loops(self.courses[Direction.UP], self.courses[Direction.DOWN], self.mirror))
 
 
-def follow_sweep(sweep: Sweep, values: list[float], asked: Simulation) -> Hysteresis:
+def follow_sweep(sweep: Sweep, values: list[float], asked: SimulationBlock) -> Hysteresis:
     """Go through values of a sweep as the scenario asks; downwards after upwards from where that ended."""
 
     def at(value: float) -> Conditions:

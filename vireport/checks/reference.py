@@ -48,7 +48,7 @@ State = tuple[Any, Any, Any]
 Equations = Callable[[list[Any]], list[Any]]
 """Residuals of some unknowns."""
 
-Condition = Callable[..., list[Any]]
+Residuals = Callable[..., list[Any]]
 """Residuals of a motion that is to be a special one: of its state, d and gbar, and of unknowns beyond them."""
 
 
@@ -244,7 +244,7 @@ def newton(function: Equations, guess: list[Any], scale: list[Any] | None = None
 
 
 def special_motion(
-    device: Device, parameter: Parameter, condition: Condition, guess: list[Any], symmetric: bool
+    device: Device, parameter: Parameter, condition: Residuals, guess: list[Any], symmetric: bool
 ) -> list[Any]:
     """The motion of a sweep at which a condition holds: state, swept value, and the unknowns beyond them.
 

@@ -262,21 +262,21 @@ def ending_beyond(
     return max((end for end in ends if end is not None), key=lambda end: sign * end.sweep_value)
 
 
-End = tuple[float, Point | None]
+BranchEnd = tuple[float, Point | None]
 """A swept value at which something ends, and the critical point there; None where it is the sweep that ends."""
 
 
-def _end(branch: Branch, row: int) -> End:
+def _end(branch: Branch, row: int) -> BranchEnd:
     return float(branch.motions.sweep_value[row]), branch.family.critical_points.get(row)
 
 
-def _ends(branch: Branch, first: int, last: int) -> tuple[End, End]:
+def _ends(branch: Branch, first: int, last: int) -> tuple[BranchEnd, BranchEnd]:
     """The ends of a stretch of a branch, in the order of the swept value."""
     low, high = sorted((_end(branch, first), _end(branch, last)), key=_place)
     return low, high
 
 
-def _place(end: End) -> tuple[float, bool, str]:
+def _place(end: BranchEnd) -> tuple[float, bool, str]:
     """Where an end is among others; at one value critical points come in the order of their labels, then the sweep."""
     value, point = end
     return value, point is None, point.label if point is not None else ""
@@ -286,7 +286,7 @@ def stable_ranges(diagram: BifurcationDiagram) -> tuple[StableInterval, ...]:
     """Ranges of the swept parameter in which there is stable admissible 1:1 motion, ascending and disjoint."""
     parts = ((branch, part) for branch in diagram.branches for part in branch.family.segments)
     stretches = [_ends(branch, part.first, part.last) for branch, part in parts if part.stable]
-    merged: list[tuple[End, End]] = []
+    merged: list[tuple[BranchEnd, BranchEnd]] = []
     for start, end in sorted(stretches, key=lambda ends: (_place(ends[0]), _place(ends[1]))):
         if merged and start[0] <= merged[-1][1][0] * (1 + ADJOINING):
             if end[0] > merged[-1][1][0]:

@@ -74,7 +74,7 @@ def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None
     return tuple(outcomes)
 
 
-def shortcoming(outcomes: Sequence[CaseOutcome]) -> tuple[int, str]:
+def exit_status(outcomes: Sequence[CaseOutcome]) -> tuple[int, str]:
     """Exit code, and what keeps the catalogue from having passed: a failure, or cases that could not be run."""
     verdicts = [outcome.verdict for outcome in outcomes]
     failed, left_out = verdicts.count(CaseVerdict.FAILED), verdicts.count(CaseVerdict.LEFT_OUT)

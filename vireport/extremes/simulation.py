@@ -12,7 +12,7 @@ import numpy as np
 from vireport.checks import reference as exact
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.judge import (
-    UNIT,
+    SPACING,
     Case,
     CaseFinding,
     NotThereError,
@@ -36,7 +36,7 @@ from vireport.simulation import (
     InFlight,
     check_model,
     check_start,
-    follow,
+    follow_impacts,
     follow_one,
 )
 
@@ -83,7 +83,7 @@ HOP = 1e-40
 MOST_HOPS, MOST_CORRECTIONS = 2000, 60
 """Of one chatter, and of the time of one hop."""
 
-Model = tuple[float, float, float]
+Groups = tuple[float, float, float]
 """d, gbar and r."""
 
 Start = Impact | InFlight
@@ -100,16 +100,16 @@ def simulation_cases(harvester: Harvester) -> Iterator[Case]:
     def case(name: str, expected: str, answer: Callable[[], Any], check: Callable[[Any], CaseFinding]) -> Case:
         return Case("simulation", name, expected, answer, check, needs="numba")
 
-    def follows(name: str, expected: str, model: Model, start: Start, impacts: int, check: Any) -> Case:
+    def follows(name: str, expected: str, model: Groups, start: Start, impacts: int, check: Any) -> Case:
         return case(name, expected, partial(_followed, model, start, impacts), check)
 
     for name, model, start in (
         *((f"flight, d = {x:g}", (x, gbar, r), None) for x in (1e-9, 1e-3, 1.0, 1e3)),
         *((f"flight, r = {x:g}", (d, gbar, x), None) for x in (0.0, 1e-12, 1.0)),
         ("flight, gbar = 1e-14", (d, 1e-14, r), None),
-        ("flight, gbar = 1 - 1.1e-16", (d, 1 - UNIT / 2, r), None),
+        ("flight, gbar = 1 - 1.1e-16", (d, 1 - SPACING / 2, r), None),
         ("flight, gbar = 1", (d, 1.0, r), None),
-        ("flight, gbar = 1 + 2.2e-16", (d, 1 + UNIT, r), None),
+        ("flight, gbar = 1 + 2.2e-16", (d, 1 + SPACING, r), None),
         ("impact at 1e-300, membrane pulling away", (d, slight, r), Impact(BOTTOM, SLOW, PULLING)),
     ):
         thrown = start or _thrown(model)
@@ -140,13 +140,13 @@ def simulation_cases(harvester: Harvester) -> Iterator[Case]:
     yield case(f"{IMPACTS:,} impacts", expected, partial(_many_impacts, own), partial(_check_many, own))
 
 
-def _followed(model: Model, start: Start, impacts: int) -> Rows:
+def _followed(model: Groups, start: Start, impacts: int) -> Rows:
     rows, summary = follow_one(check_model(*model)[0], check_start(start, model[0]), impacts)
     require_finite(rows[:, : VELOCITY + 1], "an impact")
     return rows, summary
 
 
-def _thrown(model: Model) -> Impact:
+def _thrown(model: Groups) -> Impact:
     """An impact on the bottom at which the forcing throws the ball upwards."""
     d, gbar, r = model
     velocity, phase = 0.7, 0.2
@@ -157,7 +157,7 @@ def _thrown(model: Model) -> Impact:
     return Impact(BOTTOM, velocity, phase)
 
 
-def _exact_flight(model: Model, start: Impact, row: Any) -> tuple[float, bool]:
+def _exact_flight(model: Groups, start: Impact, row: Any) -> tuple[float, bool]:
     """Error of the time, phase and velocity of an impact that follows one on the bottom, and whether it is the first.
 
     Relative to the time and to 1 + |velocity|.
@@ -176,7 +176,7 @@ def _exact_flight(model: Model, start: Impact, row: Any) -> tuple[float, bool]:
     return float(error), inside
 
 
-def _check_flight(model: Model, start: Impact, answer: Rows) -> CaseFinding:
+def _check_flight(model: Groups, start: Impact, answer: Rows) -> CaseFinding:
     rows, summary = answer
     rebound = model[2] * start.velocity
     if not summary[0]:
@@ -222,14 +222,14 @@ def _check_apex(answer: tuple[Rows, float, float]) -> CaseFinding:
     (rows, summary), time, beyond = answer
     row = rows[-1]
     met = bool(summary[0]) and row[WALL] == TOP and abs(row[FLIGHT] - time) < 10 * APEX_BOUND
-    right = met == (beyond >= 0) or abs(beyond) < UNIT
+    right = met == (beyond >= 0) or abs(beyond) < SPACING
     text = f"apex {beyond:+.1e} beyond it, {'met' if met else 'not met'}"
     if not met:
         return CaseFinding(text, right=right)
     return CaseFinding(f"{text} at {abs(row[VELOCITY]):.1e} y_c", abs(float(row[FLIGHT]) - time), APEX_BOUND, right)
 
 
-def _hops(model: Model, velocity: float, phase: float) -> Any:
+def _hops(model: Groups, velocity: float, phase: float) -> Any:
     """Time in which hops on the bottom die out, added up one by one in 40 digits; None where the ball gets away."""
     mp, mpf = exact.mp, exact.mpf
     with mp.workdps(HOP_DIGITS):
@@ -270,7 +270,7 @@ Chatter = tuple[Any, float, float]
 """Rows of impacts, and the velocity and phase of the first."""
 
 
-def _chatter(model: Model, left: float) -> Chatter:
+def _chatter(model: Groups, left: float) -> Chatter:
     """The fastest ball that still settles before the release: found in 40 digits, then simulated."""
     phase = float(np.arccos(-model[1])) - pi * left
     low, high = 0.0, 10 * left * left
@@ -283,7 +283,7 @@ def _chatter(model: Model, left: float) -> Chatter:
     return _followed(model, Impact(BOTTOM, low, phase), 400)[0], low, phase
 
 
-def _check_chatter(model: Model, left: float, answer: Chatter) -> CaseFinding:
+def _check_chatter(model: Groups, left: float, answer: Chatter) -> CaseFinding:
     rows, velocity, phase = answer
     held = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
     if not held.size:
@@ -304,15 +304,15 @@ def _check_end(expected: int, answer: Rows) -> CaseFinding:
     return CaseFinding(words[end], right=end == expected)
 
 
-def _many_impacts(model: Model) -> Rows:
+def _many_impacts(model: Groups) -> Rows:
     """The last of ten million impacts, made at once."""
-    rings, summary = follow(check_model(*model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
+    rings, summary = follow_impacts(check_model(*model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
     rows = rings[0][max(0, len(rings[0]) - int(summary[0, 0]) - 1) :]
     require_finite(rows[:, : VELOCITY + 1], "an impact")
     return rows, summary[0]
 
 
-def _check_many(model: Model, answer: Rows) -> CaseFinding:
+def _check_many(model: Groups, answer: Rows) -> CaseFinding:
     """Of the last flights, the residual of (2.12) in 40 digits."""
     rows, summary = answer
     if summary[2] != RUNNING:

@@ -50,7 +50,7 @@ FILES = {
 }
 """Where the words of each figure are: no words are read of figures that are not drawn."""
 
-DIGITS = 8
+INPUT_DIGITS = 8
 """Significant digits of inputs in figures: more than anyone gives, fewer than a search leaves."""
 
 OUTSIDE = "outside the membrane's geometry: ranking only"
@@ -107,7 +107,7 @@ def held(study: Study, varied: Parameter | None = None) -> list[str]:
 def held_by(device: Device, varied: Collection[str]) -> list[str]:
     """The parameters of a device but those that vary, by their keys."""
     parameters = [
-        f"{name.symbol} = {name.show(value, DIGITS)}"
+        f"{name.symbol} = {name.show(value, INPUT_DIGITS)}"
         for name in Parameter
         if name not in varied and (value := getattr(device, name)) is not None
     ]

@@ -35,8 +35,8 @@ from vireport.figures.sweeps import (
     DESIGN,
     MARKERS,
     POINT,
-    STABLE,
-    UNSTABLE,
+    STABLE_LOOK,
+    UNSTABLE_LOOK,
     Drawing,
     point_legend,
     stability_legend,
@@ -120,7 +120,7 @@ def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values,
             if part.stable is stable and (y := values(drawing, part.branch)) is not None
         ]
         if parts:
-            drawn = look | WIDTH | (STABLE if stable else UNSTABLE)
+            drawn = look | WIDTH | (STABLE_LOOK if stable else UNSTABLE_LOOK)
             axes.add_artist(Line2D(*joined(parts), **drawn))
         for x, y in parts:
             axes.update_datalim(np.column_stack([x, y]))

@@ -19,7 +19,7 @@ from vireport.design import DesignPoint
 from vireport.figures import curves
 from vireport.figures.captions import LAMBDA_LIMIT, OUTSIDE, conditions
 from vireport.figures.curves import (
-    BESIDE,
+    CUT_DISTANCE,
     TURN,
     Doubled,
     DrawnCurve,
@@ -58,8 +58,8 @@ from vireport.text import MINUS, PREFIXES, capital
 # Width tells the two impacts apart where colour does not, and where one curve lies on the other.
 BOTTOM: Look = {"color": Color.BLUE, "linewidth": 2.8}
 TOP: Look = {"color": Color.GREEN, "linewidth": 1.2}
-STABLE: Look = {"linestyle": "-", "zorder": 2.5}
-UNSTABLE: Look = {"linestyle": DASH_DOTTED, "zorder": 2.2}
+STABLE_LOOK: Look = {"linestyle": "-", "zorder": 2.5}
+UNSTABLE_LOOK: Look = {"linestyle": DASH_DOTTED, "zorder": 2.2}
 
 AVERAGE: Look = {"color": Color.VERMILION, "linewidth": 4.4}
 
@@ -263,7 +263,7 @@ def _draw(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
         say(axes, NO_MOTION)
     _draw_curves(axes, row, drawing)
     for part in drawing.doubled:
-        look = {"linewidth": DOUBLED} | (STABLE if part.stable else UNSTABLE)
+        look = {"linewidth": DOUBLED} | (STABLE_LOOK if part.stable else UNSTABLE_LOOK)
         x = np.split(drawing.axis.of(part.impacts), part.pairs)
         for values, color in zip(row.paired(part.impacts), row.colors, strict=False):
             pieces = [y if row.cut is None else curves.phase_curve(y) for y in np.split(values, part.pairs)]
@@ -281,7 +281,7 @@ def _angles(axes: Axes, cut: float) -> None:
     """Let a panel hold a full turn from where the phases are cut, with ticks at quarters of it."""
     low, high = min(cut, axes.dataLim.y0), max(cut + TURN, axes.dataLim.y1)
     axes.set_ylim(low - 0.03 * TURN, high + 0.03 * TURN)
-    quarters = np.arange(np.ceil(4 * (low - BESIDE) / TURN), np.floor(4 * (high + BESIDE) / TURN) + 1)
+    quarters = np.arange(np.ceil(4 * (low - CUT_DISTANCE) / TURN), np.floor(4 * (high + CUT_DISTANCE) / TURN) + 1)
     axes.set_yticks(quarters * TURN / 4, [_quarters(int(k)) for k in quarters])
 
 
@@ -403,7 +403,7 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
         return _Row(
             label,
             lambda x, branch: curves.impact_pairs(branch.motions, x.study.solution.device.period_ratio, cut)[k],
-            lambda x, part, side: (BOTTOM, TOP)[side] | (STABLE if part.stable else UNSTABLE),
+            lambda x, part, side: (BOTTOM, TOP)[side] | (STABLE_LOOK if part.stable else UNSTABLE_LOOK),
             (Color.BLUE, Color.GREEN),
             lambda impacts: impacts.pairs(cut)[k],
             cut=cut if phases else None,
@@ -431,7 +431,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
 
     def look(drawing: Drawing, part: Stretch, width: float) -> Look:
         color = colors[drawing.branches[part.branch.number]]
-        return {"color": color, "linewidth": width, **(STABLE if part.stable else UNSTABLE)}
+        return {"color": color, "linewidth": width, **(STABLE_LOOK if part.stable else UNSTABLE_LOOK)}
 
     discriminant = _Row(
         "discriminant Δ [–]",
@@ -471,7 +471,7 @@ def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
     row = _Row(
         f"generated voltage U [{PREFIXES[power]}V]",
         lambda x, branch: scaled(branch.voltages),
-        lambda x, part, k: looks[k] | (STABLE if part.stable else UNSTABLE),
+        lambda x, part, k: looks[k] | (STABLE_LOOK if part.stable else UNSTABLE_LOOK),
         (Color.VERMILION, Color.BLUE, Color.GREEN),
         lambda impacts: scaled(impacts.voltages),
     )
@@ -486,7 +486,7 @@ def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
 def stability_legend(drawings: Sequence[Drawing]) -> list[Entry]:
     """The lines of stable and of unstable motions, as far as they occur."""
     occurring = {part.stable for drawing in drawings for part in drawing.parts}
-    styles = (("stable", True, STABLE), ("unstable", False, UNSTABLE))
+    styles = (("stable", True, STABLE_LOOK), ("unstable", False, UNSTABLE_LOOK))
     return [(name, {"color": Color.GREY, "linewidth": THIN} | look) for name, kind, look in styles if kind in occurring]
 
 

@@ -208,7 +208,7 @@ def steps_between(low: float, high: float) -> Iterator[Floats]:
         step //= 2
 
 
-def along(designs: Designs, parameter: Parameter, values: Floats) -> Designs:
+def at_each_value(designs: Designs, parameter: Parameter, values: Floats) -> Designs:
     """All designs with each of some values of a parameter, the designs together for each value."""
     rows = np.tile(np.arange(designs.count), len(values))
     return designs.select(rows).varied({parameter: np.repeat(values, designs.count)})
@@ -219,6 +219,6 @@ def may_be_stable(designs: Designs, parameter: Parameter, low: float, high: floa
     kept = np.ones(designs.count, dtype=bool)
     for values in steps_between(low, high):
         rows = np.flatnonzero(kept)
-        there = along(designs.select(rows), parameter, values).has_motion(BORDER)
+        there = at_each_value(designs.select(rows), parameter, values).has_motion(BORDER)
         kept[rows] = there.reshape(len(values), len(rows)).all(axis=0)
     return kept

@@ -23,7 +23,7 @@ from vireport.motions import (
     find_motions,
 )
 from vireport.physics import Membrane, voltages
-from vireport.scenario import MapSimulation, Parameter
+from vireport.scenario import MapSimulationBlock, Parameter
 
 DECIMALS = 9
 """Decimals of the impact velocity up to which two motions are as fast: mirror images differ by rounding alone."""
@@ -175,7 +175,7 @@ def _voltages(membrane: Membrane, ball_mass_kg: Floats | None, unit: Any, column
 
 
 def _simulated(
-    asked: MapSimulation, numbers: Ints, d: Floats, gbar: Floats, r: Floats, motions: PointwiseMotions, n: int
+    asked: MapSimulationBlock, numbers: Ints, d: Floats, gbar: Floats, r: Floats, motions: PointwiseMotions, n: int
 ) -> dict[str, Any]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
     from vireport.checks import is_one_to_one

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.checks import Floats, solve
+from vireport.checks import Floats, find_root
 from vireport.physics import Device, Membrane, contacts
 from vireport.scenario import Parameter
 from vireport.simulation import (
@@ -362,7 +362,7 @@ def find_critical(
 def _solved(conditions: Callable[[Floats], Floats], guess: Floats) -> Floats:
     """Where a small system vanishes, near a guess; NumericalError if there is no such place."""
     scale = np.maximum(np.abs(guess), 0.1)
-    x = scale * solve(
+    x = scale * find_root(
         lambda x: conditions(scale * x), guess / scale, CONVERGED, NOISE, difference=FORWARD, most=MOST_EVALUATIONS
     )
     if not np.all(np.abs(x - guess) < NEARBY * scale):

@@ -28,7 +28,7 @@ ADAPTIVE = ("RK45", "DOP853", "Radau", "BDF", "LSODA", "Radau + J")
 """Adaptive solvers of scipy, the first two explicit; the last is given the Jacobian, which the others estimate by
 differences where they need one."""
 
-EXPLICIT = (FIXED, "RK45", "DOP853")
+EXPLICIT_SOLVERS = (FIXED, "RK45", "DOP853")
 """Solvers that are explicit throughout; LSODA switches between explicit and implicit formulae."""
 
 RTOLS = (1e-4, 1e-7, 1e-10)
@@ -214,13 +214,13 @@ def run_once(period: Period, factor: float, solver: str, setting: float) -> Solv
     return SolverRun(solver, setting, factor, outcome, error, steps, seen.evaluations, 0.0)
 
 
-End = tuple[RunOutcome, tuple[float, float], int]
+RunEnd = tuple[RunOutcome, tuple[float, float], int]
 """`SOLVED` where the end was reached, the state there, and the steps taken."""
 
 NOWHERE = (inf, inf)
 
 
-def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float) -> End:
+def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float) -> RunEnd:
     from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 
     def system(t: float, state: Floats) -> tuple[float, float]:
@@ -246,7 +246,7 @@ def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float
     return RunOutcome.SOLVED, (z, v), steps
 
 
-def _fixed(period: Period, force: Force, steps: int) -> End:
+def _fixed(period: Period, force: Force, steps: int) -> RunEnd:
     dt, z, v = period.model.period / steps, period.position, period.velocity
     for n in range(steps):
         t, middle = n * dt, (n + 0.5) * dt

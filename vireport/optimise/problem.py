@@ -19,7 +19,7 @@ from vireport.gate import Designs, Limit, OfMargin, OfMotions, OfRun, OfShaker, 
 from vireport.motions import CRITICAL, Event
 from vireport.physics import Conversion, Device, Membrane, Voltages
 from vireport.scenario import (
-    Design,
+    DesignBlock,
     DesignInput,
     DesignPath,
     LimitKind,
@@ -63,7 +63,7 @@ class Problem:
     """
 
     loaded: Loaded
-    design: Design
+    design: DesignBlock
     required: tuple[tuple[Requirement, Limit], ...]
     margins: tuple[tuple[tuple[Event, ...], float], ...]
     tolerated: float = 0.0

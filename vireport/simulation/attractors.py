@@ -24,7 +24,7 @@ from vireport.simulation.events import (
     as_start,
     check_model,
     check_start,
-    follow,
+    follow_impacts,
     follow_one,
     start_rows,
 )
@@ -195,7 +195,7 @@ def attractors(
     n, m = first.shape[:2]
     cores = (os.cpu_count() or 1) if workers is None else workers
     keep = cycles.MAX_IMPACTS + 1
-    rows, summary = follow(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
+    rows, summary = follow_impacts(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
     reached = []
     for i in range(n):
         known: list[Cycle] = []

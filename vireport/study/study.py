@@ -26,10 +26,13 @@ from vireport.gate import (
 from vireport.motions import Limits, Sweep
 from vireport.physics import Device, Dielectric, Membrane
 from vireport.scenario import (
+    AccuracyBlock,
     DesignInput,
     Loaded,
+    MembraneBlock,
+    MotionsBlock,
     Scenario,
-    blocks,
+    TolerancesBlock,
     load,
     loads,
     to_dict,
@@ -244,7 +247,7 @@ def membrane_of(scenario: Scenario) -> Membrane | None:
     mass = scenario.device.ball_mass_kg
     if mass is None:
         return None
-    given = scenario.device.membrane or blocks.Membrane()
+    given = scenario.device.membrane or MembraneBlock()
     return Membrane(
         stiffness=given.stiffness,
         exponent=given.exponent,
@@ -256,7 +259,7 @@ def membrane_of(scenario: Scenario) -> Membrane | None:
     )
 
 
-def _dielectric_of(given: blocks.Membrane) -> Dielectric | None:
+def _dielectric_of(given: MembraneBlock) -> Dielectric | None:
     thickness, permittivity, breakdown = given.thickness_m, given.relative_permittivity, given.breakdown_field_v_m
     if thickness is None or permittivity is None or breakdown is None:
         return None
@@ -307,7 +310,7 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     return study
 
 
-def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None) -> Study:
+def _with_motions(study: Study, asked: MotionsBlock, progress: Progress | None) -> Study:
     from vireport.atlas import atlas, motion_of_cycle
 
     sweep, check = study.solution.sweep, study.crosscheck
@@ -322,7 +325,7 @@ def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None
     return replace(study, atlas=atlas(sweep, Limits(asked.impacts, asked.periods), simulated, progress))
 
 
-def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | None) -> Study:
+def _with_accuracy(study: Study, asked: AccuracyBlock, progress: Progress | None) -> Study:
     from vireport.checks import measure
     from vireport.membranes import compliance
 
@@ -332,13 +335,13 @@ def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | No
     return replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, progress))
 
 
-def half_widths(device: Device, asked: blocks.Tolerances) -> dict[DesignInput, float]:
+def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, float]:
     """By how much each input with a tolerance may be off, in its unit."""
     widths = {varied: asked.half_width(varied, float(getattr(device, varied))) for varied in DesignInput}
     return {varied: width for varied, width in widths.items() if width}
 
 
-def _with_tolerances(study: Study, asked: blocks.Tolerances, progress: Progress | None) -> Study:
+def _with_tolerances(study: Study, asked: TolerancesBlock, progress: Progress | None) -> Study:
     if progress is not None:
         progress("proving that every device within the tolerances works")
     device, membrane = study.solution.device, study.solution.membrane
