@@ -48,7 +48,7 @@ class Chart:
     @property
     def not_followed(self) -> int:
         """Ends of loci, off the edges of the plane, beyond which nothing was found."""
-        lost = [one.inputs[row] for one in self.loci for row, event in one.events if event is Event.LOST]
+        lost = [locus.inputs[row] for locus in self.loci for row, event in locus.events if event is Event.LOST]
         return sum(self.plane.room(p) > AT_EDGE for p in lost)
 
 
@@ -109,8 +109,8 @@ def _stable(families: Atlas, line: StraightSweep) -> Stable:
 
     ranges = [(place(pair), family.word.letters) for family in families.families for pair in family.stable_ranges]
     ends = place((families.sweep.start, families.sweep.end))
-    found = []
+    stretches = []
     for low, high in pairwise(sorted({*ends, *chain.from_iterable(pair for pair, _ in ranges)})):
         words = {word for (first, last), word in ranges if first < (low + high) / 2 < last}
-        found.append((low, high, tuple(sorted(words, key=lambda word: (len(word), word)))))
-    return tuple(found)
+        stretches.append((low, high, tuple(sorted(words, key=lambda word: (len(word), word)))))
+    return tuple(stretches)

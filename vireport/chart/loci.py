@@ -122,8 +122,8 @@ class Locus(Path):
         """The turning points of a motion, without touches that are impacts."""
         count, period = len(self.word), 2 * self.word.periods
         rests = x[[count + i for i in self.condition.rests]]
-        found = turns(self.motion(x), *self.plane.at(x[2 * count :].tolist()))
-        return [turn for turn in found if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
+        turning = turns(self.motion(x), *self.plane.at(x[2 * count :].tolist()))
+        return [turn for turn in turning if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
 
     def margins(self, x: Floats) -> Floats:
         """What is positive of a motion within the plane.
@@ -163,12 +163,12 @@ class Locus(Path):
             return self._standstill(arc)
         if self.condition.event is not Event.GRAZING:
             return [], False
-        found: list[tuple[float, PathPoint, Event | None]] = []
+        located: list[tuple[float, PathPoint, Event | None]] = []
         for event in (Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING):
             value = self.coincidence(event)
             if value(arc.start) * value(arc.end) < 0:
-                found.append((*self.located(arc, value), event))
-        return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], False
+                located.append((*self.located(arc, value), event))
+        return [(motion, event) for _, motion, event in sorted(located, key=lambda row: row[0])], False
 
     def coincidence(self, event: Event) -> Callable[[PathPoint], float]:
         """How far a motion is from another event besides that of the locus."""

@@ -64,12 +64,12 @@ class Plane:
         """Return the groups of a device with their derivatives by the inputs."""
         d, gbar, r = self.at(varied)
         device = self.device_at(varied)
-        return Here((d, gbar, r), np.array([device.slopes(one, d, gbar) for one in self.inputs]).T)
+        return Here((d, gbar, r), np.array([device.slopes(varied_input, d, gbar) for varied_input in self.inputs]).T)
 
     def _side(self, varied: Sequence[Any]) -> int:
         """-1 beyond the horizontal."""
         tilted = zip(self.inputs, varied, strict=True)
-        return -1 if any(one is DesignInput.INCLINATION and value < 0 for one, value in tilted) else 1
+        return -1 if any(varied_input is DesignInput.INCLINATION and value < 0 for varied_input, value in tilted) else 1
 
     def device_at(self, varied: Sequence[Any]) -> Device:
         """The device with these values of the inputs."""

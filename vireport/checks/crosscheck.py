@@ -207,12 +207,12 @@ def crosscheck(
     speed = start_speed(r, [_fastest(motions) for motions in orbits])
     starts = random_starts(d, speed, asked.starts, seed)
     say(f"simulating {len(values) * asked.starts} starts")
-    found = attractors(d, gbar, r, starts, asked.impacts)
+    reached = attractors(d, gbar, r, starts, asked.impacts)
     say("checking the stable motions")
     checked = [_check(motions, d[i], gbar[i], device) for i, motions in enumerate(orbits) if motions is not None]
     pairs = [pair for group, _ in checked for pair in group]
     n = device.period_ratio
-    at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in found[i]]
+    at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in reached[i]]
     elsewhere = [(value, end) for value, end in at_stable if not is_one_to_one(end, n)]
     portraits = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.portraits]
     displacements = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.displacement]
@@ -227,7 +227,7 @@ def crosscheck(
         gbar=gbar,
         restitution=r,
         start_speed=speed,
-        found=tuple(found),
+        found=tuple(reached),
         orbits=sum(len(agreeing) + len(missed) for agreeing, missed in checked),
         velocity_difference=max((pair[0] for pair in pairs), default=0.0),
         phase_difference=max((pair[1] for pair in pairs), default=0.0),
@@ -235,9 +235,9 @@ def crosscheck(
         tolerance=asked.tolerance,
         trials=len(at_stable),
         reached=len(at_stable) - len(elsewhere),
-        motions=_counted([(value, end) for value, row in zip(values, found, strict=True) for end in row]),
+        motions=_counted([(value, end) for value, row in zip(values, reached, strict=True) for end in row]),
         elsewhere=_counted(elsewhere),
-        diagram=diagram(found) if asked.diagram else None,
+        diagram=diagram(reached) if asked.diagram else None,
         hysteresis=slowly,
         portraits=tuple(portraits),
         displacements=tuple(displacements),
@@ -285,12 +285,12 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
     sweep, level = diagram.sweep, diagram.curve.level
     d, gbar = (np.asarray(x) * np.ones(len(values)) for x in sweep.device.groups(sweep.parameter, values))
     everywhere = find_motions(d, gbar, sweep.device.restitution, sweep.device.period_ratio)
-    found: list[Motions | None] = [None] * len(values)
+    at_values: list[Motions | None] = [None] * len(values)
     for i in np.unique(everywhere.cell):
         motions = motions_of(sweep, level, everywhere.orbit.select(everywhere.cell == i))
         motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], d[i], gbar[i]
-        found[i] = motions
-    return found
+        at_values[i] = motions
+    return at_values
 
 
 def _check(motions: Motions, d: float, gbar: float, device: Device) -> tuple[list[tuple[float, float]], list[Miss]]:

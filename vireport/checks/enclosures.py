@@ -151,9 +151,9 @@ def prove(system: System, guess: Sequence[float], scale: Sequence[float]) -> Roo
     for radius in RADII:
         box = [arb(m, float(ball(radius) * size)) for m, size in zip(middle, scale, strict=True)]
         image = _krawczyk(system, box)
-        if all(x.contains_interior(k) for x, k in zip(box, image, strict=True)):
+        if all(side.contains_interior(k) for side, k in zip(box, image, strict=True)):
             for _ in range(SHRINKAGES):
-                image = [x.intersection(k) for x, k in zip(image, _krawczyk(system, image), strict=True)]
+                image = [side.intersection(k) for side, k in zip(image, _krawczyk(system, image), strict=True)]
             return Root(image, float(radius))
     raise UnprovedError("no box is mapped into itself: the conditions are degenerate here, or nearly so")
 
@@ -174,7 +174,7 @@ def _newton(system: System, guess: Sequence[float], scale: Sequence[float]) -> l
 
 
 def _krawczyk(system: System, box: list[Ball]) -> list[Ball]:
-    middle = [x.mid() for x in box]
+    middle = [side.mid() for side in box]
     inverse, wide, size = _inverse(gradients(system, middle)), arb_mat(gradients(system, box)), len(box)
     identity = arb_mat([[int(i == k) for k in range(size)] for i in range(size)])
     offset = arb_mat([[x - m] for x, m in zip(box, middle, strict=True)])

@@ -86,7 +86,7 @@ def follow_sweep(sweep: Sweep, values: list[float], asked: SimulationBlock) -> H
 
 def _loops(up: Course, down: Course, mirror: bool) -> Iterator[Loop]:
     """Between jumps both motions change continuously: one value tells whether they are the same."""
-    rising, falling = ({jump.value: jump for jump in one.jumps} for one in (up, down))
+    rising, falling = ({jump.value: jump for jump in course.jumps} for course in (up, down))
     ends = [up.stages[0].value, *sorted([*rising, *falling]), up.stages[-1].value]
     stages = list(zip(up.stages, reversed(down.stages), strict=True))
     for low, high in pairwise(ends):

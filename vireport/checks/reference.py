@@ -115,8 +115,8 @@ def reference_orbit(
             if kind is None:
                 state = motion(start, *groups(device, parameter, value), r, n)
             else:
-                *found, value = with_trace(device, parameter, kind, [*start, value], kind == "pitchfork")
-                state = found[0], found[1], found[2]
+                *solved, value = with_trace(device, parameter, kind, [*start, value], kind == "pitchfork")
+                state = solved[0], solved[1], solved[2]
         except ArithmeticError as error:
             raise NumericalError(str(error)) from error
         top = velocity_top(state, groups(device, parameter, value)[1], r, n)

@@ -145,9 +145,9 @@ def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:
     """All stable admissible motions of devices (arrays), and those that lack up to `slack`: of which, and which."""
     d, gbar = devices.groups(Parameter.LENGTH, devices.length_m)
     r = np.asarray(devices.restitution)
-    found = find_motions(d, gbar, r, devices.period_ratio)
-    stable = found.stable(r, slack)
-    return found.cell[stable], found.orbit.select(stable)
+    motions = find_motions(d, gbar, r, devices.period_ratio)
+    stable = motions.stable(r, slack)
+    return motions.cell[stable], motions.orbit.select(stable)
 
 
 def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: Floats) -> Device:

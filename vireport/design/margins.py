@@ -119,7 +119,7 @@ class Margins:
     unresolved: tuple[DesignInput, ...]
 
 
-def margin(
+def margin_at(
     device: Device, parameter: DesignInput, point: Point, ends: bool, derivatives: dict[DesignInput, Any]
 ) -> Margin:
     """Measure how far a critical point of one input is from a device's value of it."""
@@ -133,9 +133,9 @@ def margin(
 def nearest_first(margins: Iterable[Margin]) -> list[Margin]:
     """Order margins by their relative distance, those without one last; equal ones by their inputs and values."""
 
-    def key(one: Margin) -> tuple[float, int, float]:
-        size = abs(one.relative) if one.relative is not None else inf
-        return float(f"{size:.12g}"), INPUTS.index(one.parameter), one.sweep_value
+    def key(margin: Margin) -> tuple[float, int, float]:
+        size = abs(margin.relative) if margin.relative is not None else inf
+        return float(f"{size:.12g}"), INPUTS.index(margin.parameter), margin.sweep_value
 
     return sorted(margins, key=key)
 
@@ -156,14 +156,14 @@ def margins_of(
     signs : tuple of float
         Directions of the position on them.
     """
-    found: list[Margin] = []
+    margins: list[Margin] = []
     unresolved: list[DesignInput] = []
     for end in endings(device, motions, lines, signs):
         if end.event is Event.LOST:
             unresolved += end.line.value
         elif end.event is not Event.SWEEP_END:
-            found += _margins_at(device, end)
-    return Margins(tuple(nearest_first(found)), tuple(dict.fromkeys(unresolved)))
+            margins += _margins_at(device, end)
+    return Margins(tuple(nearest_first(margins)), tuple(dict.fromkeys(unresolved)))
 
 
 def _margins_at(device: Device, end: Ending) -> list[Margin]:
@@ -173,10 +173,10 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
             solved, rests, touches = _solved(device, end)
         except (NumericalError, ArithmeticError):
             return [
-                margin(device, varied, _bracketed(device, varied, end), True, _no_derivatives(varied))
+                margin_at(device, varied, _bracketed(device, varied, end), True, _no_derivatives(varied))
                 for varied in end.line.value
             ]
-        normal, found = _normal(solved, end, rests), []
+        normal, margins = _normal(solved, end, rests), []
         event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
         for varied in end.line.value:
             value = value_at(device, varied, solved.x[-1], solved.groups, DECIMALS)
@@ -185,8 +185,8 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
             if mirrored(device) and end.line is not Line.GRAVITY:
                 # Tilted to either side, a fold of symmetric motions moves alike; other ends come in pairs that part.
                 derivatives[DesignInput.INCLINATION] = 0.0 if end.symmetric and event is Event.FOLD else None
-            found.append(margin(device, varied, point, True, derivatives))
-        return found
+            margins.append(margin_at(device, varied, point, True, derivatives))
+        return margins
 
 
 def _place(device: Device, end: Ending) -> tuple[Orbits, float]:

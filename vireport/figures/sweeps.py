@@ -184,7 +184,10 @@ def sweep_figure(
     """
     # A mirror image has the same multipliers: its curve would lie on that of the motion.
     if figure == Task.FIGURE_4:
-        drawings = [replace(x, parts=[part for part in x.parts if not part.branch.mirror_of]) for x in drawings]
+        drawings = [
+            replace(drawing, parts=[part for part in drawing.parts if not part.branch.mirror_of])
+            for drawing in drawings
+        ]
     with style():
         rows, legends = _rows(figure, drawings)
         page, panels = blank(len(rows), len(drawings), sharex="col", sharey="row")
@@ -402,8 +405,10 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
     def row(k: int, label: str, phases: bool = False) -> _Row:
         return _Row(
             label,
-            lambda x, branch: curves.impact_pairs(branch.motions, x.study.solution.device.period_ratio, cut)[k],
-            lambda x, part, side: (BOTTOM, TOP)[side] | (STABLE_LOOK if part.stable else UNSTABLE_LOOK),
+            lambda drawing, branch: curves.impact_pairs(
+                branch.motions, drawing.study.solution.device.period_ratio, cut
+            )[k],
+            lambda drawing, part, side: (BOTTOM, TOP)[side] | (STABLE_LOOK if part.stable else UNSTABLE_LOOK),
             (Color.BLUE, Color.GREEN),
             lambda impacts: impacts.pairs(cut)[k],
             cut=cut if phases else None,
@@ -424,10 +429,12 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
 def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
     names = dict.fromkeys(chain.from_iterable(drawing.branches.values() for drawing in drawings))
     colors = dict(zip(names, cycle(BRANCH_COLORS), strict=False))
-    sizes = [part.branch.motions.discriminant[part.rows] for x in drawings for part in x.parts]
+    sizes = [part.branch.motions.discriminant[part.rows] for drawing in drawings for part in drawing.parts]
     least = min((float(size.min()) for size in sizes), default=0.0)
     # The discriminant is (λ₁ - λ₂)², and λ₁ λ₂ = r⁴: its axis ends where that of the eigenvalues does.
-    highest = max((LAMBDA_LIMIT - x.study.solution.device.restitution**4 / LAMBDA_LIMIT) ** 2 for x in drawings)
+    highest = max(
+        (LAMBDA_LIMIT - drawing.study.solution.device.restitution**4 / LAMBDA_LIMIT) ** 2 for drawing in drawings
+    )
 
     def look(drawing: Drawing, part: Stretch, width: float) -> Look:
         color = colors[drawing.branches[part.branch.number]]
@@ -460,8 +467,13 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
 
 
 def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
-    seen = [y[part.rows] for x in drawings for part in x.parts for y in curves.voltage_curves(part.branch.voltages)]
-    overlays = [x.simulated.voltages for x in drawings if x.simulated and x.simulated.voltages]
+    seen = [
+        y[part.rows]
+        for drawing in drawings
+        for part in drawing.parts
+        for y in curves.voltage_curves(part.branch.voltages)
+    ]
+    overlays = [drawing.simulated.voltages for drawing in drawings if drawing.simulated and drawing.simulated.voltages]
     power = prefix(chain(seen, *map(curves.voltage_curves, overlays)))
     looks = AVERAGE, BOTTOM, TOP
 
@@ -470,8 +482,8 @@ def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
 
     row = _Row(
         f"generated voltage U [{PREFIXES[power]}V]",
-        lambda x, branch: scaled(branch.voltages),
-        lambda x, part, k: looks[k] | (STABLE_LOOK if part.stable else UNSTABLE_LOOK),
+        lambda drawing, branch: scaled(branch.voltages),
+        lambda drawing, part, k: looks[k] | (STABLE_LOOK if part.stable else UNSTABLE_LOOK),
         (Color.VERMILION, Color.BLUE, Color.GREEN),
         lambda impacts: scaled(impacts.voltages),
     )

@@ -319,11 +319,13 @@ _, MOTION, WHERE, MARGIN, TOLERANCES, _, VOLTAGE, SHAKER, _, SIMULATED = Questio
 
 PERIOD_DOUBLING, GRAZING = (OfMargin((kind,)) for kind in (Event.PERIOD_DOUBLING, Event.GRAZING))
 
-U_AVE = OfMotions(lambda x, _: x.average_v, grows=True)
-END_DIFFERENCE = OfMotions(lambda x, ops: spread(x.gains, ops))
-DEFLECTION = OfMotions(lambda x, _: x.deflection_m, grows=True)
-POWER = OfMotions(lambda x, _: x.power_mw, grows=True, only_one_to_one=True)
-FIELD = OfMotions(lambda x, _: 100 / x.breakdown_field_v_m * x.field_v_m, grows=True, only_one_to_one=True)
+U_AVE = OfMotions(lambda motions, _: motions.average_v, grows=True)
+END_DIFFERENCE = OfMotions(lambda motions, ops: spread(motions.gains, ops))
+DEFLECTION = OfMotions(lambda motions, _: motions.deflection_m, grows=True)
+POWER = OfMotions(lambda motions, _: motions.power_mw, grows=True, only_one_to_one=True)
+FIELD = OfMotions(
+    lambda motions, _: 100 / motions.breakdown_field_v_m * motions.field_v_m, grows=True, only_one_to_one=True
+)
 
 REQUIREMENTS = (
     Requirement(
@@ -351,9 +353,11 @@ REQUIREMENTS = (
     Requirement("power_at_least_mw", "Mean electrical power", VOLTAGE, POWER),
     Requirement("field_at_most_percent", "Electric field over breakdown field", VOLTAGE, FIELD),
     Requirement("yield_at_least_percent", "Yield within the tolerances", TOLERANCES, OfRun(_yield, _may_yield)),
-    Requirement("acceleration_at_most_g", "Acceleration of the shaker", SHAKER, OfShaker(lambda x: x.acceleration_g)),
-    Requirement("stroke_at_most_m", "Stroke of the shaker", SHAKER, OfShaker(lambda x: x.stroke_m)),
-    Requirement("force_at_most_n", "Force of the shaker", SHAKER, OfShaker(lambda x: x.force_n, error=0.0)),
+    Requirement(
+        "acceleration_at_most_g", "Acceleration of the shaker", SHAKER, OfShaker(lambda shaker: shaker.acceleration_g)
+    ),
+    Requirement("stroke_at_most_m", "Stroke of the shaker", SHAKER, OfShaker(lambda shaker: shaker.stroke_m)),
+    Requirement("force_at_most_n", "Force of the shaker", SHAKER, OfShaker(lambda shaker: shaker.force_n, error=0.0)),
     Requirement("crosscheck_passed", "Simulation agrees", SIMULATED, OfRun(_agreement)),
 )
 """All that can be required, in the order of the acceptance table."""

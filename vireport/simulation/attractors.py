@@ -297,7 +297,12 @@ def _transient(cycle: Cycle, distance: float) -> int:
 
 def _remembered(cycle: Cycle, known: list[Cycle]) -> Cycle:
     """The cycle as first found, so that equal ones are the same object."""
-    for other in (x for x in known if (x.word, x.period, len(x.wall)) == (cycle.word, cycle.period, len(cycle.wall))):
+    alike = (
+        other
+        for other in known
+        if (other.word, other.period, len(other.wall)) == (cycle.word, cycle.period, len(cycle.wall))
+    )
+    for other in alike:
         if cycles.separation(other.phase - cycle.phase, other.velocity - cycle.velocity).max() <= SETTLED:
             return other
     known.append(cycle)

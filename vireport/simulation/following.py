@@ -90,7 +90,7 @@ class Stage:
             return 0.0
         image = other.impacts * (-1, 1, -1) + (0, np.pi, 0)
         others = (other.impacts, image) if mirror else (other.impacts,)
-        return min(max(_aside(self.impacts, one), _aside(one, self.impacts)) for one in others)
+        return min(max(_aside(self.impacts, image), _aside(image, self.impacts)) for image in others)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,9 +143,9 @@ def course(
     stage = track.reached(start, values[0])
     stages, jumps = [stage], []
     for value in values[1:]:
-        stage, found = track.followed(stage, value)
+        stage, passed = track.followed(stage, value)
         stages.append(stage)
-        jumps += found
+        jumps += passed
     return Course(tuple(stages), tuple(jumps))
 
 
@@ -173,11 +173,11 @@ class _Track:
         wall, _, velocity, phase = as_start(rows[-1])
         return Stage(value, attractor, impacts, Impact(int(wall), velocity, phase))
 
-    def apart(self, one: Stage, other: Stage) -> bool:
+    def apart(self, stage: Stage, other: Stage) -> bool:
         """Whether motions are not the same; one that is not periodic may stay beside the other for long, and leave."""
-        if one.distance(other) > CLOSE:
+        if stage.distance(other) > CLOSE:
             return True
-        periodic, aperiodic = sorted((one, other), key=lambda stage: stage.attractor.outcome is Outcome.APERIODIC)
+        periodic, aperiodic = sorted((stage, other), key=lambda stage: stage.attractor.outcome is Outcome.APERIODIC)
         if periodic.attractor.cycle is None or aperiodic.attractor.outcome is not Outcome.APERIODIC:
             return False
         away = aperiodic.value + AWAY * np.copysign(self.resolution, aperiodic.value - periodic.value)

@@ -395,9 +395,9 @@ def simulation_data(
                 "sweep_value": float(value),
                 "d": float(d),
                 "start_velocity_at_most": float(speed),
-                "ends": [_end(one, float(d), float(gbar), check.restitution) for one in found],
+                "ends": [_end(end, float(d), float(gbar), check.restitution) for end in ends],
             }
-            for value, d, gbar, speed, found in zip(
+            for value, d, gbar, speed, ends in zip(
                 check.values, check.d, check.gbar, check.start_speed, check.found, strict=True
             )
         ],
@@ -424,10 +424,10 @@ def _follow(
         ],
         "coexisting": [
             {
-                **_kind(one),
-                **{source: list(map(list, ranges)) for source, ranges in one.ranges.items()},
+                **_kind(motion),
+                **{source: list(map(list, ranges)) for source, ranges in motion.ranges.items()},
             }
-            for one in coexisting
+            for motion in coexisting
         ],
     }
 
@@ -498,14 +498,14 @@ PROVED_MOTION = "u", "phi_bottom_rad", "velocity_bottom"
 """Names of what a proof over tolerances says of a motion; u is q - 1/2."""
 
 
-def tolerances_data(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
+def tolerances_data(tolerances: Tolerances, scenario: Scenario) -> dict[str, Any]:
     """What tolerances come to; the worst device as a scenario too."""
-    sampled, proof, worst = found.sampled, found.proof, found.worst
+    sampled, proof, worst = tolerances.sampled, tolerances.proof, tolerances.worst
     return {
-        "answer": found.answer.value,
+        "answer": tolerances.answer.value,
         "inputs": [
             {"parameter": varied, "from": low, "to": high, "unit": varied.unit}
-            for varied, (low, high) in found.region.ranges.items()
+            for varied, (low, high) in tolerances.region.ranges.items()
         ],
         "boxes": 0 if proof is None else proof.boxes,
         "open_share": None if proof is None or worst is not None else proof.open_share,
@@ -523,7 +523,7 @@ def tolerances_data(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
             "low_95": sampled.low,
             "high_95": sampled.high,
         },
-        "ranges": found.ranges,
+        "ranges": tolerances.ranges,
     }
 
 

@@ -118,8 +118,8 @@ class Study:
     @property
     def evidence(self) -> Evidence:
         """What the scenario is judged by."""
-        found = self.crosscheck, self.compliance, self.tolerances, self.atlas
-        return Evidence(self.solution, *found, self.criteria)
+        findings = self.crosscheck, self.compliance, self.tolerances, self.atlas
+        return Evidence(self.solution, *findings, self.criteria)
 
     @cached_property
     def alerts(self) -> tuple[Alert, ...]:
@@ -346,8 +346,8 @@ def _with_tolerances(study: Study, asked: TolerancesBlock, progress: Progress | 
         progress("proving that every device within the tolerances works")
     device, membrane = study.solution.device, study.solution.membrane
     widths = half_widths(device, asked)
-    found = assess_tolerances(device, widths, membrane, asked.distribution, asked.samples)
-    return replace(study, tolerances=found)
+    tolerances = assess_tolerances(device, widths, membrane, asked.distribution, asked.samples)
+    return replace(study, tolerances=tolerances)
 
 
 def recheck(data: Mapping[str, Any]) -> float:

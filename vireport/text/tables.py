@@ -118,7 +118,7 @@ def markdown_text(text: str) -> str:
     'U\\_ave &lt; 2 kV'
     """
     plain = visible(" ".join(text.split()))
-    apart = _LINKS.sub(lambda found: f"{found[0]}\u2060", plain)
+    apart = _LINKS.sub(lambda match: f"{match[0]}\u2060", plain)
     return _MARKS.sub(r"\\\1", apart.translate(_ENTITIES))
 
 
