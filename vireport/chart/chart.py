@@ -24,7 +24,7 @@ CUTS, SOLVED_CUTS = 3, 16
 in closed form."""
 
 Stable = tuple[tuple[float, float, tuple[str, ...]], ...]
-"""From one break to the next, the words of the motions that are stable."""
+"""Stretches of a line: their ends, and the words of the motions that are stable between them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -47,7 +47,7 @@ MEETING: Look = {"linestyle": "none", "marker": "o", "markersize": 3.2, "color":
 
 
 def picture(chart: Chart, caption: str) -> Picture:
-    """Draw a chart."""
+    """Draw the figure of a chart under a caption."""
     plane = chart.plane
     with style():
         figure, ((axes,),) = blank(1)

@@ -24,11 +24,11 @@ class Here:
     gradients: Floats
 
     def at(self, varied: Sequence[Any]) -> tuple[Any, Any, Any]:
-        """The groups."""
+        """The groups d and gbar, and r, whatever the inputs are: they do not vary here."""
         return self.groups
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """The derivatives."""
+        """The derivatives of d, gbar and r by the inputs, shape (3, 2)."""
         return self.gradients
 
 
@@ -78,7 +78,7 @@ class Plane:
 
     @property
     def widths(self) -> Floats:
-        """Widths of the ranges."""
+        """Widths of the ranges of both inputs, shape (2,), each in its unit."""
         return self.high - self.low
 
     def room(self, varied: Floats) -> float:
@@ -110,7 +110,7 @@ class StraightSweep:
 
     @property
     def quantity(self) -> str:
-        """What varies."""
+        """The quantity that varies, for the reader."""
         return self.plane.inputs[self.varied].quantity
 
     @property

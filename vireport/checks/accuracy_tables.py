@@ -66,7 +66,7 @@ def measurements(work: WorkPrecision, every: bool = False, templates: Path | Non
 
 
 def ranking(work: WorkPrecision, templates: Path | None = None) -> Iterator[Table]:
-    """By what factors methods are slower than the fastest, fitted orders, and what failed.
+    """Factors by which methods are slower than the fastest, fitted orders, and what failed.
 
     The folder of templates is that of `measurements`.
     """

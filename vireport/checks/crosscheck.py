@@ -49,7 +49,7 @@ ASIDE = 1e-6
 """Relative change of the velocity by which a simulation starts beside the orbit that it is to end on."""
 
 SEED = 20190301
-"""Of the starting states: a value of the swept parameter has its own, and they are the same in every run."""
+"""Seed of the starting states: each value of the swept parameter has its own, equal in every run."""
 
 REACHED = 1e-6
 """Distance, in phase [rad] and velocity [y_c], up to which a simulated cycle is one of the analytic orbits."""
@@ -163,7 +163,7 @@ class CrossCheck:
 
     @property
     def step(self) -> float:
-        """Distance of the values."""
+        """Distance of neighbouring values, in the unit of the swept parameter."""
         return float(np.ptp(self.values)) / max(len(self.values) - 1, 1)
 
     def attractors(self) -> Iterator[tuple[float, Attractor]]:

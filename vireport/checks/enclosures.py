@@ -113,7 +113,7 @@ def gradients(functions: System, box: Sequence[Ball]) -> list[list[Ball]]:
 
 @dataclass(frozen=True, slots=True)
 class Root:
-    """A proven solution.
+    """An enclosure that is proved to hold one solution and no other.
 
     Attributes
     ----------

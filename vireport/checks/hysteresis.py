@@ -36,7 +36,7 @@ class Loop:
 
     @property
     def width(self) -> float:
-        """In the unit of the parameter."""
+        """Width of the loop in the unit of the swept parameter."""
         return self.high - self.low
 
 

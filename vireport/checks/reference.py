@@ -34,7 +34,7 @@ MOST_STEPS = 40
 """Newton steps, of which six are usual from a guess in doubles; near a double root each gains but a factor of two."""
 
 VOLTAGE_DIGITS = 420
-"""Of a voltage: at 1e-300 m/s the deflection is 1e-168 m, and the formulae subtract its square from 1."""
+"""Digits of a voltage: at 1e-300 m/s the deflection is 1e-168 m, and the formulae subtract its square from 1."""
 
 SHORTEST = 1e-10
 """Time after an impact from which turning points are looked for; a ball that hardly rebounds turns at once."""

@@ -99,7 +99,7 @@ Templates = Annotated[
 
 
 class PaperSize(StrEnum):
-    """Paper of a PDF."""
+    """The sizes of paper that a PDF can have."""
 
     A4 = "a4"
     LETTER = "letter"

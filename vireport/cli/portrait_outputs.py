@@ -27,7 +27,7 @@ NAMES = ("figure-portraits.png",)
 """Files that may be written."""
 
 MOST_DRAWN = 8
-"""Motions of one figure."""
+"""Most motions that one figure shows."""
 
 SAME = 1e-9
 """Difference of velocity and time up to which a motion was found twice, from both sides of a sample."""

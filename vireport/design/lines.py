@@ -22,7 +22,7 @@ from vireport.scenario import DesignInput, Parameter
 Floats = NDArray[np.float64]
 
 HIGHEST_RESTITUTION = 0.99
-"""Up to which margins in restitution are looked for; no pair of materials is known to have more."""
+"""Restitution up to which margins are looked for; no pair of materials is known to have more."""
 
 LOSES_STABILITY = frozenset({Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK})
 """Events at which a motion goes on, but not as a stable one."""
@@ -144,7 +144,7 @@ def _extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, f
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ending:
-    """Where a stable motion of a design point stops being one, along a line.
+    """The place along a line where a stable motion of a design point stops being one.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ from vireport.physics import Device, Membrane, voltages
 from vireport.scenario import DesignInput, Distribution, Parameter
 
 SEED = 0
-"""Of the samples: the same input, the same yield."""
+"""Seed of the random devices, fixed so that equal inputs give an equal yield."""
 
 DEVIATIONS = 3.0
 """Standard deviations of a normal distribution that make a tolerance; what is beyond is sorted out."""
@@ -77,7 +77,7 @@ class Yield:
 
 @dataclass(frozen=True, eq=False)
 class Tolerances:
-    """What tolerances come to.
+    """Whether every device within tolerances has stable 1:1 motion, how many have, and the ranges of its numbers.
 
     Attributes
     ----------
@@ -162,7 +162,7 @@ def _worst(region: Region, shares: Floats) -> Failure | None:
 
 
 def sample_steps(inputs: int, distribution: Distribution, samples: int) -> Floats:
-    """By how much of its tolerance each input of random devices is off, shape (inputs, samples), from -1 to 1.
+    """Deviation of each input of random devices over its tolerance, shape (inputs, samples), from -1 to 1.
 
     Scrambled Sobol points vary less than independent ones, for which the interval of a yield holds.
     """

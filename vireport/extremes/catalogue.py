@@ -33,7 +33,7 @@ COLUMNS = (
     Column("time", width=6),
     Column("verdict", width=8),
 )
-"""With two spaces between them a line is 120 characters."""
+"""Columns of the table; with two spaces between them a line is 120 characters."""
 
 LONGEST_CELL = 190
 """Characters of what was found that the table shows: of a refusal the reason, not all that it says; JSON has all."""

@@ -56,7 +56,7 @@ BEND_STEP = 1e-4
 """Step of the phase in which the bend of a fold is taken [rad]."""
 
 TRACES = 200_001
-"""Of one strand, to count changes of its type by."""
+"""Traces computed along one strand, to count changes of its type by."""
 
 GAP_BOUND = 2e-15
 """Absolute error of a distance to a membrane: rounding of positions, times and phases of the order of 1."""
@@ -65,10 +65,10 @@ MOST_POINTS = 3
 """Points of one kind that a device is put on."""
 
 MEETING_GBARS = np.geomspace(0.003, 1.2, 50)
-"""At which a period doubling next to a graze is looked for."""
+"""Values of gbar at which a period doubling next to a graze is looked for."""
 
 CUSP_GBARS = (1e-6, 1e-9, 1e-12)
-"""At which the fold is followed towards the pitchfork."""
+"""Values of gbar at which the fold is followed towards the pitchfork."""
 
 CUSP_ORDER, ORDER_BOUND = 2 / 3, 0.01
 """Power of gbar with which it approaches, and how far a fitted one may be off."""

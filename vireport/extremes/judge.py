@@ -49,7 +49,7 @@ ROWS = 5
 """Motions of each branch that are compared, beside those at its critical points."""
 
 SEED = 20190301
-"""Of the rows that are compared, the same in every run."""
+"""Seed of the rows that are compared, equal in every run."""
 
 LONGEST = 60.0
 """Seconds after which a case counts as hanging; none takes more than three."""
@@ -112,7 +112,7 @@ class NotThereError(Exception):
 
 
 class CaseVerdict(StrEnum):
-    """What became of a case."""
+    """The verdicts on a case: passed, failed, does not apply to the device, or left out."""
 
     PASSED = "passed"
     FAILED = "failed"

@@ -50,7 +50,7 @@ APEX_BOUND = 1e-6
 """Absolute error of the time at which a ball grazes, which has half the digits."""
 
 RESIDUAL_BOUND = 1e-14
-"""Of an impact among very many, in position, velocity and phase."""
+"""Largest residual of an impact among very many, in position, velocity and phase."""
 
 PULLING = 2.5
 """Phase [rad] at which the bottom membrane moves away from the ball, for a gbar up to 0.8."""
@@ -81,10 +81,10 @@ HOP = 1e-40
 """Relative error of the time of a hop."""
 
 MOST_HOPS, MOST_CORRECTIONS = 2000, 60
-"""Of one chatter, and of the time of one hop."""
+"""Most hops of one chatter, and most Newton corrections of the time of one hop."""
 
 Groups = tuple[float, float, float]
-"""d, gbar and r."""
+"""The groups d and gbar, and the restitution r."""
 
 Start = Impact | InFlight
 

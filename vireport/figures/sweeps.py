@@ -233,13 +233,13 @@ class _Row:
     label : str
         Word, symbol and unit.
     values : callable
-        Of the motions of a branch or of the design point: an array for each of its curves.
+        Maps the motions of a branch or of the design point to an array for each of its curves.
     look : callable
-        Of a curve on a stretch.
+        Maps a curve on a stretch to its look.
     colors : tuple of str
-        Of the design point's markers and of the motions that come of period doublings, one for each curve.
+        Colours of the design point's markers and of the motions that come of period doublings, one for each curve.
     paired : callable
-        The same of motions of any word: of these, and of the points of a simulation.
+        As `values`, of motions of any word and of the points of a simulation.
     limits : tuple of float
         Range beyond which nothing needs to be seen.
     bounds : tuple of float

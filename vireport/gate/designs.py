@@ -35,7 +35,7 @@ BORDER = 1e-9
 less."""
 
 STEPS = 32
-"""Of a range along which stable motion is looked for, a power of 2. What is narrower is left to be found by a run."""
+"""Steps of a range along which stable motion is looked for, a power of 2. What is narrower is left to a run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Designs:
     count: int
 
     def select(self, rows: Ints) -> Designs:
-        """Some of the designs."""
+        """The designs with these indices."""
         membrane = None if self.membrane is None else _of_rows(self.membrane, rows)
         return replace(self, device=_of_rows(self.device, rows), membrane=membrane, count=len(rows))
 
@@ -69,7 +69,7 @@ class Designs:
 
     @cached_property
     def restitution(self) -> Floats:
-        """Of each design."""
+        """Restitution coefficient of each design."""
         return self._groups[2]
 
     @cached_property
@@ -112,7 +112,7 @@ class Designs:
 
     @property
     def half_widths(self) -> dict[DesignInput, Any]:
-        """By how much each input that has a tolerance may be off, in its unit."""
+        """The tolerance of each input that has one, in its unit."""
         asked = self.scenario.tolerances
         parts = {} if asked is None else {varied: asked.off(varied) for varied in DesignInput}
         return {
@@ -123,7 +123,7 @@ class Designs:
 
     @cached_property
     def speeds(self) -> tuple[Floats, Floats]:
-        """Of the impacts of stable motions at the bottom and at the top [m/s]."""
+        """Speeds of the impacts of stable motions at the bottom and at the top [m/s]."""
         unit = self.of_cell(self.device.velocity_unit(Parameter.LENGTH, self.device.length_m))
         orbit = self.motions.orbit
         return unit * orbit.velocity_bottom[self.rows], -(unit * orbit.velocity_top[self.rows])

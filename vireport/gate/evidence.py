@@ -31,7 +31,7 @@ SIGNIFICANT = 6
 
 
 class Question(StrEnum):
-    """What every reader asks."""
+    """The questions that the verdict answers, in their order."""
 
     ACCEPTED = "Are the requirements met?"
     MOTION = "Is there stable motion?"

@@ -195,7 +195,7 @@ class Requirement:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Of the scenario's block."""
+        """Keys of the scenario's block that give the limit."""
         return DEMANDS[self.demand]
 
     def limit(self, scenario: Scenario) -> Limit | None:

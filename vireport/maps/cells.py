@@ -73,7 +73,7 @@ class MapPlan:
 
     @property
     def chunks(self) -> int:
-        """Number of chunks."""
+        """Number of chunks that the cells of the map are computed in."""
         return -(-self.cells // self.chunk_cells)
 
     @property

@@ -125,11 +125,11 @@ class Store:
 
     @property
     def chunks(self) -> Path:
-        """Folder of the chunks."""
+        """The folder in which the chunks of the map are kept."""
         return self.folder / CHUNKS
 
     def chunk(self, number: int) -> Path:
-        """File of a chunk."""
+        """The file in which a chunk is kept, by its number."""
         return self.chunks / f"{number:09d}.parquet"
 
     def identity(self, chunk: int | None = None) -> Identity:

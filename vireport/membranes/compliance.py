@@ -45,7 +45,7 @@ SHORTEST = 1 / 8
 """Share of the way in epsilon below which no smaller step is tried where a motion is lost."""
 
 MULTIPLIER = {Event.PERIOD_DOUBLING: -1.0, Event.FOLD: 1.0}
-"""Of the critical points that are followed, the preferred kind first."""
+"""Multiplier at each kind of critical point that is followed, the preferred kind first."""
 
 FITTED = 3
 """Rungs, the stiffest, from which a rate of convergence is taken: the softer ones still have terms of higher order."""
@@ -137,7 +137,7 @@ class ModelCriterion:
 
     @property
     def grade(self) -> Grade:
-        """By the size of the shift."""
+        """Grade of the rigid model by the size of the shift."""
         size = abs(self.shift)
         return Grade.INSUFFICIENT if size > self.fair else Grade.CARE if size > self.good else Grade.GOOD
 
@@ -180,7 +180,7 @@ class Compared:
 
     @property
     def shift(self) -> float | None:
-        """From the rigid value: relative, of a phase in rad; None where there is none."""
+        """Shift from the rigid value: relative, or in rad for a phase; None where there is no compliant value."""
         if self.compliant is None or not self.rigid:
             return None
         return _shift(self.compliant, self.rigid, self.unit is Unit.PHASE)

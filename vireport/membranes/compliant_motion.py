@@ -37,10 +37,10 @@ TOLERANCE = 1e-12
 """Relative tolerance of the contacts' integration, in units in which everything is of order 1."""
 
 LONGEST_STEP = 0.05
-"""In contact durations: no step can jump over a departure."""
+"""Longest step in contact durations: none can jump over a departure."""
 
 LONGEST_CONTACT = 20.0
-"""In durations of the contact without external force: a ball that stays longer is pressed on, and does not bounce."""
+"""Longest contact, in durations of one without external force: a ball that stays longer is pressed on."""
 
 NEARBY = 0.5
 """Relative change of an unknown beyond which another motion was found than the one asked for."""
@@ -49,7 +49,7 @@ CONVERGED, NOISE = 1e-11, 1e-11
 """Last correction of a motion or critical point, and the irregularity of the return map and of its differences."""
 
 MOST_EVALUATIONS = 60
-"""Of the conditions, before a search is given up; about ten are usual."""
+"""Most evaluations of the conditions before a search is given up; about ten are usual."""
 
 FORWARD = 1e-5
 """Step of the forward differences that the iteration begins with."""
@@ -121,7 +121,7 @@ class LongContact:
 
 @dataclass(frozen=True, slots=True)
 class Lap:
-    """From one touch of the bottom to the next, by way of the top: its contacts, times and final velocity."""
+    """One period from a touch of the bottom to the next, by way of the top: its contacts, times and final velocity."""
 
     bottom: LongContact
     top: LongContact
@@ -299,7 +299,7 @@ def lap(model: CompliantModel, velocity: float, phase: float) -> Lap:
 
 
 def mismatch(model: CompliantModel, x: Floats) -> Floats:
-    """By how much a state (velocity, phase) at the bottom fails to repeat after the period: zero on a motion."""
+    """Amount by which a state (velocity, phase) at the bottom fails to repeat after the period: zero on a motion."""
     end = lap(model, float(x[0]), float(x[1]))
     return np.array([end.velocity - x[0], pi * (end.time - model.period)])
 

@@ -47,11 +47,11 @@ WRONG = 1e-2
 """Error from which a run that reached the end has not followed the motion: the rigid model would be as good."""
 
 Force = Callable[[float, float, float], float]
-"""(t, Z, Z') -> Z''."""
+"""The acceleration Z'' as a function of time [t_c], Z and Z'."""
 
 
 class RunOutcome(StrEnum):
-    """How a run ended."""
+    """The ways in which the run of a solver ends."""
 
     SOLVED = "solved"
     WRONG = "reached the end of the period, but somewhere else"

@@ -42,10 +42,10 @@ FALLING = DesignPath.AMPLITUDE
 """The input with which d and gbar fall; with all others they grow, if they change."""
 
 SYMBOLS = 2
-"""Of the affine numbers: half the duration of a flight, as q, and the phase."""
+"""Symbols of the affine numbers: half the duration of a flight, as q, and the phase."""
 
 PIXELS = np.array([64, 16])
-"""Of the picture, along either axis; it is drawn anew where it matters."""
+"""Pixels of the picture along either axis; it is drawn anew where it matters."""
 
 TILES, MOST_TILES, BLOCK = 32, 20_000, 4096
 """Tiles along q and phase at first, for each forcing period; after how many the rest is drawn as it is, some seconds;

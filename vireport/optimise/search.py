@@ -34,7 +34,7 @@ HALVINGS = 12
 0.02 % and 0.1 %."""
 
 LEVELS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.10, 0.14, 0.20, 0.28, 0.40, 0.55)
-"""Margins of the front."""
+"""Margins that the front is computed for, as shares of the input in which each is smallest."""
 
 MOST_JUDGED, MOST_COSTLY = 1000, 60
 """Cells that are judged by runs at most, some minute; where each run follows motions, simulates or proves, some
@@ -100,7 +100,7 @@ class SearchEvidence:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchResult:
-    """What a search comes to.
+    """The outcome of a search for the best design.
 
     Attributes
     ----------

@@ -191,7 +191,7 @@ class Report:
 
     @property
     def design(self) -> DesignPoint | None:
-        """The design point."""
+        """The design point; None where the scenario gives none."""
         return self.study.solution.design
 
     @cached_property

@@ -488,7 +488,7 @@ class Distribution(StrEnum):
 
 
 class TolerancesBlock(Block):
-    """By how much each input may be off, in its unit or in per cent; the larger where both are given."""
+    """The tolerance of each input, in its unit or in per cent; the larger holds where both are given."""
 
     length_m: float | None = _off(DesignInput.LENGTH)
     length_percent: float | None = _off_percent(DesignInput.LENGTH)
@@ -515,11 +515,11 @@ class TolerancesBlock(Block):
     )
 
     def off(self, varied: DesignInput) -> tuple[float, float]:
-        """By how much an input may be off, in its unit and in per cent: 0 where that is not given."""
+        """The tolerance of an input, in its unit and in per cent: 0 where that is not given."""
         return getattr(self, varied) or 0.0, getattr(self, percent_key(varied)) or 0.0
 
     def half_width(self, varied: DesignInput, value: float) -> float:
-        """By how much an input with this value may be off, in its unit; 0 where it has no tolerance."""
+        """The tolerance of an input with this value, in its unit; 0 where it has none."""
         fixed, percent = self.off(varied)
         return max(fixed, value * percent / 100)
 
@@ -566,7 +566,7 @@ _BALL_MASS = "device.ball_mass_kg"
 
 
 class AxisPath(VariedPath):
-    """What a map can vary."""
+    """The inputs that a map can vary, by their paths in a scenario."""
 
     INCLINATION = _VARIED_INCLINATION
     LENGTH = Parameter.LENGTH.path

@@ -126,7 +126,7 @@ def rows_of(data: Any, block: str, key: str) -> list[Any]:
 
 
 AXES, VARIED = ("map", "axes"), ("design", "vary")
-"""Where such rows are."""
+"""The lists of a file whose rows give the range of an input."""
 
 
 def path_of(row: object, paths: type[InputPath]) -> InputPath | None:

@@ -63,7 +63,7 @@ NUDGE = 1e-6
 
 
 class Outcome(StrEnum):
-    """How a trajectory ends."""
+    """The ways in which a trajectory ends."""
 
     PERIODIC = "periodic"
     APERIODIC = "chaotic, or not periodic within the budget"
@@ -116,7 +116,7 @@ class Attractor:
 
     @property
     def period(self) -> int:
-        """In forcing periods; 0 if it is not periodic."""
+        """Period of the motion in forcing periods; 0 if it is not periodic."""
         return self.cycle.period if self.cycle else 0
 
     @property

@@ -41,7 +41,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Impact:
-    """Start at an impact.
+    """A starting state at an impact.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def follow_impacts(
 
 @cache
 def _say_that_it_is_slow() -> None:
-    """Once in a process."""
+    """Warn that the simulation runs without a compiler, once in a process."""
     logger.warning(
         "the simulation is interpreted, some hundred times slower than compiled, as the package numba is missing: %s",
         install_command("numba"),
@@ -192,7 +192,7 @@ def _say_that_it_is_slow() -> None:
 def follow_one(
     model: Array, start: Sequence[float], impacts: int, keep: int | None = None, compiled: bool = True
 ) -> tuple[Array, Array]:
-    """Like `follow_impacts` for a single start, without rows that did not happen."""
+    """Follow a single start as `follow_impacts` does, and leave out the rows that did not happen."""
     rows, summary = follow_impacts(model[None], np.array([start], dtype=float), impacts, keep, compiled=compiled)
     happened = int(summary[0, 0]) + 1
     return rows[0, max(0, rows.shape[1] - happened) :], summary[0]

@@ -54,7 +54,7 @@ class Coexisting:
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """The motion's name for the reader: its word and ratio, or how it ends."""
         return motion_name(self.outcome, self.word, self.period)
 
 

@@ -128,7 +128,7 @@ class Study:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """What the study comes to."""
+        """The answers and criteria that the study comes to."""
         return verdict_of(self.evidence)
 
     @cached_property
@@ -267,7 +267,7 @@ def _dielectric_of(given: MembraneBlock) -> Dielectric | None:
 
 
 def sweep_of(scenario: Scenario) -> Sweep | None:
-    """What a scenario varies."""
+    """The sweep of a scenario, None where it has none."""
     asked = scenario.sweep
     return Sweep(device_of(scenario), asked.parameter, asked.from_, asked.to) if asked else None
 
@@ -336,7 +336,7 @@ def _with_accuracy(study: Study, asked: AccuracyBlock, progress: Progress | None
 
 
 def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, float]:
-    """By how much each input with a tolerance may be off, in its unit."""
+    """The tolerance of each input that has one, in its unit."""
     widths = {varied: asked.half_width(varied, float(getattr(device, varied))) for varied in DesignInput}
     return {varied: width for varied, width in widths.items() if width}
 

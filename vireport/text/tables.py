@@ -65,12 +65,12 @@ class Table:
 
 
 def numbers(*titles: str) -> tuple[Column, ...]:
-    """Columns of numbers."""
+    """Columns of numbers with these heads."""
     return tuple(Column(title, "number") for title in titles)
 
 
 def texts(*titles: str) -> tuple[Column, ...]:
-    """Columns of text."""
+    """Columns of text with these heads."""
     return tuple(Column(title) for title in titles)
 
 
