@@ -210,6 +210,7 @@ def crosscheck(
     reached = attractors(d, gbar, r, starts, asked.impacts)
     say("checking the stable motions")
     checked = [_check(motions, d[i], gbar[i], device) for i, motions in enumerate(orbits) if motions is not None]
+
     pairs = [pair for group, _ in checked for pair in group]
     n = device.period_ratio
     at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in reached[i]]
@@ -263,6 +264,7 @@ def _fastest(motions: Motions | None) -> float:
     """Velocity of the fastest impact among admissible motions, 0 where there is none."""
     if motions is None:
         return 0.0
+    # Starts reach as fast as the fastest motion, stable or not, or its basin might not be sampled.
     speeds = np.maximum(motions.velocity_bottom, -motions.velocity_top)[motions.admissible]
     return float(speeds.max(initial=0.0))
 
@@ -297,12 +299,15 @@ def _check(motions: Motions, d: float, gbar: float, device: Device) -> tuple[lis
     """Simulate from beside each stable orbit: differences of velocity and phase, and orbits not found again."""
     differences, misses = [], []
     for i in np.nonzero(motions.stable)[0]:
+        # From beside the motion: started on it, an unstable one would be confirmed as well, as long as rounding keeps
+        # the ball there.
         start = Impact(BOTTOM, float(motions.velocity_bottom[i]) * (1 + ASIDE), float(motions.phi_bottom[i]))
         end = find_attractor(d, gbar, device.restitution, start)
         if not is_one_to_one(end, device.period_ratio):
             misses.append(Miss(float(motions.sweep_value[i]), end.word or end.outcome.value))
             continue
         velocity, phase = difference(end, motions, int(i))
+        # There may be several stable 1:1 motions: another one is no agreement, however stable.
         if max(velocity, phase) > REACHED:
             misses.append(Miss(float(motions.sweep_value[i]), f"another {end.word} motion"))
             continue

@@ -126,6 +126,7 @@ def margin_at(
     value = cast(float, getattr(device, parameter))
     distance = point.sweep_value - value
     relative = distance / value if abs(distance) < LARGEST_SHARE * value else None
+    # The difference of two doubles of different size is rounded once more.
     error = point.error_bound + float(np.spacing(abs(distance)))
     return Margin(parameter, point, distance, relative, ends, error, derivatives)
 
@@ -135,6 +136,7 @@ def nearest_first(margins: Iterable[Margin]) -> list[Margin]:
 
     def key(margin: Margin) -> tuple[float, int, float]:
         size = abs(margin.relative) if margin.relative is not None else inf
+        # Rounded to twelve digits, so that margins equal but for rounding keep the order of their inputs.
         return float(f"{size:.12g}"), INPUTS.index(margin.parameter), margin.sweep_value
 
     return sorted(margins, key=key)
@@ -168,6 +170,7 @@ def margins_of(
 
 def _margins_at(device: Device, end: Ending) -> list[Margin]:
     """The margins that the end of a motion on a line is in the line's inputs."""
+    # A margin is a difference: next to an end the digits that doubles leave would cancel.
     with in_decimals():
         try:
             solved, rests, touches = _solved(device, end)
@@ -214,6 +217,8 @@ def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
     orbit, r = _place(device, end)
     position, line = float(end.x[-1]), along(end.line, device, FLOATS)
     numbers = {name: float(getattr(orbit, field)[0]) for name, field in LOCATED.items()}
+    # A root that does not settle is known as far as the path was halved: its bracket is stated as the error, instead
+    # of a digit that is not known.
     left_open = OPEN * (1 + abs(position))
     bounds = {name: left_open * (1 + abs(x)) for name, x in numbers.items()}
     value, *ends = (
@@ -270,8 +275,11 @@ def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
     if not np.isfinite(gradients).all():
         return np.full(3, np.nan)
     own = 2 * len(motion.word)
+    # Rows are scaled before the null vector is taken: conditions in times and in velocities differ by orders of
+    # magnitude, and the smallest singular value would be that of the units.
     scale = np.max(np.abs(gradients), axis=1, keepdims=True)
     rows = gradients / np.where(scale == 0, 1.0, scale)
+    # One more condition than unknowns: the last left singular vector is the w of above.
     weight = np.linalg.svd(rows[:, :own])[0][:, -1]
     return np.asarray(weight @ rows[:, own:])
 

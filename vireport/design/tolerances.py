@@ -130,9 +130,12 @@ def assess_tolerances(
     """
     region = region_of(device, half_widths)
     corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * FACTORS, indexing="ij")).reshape(FACTORS, -1)
+    # The design and the corners are tried first: where one fails there is nothing to prove.
     worst, proof = _worst(region, np.hstack([region.design_shares, corners])), None
     if worst is None:
         proof = prove_region(region)
+        # A failing device that the proof came upon is no corner; on the way to it from the design, stable motion ends
+        # somewhere.
         worst = _worst(region, proof.failing[:, None]) if proof.failing is not None else None
     proved = proof is not None and Leaf.OPEN not in proof.halved
     answer = Answer.REFUTED if worst is not None else Answer.PROVED if proved else Answer.UNDECIDED
@@ -153,6 +156,8 @@ def _worst(region: Region, shares: Floats) -> Failure | None:
     low, high = np.zeros(shares.shape[1]), np.ones(shares.shape[1])
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
+        # Along the straight line from the design, which works, to each device that fails: which ends first is the
+        # worst, in shares of the tolerances and so without units.
         works = _works(region, region.design_shares + middle * (shares - region.design_shares))
         low, high = np.where(works, middle, low), np.where(works, high, middle)
     nearest = int(high.argmin())
@@ -169,8 +174,11 @@ def sample_steps(inputs: int, distribution: Distribution, samples: int) -> Float
     from scipy.special import ndtr, ndtri  # type: ignore[import-untyped]
     from scipy.stats import qmc  # type: ignore[import-untyped]
 
+    # A power of two of them is balanced in every input, which is why no other number of samples is allowed.
     points = qmc.Sobol(inputs, rng=np.random.default_rng(SEED)).random(samples).T
     if distribution is Distribution.NORMAL:
+        # The normal distribution cut off at the tolerance: between its tails the points are spread evenly in
+        # probability.
         below = ndtr(-DEVIATIONS)
         return np.asarray(ndtri(below + points * (1 - 2 * below)) / DEVIATIONS)
     return np.asarray(2 * points - 1)

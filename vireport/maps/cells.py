@@ -143,6 +143,7 @@ def axis_values(axis: AxisBlock, index: Ints) -> Floats:
     if axis.values:
         return np.array(axis.values)[index]
     first, last, steps = float(axis.from_ or 0.0), float(axis.to or 0.0), (axis.count or 2) - 1
+    # By the share of the way instead of a running sum, so that any cell can be computed alone; the end is exact.
     return np.asarray(np.where(index == steps, last, first + (last - first) * (index / steps)))
 
 
@@ -170,6 +171,7 @@ def _sobol_points(plan: MapPlan, numbers: Ints) -> Floats:
     Point i is the first point, XORed with the direction of each bit that is set in the Gray code of i.
     """
     first, directions = _sobol_directions(len(plan.axes), plan.seed, (plan.cells - 1).bit_length())
+    # SciPy draws points in sequence only; a chunk in the middle of a map would need all before it.
     gray = numbers ^ (numbers >> 1)
     points = np.repeat(first[None], len(numbers), axis=0)
     for bit, direction in enumerate(directions):
@@ -205,6 +207,7 @@ def _hypercube_points(plan: MapPlan, numbers: Ints) -> Floats:
     keys: RandomBits = np.random.SeedSequence(plan.seed).generate_state((ROUNDS + 1) * len(plan.axes), np.uint64)  # type: ignore[assignment]
     columns = []
     for own in keys.reshape(len(plan.axes), ROUNDS + 1):
+        # The upper 53 bits make a double in [0, 1); all 64 would round to 1 for some.
         within = (_mixed(numbers.astype(np.uint64) ^ own[0]) >> np.uint64(11)) * 2.0**-53
         columns.append((_permuted(numbers, plan.cells, own[1:]) + within) / plan.cells)
     return np.column_stack(columns)
@@ -225,6 +228,7 @@ def _permuted(numbers: Ints, count: int, keys: RandomBits) -> RandomBits:
         for key in keys:
             left, right = right, left ^ (_mixed(right ^ key) & mask)
         images[walking] = (left << half) | right
+        # The network permutes all numbers of its bits, fewer than four times `count`: on average a walk ends within four steps.
         walking = walking[images[walking] >= count]
     return images
 

@@ -98,6 +98,7 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
     values = dict(zip(plan.names, cell_values(plan, numbers), strict=True))
     count = len(numbers)
     varied = {name: value for name, value in values.items() if name not in ("restitution", "ball_mass_kg")}
+    # Restitution and ball mass go their own way, as neither changes d and gbar.
     device = replace(plan.device, **varied)  # type: ignore[arg-type]
     d, gbar = (
         np.broadcast_to(np.asarray(x, dtype=float), count) for x in device.groups(Parameter.LENGTH, device.length_m)
@@ -131,6 +132,8 @@ def _motions(motions: PointwiseMotions, r: Floats) -> dict[str, Any]:
     code = classify(trace, r[cell] ** 2)
     stable = code != UNSTABLE
     orbit = motions.orbit
+    # Of each cell the row of a stable motion, the fastest at the bottom. Velocities are rounded first: mirror images
+    # are equal but for rounding, and which of them comes first must not depend on the machine.
     order = np.lexsort((orbit.u[real], -np.round(orbit.velocity_bottom[real], DECIMALS), ~stable, cell))
     first = np.ones(len(order), dtype=bool)
     first[1:] = cell[order][1:] != cell[order][:-1]
@@ -184,10 +187,12 @@ def _simulated(
     fastest, orbit, real = np.zeros(len(d)), motions.orbit, motions.admissible
     np.maximum.at(fastest, motions.cell[real], np.maximum(orbit.velocity_bottom, -orbit.velocity_top)[real])
     cells = zip(numbers, d, start_speed(r, fastest), strict=True)
+    # Seeded by the number of the cell: neither chunks nor workers nor interruptions change a result.
     starts = np.concatenate([random_starts(at, speed, asked.starts, (SEED, int(k))) for k, at, speed in cells])
     words, shares = [], np.empty(len(d))
     for k, reached in enumerate(attractors(d, gbar, r, starts, asked.impacts, workers=1)):
         counts = Counter(attractor.word or attractor.outcome.value for attractor in reached)
+        # Ties are broken by the word, so that the order of the starts does not matter.
         words.append(min(counts, key=lambda word: (-counts[word], word)))
         shares[k] = sum(is_one_to_one(attractor, n) for attractor in reached) / len(reached)
     return {"word": words, "basin_share": shares}

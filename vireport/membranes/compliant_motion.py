@@ -183,6 +183,7 @@ def compliant_model(
     d, gbar = device.groups(parameter, float(value))
     speed = float(device.velocity_unit(parameter, float(value)))
     length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
+    # Force K delta^h over the ball's mass m, in units of F/M: x_c^h K M/(m F).
     per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])
     scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball, ball_mass_kg=1.0)
     return CompliantModel(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed)
@@ -211,10 +212,13 @@ def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> 
     alone = contacts(np.array(speed), model.membrane, model.restitution)
     time, depth = float(alone.duration), float(alone.deflection)
     h, gbar = model.membrane.exponent, model.gbar
+    # Time in durations and depth in deflections of the contact without external force: so scaled all stiffnesses look
+    # alike, and the tolerances mean the same on each rung. By logarithms: the depth to the power h - 1 may vanish where its product with K does not.
     spring = float(np.exp(np.log(model.membrane.stiffness) + (h - 1) * np.log(depth))) * time * time
     damping, pull = float(alone.damping) * depth / time, wall * time * time / depth
 
     def acceleration(t: float, y: float, v: float) -> float:
+        # The force of a membrane cannot pull: without the cut-off the damping would hold the ball back as it leaves.
         push = spring * y**h * max(1 + damping * v, 0.0) if y > 0 else 0.0
         return pull * (gbar + cos(pi * time * t + phase)) - push
 
@@ -270,6 +274,7 @@ def flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tu
         If no membrane is touched within two periods of the motion.
     """
     start = float(wall), 0.0, -leaving, phase % (2 * pi)
+    # With restitution 1 the search lets the ball leave with just the velocity it has been given.
     rows, _ = follow_one(np.array([model.d, model.gbar, 1.0]), start, 1, compiled=False)
     if len(rows) < 2 or rows[1, FLIGHT] > 2 * model.period:
         raise NumericalError("no membrane is touched within two periods")
@@ -361,10 +366,12 @@ def find_critical(
 
 def _solved(conditions: Callable[[Floats], Floats], guess: Floats) -> Floats:
     """Where a small system vanishes, near a guess; NumericalError if there is no such place."""
+    # Relative to the guess, but for a phase that happens to be near zero.
     scale = np.maximum(np.abs(guess), 0.1)
     x = scale * find_root(
         lambda x: conditions(scale * x), guess / scale, CONVERGED, NOISE, difference=FORWARD, most=MOST_EVALUATIONS
     )
+    # A root far away is a motion of another family, which must not pass for the one that is followed.
     if not np.all(np.abs(x - guess) < NEARBY * scale):
         raise NumericalError("the iteration on the return map leads to no motion nearby")
     return np.asarray(x)

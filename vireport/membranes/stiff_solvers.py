@@ -126,6 +126,7 @@ class _ExhaustedError(Exception):
 
 def period_of(model: CompliantModel, orbit: CompliantOrbit) -> Period:
     """Start on a motion in mid-flight."""
+    # From mid-flight, where nothing is stiff and the state is known in closed form.
     top, half = orbit.top, orbit.flight_down / 2
     leaves = top.phase + pi * top.duration
     phase = leaves + pi * half
@@ -146,12 +147,15 @@ def acceleration(period: Period, seen: Seen) -> Force:
         a = gbar + cos(pi * t + phase)
         try:
             if z > half:
+                # An adaptive solver may step over a whole contact and still end without an error of its own: then it
+                # never asked for a force there.
                 seen.bottom = True
                 a -= k * (z - half) ** h * max(1 + bottom * v, 0.0)
             elif z < -half:
                 seen.top = True
                 a += k * (-half - z) ** h * max(1 - top * v, 0.0)
         except OverflowError:
+            # A float raised to a power raises an error where NumPy gives inf; solvers expect the latter.
             return -inf if z > 0 else inf
         return a
 
@@ -209,6 +213,7 @@ def run_once(period: Period, factor: float, solver: str, setting: float) -> Solv
             outcome = RunOutcome.OVERFLOW
         else:
             error = distance
+            # A run that met no membrane has solved another problem, however near its end is.
             met = seen.bottom and seen.top
             outcome = RunOutcome.MISSED if not met else RunOutcome.WRONG if distance >= WRONG else RunOutcome.SOLVED
     return SolverRun(solver, setting, factor, outcome, error, steps, seen.evaluations, 0.0)
@@ -225,6 +230,8 @@ def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float
 
     def system(t: float, state: Floats) -> tuple[float, float]:
         if seen.evaluations >= MOST_EVALUATIONS:
+            # SciPy knows no limit of evaluations, and an explicit solver takes ever more of them as the membrane
+            # stiffens.
             raise _ExhaustedError
         z, v = state.tolist()
         return v, force(t, z, v)
@@ -233,6 +240,7 @@ def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float
     settings: dict[str, Any] = {"rtol": rtol, "atol": rtol} | ({"jac": jacobian(period)} if given else {})
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
+            # What solvers warn of, overflow and steps too small, is what is measured: it goes into the outcome.
             warnings.simplefilter("ignore")
             run = solve_ivp(system, (0.0, period.model.period), start, method=method, **settings)
     except _ExhaustedError:

@@ -140,9 +140,12 @@ class DesignGrid:
         best = self.judged.best
         if best is None:
             return rows
+        # A margin may be infinite, where stable motion ends in no input: then nothing is better.
         if best.value == inf:
             return rows[:0]
         if self.by_margin:
+            # Whether a cell keeps its motion when an input is off by the margin is decided in closed form for all
+            # cells at once; its own margin would take a run for each.
             rows = self.keeping(rows, min(best.margin, WIDEST_MARGIN / 100))
         else:
             rows = rows[self.cells.value[rows] > best.value * (1 + SAME_VALUE)]
@@ -160,6 +163,7 @@ class DesignGrid:
     def judge(self, t: Floats) -> JudgedDesign | None:
         """The results of a design; None where it has no stable motion, or a run ends without results."""
         self.judged.count += 1
+        # A design that a run cannot compute has been judged as well, and is not tried again.
         self.judged.met[t.tobytes()] = False
         try:
             study = self.problem.study(t)
@@ -186,6 +190,7 @@ class DesignGrid:
         for axis in range(value.ndim):
             step = np.nan_to_num(np.abs(np.diff(value, axis=axis)))
             pad = [(0, 0)] * value.ndim
+            # The edges of the grid have a neighbour on one side only, and the missing difference counts as zero.
             sides = []
             for side in ((1, 0), (0, 1)):
                 pad[axis] = side
@@ -203,6 +208,7 @@ def portions(rows: Ints) -> Iterator[Ints]:
 def grid_of(problem: Problem) -> DesignGrid:
     """Evaluate the cells of a search."""
     axes = len(problem.paths)
+    # With fewer than three cells along an input no cell has a neighbour on both sides, and `changes` says nothing.
     count = max(round(problem.design.cells ** (1 / axes)), 3)
     counts = (count,) * axes
     t = np.stack(np.meshgrid(*[np.linspace(0, 1, count)] * axes, indexing="ij"), axis=-1).reshape(-1, axes)

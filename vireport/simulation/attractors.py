@@ -263,6 +263,7 @@ def search(
         elif cycle is not None:
             before = distance = cycle.distance(rows[-1])
             if distance > SETTLED and used < budget:
+                # The multiplier of the cycle tells how many impacts the rest of the approach takes.
                 wait = min(_transient(cycle, distance), budget - used)
                 rows, summary = follow_one(model, as_start(rows[-1]), wait, KEPT)
                 used += int(summary[0])

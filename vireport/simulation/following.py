@@ -138,6 +138,7 @@ def course(
     impacts : int
         `PATIENCE` times as many without a period in sight make a motion one that is not periodic.
     """
+    # Below some spacings of a double the steps would stand still.
     resolution = max(RESOLUTION * abs(values[-1] - values[0]), 8 * float(np.spacing(np.abs(values).max())))
     track = _Track(at, r, PATIENCE * impacts, resolution, (min(values), max(values)))
     stage = track.reached(start, values[0])
@@ -163,6 +164,8 @@ class _Track:
         start = Impact(BOTTOM, 0.0, 0.0)
         if before is not None:
             start = before.last
+            # Velocities are dimensionless, and their unit changes with the parameter: the ball keeps its velocity in
+            # m/s.
             start = replace(start, velocity=start.velocity * self.at(before.value).velocity_unit / unit)
         model = check_model(d, gbar, self.r)[0]
         rows, summary = follow_one(model, check_start(start, d), BLOCK, KEPT)
@@ -180,6 +183,8 @@ class _Track:
         periodic, aperiodic = sorted((stage, other), key=lambda stage: stage.attractor.outcome is Outcome.APERIODIC)
         if periodic.attractor.cycle is None or aperiodic.attractor.outcome is not Outcome.APERIODIC:
             return False
+        # A chaotic motion may keep to the neighbourhood of the cycle that it came from for thousands of impacts. A
+        # little farther on it leaves sooner; if it does, the two are different motions.
         away = aperiodic.value + AWAY * np.copysign(self.resolution, aperiodic.value - periodic.value)
         d, gbar, _ = self.at(float(np.clip(away, *self.ends)))
         model, start = check_model(d, gbar, self.r)[0], check_start(aperiodic.last, d)
@@ -210,7 +215,11 @@ class _Track:
                 continue
             if apart:
                 ahead = self.reached(stage, value, BUDGET)
+                # Before a jump is reported the motion is given the whole budget of impacts: a slow transient looks like
+                # another motion.
                 jumps += [Jump(stage, ahead)] if self.apart(stage, ahead) else []
+            # Steps grow again after a jump, which is narrow, so that what is halved at one is not paid for along the
+            # rest.
             stage, step = ahead, 2 * step
             if last:
                 break
