@@ -110,7 +110,7 @@ class Locus(Path):
         return np.block([[unit, unit, none, none, np.zeros((half, 2))], [none, none, -unit, unit, np.zeros((half, 2))]])
 
     def trace(self, x: Floats) -> float:
-        """At grazing points, the trace of the motion without the touch; nan elsewhere, where the condition has it."""
+        """Trace at grazing points of the motion without the touch; nan elsewhere, where the condition has it."""
         if self.condition.event is not Event.GRAZING:
             return nan
         count, kept = len(self.word), [i for i in range(len(self.word)) if i not in self.condition.rests]
@@ -140,7 +140,7 @@ class Locus(Path):
         return np.concatenate([edges, speed, [turn.gap for turn in self.turns(x)]])
 
     def steepness(self, arc: Arc) -> float:
-        """At grazing points, how much the trace changes within a step, as a share of the most it may."""
+        """Change of the trace at grazing points within a step, as a share of the most it may."""
         if self.condition.event is not Event.GRAZING or arc.end.margin <= 0:
             return 0.0
         return abs(atan(arc.end.trace) - atan(arc.start.trace)) / STEEPEST

@@ -184,7 +184,7 @@ def _krawczyk(system: System, box: list[Ball]) -> list[Ball]:
     identity = arb_mat([[int(i == k) for k in range(size)] for i in range(size)])
     offset = arb_mat([[x - m] for x, m in zip(box, middle, strict=True)])
     # The derivative over the whole box meets only the half widths, the residual is taken at a point: with the
-    # residual over the box the widths would not cancel, and no box would map into itself.
+    # residual over the box no box would map into itself.
     correction = (identity - inverse * wide) * offset - inverse * arb_mat([[value] for value in system(middle)])
     return [m + correction[i, 0] for i, m in enumerate(middle)]
 

@@ -50,7 +50,7 @@ class Line(Enum):
 
     @property
     def shift(self) -> tuple[int, int, int]:
-        """Which of them change by the position."""
+        """Which of d, gbar and r change by the position."""
         return 0, int(self is Line.GRAVITY), int(self is Line.RESTITUTION)
 
     @staticmethod
@@ -95,7 +95,7 @@ class AlongLine:
         return d, gbar, r
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Their derivatives by the position, (3, 1)."""
+        """The derivatives of d, gbar and r by the position, shape (3, 1)."""
         here = self.at(varied)
         return np.array([[g * x + s] for g, s, x in zip(self.line.growth, self.line.shift, here, strict=True)])
 

@@ -89,7 +89,7 @@ class Margin:
 
     @property
     def label(self) -> str:
-        """Of the critical point."""
+        """Label of the critical point."""
         return self.point.label
 
     @property

@@ -149,7 +149,7 @@ class Designs:
         return impacts_of(self.speeds, *self.generated, self._membranes)
 
     def worst(self, values: Floats, least: bool) -> Floats:
-        """Of numbers of stable motions the least or the largest of each design; NaN where it has none."""
+        """Return the least or the largest number of the stable motions of each design; NaN where it has none."""
         return extreme(values, self.cell, self.count, np.minimum if least else np.maximum)
 
 

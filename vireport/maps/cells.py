@@ -228,7 +228,8 @@ def _permuted(numbers: Ints, count: int, keys: RandomBits) -> RandomBits:
         for key in keys:
             left, right = right, left ^ (_mixed(right ^ key) & mask)
         images[walking] = (left << half) | right
-        # The network permutes all numbers of its bits, fewer than four times `count`: on average a walk ends within four steps.
+        # The network permutes all numbers of its bits, fewer than four times `count`: on average a walk ends within
+        # four steps.
         walking = walking[images[walking] >= count]
     return images
 

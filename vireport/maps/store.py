@@ -60,7 +60,7 @@ StabilityCounts = Counter[str | None]
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """What a file of a map is.
+    """The map, versions and chunk that a file belongs to.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class RejectedFileError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """The folder of a map.
+    """The folder in which a map is computed and kept.
 
     Attributes
     ----------

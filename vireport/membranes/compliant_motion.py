@@ -61,7 +61,7 @@ DIFFERENCE = 2e-3
 
 @dataclass(frozen=True, slots=True)
 class CompliantModel:
-    """The dimensionless model.
+    """The dimensionless model of a device with compliant membranes.
 
     Attributes
     ----------
@@ -213,7 +213,8 @@ def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> 
     time, depth = float(alone.duration), float(alone.deflection)
     h, gbar = model.membrane.exponent, model.gbar
     # Time in durations and depth in deflections of the contact without external force: so scaled all stiffnesses look
-    # alike, and the tolerances mean the same on each rung. By logarithms: the depth to the power h - 1 may vanish where its product with K does not.
+    # alike, and the tolerances mean the same on each rung. By logarithms: the depth to the power h - 1 may vanish where
+    # its product with K does not.
     spring = float(np.exp(np.log(model.membrane.stiffness) + (h - 1) * np.log(depth))) * time * time
     damping, pull = float(alone.damping) * depth / time, wall * time * time / depth
 

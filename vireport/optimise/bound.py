@@ -71,7 +71,7 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PixelPicture:
-    """Where stable motions may be, in pixels of (log d, gbar).
+    """A picture of where stable motions may be, in pixels of (log d, gbar).
 
     Attributes
     ----------

@@ -87,7 +87,7 @@ def corner_slack(problem: Problem, t: Floats, share: float = 1.0) -> Floats:
     slack = []
     for end in ends.T:
         # Inputs of one factor move d or gbar alike, and the force moves them the other way: the corners are those of
-        # the factors, four at most, and not those of six inputs.
+        # at most four factors instead of six inputs.
         steps = np.array([end[factors.index(FACTOR_OF[x])] * (-1 if x is DesignInput.AMPLITUDE else 1) for x in widths])
         corner = replace(designs, device=devices_off(designs.device, widths, np.tile(steps[:, None], len(t))))
         with np.errstate(all="ignore"):

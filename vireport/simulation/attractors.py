@@ -82,7 +82,7 @@ def motion_name(outcome: Outcome, word: str, period: int) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attractor:
-    """What a start leads to.
+    """The motion or state that a start leads to.
 
     Parameters
     ----------

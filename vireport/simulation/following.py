@@ -183,8 +183,8 @@ class _Track:
         periodic, aperiodic = sorted((stage, other), key=lambda stage: stage.attractor.outcome is Outcome.APERIODIC)
         if periodic.attractor.cycle is None or aperiodic.attractor.outcome is not Outcome.APERIODIC:
             return False
-        # A chaotic motion may keep to the neighbourhood of the cycle that it came from for thousands of impacts. A
-        # little farther on it leaves sooner; if it does, the two are different motions.
+        # A chaotic motion may stay beside the cycle that it came from for long. A little farther on it
+        # leaves sooner; if it does, the two are different motions.
         away = aperiodic.value + AWAY * np.copysign(self.resolution, aperiodic.value - periodic.value)
         d, gbar, _ = self.at(float(np.clip(away, *self.ends)))
         model, start = check_model(d, gbar, self.r)[0], check_start(aperiodic.last, d)
@@ -214,9 +214,9 @@ class _Track:
                 step /= 2
                 continue
             if apart:
-                ahead = self.reached(stage, value, BUDGET)
                 # Before a jump is reported the motion is given the whole budget of impacts: a slow transient looks like
                 # another motion.
+                ahead = self.reached(stage, value, BUDGET)
                 jumps += [Jump(stage, ahead)] if self.apart(stage, ahead) else []
             # Steps grow again after a jump, which is narrow, so that what is halved at one is not paid for along the
             # rest.
