@@ -18,7 +18,7 @@ from pathlib import Path
 from record import record
 
 from vireport import load
-from vireport.checks import ACCURACIES, NAMES, WHOLE
+from vireport.checks import ACCURACIES, METHOD_NAMES, WHOLE
 from vireport.cli.accuracy_outputs import files, measured, text
 from vireport.membranes import compliance_data
 
@@ -30,7 +30,7 @@ def main() -> None:
     study = measured(load(EXAMPLES / "inclined.yaml"), lambda step: print(step, file=sys.stderr))
     print(text(study, every="--every" in sys.argv))
     columns = [(task, accuracy) for task in study.work.tasks for accuracy in ACCURACIES]
-    best = {name: [study.work.best(name, *column) for column in columns] for name in NAMES}
+    best = {name: [study.work.best(name, *column) for column in columns] for name in METHOD_NAMES}
     microseconds = {name: [run and 1e6 * run.seconds.median for run in runs] for name, runs in best.items()}
     record(
         "accuracy",

@@ -34,7 +34,7 @@ from vireport.simulation import (
     check_model,
     check_start,
     diagram,
-    follow,
+    follow_impacts,
     follow_one,
 )
 
@@ -69,7 +69,7 @@ def distance(velocity: float, phase: float) -> float:
 def ours(impacts: int = 1_000_000) -> Measured:
     start = np.array([check_start(Impact(BOTTOM, SPEED, PHI), D)])
     began = time.perf_counter()
-    rows, summary = follow(MODEL, start, impacts, keep=16)
+    rows, summary = follow_impacts(MODEL, start, impacts, keep=16)
     took = time.perf_counter() - began
     error = distance(*rows[0, -1, [VELOCITY, PHASE]])
     return impacts, took, f"{summary[0, 1] / impacts:.2f} sine-cosine pairs", error
@@ -228,7 +228,7 @@ def on_all_cores() -> None:
             took = []
             for _ in range(3):
                 began = time.perf_counter()
-                summary = follow(model, starts, 10_000, 64, workers)[1]
+                summary = follow_impacts(model, starts, 10_000, 64, workers)[1]
                 took.append(time.perf_counter() - began)
             rates.append(f"{summary[:, 0].sum() / min(took) / 1e6:.1f} million/s on {workers}")
         took = []

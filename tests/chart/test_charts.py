@@ -19,9 +19,9 @@ from vireport.atlas import atlas
 from vireport.chart import (
     Chart,
     FollowedLocus,
-    Line,
     Meeting,
     Plane,
+    StraightSweep,
     chart,
 )
 from vireport.chart.figure import picture
@@ -99,7 +99,7 @@ def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(ov
     for i in range(16):
         k = 1 if plane(over).inputs[0] is DesignInput.RESTITUTION else i % 2
         other = float(plane(over).low[1 - k] + plane(over).widths[1 - k] * rng.uniform(0.02, 0.98))
-        for critical in solve(Line(plane(over), k, other).sweep).critical_points:
+        for critical in solve(StraightSweep(plane(over), k, other).sweep).critical_points:
             value = critical.sweep_value
             assert nearest(found, critical.event, k, other, value) < 1e-10, (critical.event, k, other, value)
             checked += 1
@@ -110,7 +110,7 @@ def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(ov
 def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
     rng, found, checked = np.random.default_rng(5), all_words(), Counter()
     for other in rng.uniform(0.25, 0.6, 2):
-        families = atlas(Line(found.plane, 1, float(other)).sweep, Limits(4, 2))
+        families = atlas(StraightSweep(found.plane, 1, float(other)).sweep, Limits(4, 2))
         points = [(vertex, vertex.event) for vertex in families.vertices]
         marks = (mark for family in families.families for mark in family.marks)
         points += [(mark.point, mark.event) for mark in marks if mark.event is Event.NODE_FOCUS]

@@ -12,7 +12,7 @@ from vireport.checks.hysteresis import follow_sweep
 from vireport.figures import pictures
 from vireport.physics import Groups
 from vireport.report import Report, render_html
-from vireport.scenario import Direction, Simulation
+from vireport.scenario import Direction, SimulationBlock
 from vireport.simulation import (
     BOTTOM,
     Conditions,
@@ -40,7 +40,9 @@ def sweep(inclination: float, start: float = 0.16, end: float = 0.6):
 
 
 def test_jumps_are_where_3_1_and_2_1_motion_end_and_the_loop_lies_between_them():
-    slowly = follow_sweep(sweep(30, 0.2295, 0.2195), np.linspace(0.2295, 0.2195, 5).tolist(), Simulation(follow="both"))
+    slowly = follow_sweep(
+        sweep(30, 0.2295, 0.2195), np.linspace(0.2295, 0.2195, 5).tolist(), SimulationBlock(follow="both")
+    )
     up, down = slowly.courses[Direction.UP], slowly.courses[Direction.DOWN]
     assert [stage.attractor.word for stage in up.stages] == ["BBBT"] * 4 + ["BBT"]
     assert [stage.attractor.word for stage in down.stages] == ["BBT"] * 4 + ["BBBT"]
@@ -55,21 +57,21 @@ def test_jumps_are_where_3_1_and_2_1_motion_end_and_the_loop_lies_between_them()
 
 
 def test_a_loop_between_two_values_is_seen():
-    slowly = follow_sweep(sweep(30, 0.219, 0.23), [0.219, 0.22, 0.229, 0.23], Simulation(follow="both"))
+    slowly = follow_sweep(sweep(30, 0.219, 0.23), [0.219, 0.22, 0.229, 0.23], SimulationBlock(follow="both"))
     (loop,) = slowly.loops
     assert loop.low == pytest.approx(GRAZING, abs=1e-8)
     assert loop.high == pytest.approx(FOLD, abs=1e-8)
 
 
 def test_one_direction_has_no_loops(example):
-    slowly = follow_sweep(sweep(30, 0.23, 0.24), [0.23, 0.24], Simulation(follow="down"))
+    slowly = follow_sweep(sweep(30, 0.23, 0.24), [0.23, 0.24], SimulationBlock(follow="down"))
     assert list(slowly.courses) == [Direction.DOWN]
     assert slowly.loops == ()
 
 
 def test_a_period_doubling_is_no_jump(example):
     swept = sweep_of(load(example("inclined")).scenario)
-    slowly = follow_sweep(swept, [0.625, 0.635], Simulation(follow="both"))
+    slowly = follow_sweep(swept, [0.625, 0.635], SimulationBlock(follow="both"))
     words = [[stage.attractor.word for stage in one.stages] for one in slowly.courses.values()]
     assert words == [["BTBT", "BT"], ["BT", "BTBT"]]
     assert not any(one.jumps for one in slowly.courses.values())
@@ -77,7 +79,7 @@ def test_a_period_doubling_is_no_jump(example):
 
 def test_mirror_images_are_no_hysteresis(example):
     swept = sweep_of(load(example("horizontal")).scenario)
-    slowly = follow_sweep(swept, [0.35, 0.4, 0.45], Simulation(follow="both"))
+    slowly = follow_sweep(swept, [0.35, 0.4, 0.45], SimulationBlock(follow="both"))
     up, down = slowly.courses[Direction.UP].stages[0], slowly.courses[Direction.DOWN].stages[-1]
     assert up.distance(down) > 0.5
     assert up.distance(down, mirror=True) < 1e-6
@@ -109,7 +111,7 @@ def test_a_ball_at_rest_stays_until_the_forcing_lifts_it():
 def test_chaos_beyond_a_fold_is_a_jump_both_ways(example):
     # Next to the fold a chaotic motion stays beside the former cycle for tens of thousands of impacts.
     swept = sweep_of(load(example("inclined")).scenario)
-    slowly = follow_sweep(swept, [0.59, 0.598, 0.75], Simulation(follow="both"))
+    slowly = follow_sweep(swept, [0.59, 0.598, 0.75], SimulationBlock(follow="both"))
     for one in slowly.courses.values():
         assert [stage.attractor.word for stage in sorted(one.stages, key=lambda stage: stage.value)] == [
             "",

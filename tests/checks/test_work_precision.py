@@ -32,12 +32,12 @@ from vireport.checks.flights import (
 from vireport.checks.methods import (
     CLOSED,
     EXPLICIT,
+    METHOD_NAMES,
     METHODS,
-    NAMES,
     PRINTED,
     RK4,
-    SETTLING,
     SIMULATED,
+    SIMULATED_TRANSIENT,
     WHOLE,
     Knob,
     Method,
@@ -46,7 +46,7 @@ from vireport.checks.methods import (
     shoot_critical,
 )
 from vireport.checks.reference import reference_orbit, reference_voltage
-from vireport.checks.rootfinding import solve
+from vireport.checks.rootfinding import find_root
 from vireport.checks.timing import Machine, Spread
 from vireport.checks.workprecision import (
     ACCURACIES,
@@ -203,7 +203,7 @@ def test_jacobian_of_the_conditions_at_a_critical_point_is_exact(name: str, stud
     critical = benchmark_of(study_of(name).solution).critical
     conditions = {}
     monkeypatch.setattr(
-        methods, "solve", lambda equations, start, *rest, **more: conditions.update(f=equations) or start
+        methods, "find_root", lambda equations, start, *rest, **more: conditions.update(f=equations) or start
     )
     shoot_critical(explicit, critical, 1e-8, ample())
     guess, unit = critical.guess, critical.guess.value
@@ -254,7 +254,7 @@ def test_the_iteration_refuses_what_has_no_solution(jacobian: bool) -> None:
         return (residual, matrix) if jacobian else residual
 
     with pytest.raises(NumericalError, match="did not settle"):
-        solve(equations, [0.4, 0.3], 1e-8, 1e-13, jacobian)
+        find_root(equations, [0.4, 0.3], 1e-8, 1e-13, jacobian)
 
 
 def test_closed_form_reaches_rounding(work) -> None:
@@ -285,7 +285,7 @@ def test_fitted_orders_are_those_of_theory(work) -> None:
         one = orders[RK4, task, "step"]
         assert one.theory == (4.0,)
         assert one.fitted == pytest.approx(4.0, abs=0.5)
-    assert orders[SETTLING, "orbit", "tolerance"].fitted == pytest.approx(1.0, abs=0.1)
+    assert orders[SIMULATED_TRANSIENT, "orbit", "tolerance"].fitted == pytest.approx(1.0, abs=0.1)
 
 
 def test_errors_and_counts_do_not_change_from_run_to_run(inclined) -> None:
@@ -338,9 +338,11 @@ def test_the_fastest_run_that_is_accurate_enough() -> None:
 def test_report_and_figure_name_every_method(work) -> None:
     tables = {table.caption: table for table in (*measurements(work), *ranking(work))}
     methods = {run.method for run in work.runs}
-    assert methods == {*NAMES} - {"SciPy Radau", "SciPy LSODA"}
+    assert methods == {*METHOD_NAMES} - {"SciPy Radau", "SciPy LSODA"}
     assert {row[0] for row in tables["Time to an accuracy: the motion"].rows} == methods
-    assert {row[0] for row in tables["Time to an accuracy: B1 (period doubling)"].rows} == methods - {SETTLING}
+    assert {row[0] for row in tables["Time to an accuracy: B1 (period doubling)"].rows} == methods - {
+        SIMULATED_TRANSIENT
+    }
     for table in tables.values():
         assert all(len(row) == len(table.columns) for row in table.rows)
     factors = tables["Times over that of the fastest method"]
@@ -355,7 +357,7 @@ def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch
     some = [replace(method, settings=method.settings[:1]) for method in METHODS[:6]]
     found = compare(inclined, some, 1)
     assert {run.method for run in found.runs} == {CLOSED, WHOLE, PRINTED, EXPLICIT}
-    assert {name for name, _ in found.absent} == {SIMULATED, SETTLING}
+    assert {name for name, _ in found.absent} == {SIMULATED, SIMULATED_TRANSIENT}
     assert all("pip install 'vireport[" in reason for _, reason in found.absent)
     assert "not tried: needs the package numba" in plain_text(ranking(found))
 

@@ -32,7 +32,7 @@ from vireport.simulation import (
     PHASE,
     VELOCITY,
     check_model,
-    follow,
+    follow_impacts,
 )
 
 PAPER = ("horizontal", "inclined", "inclined-forcing", "design-point")
@@ -214,7 +214,7 @@ def test_random_devices_in_proved_boxes_are_stable(case: tuple[str, int], exampl
         model = check_model(Groups(orbit.d, orbit.gbar, r))
         speed, phase = orbit.velocity_bottom, np.mod(orbit.phi, 2 * np.pi)
         starts = np.stack([np.full_like(speed, BOTTOM), 0 * speed, speed * (1 + 1e-5), phase], axis=1)
-        rows, _ = follow(model, starts, 400, 1, workers=2)
+        rows, _ = follow_impacts(model, starts, 400, 1, workers=2)
         off = np.angle(np.exp(1j * (rows[:, -1, PHASE] - phase)))
         assert np.hypot(rows[:, -1, VELOCITY] / speed - 1, off).max() < 1e-5
 

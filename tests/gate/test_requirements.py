@@ -16,12 +16,12 @@ from conftest import markdown
 from vireport import analyse, load, loads
 from vireport.cli.app import main
 from vireport.gate import REQUIREMENTS, Criterion, Evidence, Limit, Question, Requirement, assess, unmet
-from vireport.gate.evidence import held
+from vireport.gate.evidence import held_against
 from vireport.gate.ranges import with_peaks
 from vireport.gate.verdict import Status
 from vireport.physics import ROUNDED, Groups, Rounded, generated_voltage
 from vireport.report import Report
-from vireport.scenario import LimitKind, Requirements
+from vireport.scenario import LimitKind, RequirementsBlock
 from vireport.simulation import attractors, random_starts
 from vireport.study import results
 from vireport.study.plan import Task, plan
@@ -47,7 +47,7 @@ def only(name: str, required: dict[str, object], **overrides: object) -> Criteri
 
 def test_every_key_of_the_block_is_required_by_one_row() -> None:
     keys = [key for requirement in REQUIREMENTS for key in requirement.keys]
-    assert sorted(keys) == sorted(Requirements.model_fields)
+    assert sorted(keys) == sorted(RequirementsBlock.model_fields)
 
 
 def volts(study) -> dict[str, float]:
@@ -402,13 +402,13 @@ def test_without_stable_motion_nothing_is_met() -> None:
 
 def test_what_an_error_bound_leaves_open_is_not_met() -> None:
     percent = Limit(LimitKind.AT_LEAST, (4.9,), "%")
-    assert held(5.0, percent, (), 0.09).passed
-    undecided = held(5.0, percent, ("B1",), 0.11)
+    assert held_against(5.0, percent, (), 0.09).passed
+    undecided = held_against(5.0, percent, ("B1",), 0.11)
     assert not undecided.passed
     assert undecided.why.startswith("not decided: known to within 0.1 %")
     volts = Limit(LimitKind.AT_MOST, (5.0,), "V")
-    assert held(5.0, volts).passed
-    assert held(5 + 1e-13, volts).text == "5.0000000000001 V"
+    assert held_against(5.0, volts).passed
+    assert held_against(5 + 1e-13, volts).text == "5.0000000000001 V"
 
 
 def crosscheck(**found: object):

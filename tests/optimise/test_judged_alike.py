@@ -68,7 +68,7 @@ def required(requirement: Requirement, designs: np.ndarray) -> dict[str, object]
         return {requirement.key: True}
     loose = problem_of(loads(scenario(requirement, {requirement.key: 1e-9 if kind is LimitKind.AT_LEAST else 1e9})))
     values = [line.outcome.value for line, stable in (run(loose, t) for t in designs) if stable]
-    most = schema()["$defs"]["Requirements"]["properties"][requirement.key].get("maximum", np.inf)
+    most = schema()["$defs"]["RequirementsBlock"]["properties"][requirement.key].get("maximum", np.inf)
     return {requirement.key: min(float(np.median([value for value in values if value is not None])), most)}
 
 

@@ -17,13 +17,13 @@ from vireport.base.errors import ScenarioError, UsageError
 from vireport.scenario import (
     Parameter,
     Scenario,
-    Simulation,
+    SimulationBlock,
     inputs,
     load,
     loads,
     to_dict,
 )
-from vireport.scenario.blocks import Membrane
+from vireport.scenario.blocks import MembraneBlock
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER = {
@@ -63,14 +63,14 @@ def test_defaults_are_filled_in():
 def test_simulation_is_absent_unless_asked_for_and_an_empty_block_is_all_defaults():
     assert loads(MINIMAL).scenario.simulation is loads(MINIMAL + "simulation:\n").scenario.simulation is None
     simulation = loads(MINIMAL + "simulation: {}\n").scenario.simulation
-    assert simulation == Simulation()
+    assert simulation == SimulationBlock()
     assert (simulation.samples, simulation.starts, simulation.impacts, simulation.tolerance) == (41, 4, 1000, 1e-9)
     assert (simulation.diagram, simulation.portraits, simulation.displacement) == (False, (), ())
 
 
 def test_lists_are_tuples_of_floats_and_lists_again_as_plain_data():
     loaded = loads(MINIMAL, overrides=["simulation.portraits=[1, 0.7]"])
-    assert loaded.scenario.simulation == Simulation(portraits=(1.0, 0.7))
+    assert loaded.scenario.simulation == SimulationBlock(portraits=(1.0, 0.7))
     assert [type(value) for value in loaded.scenario.simulation.portraits] == [float, float]
     assert to_dict(loaded.scenario)["simulation"]["portraits"] == [1.0, 0.7]
 
@@ -78,7 +78,7 @@ def test_lists_are_tuples_of_floats_and_lists_again_as_plain_data():
 def test_membrane_is_there_where_energy_is_evaluated():
     assert loads(MINIMAL).scenario.device.membrane is None
     loaded = loads(MINIMAL, overrides=["device.ball_mass_kg=0.004"])
-    assert loaded.scenario.device.membrane == Membrane()
+    assert loaded.scenario.device.membrane == MembraneBlock()
     assert "device.membrane" not in loaded.given
     assert loads(MINIMAL + "sweep:\n", overrides=["device.membrane="]).scenario.device.membrane is None
 

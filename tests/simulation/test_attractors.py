@@ -32,7 +32,7 @@ from vireport.simulation.events import (
     as_start,
     check_model,
     check_start,
-    follow,
+    follow_impacts,
     follow_one,
 )
 from vireport.simulation.kernel import (
@@ -289,17 +289,17 @@ def test_product_keeps_order_and_size() -> None:
 def test_results_do_not_depend_on_the_number_of_threads() -> None:
     model = check_model(Groups(np.repeat(np.linspace(0.05, 0.6, 41), len(STARTS)), INCLINED, 0.5))
     starts = np.array([check_start(STARTS[i % len(STARTS)], d) for i, d in enumerate(model[:, 0])])
-    alone, two, five = (follow(model, starts, 300, 20, workers=count) for count in (1, 2, 5))
+    alone, two, five = (follow_impacts(model, starts, 300, 20, workers=count) for count in (1, 2, 5))
     for rows, summary in (two, five):
         assert np.array_equal(rows, alone[0], equal_nan=True)
         assert np.array_equal(summary, alone[1])
-    single = follow(model[30:31], starts[30:31], 300, 20)[0]
+    single = follow_impacts(model[30:31], starts[30:31], 300, 20)[0]
     assert np.array_equal(single[0], alone[0][30])
 
 
 def test_trajectories_that_end_early_say_so() -> None:
     model = check_model(Groups([0.5, 0.5], [1.3, 0.2], 0.5))
-    rows, summary = follow(model, np.array([check_start(STARTS[0], 0.5)] * 2), 200, keep=50)
+    rows, summary = follow_impacts(model, np.array([check_start(STARTS[0], 0.5)] * 2), 200, keep=50)
     assert summary[:, 2].tolist() == [REST, RUNNING]
     assert summary[0, 0] < 100
     assert np.isfinite(rows[1]).all()

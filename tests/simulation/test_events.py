@@ -24,7 +24,7 @@ from vireport.simulation.events import (
     as_start,
     check_model,
     check_start,
-    follow,
+    follow_impacts,
     follow_one,
 )
 from vireport.simulation.kernel import (
@@ -48,7 +48,7 @@ def one_flight(d, gbar, r, wall, velocity, phase):
     """First impact after each start on a wall: rows of (wall, phase, time, velocity)."""
     model = check_model(Groups(d, gbar, r))
     starts = np.column_stack([wall, np.zeros(len(model)), velocity, phase])
-    rows, summary = follow(model, starts, 1)
+    rows, summary = follow_impacts(model, starts, 1)
     assert (summary[:, 0] == 1).all()
     assert (rows[:, 0, RIDING] + rows[:, 0, SETTLING] == 0).all()
     return rows[:, 1]
@@ -348,7 +348,7 @@ def test_ball_is_on_the_wall_at_impacts_and_inside_between(model) -> None:
 def test_ten_million_impacts_lose_no_accuracy() -> None:
     """The last of ten million flights of a chaotic motion satisfies the equations as the first one does."""
     model = check_model(Groups(*CHAOS))
-    rows, summary = follow(model, np.array([[1.0, 0.0, 0.7, 0.2]]), 10_000_000, keep=2000)
+    rows, summary = follow_impacts(model, np.array([[1.0, 0.0, 0.7, 0.2]]), 10_000_000, keep=2000)
     assert summary[0, 0] == 10_000_000
     assert extremes_stay_inside(CHAOS, rows[0]) < 1e-14
     assert ((rows[0, :, PHASE] >= 0) & (rows[0, :, PHASE] < 2 * pi)).all()

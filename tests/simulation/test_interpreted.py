@@ -17,7 +17,7 @@ from vireport.simulation import (
     Outcome,
     events,
     find_attractor,
-    follow,
+    follow_impacts,
 )
 
 CHAOS = (0.2545, 0.3, 0.5)
@@ -44,7 +44,7 @@ def random_models(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.
 def test_interpreted_impacts_are_the_compiled_ones() -> None:
     """To rounding: sine and cosine may come from another library, and a flight between touches may grow it."""
     model, starts = random_models(np.random.default_rng(1), 400)
-    (compiled, summary), (rows, ends) = (follow(model, starts, 3, compiled=c) for c in (True, False))
+    (compiled, summary), (rows, ends) = (follow_impacts(model, starts, 3, compiled=c) for c in (True, False))
     same = (rows == compiled) | (np.isnan(rows) & np.isnan(compiled))
     close = np.isclose(rows, compiled, rtol=1e-9, atol=1e-9, equal_nan=True)
     assert same.mean() > 0.5
@@ -63,11 +63,11 @@ def test_an_orbit_is_found_without_the_compiler() -> None:
 def test_a_long_interpreted_job_says_so_once(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
     model, starts = np.array([CHAOS] * 2), np.array([[1.0, 0.0, 0.7, 0.2]] * 2)
     with caplog.at_level(logging.WARNING):
-        follow(model, starts, 10)
+        follow_impacts(model, starts, 10)
         assert not caplog.records
         monkeypatch.setattr(events, "LONG", 1e-5)
-        follow(model, starts, 10)
-        follow(model, starts, 10)
+        follow_impacts(model, starts, 10)
+        follow_impacts(model, starts, 10)
     assert [record.message.count("pip install 'vireport[simulation]'") for record in caplog.records] == [1]
 
 

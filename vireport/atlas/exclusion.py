@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vireport.atlas.surface import (
     Candidates,
-    Solution,
+    HomogeneousSolution,
     candidates_above,
     into_range,
     onto_sweep,
@@ -233,7 +233,7 @@ class Exclusion:
             possible[rows] = ~self._beyond_walls(corner[:, rows], period[rows], side[rows], x.at(small))
         return possible
 
-    def _solved(self, rows: NDArray[np.intp], x: Solution) -> tuple[NDArray[np.intp], Solution]:
+    def _solved(self, rows: NDArray[np.intp], x: HomogeneousSolution) -> tuple[NDArray[np.intp], HomogeneousSolution]:
         """The solutions that may be of the sweep with velocities of the right signs, and their cells."""
         zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
         if zeros:
@@ -255,7 +255,7 @@ class Exclusion:
         left = np.flatnonzero(possible)
         return rows[left], x.at(left)
 
-    def _d(self, x: Solution) -> Any:
+    def _d(self, x: HomogeneousSolution) -> Any:
         """The d of solutions with their factor; where one membrane is struck and d is held, not less than it."""
         if x.d is not None:
             return x.d
@@ -264,7 +264,7 @@ class Exclusion:
         norm = np.copysign(np.sqrt(square.centre), x.gbar.centre)
         return room(self.model.level, self.high, x.gbar, (square * (1 / norm) + norm) * 0.5)
 
-    def _beyond_walls(self, corner: Floats, period: Floats, side: Floats, x: Solution) -> Mask:
+    def _beyond_walls(self, corner: Floats, period: Floats, side: Floats, x: HomogeneousSolution) -> Mask:
         """Which cells hold no motion because the ball would pass through a membrane in each of their solutions.
 
         What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.atlas.surface import (
     Candidates,
-    Solution,
+    HomogeneousSolution,
     candidates_above,
     into_range,
     onto_sweep,
@@ -92,7 +92,7 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Can
 
 
 @lru_cache(maxsize=8)
-def _layers(word: Word, r: float) -> list[tuple[int, Solution, list[Any]]]:
+def _layers(word: Word, r: float) -> list[tuple[int, HomogeneousSolution, list[Any]]]:
     """The solutions above the corners of the cells, which are those of every sweep with this restitution coefficient.
 
     In layers, each with the number of its first one and its velocities; few digits are enough.
@@ -127,7 +127,7 @@ def _within_slack(least: NDArray[Any], largest: NDArray[Any]) -> NDArray[np.bool
 
 
 def _starts(
-    x: Solution,
+    x: HomogeneousSolution,
     velocity: list[Any],
     cells: NDArray[np.intp],
     word: Word,

@@ -31,7 +31,7 @@ INWARD = 1 / 16
 """Share of the range from its ends at which motions are looked for on families that are found outside."""
 
 
-class Solution(NamedTuple):
+class HomogeneousSolution(NamedTuple):
     """What the conditions leave above flight times, up to a common factor.
 
     Times of the impacts, the first at time zero, or the second where only one membrane is struck; sine and cosine of
@@ -61,7 +61,7 @@ class Solution(NamedTuple):
         """The group whose sign is that of the common factor."""
         return self.gbar if self.d is None else self.d
 
-    def at(self, index: Any) -> Solution:
+    def at(self, index: Any) -> HomogeneousSolution:
         """The solutions picked by an index, but for their excess."""
         vectors, rows, waves = (
             [[y if isinstance(y, float) else y[index] for y in row] for row in part]
@@ -69,9 +69,9 @@ class Solution(NamedTuple):
         )
         d = None if self.d is None else self.d[index]
         groups = self.sine[index], self.cosine[index], self.gbar[index], d
-        return Solution(vectors, [t[index] for t in self.time], *groups, [], rows, waves)
+        return HomogeneousSolution(vectors, [t[index] for t in self.time], *groups, [], rows, waves)
 
-    def by_others(self) -> Solution:
+    def by_others(self) -> HomogeneousSolution:
         """What the last condition and the first leave instead of the first two, where only one membrane is struck."""
         rows = [self.rows[-1], *self.rows[:-1]]
         sine, cosine, gbar = kernel = _cross(*rows[:2])
@@ -86,7 +86,7 @@ def solution(
     ops: Any = ARRAYS,
     period: Any = None,
     time: list[Any] | None = None,
-) -> Solution:
+) -> HomogeneousSolution:
     """Solve the linear conditions of a motion with three or four impacts, or two to four on one membrane only.
 
     Parameters
@@ -137,10 +137,10 @@ def solution(
     # The first flight across is towards the top when the word begins at the bottom, and covers -d.
     towards = -next(wall for i, wall in enumerate(walls) if wall != walls[(i + 1) % count])
     d, excess = _product(across[0], kernel) * float(towards), [_product(row, kernel) for row in rows[2:]]
-    return Solution(velocities, time, kernel[0], kernel[1], kernel[2], d, excess)
+    return HomogeneousSolution(velocities, time, kernel[0], kernel[1], kernel[2], d, excess)
 
 
-def _on_one_membrane(flights: Sequence[Any], period: Any, r: float, ops: Any) -> Solution:
+def _on_one_membrane(flights: Sequence[Any], period: Any, r: float, ops: Any) -> HomogeneousSolution:
     """Solve the conditions where all impacts are on the bottom.
 
     A flight that comes back to it after a time t begins, by (2.12), with the velocity gbar t/2 - p s + q c upwards,
@@ -162,7 +162,7 @@ def _on_one_membrane(flights: Sequence[Any], period: Any, r: float, ops: Any) ->
     rows = [*rows[1:], rows[0]]
     kernel = _cross(*rows[:2])
     excess = [_product(row, kernel) for row in rows[2:]]
-    return Solution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess, rows, waves)
+    return HomogeneousSolution(vectors, time, kernel[0], kernel[1], kernel[2], None, excess, rows, waves)
 
 
 def _turned(vector: Sequence[Any], wave: tuple[Any, Any]) -> list[Any]:
@@ -172,7 +172,7 @@ def _turned(vector: Sequence[Any], wave: tuple[Any, Any]) -> list[Any]:
     return [s * cosine - c * sine, s * sine + c * cosine, gbar]
 
 
-def sweep_conditions(x: Solution, model: Model) -> list[Any]:
+def sweep_conditions(x: HomogeneousSolution, model: Model) -> list[Any]:
     """What is zero of the solutions of a sweep: up to three numbers, of any kind."""
     value = float(model.level.value)
     # Where only the bottom is struck any d above the ball's reach will do: only a given gbar is a condition.
@@ -207,7 +207,7 @@ class Candidates:
     gbar, d : ndarray (n,)
         The groups at which the motion occurs; d is nan where only one membrane is struck, until one is chosen.
     excess : ndarray (m, n)
-        See `Solution`.
+        See `HomogeneousSolution`.
     r : float
         Restitution coefficient.
     """

@@ -79,7 +79,7 @@ class ScenarioError(VireportError):
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """A line for each mistake."""
+        """The message as lines, one for each mistake."""
         return tuple(mistake.render(self.name) for mistake in self.mistakes)
 
 

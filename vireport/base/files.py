@@ -49,7 +49,7 @@ def write_files(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] =
     if not files:
         return
     with writable(folder):
-        made = not folder.exists()
+        created = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
         try:
             with _locked(folder) as alone:
@@ -58,7 +58,7 @@ def write_files(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] =
                 _require_places(folder, [*files, *stale])
                 _put(folder, files, stale)
         except BaseException:
-            if made:
+            if created:
                 with suppress(OSError):  # there is something in it by now
                     folder.rmdir()
             raise

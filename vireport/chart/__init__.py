@@ -5,14 +5,14 @@ from vireport.chart.chart import Chart, chart
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import FollowedLocus
 from vireport.chart.over import chart_of
-from vireport.chart.plane import Line, Plane
+from vireport.chart.plane import Plane, StraightSweep
 
 __all__ = [
     "Chart",
     "FollowedLocus",
-    "Line",
     "Meeting",
     "Plane",
+    "StraightSweep",
     "chart",
     "chart_of",
     "outputs",

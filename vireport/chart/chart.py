@@ -15,7 +15,7 @@ from vireport.chart.network import (
     LocusStart,
     Network,
 )
-from vireport.chart.plane import Line, Plane, lines
+from vireport.chart.plane import Plane, StraightSweep, straight_sweeps
 from vireport.motions import Atlas, Event, Limits, solve
 from vireport.physics import Word
 
@@ -24,14 +24,14 @@ CUTS, SOLVED_CUTS = 3, 16
 in closed form."""
 
 Stable = tuple[tuple[float, float, tuple[str, ...]], ...]
-"""From one break to the next, the words of the motions that are stable."""
+"""Stretches of a line: their ends, and the words of the motions that are stable between them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cut:
     """A sweep across the plane, and what is stable along it."""
 
-    line: Line
+    line: StraightSweep
     stable: Stable
 
 
@@ -48,7 +48,7 @@ class Chart:
     @property
     def not_followed(self) -> int:
         """Ends of loci, off the edges of the plane, beyond which nothing was found."""
-        lost = [one.inputs[row] for one in self.loci for row, event in one.events if event is Event.LOST]
+        lost = [locus.inputs[row] for locus in self.loci for row, event in locus.events if event is Event.LOST]
         return sum(self.plane.room(p) > AT_EDGE for p in lost)
 
 
@@ -67,11 +67,11 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
     """
     one_to_one = Word((1, -1), plane.device.period_ratio)
     network, crossed = Network(plane, limits, None if cuts else one_to_one), []
-    for line in lines(plane, SOLVED_CUTS):
+    for line in straight_sweeps(plane, SOLVED_CUTS):
         progress(f"1:1 motions along the {line.quantity}")
         for start in _one_to_one_starts(line):
             network.explore(start)
-    for line in lines(plane, cuts):
+    for line in straight_sweeps(plane, cuts):
         progress(f"motions along the {line.quantity}, {plane.inputs[1 - line.varied].show(line.other)}")
         if not line.sweep.unresolved:
             families = atlas(line.sweep, limits, finest=FINE)
@@ -82,7 +82,7 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
     return Chart(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
 
 
-def _one_to_one_starts(line: Line) -> Iterator[LocusStart]:
+def _one_to_one_starts(line: StraightSweep) -> Iterator[LocusStart]:
     """The critical points of the 1:1 motions on a sweep across a plane."""
     sweep = line.sweep
     try:
@@ -93,7 +93,7 @@ def _one_to_one_starts(line: Line) -> Iterator[LocusStart]:
         yield LocusStart(critical.motion, line.inputs(critical.sweep_value), critical.event)
 
 
-def _starts(families: Atlas, line: Line) -> Iterator[LocusStart]:
+def _starts(families: Atlas, line: StraightSweep) -> Iterator[LocusStart]:
     """The points on a sweep across a plane where families meet, or motions change between node and focus."""
     marks = chain.from_iterable(family.marks for family in families.families)
     turned = [mark.point for mark in marks if mark.point is not None and mark.event is Event.NODE_FOCUS]
@@ -101,7 +101,7 @@ def _starts(families: Atlas, line: Line) -> Iterator[LocusStart]:
         yield LocusStart(point.motion, line.inputs(point.sweep_value), point.event)
 
 
-def _stable(families: Atlas, line: Line) -> Stable:
+def _stable(families: Atlas, line: StraightSweep) -> Stable:
     """Between the ends of stable ranges, the words of the motions that are stable."""
 
     def place(pair: tuple[float, float]) -> list[float]:
@@ -109,8 +109,8 @@ def _stable(families: Atlas, line: Line) -> Stable:
 
     ranges = [(place(pair), family.word.letters) for family in families.families for pair in family.stable_ranges]
     ends = place((families.sweep.start, families.sweep.end))
-    found = []
+    stretches = []
     for low, high in pairwise(sorted({*ends, *chain.from_iterable(pair for pair, _ in ranges)})):
         words = {word for (first, last), word in ranges if first < (low + high) / 2 < last}
-        found.append((low, high, tuple(sorted(words, key=lambda word: (len(word), word)))))
-    return tuple(found)
+        stretches.append((low, high, tuple(sorted(words, key=lambda word: (len(word), word)))))
+    return tuple(stretches)

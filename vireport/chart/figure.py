@@ -47,7 +47,7 @@ MEETING: Look = {"linestyle": "none", "marker": "o", "markersize": 3.2, "color":
 
 
 def picture(chart: Chart, caption: str) -> Picture:
-    """Draw a chart."""
+    """Draw the figure of a chart under a caption."""
     plane = chart.plane
     with style():
         figure, ((axes,),) = blank(1)
@@ -61,9 +61,9 @@ def picture(chart: Chart, caption: str) -> Picture:
         axes.add_artist(Line2D(*points.T, **MEETING))
         labels = [Label(str(number), point[:1], point[1:], 6.5) for number, point in enumerate(points, 1)]
         for axis, k in ((axes.xaxis, 0), (axes.yaxis, 1)):
-            one = plane.inputs[k]
+            varied = plane.inputs[k]
             axis.set_ticks(*round_ticks(float(plane.low[k]), float(plane.high[k]), (ACROSS, HEIGHT)[k]))
-            axis.set_label_text(f"{one.quantity} {one.symbol} [{one.unit or '–'}]")
+            axis.set_label_text(f"{varied.quantity} {varied.symbol} [{varied.unit or '–'}]")
         lines = [("blue: words of the stable motions (B bottom, T top); – where none was found", Color.BLUE)]
         drawn = finished(figure, HEIGHT, lines, [_legend(chart)], [(axes, labels)])
     return Picture("figure-chart", "Chart", caption, caption, drawn)

@@ -110,7 +110,7 @@ class Locus(Path):
         return np.block([[unit, unit, none, none, np.zeros((half, 2))], [none, none, -unit, unit, np.zeros((half, 2))]])
 
     def trace(self, x: Floats) -> float:
-        """At grazing points, the trace of the motion without the touch; nan elsewhere, where the condition has it."""
+        """Trace at grazing points of the motion without the touch; nan elsewhere, where the condition has it."""
         if self.condition.event is not Event.GRAZING:
             return nan
         count, kept = len(self.word), [i for i in range(len(self.word)) if i not in self.condition.rests]
@@ -140,7 +140,7 @@ class Locus(Path):
         return np.concatenate([edges, speed, [turn.gap for turn in self.turns(x)]])
 
     def steepness(self, arc: Arc) -> float:
-        """At grazing points, how much the trace changes within a step, as a share of the most it may."""
+        """Change of the trace at grazing points within a step, as a share of the most it may."""
         if self.condition.event is not Event.GRAZING or arc.end.margin <= 0:
             return 0.0
         return abs(atan(arc.end.trace) - atan(arc.start.trace)) / STEEPEST
@@ -163,12 +163,12 @@ class Locus(Path):
             return self._standstill(arc)
         if self.condition.event is not Event.GRAZING:
             return [], False
-        found: list[tuple[float, PathPoint, Event | None]] = []
+        located: list[tuple[float, PathPoint, Event | None]] = []
         for event in (Event.PERIOD_DOUBLING, Event.FOLD, Event.DEGENERATE_GRAZING):
             value = self.coincidence(event)
             if value(arc.start) * value(arc.end) < 0:
-                found.append((*self.located(arc, value), event))
-        return [(motion, event) for _, motion, event in sorted(found, key=lambda one: one[0])], False
+                located.append((*self.located(arc, value), event))
+        return [(motion, event) for _, motion, event in sorted(located, key=lambda row: row[0])], False
 
     def coincidence(self, event: Event) -> Callable[[PathPoint], float]:
         """How far a motion is from another event besides that of the locus."""

@@ -116,7 +116,7 @@ def _at_grazing(motion: Motion, event: Event, plane: Plane, x: list[Any]) -> lis
     conditions = [Condition(Event.GRAZING, (rest,)) for rest in free]
     if event is not Event.GRAZING:
         conditions.append(Condition(event, rests))
-    values = (one.value(motion.word, x[:own], plane.at(x[own:]), plane.ops) for one in conditions)
+    values = (condition.value(motion.word, x[:own], plane.at(x[own:]), plane.ops) for condition in conditions)
     return [*Locus(motion.word, plane, Condition(event)).residuals(x, plane), *values]
 
 
@@ -158,7 +158,8 @@ def _at_degenerate(word: Word, normal: Floats, plane: Plane, x: list[Any]) -> li
 
     once, again = conditions(amplitude), conditions(2 * amplitude)
     lengths = (
-        sum(plane.ops.exact(float(n)) * v for n, v in zip(normal, one, strict=True)) for one in (away, away_change)
+        sum(plane.ops.exact(float(n)) * v for n, v in zip(normal, vector, strict=True))
+        for vector in (away, away_change)
     )
     changes = ((b - a) / amplitude**2 for a, b in zip(once, again, strict=True))
     return [*once, *changes, next(lengths) - 1, next(lengths)]

@@ -199,12 +199,12 @@ class Network:
         images = [motion, motion.mirrored()] if self.plane.horizontal else [motion]
         turned = [image.rotated(i) for image in images for i in range(len(path.word))]
         return any(
-            locus.holds(np.concatenate([one.velocity, one.time, x[-2:]]))
+            locus.holds(np.concatenate([image.velocity, image.time, x[-2:]]))
             for locus in self.loci
-            for one in turned
+            for image in turned
             if locus.event is path.condition.event
-            and one.word == locus.path.word
-            and one.rests == locus.path.condition.rests
+            and image.word == locus.path.word
+            and image.rests == locus.path.condition.rests
         )
 
     def _meet(self, path: Locus, x: Floats, event: Event) -> None:
@@ -223,7 +223,7 @@ class Network:
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion = touching(motion, path.turns(x))
         motion = _distinct(motion).canonical()
-        if self._is_redundant(motion) or any(self._same(one, motion, p) for one in self.meetings):
+        if self._is_redundant(motion) or any(self._same(known, motion, p) for known in self.meetings):
             return
         self.meetings.append(meeting(self.plane, motion, p, self._both(motion, own, event)))
         if event is Event.DEGENERATE_DOUBLING:
@@ -245,7 +245,7 @@ class Network:
     def _both(self, motion: Motion, own: Event, other: Event) -> tuple[Event, Event]:
         """The events of a point, from that of a locus and what happens on it."""
         if Event.FOLD in (own, other) and self._symmetric(motion):
-            own, other = (Event.PITCHFORK if one is Event.FOLD else one for one in (own, other))
+            own, other = (Event.PITCHFORK if event is Event.FOLD else event for event in (own, other))
         if own is Event.GRAZING:
             return (Event.GRAZING if other is Event.ZERO_VELOCITY else other), Event.GRAZING
         return (Event.DEGENERATE_GRAZING, Event.GRAZING) if other is Event.ZERO_VELOCITY else (own, other)
@@ -289,13 +289,15 @@ class Network:
         x = [*motion.velocity.tolist(), *motion.time.tolist()]
         both = len(motion.word) // 2 if self._symmetric(motion) else 0  # of a symmetric motion, touches are pairs
         pairs = {tuple(sorted({rest, (rest + both) % len(motion.word)})) for rest in rests}
-        found = [Condition(Event.GRAZING, pair) for pair in sorted(pairs)]
+        conditions = [Condition(Event.GRAZING, pair) for pair in sorted(pairs)]
         if len(rests) < 2 and len(motion.word) > len(rests):
             fold = Event.PITCHFORK if self._symmetric(motion) else Event.FOLD
             traced = [Condition(event) for event in (Event.PERIOD_DOUBLING, fold)]
             traced += [Condition(Event.NODE_FOCUS, sign=sign) for sign in (1, -1)]
-            found += [one for one in traced if abs(one.value(motion.word, x, groups, ARRAYS)) < MEETS]
-        return (Locus(motion.word, self.plane, condition) for condition in found)
+            conditions += [
+                condition for condition in traced if abs(condition.value(motion.word, x, groups, ARRAYS)) < MEETS
+            ]
+        return (Locus(motion.word, self.plane, condition) for condition in conditions)
 
 
 def _distinct(motion: Motion) -> Motion:
@@ -309,7 +311,7 @@ def _degenerate(path: Locus, points: list[PathPoint]) -> Iterator[PathPoint]:
     """Where along a locus of period doublings these change from soft to hard."""
     values = [path.criticality(point) for point in points]
     for (point, new), ends in zip(pairwise(points), pairwise(values), strict=True):
-        step, back = (float(one.tangent @ ((new.x - point.x) / path.scale)) for one in (point, new))
+        step, back = (float(end.tangent @ ((new.x - point.x) / path.scale)) for end in (point, new))
         # From the start of a locus tangents point both ways, and the criticality is of the side to the left of them.
         if ends[0] * ends[1] * step * back < 0:
             there = new if step * back > 0 else replace(new, tangent=-new.tangent)

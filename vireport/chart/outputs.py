@@ -46,7 +46,7 @@ def files(chart: Chart, provenance: Provenance) -> dict[str, bytes]:
 
 def caption_of(chart: Chart) -> str:
     """What the figure of a chart shows."""
-    x, y = (one.quantity for one in chart.plane.inputs)
+    x, y = (varied.quantity for varied in chart.plane.inputs)
     kinds = ", ".join(dict.fromkeys(locus.event.words for locus in chart.loci))
     return f"Chart of {y} against {x}: {counted(chart)}{kinds and f'; the curves are of {kinds}'}."
 
@@ -59,15 +59,15 @@ def text(chart: Chart) -> str:
 def _parts(chart: Chart) -> Iterator[str | Table]:
     plane, limits, lost = chart.plane, chart.limits, chart.not_followed
     ranges = " and ".join(
-        f"{one.quantity} from {low:g} to {one.show(high)}"
-        for one, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
+        f"{varied.quantity} from {low:g} to {varied.show(high)}"
+        for varied, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
     )
     said = f" {lost} end{'s' * (lost != 1)} of curves could not be followed further." if lost else ""
     yield (
         f"Over {ranges}: {counted(chart)}, of motions with at most {limits.impacts} impacts in {limits.periods} "
         f"forcing periods. Curves that neither cross a sweep that was followed nor meet another are missed.{said}"
     )
-    columns = [column for one in plane.inputs for column in (f"{one.quantity} [{one.unit or '1'}]", "±")]
+    columns = [column for varied in plane.inputs for column in (f"{varied.quantity} [{varied.unit or '1'}]", "±")]
     rows = tuple((str(number), *_row(point)) for number, point in enumerate(chart.meetings, 1))
     if rows:
         yield Table("Points of codimension two", (*texts("No.", "What", "Motion"), *numbers(*columns)), rows, NOTE)
@@ -101,8 +101,8 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
     return json_bytes(
         {
             "inputs": [
-                {"name": one.value, "unit": one.unit, "from": float(low), "to": float(high)}
-                for one, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
+                {"name": varied.value, "unit": varied.unit, "from": float(low), "to": float(high)}
+                for varied, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
             ],
             "limits": {"impacts": chart.limits.impacts, "periods": chart.limits.periods},
             "loci": [_locus(locus) for locus in chart.loci],

@@ -50,7 +50,7 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
     if DesignInput.RESTITUTION not in inputs and not 0 < device.restitution <= highest:
         allowed = f"above 0 and up to {highest:g}, or as one of the inputs"  # at 0, grazing is not followed
         raise UsageError(f"--over: device.restitution is {device.restitution:g} (allowed: {allowed})")
-    absent = [one.path for one in DesignInput if getattr(device, one) is None]
+    absent = [varied.path for varied in DesignInput if getattr(device, varied) is None]
     if absent:
         raise UsageError(f"--over: {absent[0]} has no value (give it one in the scenario, or name it in --over)")
     for corner in (device, device.with_values(dict(zip(inputs, high.tolist(), strict=True)))):
@@ -61,7 +61,7 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
 
 def _axis(scenario: Scenario, part: str) -> tuple[DesignInput, tuple[float, float]]:
     name, given, text = (word.strip() for word in part.partition("="))
-    varied = next((one for one in DesignInput if name in (one.value, one.path)), None)
+    varied = next((known for known in DesignInput if name in (known.value, known.path)), None)
     if varied is None:
         raise UsageError(f"--over: unknown input {name!r} (allowed: {', '.join(DesignInput)})")
     least, most = varied.limits

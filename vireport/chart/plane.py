@@ -28,7 +28,7 @@ class Here:
         return self.groups
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """The derivatives."""
+        """The derivatives of d, gbar and r by the inputs, shape (3, 2)."""
         return self.gradients
 
 
@@ -63,12 +63,14 @@ class Plane:
     def here(self, varied: Sequence[float]) -> Here:
         """Return the groups of a device with their derivatives by the inputs."""
         groups, device = self.at(varied), self.device_at(varied)
-        return Here(groups, np.array([device.slopes(one, groups.d, groups.gbar) for one in self.inputs]).T)
+        return Here(
+            groups, np.array([device.slopes(varied_input, groups.d, groups.gbar) for varied_input in self.inputs]).T
+        )
 
     def _side(self, varied: Sequence[Any]) -> int:
         """-1 beyond the horizontal."""
         tilted = zip(self.inputs, varied, strict=True)
-        return -1 if any(one is DesignInput.INCLINATION and value < 0 for one, value in tilted) else 1
+        return -1 if any(varied_input is DesignInput.INCLINATION and value < 0 for varied_input, value in tilted) else 1
 
     def device_at(self, varied: Sequence[Any]) -> Device:
         """The device with these values of the inputs."""
@@ -77,7 +79,7 @@ class Plane:
 
     @property
     def widths(self) -> Floats:
-        """Widths of the ranges."""
+        """Widths of the ranges of both inputs, shape (2,), each in its unit."""
         return self.high - self.low
 
     def room(self, varied: Floats) -> float:
@@ -91,7 +93,7 @@ class Plane:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Line:
+class StraightSweep:
     """A straight sweep across a plane.
 
     Attributes
@@ -109,7 +111,7 @@ class Line:
 
     @property
     def quantity(self) -> str:
-        """What varies."""
+        """The quantity that varies, for the reader."""
         return self.plane.inputs[self.varied].quantity
 
     @property
@@ -135,12 +137,12 @@ class Line:
         return np.insert([self.other], self.varied, value)
 
 
-def lines(plane: Plane, count: int) -> Iterator[Line]:
+def straight_sweeps(plane: Plane, count: int) -> Iterator[StraightSweep]:
     """Sweeps across a plane, as many along each input, at equal distances; none is along the restitution."""
     for k in (1, 0):
         if plane.inputs[k] is not DesignInput.RESTITUTION:
             for share in (np.arange(count) + 0.5) / count:
-                yield Line(plane, k, float(plane.low[1 - k] + plane.widths[1 - k] * share))
+                yield StraightSweep(plane, k, float(plane.low[1 - k] + plane.widths[1 - k] * share))
 
 
 def _mass(device: Device, amplitude: float) -> float:

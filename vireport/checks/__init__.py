@@ -8,10 +8,10 @@ from vireport.checks.accuracy_tables import measurements, power, ranking, second
 from vireport.checks.benchmark import stable_motion
 from vireport.checks.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
 from vireport.checks.hysteresis import Hysteresis
-from vireport.checks.methods import CLOSED, EXPLICIT, NAMES, PRINTED, RK4, SETTLING, SIMULATED, WHOLE
+from vireport.checks.methods import CLOSED, EXPLICIT, METHOD_NAMES, PRINTED, RK4, SIMULATED, SIMULATED_TRANSIENT, WHOLE
 from vireport.checks.paper import PAPER, PaperComparison, compare_with_paper
 from vireport.checks.reproduction import Reproduction, reproduce
-from vireport.checks.rootfinding import Floats, solve
+from vireport.checks.rootfinding import Floats, find_root
 from vireport.checks.timing import timed_in_turns
 from vireport.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision, accuracy_data, measure
 
@@ -19,12 +19,12 @@ __all__ = [
     "ACCURACIES",
     "CLOSED",
     "EXPLICIT",
-    "NAMES",
+    "METHOD_NAMES",
     "PAPER",
     "PRINTED",
     "RK4",
-    "SETTLING",
     "SIMULATED",
+    "SIMULATED_TRANSIENT",
     "WHOLE",
     "CrossCheck",
     "Floats",
@@ -37,6 +37,7 @@ __all__ = [
     "accuracy_data",
     "compare_with_paper",
     "crosscheck",
+    "find_root",
     "is_one_to_one",
     "measure",
     "measurements",
@@ -44,7 +45,6 @@ __all__ = [
     "ranking",
     "reproduce",
     "seconds",
-    "solve",
     "stable_motion",
     "task_name",
     "timed_in_turns",

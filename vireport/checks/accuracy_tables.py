@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.checks.benchmark import MethodTask
-from vireport.checks.methods import CLOSED, NAMES, WHOLE
+from vireport.checks.methods import CLOSED, METHOD_NAMES, WHOLE
 from vireport.checks.timing import Spread
 from vireport.checks.workprecision import (
     ACCURACIES,
@@ -66,7 +66,7 @@ def measurements(work: WorkPrecision, every: bool = False, templates: Path | Non
 
 
 def ranking(work: WorkPrecision, templates: Path | None = None) -> Iterator[Table]:
-    """By what factors methods are slower than the fastest, fitted orders, and what failed.
+    """Factors by which methods are slower than the fastest, fitted orders, and what failed.
 
     The folder of templates is that of `measurements`.
     """
@@ -147,7 +147,7 @@ def _reference_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:
 
 def _summary_rows(work: WorkPrecision, task: MethodTask, say: Words) -> Iterator[Row]:
     """For each method: time to each accuracy, smallest error, the evaluations for it, and runs that failed."""
-    for name in NAMES:
+    for name in METHOD_NAMES:
         runs = work.runs_of(name, task)
         if not runs:
             continue
@@ -198,7 +198,7 @@ def _factor_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:
     """For each method, how many times the time of the fastest it takes."""
     fastest = {(task, accuracy): work.fastest(task, accuracy) for task in work.tasks for accuracy in ACCURACIES}
     not_tried = say("not_tried")
-    for name in NAMES:
+    for name in METHOD_NAMES:
         cells = []
         for (task, accuracy), time in fastest.items():
             best = work.best(name, task, accuracy)

@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from vireport.checks.reference import ReferenceOrbit
 
 PHASE_OFF, Q_OFF = 6e-3, 3e-3
-"""By how much the guess of the phase [rad] and of q is off the reference."""
+"""Error of the guess of the phase [rad] and of q against the reference."""
 
 VELOCITY_OFF, VALUE_OFF = 4e-3, -3e-3
-"""By which share the guess of the velocity and of the swept value is off the reference."""
+"""Relative error of the guess of the velocity and of the swept value against the reference."""
 
 NEAREST = 0.2
 """Share of the distance to the next motion at the same parameters by which the guess is off at the most: beyond,
@@ -49,7 +49,7 @@ SHOWN = 20
 
 
 class MethodTask(StrEnum):
-    """What has to be solved."""
+    """The problems that every method has to solve."""
 
     ORBIT = "orbit"
     CRITICAL = "critical"
@@ -179,7 +179,7 @@ class Benchmark:
 
     @property
     def guess_errors(self) -> tuple[float, float, float]:
-        """By how much the guess is off: phase [rad], and velocity and critical value, relative."""
+        """Errors of the guess: of the phase [rad], and relative ones of velocity and critical value."""
         return self.offset * PHASE_OFF, self.offset * VELOCITY_OFF, self.offset * VALUE_OFF
 
     def errors(self, answer: SolvedMotion | float) -> dict[str, float]:

@@ -163,6 +163,7 @@ def _certificate(sweep: Sweep, critical: Point, point: Point) -> Certificate:
     """Try the candidates with more and more bits; the first is the likely one, and its failure is reported."""
     reason = "no turning point of the ball is near a membrane"
     candidates = list(_candidates(sweep, critical.event, point.closed))
+    # Boxes of more bits are slower, and needed only where conditions nearly coincide.
     for bits in PRECISIONS:
         reasons = []
         for candidate in candidates:
@@ -314,6 +315,8 @@ def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate)
     ops, r, n = BallOps(), ball(sweep.device.restitution), sweep.device.period_ratio
     root = _root(sweep, point, symmetric, candidate)
     (time,) = root.box[1 if symmetric else 2 :] or [None]
+    # Where a condition fixes a number, its enclosure by the formulae still has a width about it: a velocity of zero
+    # would have no sign, and a level held would seem to vary.
     orbit = _simplified(_orbit_at(sweep, root.box, symmetric, ops), sweep.level_in(ops), candidate.rest, r, n)
     _check_signs(orbit, candidate.rest)
     if time is not None and not 0 < time < (
@@ -323,6 +326,7 @@ def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate)
     value = sweep.value(orbit.d, orbit.gbar, ops)
     if not value.is_finite():
         raise UnprovedError("no value of the swept parameter is proved to give the groups of the motion")
+    # Negated: a ball that is not finite fulfils no comparison.
     if not value.rad() <= WIDEST * abs(value):
         raise UnprovedError("the enclosure of the swept value stays wide")
     event = candidate.condition.event
@@ -346,6 +350,7 @@ def _root(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) 
     more = [] if candidate.touch is None or candidate.touch.time is None else [candidate.touch.time]
     root = prove(system, [*start, *more], [*scale, *(abs(t) or 1.0 for t in more)])
     for (name, stated, size), x in zip(unknowns, root.box, strict=False):
+        # The test proves a solution in its box, not that it is the point that was printed.
         if not abs(x - ball(stated)) <= PLACE * size:
             raise UnprovedError(f"the {name} that solves the equations is not the one stated")
     return root
@@ -399,6 +404,8 @@ def _slope(sweep: Sweep, box: list[Ball], symmetric: bool) -> int:
         product = trace * coordinate
     else:
         trace, coordinate, along = slopes
+        # Along the curve (dq, dphase) is normal to the gradient of the level. Both derivatives are taken along the
+        # same tangent, whose length and direction drop out of the sign of their product.
         product = _cross(along, trace) * _cross(along, coordinate)
     # The swept value grows with d (with gbar where the inclination is swept), but a force falls.
     rising = -1 if sweep.parameter is Parameter.AMPLITUDE else 1
@@ -447,5 +454,7 @@ def _side(kind: Event, slope: int, negative: bool) -> str:
     if not slope or kind in (Event.FOLD, Event.GRAZING):
         return ""
     type_changes = kind is Event.NODE_FOCUS
+    # A period doubling is the lower border of the trace, all others but the focus with a negative trace are upper
+    # ones.
     inward = slope if kind is Event.PERIOD_DOUBLING or (type_changes and negative) else -slope
     return f"{'focus' if type_changes else 'stable'} {'above' if inward > 0 else 'below'}"

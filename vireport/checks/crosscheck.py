@@ -22,7 +22,7 @@ from vireport.motions import (
     motions_of,
 )
 from vireport.physics import Device, Groups, wrapped
-from vireport.scenario import Direction, Parameter, Simulation
+from vireport.scenario import Direction, Parameter, SimulationBlock
 from vireport.simulation import (
     BOTTOM,
     Attractor,
@@ -49,7 +49,7 @@ ASIDE = 1e-6
 """Relative change of the velocity by which a simulation starts beside the orbit that it is to end on."""
 
 SEED = 20190301
-"""Of the starting states: a value of the swept parameter has its own, and they are the same in every run."""
+"""Seed of the starting states: each value of the swept parameter has its own, equal in every run."""
 
 REACHED = 1e-6
 """Distance, in phase [rad] and velocity [y_c], up to which a simulated cycle is one of the analytic orbits."""
@@ -161,7 +161,7 @@ class CrossCheck:
 
     @property
     def step(self) -> float:
-        """Distance of the values."""
+        """Distance of neighbouring values, in the unit of the swept parameter."""
         return float(np.ptp(self.values)) / max(len(self.values) - 1, 1)
 
     def attractors(self) -> Iterator[tuple[float, Attractor]]:
@@ -181,7 +181,9 @@ class CrossCheck:
         return wilson(self.reached, self.trials) if self.trials else None
 
 
-def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None = None, seed: int = SEED) -> CrossCheck:
+def crosscheck(
+    solution: Solution, asked: SimulationBlock, progress: Progress | None = None, seed: int = SEED
+) -> CrossCheck:
     """Simulate along a sweep, or at a design point, and compare with the analytic motions.
 
     Parameters
@@ -202,14 +204,14 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
     speed = start_speed(groups.restitution, [_fastest(motions) for motions in orbits])
     starts = random_starts(groups.d, speed, asked.starts, seed)
     say(f"simulating {len(values) * asked.starts} starts")
-    found = attractors(groups, starts, asked.impacts)
+    reached = attractors(groups, starts, asked.impacts)
     say("checking the stable motions")
     checked = [
         _check(motions, _row(groups, i), device.period_ratio) for i, motions in enumerate(orbits) if motions is not None
     ]
     pairs = [pair for group, _ in checked for pair in group]
     n = device.period_ratio
-    at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in found[i]]
+    at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in reached[i]]
     elsewhere = [(value, end) for value, end in at_stable if not is_one_to_one(end, n)]
     portraits = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.portraits]
     displacements = [_portrait(device, parameter, value, asked.starts, seed) for value in asked.displacement]
@@ -222,7 +224,7 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
         values=values,
         groups=groups,
         start_speed=speed,
-        found=tuple(found),
+        found=tuple(reached),
         orbits=sum(len(agreeing) + len(missed) for agreeing, missed in checked),
         velocity_difference=max((pair[0] for pair in pairs), default=0.0),
         phase_difference=max((pair[1] for pair in pairs), default=0.0),
@@ -230,9 +232,9 @@ def crosscheck(solution: Solution, asked: Simulation, progress: Progress | None 
         tolerance=asked.tolerance,
         trials=len(at_stable),
         reached=len(at_stable) - len(elsewhere),
-        motions=_counted([(value, end) for value, row in zip(values, found, strict=True) for end in row]),
+        motions=_counted([(value, end) for value, row in zip(values, reached, strict=True) for end in row]),
         elsewhere=_counted(elsewhere),
-        diagram=diagram(found) if asked.diagram else None,
+        diagram=diagram(reached) if asked.diagram else None,
         hysteresis=slowly,
         portraits=tuple(portraits),
         displacements=tuple(displacements),
@@ -267,6 +269,7 @@ def _fastest(motions: Motions | None) -> float:
     """Velocity of the fastest impact among admissible motions, 0 where there is none."""
     if motions is None:
         return 0.0
+    # Starts reach as fast as the fastest motion, stable or not, or its basin might not be sampled.
     speeds = np.maximum(motions.velocity_bottom, -motions.velocity_top)[motions.admissible]
     return float(speeds.max(initial=0.0))
 
@@ -289,24 +292,27 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
     sweep, level = diagram.sweep, diagram.curve.level
     groups = _of_each(sweep.device.groups(sweep.parameter, values), len(values))
     everywhere = find_motions(groups._replace(restitution=sweep.device.restitution), sweep.device.period_ratio)
-    found: list[Motions | None] = [None] * len(values)
+    at_values: list[Motions | None] = [None] * len(values)
     for i in np.unique(everywhere.cell):
         motions = motions_of(sweep, level, everywhere.orbit.select(everywhere.cell == i))
         motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], groups.d[i], groups.gbar[i]
-        found[i] = motions
-    return found
+        at_values[i] = motions
+    return at_values
 
 
 def _check(motions: Motions, groups: Groups[float], n: int) -> tuple[list[tuple[float, float]], list[Miss]]:
     """Simulate from beside each stable orbit: differences of velocity and phase, and orbits not found again."""
     differences, misses = [], []
     for i in np.nonzero(motions.stable)[0]:
+        # From beside the motion: started on it, an unstable one would be confirmed as well, as long as rounding keeps
+        # the ball there.
         start = Impact(BOTTOM, float(motions.velocity_bottom[i]) * (1 + ASIDE), float(motions.phi_bottom[i]))
         end = find_attractor(groups, start)
         if not is_one_to_one(end, n):
             misses.append(Miss(float(motions.sweep_value[i]), end.word or end.outcome.value))
             continue
         velocity, phase = difference(end, motions, int(i))
+        # There may be several stable 1:1 motions: another one is no agreement, however stable.
         if max(velocity, phase) > REACHED:
             misses.append(Miss(float(motions.sweep_value[i]), f"another {end.word} motion"))
             continue

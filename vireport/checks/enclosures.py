@@ -103,6 +103,8 @@ def gradients(functions: System, box: Sequence[Ball]) -> list[list[Ball]]:
     """
     columns = []
     for i in range(len(box)):
+        # A series x + t to first order carries the derivative along, enclosed like the value: no difference quotient
+        # could be.
         arguments = [arb_series([x, 1], prec=2) if k == i else x for k, x in enumerate(box)]
         try:
             columns.append([arb_series(value, prec=2)[1] for value in functions(arguments)])
@@ -113,7 +115,7 @@ def gradients(functions: System, box: Sequence[Ball]) -> list[list[Ball]]:
 
 @dataclass(frozen=True, slots=True)
 class Root:
-    """A proven solution.
+    """An enclosure that is proved to hold one solution and no other.
 
     Attributes
     ----------
@@ -148,12 +150,15 @@ def prove(system: System, guess: Sequence[float], scale: Sequence[float]) -> Roo
         If the guess leads to no solution, or none that can be told to be single.
     """
     middle = _newton(system, guess, scale)
+    # The widest box first: the wider, the more is said about there being no other solution near.
     for radius in RADII:
         box = [arb(m, float(ball(radius) * size)) for m, size in zip(middle, scale, strict=True)]
         image = _krawczyk(system, box)
-        if all(x.contains_interior(k) for x, k in zip(box, image, strict=True)):
+        if all(side.contains_interior(k) for side, k in zip(box, image, strict=True)):
             for _ in range(SHRINKAGES):
-                image = [x.intersection(k) for x, k in zip(image, _krawczyk(system, image), strict=True)]
+                # All solutions of a box are in its image as well, so that the intersection loses none and shrinks
+                # quadratically.
+                image = [side.intersection(k) for side, k in zip(image, _krawczyk(system, image), strict=True)]
             return Root(image, float(radius))
     raise UnprovedError("no box is mapped into itself: the conditions are degenerate here, or nearly so")
 
@@ -174,10 +179,12 @@ def _newton(system: System, guess: Sequence[float], scale: Sequence[float]) -> l
 
 
 def _krawczyk(system: System, box: list[Ball]) -> list[Ball]:
-    middle = [x.mid() for x in box]
+    middle = [side.mid() for side in box]
     inverse, wide, size = _inverse(gradients(system, middle)), arb_mat(gradients(system, box)), len(box)
     identity = arb_mat([[int(i == k) for k in range(size)] for i in range(size)])
     offset = arb_mat([[x - m] for x, m in zip(box, middle, strict=True)])
+    # The derivative over the whole box meets only the half widths, the residual is taken at a point: with the
+    # residual over the box no box would map into itself.
     correction = (identity - inverse * wide) * offset - inverse * arb_mat([[value] for value in system(middle)])
     return [m + correction[i, 0] for i, m in enumerate(middle)]
 
@@ -185,6 +192,7 @@ def _krawczyk(system: System, box: list[Ball]) -> list[Ball]:
 def _inverse(jacobian: list[list[Ball]]) -> Any:
     """About the inverse of the middle of a matrix, as exact numbers."""
     try:
+        # Any matrix makes the test valid; the nearer to the inverse, the more boxes pass.
         return arb_mat(jacobian).mid().inv().mid()
     except ZeroDivisionError as error:
         raise UnprovedError("two of the conditions coincide here: the point is degenerate") from error

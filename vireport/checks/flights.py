@@ -44,7 +44,7 @@ SETTLED = 1e-16
 """Relative correction of an impact time below which it is found: less than the spacing of doubles."""
 
 MOST_CORRECTIONS = 60
-"""Of an impact time, of which four are usual."""
+"""Most corrections of an impact time, of which four are usual."""
 
 CLOSE_SCAN = 1 / 256
 """Step in which it is checked whether an impact was missed [t_c]."""

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from vireport.motions import Sweep
 from vireport.physics import Groups
-from vireport.scenario import Direction, Simulation
+from vireport.scenario import Direction, SimulationBlock
 from vireport.simulation import (
     CLOSE,
     RESOLUTION,
@@ -37,7 +37,7 @@ class Loop:
 
     @property
     def width(self) -> float:
-        """In the unit of the parameter."""
+        """Width of the loop in the unit of the swept parameter."""
         return self.high - self.low
 
 
@@ -68,7 +68,7 @@ class Hysteresis:
         return tuple(_loops(self.courses[Direction.UP], self.courses[Direction.DOWN], self.mirror))
 
 
-def follow_sweep(sweep: Sweep, values: list[float], asked: Simulation) -> Hysteresis:
+def follow_sweep(sweep: Sweep, values: list[float], asked: SimulationBlock) -> Hysteresis:
     """Go through values of a sweep as the scenario asks; downwards after upwards from where that ended."""
 
     def at(value: float) -> Conditions:
@@ -87,7 +87,7 @@ def follow_sweep(sweep: Sweep, values: list[float], asked: Simulation) -> Hyster
 
 def _loops(up: Course, down: Course, mirror: bool) -> Iterator[Loop]:
     """Between jumps both motions change continuously: one value tells whether they are the same."""
-    rising, falling = ({jump.value: jump for jump in one.jumps} for one in (up, down))
+    rising, falling = ({jump.value: jump for jump in course.jumps} for course in (up, down))
     ends = [up.stages[0].value, *sorted([*rising, *falling]), up.stages[-1].value]
     stages = list(zip(up.stages, reversed(down.stages), strict=True))
     for low, high in pairwise(ends):

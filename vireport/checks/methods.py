@@ -29,7 +29,7 @@ from vireport.checks.flights import (
     runge_kutta,
     simulated,
 )
-from vireport.checks.rootfinding import Floats, solve
+from vireport.checks.rootfinding import Floats, find_root
 from vireport.design import design_point
 from vireport.motions import (
     TRACE_LEVELS,
@@ -43,9 +43,7 @@ from vireport.motions import (
     orbits,
     product_trace,
     return_trace,
-)
-from vireport.motions import (
-    solve as solve_sweep,
+    solve,
 )
 from vireport.physics import wrapped
 from vireport.simulation import (
@@ -53,16 +51,16 @@ from vireport.simulation import (
     FLIGHT,
     PHASE,
     RIDING,
+    SETTLING,
     TOP,
     VELOCITY,
     WALL,
     follow_one,
 )
-from vireport.simulation import SETTLING as SETTLING_TIME
 
 CLOSED, WHOLE = "closed form", "whole sweep, no guess"
 PRINTED, EXPLICIT = "Newton on (3.15)–(3.17)", "return map (2.11)–(2.12)"
-SETTLING, SIMULATED = "simulated transient", "simulated return map"
+SIMULATED_TRANSIENT, SIMULATED = "simulated transient", "simulated return map"
 RK4 = "RK4, fixed steps"
 SOLVERS = ("RK45", "DOP853", "Radau", "LSODA")
 
@@ -163,7 +161,7 @@ def closed_motion(target: Target, stop: float, budget: Budget) -> SolvedMotion:
         at = _surface(target, x, budget)
         return [at.gbar - gbar, at.d - d]
 
-    x = solve(residual, [target.guess.q - 0.5, target.guess.phase], stop, FORMULA_NOISE)
+    x = find_root(residual, [target.guess.q - 0.5, target.guess.phase], stop, FORMULA_NOISE)
     return _motion(_surface(target, x, budget))
 
 
@@ -180,7 +178,7 @@ def closed_critical(target: Target, stop: float, budget: Budget) -> float:
         return [excess] if target.symmetric else [level_residual(level, at), excess]
 
     start = [guess.phase] if target.symmetric else [guess.q - 0.5, guess.phase]
-    end = _surface(target, solve(residual, start, stop, FORMULA_NOISE), budget)
+    end = _surface(target, find_root(residual, start, stop, FORMULA_NOISE), budget)
     d = level.value if level.held is Held.D else float(end.d)
     gbar = level.value if level.held is Held.GBAR else float(end.gbar)
     return float(target.sweep.value(d, gbar))
@@ -215,7 +213,7 @@ def printed_motion(target: Target, stop: float, budget: Budget) -> SolvedMotion:
         velocity, phase, q = x.tolist()
         return _printed(velocity, phase, q, d, gbar, target.r, target.n)
 
-    x = solve(residual, [guess.velocity, guess.phase, guess.q], stop, FORMULA_NOISE)
+    x = find_root(residual, [guess.velocity, guess.phase, guess.q], stop, FORMULA_NOISE)
     velocity, phase, q = x.tolist()
     return SolvedMotion(phase % (2 * pi), velocity, 2 * target.n * gbar / (1 + target.r) - velocity, q)
 
@@ -241,7 +239,7 @@ def printed_critical(target: Target, stop: float, budget: Budget) -> float:
         second = flight_jacobian(2 * n - up, top, velocity, at_top, at_bottom, r)
         return [*closed, product_trace([first, second]) - target.trace]
 
-    x = solve(residual, [guess.velocity, guess.phase, guess.q, guess.value / unit], stop, FORMULA_NOISE)
+    x = find_root(residual, [guess.velocity, guess.phase, guess.q, guess.value / unit], stop, FORMULA_NOISE)
     return float(x[3]) * unit
 
 
@@ -288,7 +286,7 @@ def shoot(flight_with: FlightWith, target: Target, setting: float, budget: Budge
             [(b21 * a11 + b22 * a21) / pi, b21 * a12 + b22 * a22 - 1],
         ]
 
-    phase, velocity = solve(lap, [guess.phase, guess.velocity], method.stop, method.noise, jacobian=True).tolist()
+    phase, velocity = find_root(lap, [guess.phase, guess.velocity], method.stop, method.noise, jacobian=True).tolist()
     up, top = method.fly(model, BOTTOM, velocity, phase, budget)
     return SolvedMotion(phase % (2 * pi), velocity, top, up / period)
 
@@ -315,7 +313,7 @@ def shoot_critical(flight_with: FlightWith, target: Target, setting: float, budg
         return _finite(values.real[:, 0].tolist()), values.imag / TINY
 
     start = [guess.phase, guess.velocity, guess.value / unit]
-    return float(solve(conditions, start, method.stop, method.noise, jacobian=True)[2]) * unit
+    return float(find_root(conditions, start, method.stop, method.noise, jacobian=True)[2]) * unit
 
 
 Complexes = NDArray[np.complex128]
@@ -383,7 +381,7 @@ def settle(target: Target, tolerance: float, budget: Budget) -> SolvedMotion:
     for _ in range(MOST_IMPACTS // BLOCK):
         rows, summary = follow_one(parameters, start, BLOCK)
         budget.spend(int(summary[1]))
-        if len(rows) <= BLOCK or (rows[:, RIDING] + rows[:, SETTLING_TIME]).any():
+        if len(rows) <= BLOCK or (rows[:, RIDING] + rows[:, SETTLING]).any():
             raise NumericalError("the ball came to stick to a membrane")
         bottom, walls = rows[::2], rows[:, WALL]
         if (walls[::2] != BOTTOM).any() or (walls[1::2] != TOP).any():
@@ -401,7 +399,7 @@ def settle(target: Target, tolerance: float, budget: Budget) -> SolvedMotion:
 def whole_motion(target: Target, _: float, budget: Budget) -> SolvedMotion:
     """The motion among all that the package finds in the sweep and at the design point, without a guess."""
     device = target.sweep.device.with_values({target.sweep.parameter: target.guess.value})
-    motions = design_point(device, solve_sweep(target.sweep) if target.swept else None).motions
+    motions = design_point(device, solve(target.sweep) if target.swept else None).motions
     k = int(np.argmax(np.where(motions.stable, np.cos(motions.phi_bottom - target.guess.phase), -2.0)))
     numbers = (motions.phi_bottom[k], motions.velocity_bottom[k], motions.velocity_top[k], motions.q[k])
     return SolvedMotion(*map(float, numbers))
@@ -409,7 +407,7 @@ def whole_motion(target: Target, _: float, budget: Budget) -> SolvedMotion:
 
 def whole_critical(target: Target, _: float, budget: Budget) -> float:
     """The critical point among all that the package finds in the sweep, without a guess."""
-    points = [point for point in solve_sweep(target.sweep).critical_points if point.event is target.kind]
+    points = [point for point in solve(target.sweep).critical_points if point.event is target.kind]
     return min((p.sweep_value for p in points), key=lambda value: abs(value - target.guess.value))
 
 
@@ -429,7 +427,7 @@ METHODS = (
     Method(PRINTED, Knob.STOP, STOPS, printed_motion, printed_critical, FORMULA),
     _shooting(EXPLICIT, Knob.STOP, STOPS, explicit, "formula"),
     _shooting(SIMULATED, Knob.STOP, STOPS, simulated, "formula", needs="numba"),
-    Method(SETTLING, Knob.CHANGE, TRANSIENTS, settle, None, FORMULA, order=1.0, needs="numba"),
+    Method(SIMULATED_TRANSIENT, Knob.CHANGE, TRANSIENTS, settle, None, FORMULA, order=1.0, needs="numba"),
     _shooting(RK4, Knob.STEPS, STEPS, runge_kutta, "steps", order=4.0),
     *(
         _shooting(
@@ -446,4 +444,4 @@ METHODS = (
 )
 """All methods, in the order of tables and legends."""
 
-NAMES = tuple(method.name for method in METHODS)
+METHOD_NAMES = tuple(method.name for method in METHODS)

@@ -36,7 +36,7 @@ PAPER = (
 )
 
 RESTITUTION, CAPSULE_MASS, FREQUENCY, GRAVITY = 0.5, 0.1245, 2.0, 9.8
-"""Of all figures of the paper."""
+"""Restitution [-], capsule mass [kg], frequency [Hz] and gravity [m/s^2] of all figures of the paper."""
 
 NODE, FOCUS, UNSTABLE = Stability.STABLE_NODE, Stability.STABLE_FOCUS, Stability.UNSTABLE_NODE
 
@@ -175,9 +175,9 @@ class Agreement(StrEnum):
 
     TO_ALL_DIGITS = "to_all_digits"
     CUT_OFF = "cut_off"
-    """To all digits, if the print was cut off rather than rounded."""
+    """The printed value agrees to all its digits if the print was cut off rather than rounded."""
     ROUNDING_OF_D = "rounding_of_d"
-    """Within what the rounding of the printed d leaves open."""
+    """The printed value agrees within what the rounding of the printed d leaves open."""
     DIFFERS = "differs"
     NOT_PRINTED = "not_printed"
 

@@ -34,7 +34,7 @@ MOST_STEPS = 40
 """Newton steps, of which six are usual from a guess in doubles; near a double root each gains but a factor of two."""
 
 VOLTAGE_DIGITS = 420
-"""Of a voltage: at 1e-300 m/s the deflection is 1e-168 m, and the formulae subtract its square from 1."""
+"""Digits of a voltage: at 1e-300 m/s the deflection is 1e-168 m, and the formulae subtract its square from 1."""
 
 SHORTEST = 1e-10
 """Time after an impact from which turning points are looked for; a ball that hardly rebounds turns at once."""
@@ -48,7 +48,7 @@ State = tuple[Any, Any, Any]
 Equations = Callable[[list[Any]], list[Any]]
 """Residuals of some unknowns."""
 
-Condition = Callable[..., list[Any]]
+Residuals = Callable[..., list[Any]]
 """Residuals of a motion that is to be a special one: of its state, d and gbar, and of unknowns beyond them."""
 
 
@@ -115,8 +115,8 @@ def reference_orbit(
             if kind is None:
                 state = motion(start, *groups(device, parameter, value), r, n)
             else:
-                *found, value = with_trace(device, parameter, kind, [*start, value], kind == "pitchfork")
-                state = found[0], found[1], found[2]
+                *solved, value = with_trace(device, parameter, kind, [*start, value], kind == "pitchfork")
+                state = solved[0], solved[1], solved[2]
         except ArithmeticError as error:
             raise NumericalError(str(error)) from error
         top = velocity_top(state, groups(device, parameter, value)[1], r, n)
@@ -244,7 +244,7 @@ def newton(function: Equations, guess: list[Any], scale: list[Any] | None = None
 
 
 def special_motion(
-    device: Device, parameter: Parameter, condition: Condition, guess: list[Any], symmetric: bool
+    device: Device, parameter: Parameter, condition: Residuals, guess: list[Any], symmetric: bool
 ) -> list[Any]:
     """The motion of a sweep at which a condition holds: state, swept value, and the unknowns beyond them.
 

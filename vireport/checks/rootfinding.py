@@ -19,7 +19,7 @@ MOST_EVALUATIONS = 100
 """Before a search is given up; five to fifteen are usual."""
 
 
-def solve(
+def find_root(
     equations: Callable[[Floats], Any],
     guess: Sequence[float] | Floats,
     stop: float,

@@ -44,7 +44,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """Where it was measured: processor, cores, system, and versions of Python and of what computes."""
+    """The machine of a measurement: processor, cores, system, and versions of Python and of what computes."""
 
     processor: str
     cores: int

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from vireport.design import Solution
 
 ACCURACIES = (1e-6, 1e-9, 1e-12)
-"""At which the methods are ranked."""
+"""Errors at which the methods are ranked."""
 
 WRONG = 0.1
 """Error from which a method has found something else than what was asked for: far more than the guess is off."""
@@ -61,7 +61,7 @@ SAME_LEAGUE = 3.0
 """Factor over the time of the closed form within which a method is said to be as fast."""
 
 LEAST_POINTS = 3
-"""Of a fit."""
+"""Fewest points that an order of convergence is fitted to."""
 
 FAILURES = (NumericalError, ArithmeticError, ValueError, Warning)
 """What a method that fails raises; warnings of the integrators count as failures."""
@@ -157,7 +157,7 @@ class WorkPrecision:
 
     @property
     def quantities(self) -> tuple[MeasuredQuantity, ...]:
-        """What was to be found."""
+        """The quantities that the methods had to find."""
         return self.benchmark.quantities if self.benchmark is not None else ()
 
     @property

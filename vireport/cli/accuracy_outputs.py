@@ -14,7 +14,7 @@ from vireport.membranes import (
     solvers_on_stiff_membranes,
     verdict,
 )
-from vireport.scenario import Accuracy, Loaded
+from vireport.scenario import AccuracyBlock, Loaded
 from vireport.study import Study, Task, analyse
 from vireport.text import Table, capital, plain_text
 
@@ -31,7 +31,7 @@ def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
 
     Simulation and requirements are left out: they are not what is asked for here.
     """
-    block = loaded.scenario.accuracy or Accuracy()
+    block = loaded.scenario.accuracy or AccuracyBlock()
     changes = {"accuracy": block, "simulation": None, "requirements": None}
     scenario = loaded.scenario.model_copy(update=changes)
     return analyse(replace(loaded, scenario=scenario), (Task.PNG, Task.JSON), progress)

@@ -99,7 +99,7 @@ Templates = Annotated[
 
 
 class PaperSize(StrEnum):
-    """Paper of a PDF."""
+    """The sizes of paper that a PDF can have."""
 
     A4 = "a4"
     LETTER = "letter"
@@ -369,8 +369,8 @@ def extremes(
     Exit code 1 if one fails; 3 if some could not be run, or none applies.
     """
     from vireport.extremes import (
+        exit_status,
         run_catalogue,
-        shortcoming,
         table_data,
         table_text,
     )
@@ -381,7 +381,7 @@ def extremes(
     with progress(quiet) as say:
         outcomes = run_catalogue(loaded, say)
     printed = f"{plain_json.dumps(table_data(outcomes), allow_nan=False)}\n" if json else table_text(outcomes)
-    code, failure = shortcoming(outcomes)
+    code, failure = exit_status(outcomes)
     deliver(CommandOutcome(printed, failure=failure, exit_code=code))
 
 

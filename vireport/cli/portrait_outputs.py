@@ -28,7 +28,7 @@ NAMES = ("figure-portraits.png",)
 """Files that may be written."""
 
 MOST_DRAWN = 8
-"""Motions of one figure."""
+"""Most motions that one figure shows."""
 
 SAME = 1e-9
 """Difference of velocity and time up to which a motion was found twice, from both sides of a sample."""
@@ -66,20 +66,20 @@ def portrait_outcome(results: Mapping[str, Any], name: str, at: str, as_json: bo
     place = f"{swept.symbol} = {swept.show(value)}"
     try:
         families = families_of(results, sweep)
-        found = [(motion_data(f, x, value, Membrane.of(scenario)), f, x) for f, x in _at(families, sweep, value)]
+        motions = [(motion_data(f, x, value, Membrane.of(scenario)), f, x) for f, x in _at(families, sweep, value)]
     except (KeyError, TypeError, ValueError) as error:
         raise UsageError(f"{name}: its motions cannot be read ({error!r}); run its scenario again") from error
     if velocity is not None:
-        found = sorted(found, key=lambda one: float(np.abs(np.abs(one[2].velocity) - velocity).min()))[:1]
-    if not found:
+        motions = sorted(motions, key=lambda row: float(np.abs(np.abs(row[2].velocity) - velocity).min()))[:1]
+    if not motions:
         raise NumericalError(f"{name}: none of its motions is at {place}")
-    found.sort(key=lambda one: not one[0]["stability"].attracts)
+    motions.sort(key=lambda row: not row[0]["stability"].attracts)
     if as_json:
-        return CommandOutcome(f"{json.dumps({'sweep_value': value, 'motions': [data for data, *_ in found]})}\n")
-    drawn = found[:MOST_DRAWN]
-    counted = f"{len(found)} motion{'s' * (len(found) != 1)} at {place}"
-    summary = counted if len(drawn) == len(found) else f"{counted}, of which the first {len(drawn)} are drawn"
-    return CommandOutcome(plain_text([_table(found, place)]) + "\n", {NAMES[0]: _png(drawn, sweep, place)}, summary)
+        return CommandOutcome(f"{json.dumps({'sweep_value': value, 'motions': [data for data, *_ in motions]})}\n")
+    drawn = motions[:MOST_DRAWN]
+    counted = f"{len(motions)} motion{'s' * (len(motions) != 1)} at {place}"
+    summary = counted if len(drawn) == len(motions) else f"{counted}, of which the first {len(drawn)} are drawn"
+    return CommandOutcome(plain_text([_table(motions, place)]) + "\n", {NAMES[0]: _png(drawn, sweep, place)}, summary)
 
 
 def _point(at: str, sweep: Sweep) -> tuple[float, float | None]:
@@ -99,17 +99,17 @@ def _at(families: list[Family], sweep: Sweep, value: float) -> list[tuple[Family
     """The motions of the families at a value, each once."""
     # Rounding may put a value at an end of the sweep beyond it, where families end.
     coordinate = float(np.clip(sweep.coordinate_of(value), *sweep.coordinate_range))
-    found: list[tuple[Family, Motion]] = []
+    motions: list[tuple[Family, Motion]] = []
     for family in families:
         for motion in family.at(coordinate):
-            if all(motion.distance(other) > SAME for _, other in found):
-                found.append((family, motion))
-    return found
+            if all(motion.distance(other) > SAME for _, other in motions):
+                motions.append((family, motion))
+    return motions
 
 
-def _table(found: list[FoundMotion], place: str) -> Table:
+def _table(motions: list[FoundMotion], place: str) -> Table:
     columns = (*texts("Word", "n:m"), *numbers("Periods"), *texts("Stability", "|Z'| [y_c]"), *numbers("phi [rad]"))
-    volts = "u_ave_v" in found[0][0]
+    volts = "u_ave_v" in motions[0][0]
     rows = tuple(
         (
             *(data["word"], data["ratio"], str(data["periods"]), data["stability"]),
@@ -117,7 +117,7 @@ def _table(found: list[FoundMotion], place: str) -> Table:
             significant(data["phase_rad"][0], 6),
             *((significant(data["u_ave_v"], 5), significant(data["u_per_second_v"], 5)) if volts else ()),
         )
-        for data, *_ in found
+        for data, *_ in motions
     )
     note = "Velocities of the impacts in the order of the word, phase of the first."
     return Table(f"Motions at {place}", columns + (numbers("U_ave [V]", "[V/s]") if volts else ()), rows, note)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from vireport.base import Progress
 
 COMPARED_FIGURES = ("figure-2", "figure-4", "figure-7")
-"""Those of each scenario, beside one another."""
+"""Figures that are drawn of each scenario, beside one another."""
 
 OVERLAY = "figure-variants"
 """All scenarios on one axis."""

@@ -15,7 +15,7 @@ TOLD_ONE_BY_ONE = 4
 """Scenarios up to which a sentence has the number of each."""
 
 FEWEST_DIGITS = 6
-"""Of a number in a sentence; a share has three fewer, a voltage two."""
+"""Fewest digits of a number in a sentence; a share has three fewer, a voltage two."""
 
 
 class Message(StrEnum):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vireport.base import Progress
 
 COMPARISON_FOLDER = "comparison"
-"""Where a comparison is written by default, in the current folder."""
+"""Folder within the current one that a comparison is written to by default."""
 
 _PAGES = ("", *(f"-{number}" for number in range(2, MOST_SCENARIOS + 1)))
 _FIGURES = [f"{name}{page}" for name in COMPARED_FIGURES for page in _PAGES]

@@ -129,7 +129,7 @@ DESIGN_VOLTAGE = ComparedQuantity(
     unit="V",
     missing="no stable motion there in",
 )
-"""Of several stable motions the least, as in requirements."""
+"""Voltage at the design point; of several stable motions it is the least, as in requirements."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +157,7 @@ class ComparedScenario:
 
     @cached_property
     def swept(self) -> Parameter | None:
-        """What is swept."""
+        """The parameter that is swept."""
         sweep = self.results["scenario"].get("sweep")
         return Parameter(sweep["parameter"]) if sweep else None
 

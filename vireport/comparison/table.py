@@ -97,7 +97,7 @@ class ComparisonRow:
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """In what places are compared: along the first ones always, along the others where several scenarios have them."""
+    """The inputs in which places are compared: the first always, the others where several scenarios have them."""
 
     always: tuple[Along, ...]
     shared: tuple[Along, ...] = ()

@@ -28,7 +28,7 @@ FACTORS = 4
 """M/F, s f^2, sin(beta) and r: d is the product of the first two, and gbar that of the first and the third."""
 
 SYMBOLS = 8
-"""Of affine numbers: those of the four factors, three of the motion, and that of time."""
+"""Symbols of the affine numbers: those of the four factors, three of the motion, and that of time."""
 
 FACTOR_OF = {
     DesignInput.CAPSULE_MASS: 0,

@@ -22,7 +22,7 @@ from vireport.scenario import DesignInput, Parameter
 Floats = NDArray[np.float64]
 
 HIGHEST_RESTITUTION = 0.99
-"""Up to which margins in restitution are looked for; no pair of materials is known to have more."""
+"""Restitution up to which margins are looked for; no pair of materials is known to have more."""
 
 LOSES_STABILITY = frozenset({Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK})
 """Events at which a motion goes on, but not as a stable one."""
@@ -50,7 +50,7 @@ class Line(Enum):
 
     @property
     def shift(self) -> tuple[int, int, int]:
-        """Which of them change by the position."""
+        """Which of d, gbar and r change by the position."""
         return 0, int(self is Line.GRAVITY), int(self is Line.RESTITUTION)
 
     @staticmethod
@@ -96,7 +96,7 @@ class AlongLine:
         )
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Their derivatives by the position, (3, 1)."""
+        """The derivatives of d, gbar and r by the position, shape (3, 1)."""
         here = self.at(varied)
         return np.array([[g * x + s] for g, s, x in zip(self.line.growth, self.line.shift, here, strict=True)])
 
@@ -111,6 +111,7 @@ def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[
     """The value of an input that moves a device to a position on the input's line, where it has some groups."""
     value = ops.exact(getattr(device, varied))
     match varied:
+        # d grows with s f^2: along one line, the frequency changes by half as much in the logarithm as the length.
         case DesignInput.FREQUENCY:
             return value * ops.exp(position / 2)
         case DesignInput.AMPLITUDE:
@@ -127,6 +128,7 @@ def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
     """The values of an input between which ends of stable motion are looked for."""
     low, high = varied.limits
     if varied is DesignInput.RESTITUTION:
+        # A device with a restitution beyond the usual limit is still looked at up to half the way to 1.
         high = max(HIGHEST_RESTITUTION, (1 + device.restitution) / 2)
     return low, high
 
@@ -135,6 +137,8 @@ def _extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, f
     """How far motions are followed: until the length is lost in rounding, 0 and 90 degrees, the limits of r."""
     if line is Line.GRAVITY:
         upright = device.capsule_mass_kg * device.gravity_m_s2 / device.amplitude_n
+        # Beyond 0 and 90 degrees the same capsules come again, mirrored. Without gravity the inclination moves
+        # nothing.
         return (-gbar, upright - gbar if device.inclination_deg != 90 else 0.0) if upright > NO_GRAVITY else (0.0, 0.0)
     if line is Line.RESTITUTION:
         least, most = reach(device, DesignInput.RESTITUTION)
@@ -144,7 +148,7 @@ def _extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, f
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ending:
-    """Where a stable motion of a design point stops being one, along a line.
+    """The place along a line where a stable motion of a design point stops being one.
 
     Attributes
     ----------
@@ -187,6 +191,7 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
     for row in np.flatnonzero(motions.stable):
         for line in lines:
             low, high = _extent(line, device, d, gbar)
+            # Gravity breaks the symmetry: along that line a motion and its mirror image part, and both are followed.
             flat = mirrored(device) and line is not Line.GRAVITY
             if flat and motions.u[row] < 0:
                 continue  # the mirror image of another
@@ -201,6 +206,8 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
 
 
 def _ending(line: Line, curve: Curve, start: PathPoint, sign: float, symmetric: bool) -> Ending:
+    # Stability passes from symmetric to asymmetric motions at a pitchfork, and the device goes on working: the margin
+    # ends where no motion takes over. Bounded, as two pitchforks could hand over to each other.
     for _ in range(HANDOVERS):
         trail = follow(curve, start, LOSES_STABILITY)
         row, event = trail.events[-1]

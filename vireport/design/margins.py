@@ -89,7 +89,7 @@ class Margin:
 
     @property
     def label(self) -> str:
-        """Of the critical point."""
+        """Label of the critical point."""
         return self.point.label
 
     @property
@@ -119,13 +119,14 @@ class Margins:
     unresolved: tuple[DesignInput, ...]
 
 
-def margin(
+def margin_at(
     device: Device, parameter: DesignInput, point: Point, ends: bool, derivatives: dict[DesignInput, Any]
 ) -> Margin:
     """Measure how far a critical point of one input is from a device's value of it."""
     value = cast(float, getattr(device, parameter))
     distance = point.sweep_value - value
     relative = distance / value if abs(distance) < LARGEST_SHARE * value else None
+    # The difference of two doubles of different size is rounded once more.
     error = point.error_bound + float(np.spacing(abs(distance)))
     return Margin(parameter, point, distance, relative, ends, error, derivatives)
 
@@ -133,9 +134,10 @@ def margin(
 def nearest_first(margins: Iterable[Margin]) -> list[Margin]:
     """Order margins by their relative distance, those without one last; equal ones by their inputs and values."""
 
-    def key(one: Margin) -> tuple[float, int, float]:
-        size = abs(one.relative) if one.relative is not None else inf
-        return float(f"{size:.12g}"), INPUTS.index(one.parameter), one.sweep_value
+    def key(margin: Margin) -> tuple[float, int, float]:
+        size = abs(margin.relative) if margin.relative is not None else inf
+        # Rounded to twelve digits, so that margins equal but for rounding keep the order of their inputs.
+        return float(f"{size:.12g}"), INPUTS.index(margin.parameter), margin.sweep_value
 
     return sorted(margins, key=key)
 
@@ -156,27 +158,28 @@ def margins_of(
     signs : tuple of float
         Directions of the position on them.
     """
-    found: list[Margin] = []
+    margins: list[Margin] = []
     unresolved: list[DesignInput] = []
     for end in endings(device, motions, lines, signs):
         if end.event is Event.LOST:
             unresolved += end.line.value
         elif end.event is not Event.SWEEP_END:
-            found += _margins_at(device, end)
-    return Margins(tuple(nearest_first(found)), tuple(dict.fromkeys(unresolved)))
+            margins += _margins_at(device, end)
+    return Margins(tuple(nearest_first(margins)), tuple(dict.fromkeys(unresolved)))
 
 
 def _margins_at(device: Device, end: Ending) -> list[Margin]:
     """The margins that the end of a motion on a line is in the line's inputs."""
+    # A margin is a difference: next to an end the digits that doubles leave would cancel.
     with in_decimals():
         try:
             solved, rests, touches = _solved(device, end)
         except (NumericalError, ArithmeticError):
             return [
-                margin(device, varied, _bracketed(device, varied, end), True, _no_derivatives(varied))
+                margin_at(device, varied, _bracketed(device, varied, end), True, _no_derivatives(varied))
                 for varied in end.line.value
             ]
-        normal, found = _normal(solved, end, rests), []
+        normal, margins = _normal(solved, end, rests), []
         event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
         for varied in end.line.value:
             value = value_at(device, varied, solved.x[-1], solved.groups, DECIMALS)
@@ -185,8 +188,8 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
             if mirrored(device) and end.line is not Line.GRAVITY:
                 # Tilted to either side, a fold of symmetric motions moves alike; other ends come in pairs that part.
                 derivatives[DesignInput.INCLINATION] = 0.0 if end.symmetric and event is Event.FOLD else None
-            found.append(margin(device, varied, point, True, derivatives))
-        return found
+            margins.append(margin_at(device, varied, point, True, derivatives))
+        return margins
 
 
 def _place(device: Device, end: Ending) -> tuple[Orbits, float]:
@@ -214,6 +217,8 @@ def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
     orbit, r = _place(device, end)
     position, line = float(end.x[-1]), along(end.line, device, FLOATS)
     numbers = {name: float(getattr(orbit, field)[0]) for name, field in LOCATED.items()}
+    # A root that does not settle is known as far as the path was halved: its bracket is stated as the error, instead
+    # of a digit that is not known.
     left_open = OPEN * (1 + abs(position))
     bounds = {name: left_open * (1 + abs(x)) for name, x in numbers.items()}
     value, *ends = (
@@ -269,8 +274,11 @@ def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
     if not np.isfinite(gradients).all():
         return np.full(3, np.nan)
     own = 2 * len(motion.word)
+    # Rows are scaled before the null vector is taken: conditions in times and in velocities differ by orders of
+    # magnitude, and the smallest singular value would be that of the units.
     scale = np.max(np.abs(gradients), axis=1, keepdims=True)
     rows = gradients / np.where(scale == 0, 1.0, scale)
+    # One more condition than unknowns: the last left singular vector is the w of above.
     weight = np.linalg.svd(rows[:, :own])[0][:, -1]
     return np.asarray(weight @ rows[:, own:])
 

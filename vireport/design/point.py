@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vireport.base import NumericalError
 from vireport.design.lines import Line, mirrored, reach
-from vireport.design.margins import SAME_POINT, Margin, margin, margins_of, nearest_first
+from vireport.design.margins import SAME_POINT, Margin, margin_at, margins_of, nearest_first
 from vireport.motions import (
     FARTHEST,
     BifurcationDiagram,
@@ -122,7 +122,7 @@ class DesignPoint:
 
     def endings(self, *kinds: Event) -> list[Margin]:
         """The margins to the ends of stable motions, nearest first; of some kinds only, where any are given."""
-        return [one for one in self.margins if one.ends_stability and (not kinds or one.event in kinds)]
+        return [margin for margin in self.margins if margin.ends_stability and (not kinds or margin.event in kinds)]
 
 
 def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPoint:
@@ -141,11 +141,11 @@ def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPo
     ends = margins_of(device, motions)
     margins = list(ends.found) if diagram is not None else _labelled(ends.found)
     for point in diagram.critical_points if diagram is not None else ():
-        same = [k for k, one in enumerate(margins) if _same_motion(one.point, point)]
+        same = [k for k, margin in enumerate(margins) if _same_motion(margin.point, point)]
         for k in same:
             margins[k] = replace(margins[k], point=replace(margins[k].point, label=point.label))
         if all(margins[k].parameter.sweepable is not chosen for k in same):
-            margins.append(margin(device, DesignInput(chosen), point, False, {}))
+            margins.append(margin_at(device, DesignInput(chosen), point, False, {}))
     margins = nearest_first(margins)
     stable = _stable_ranges(device, margins, ends.unresolved) if motions.stable.any() else ()
     return DesignPoint(chosen, value, motions, families, errors, tuple(margins), ends.unresolved, stable)
@@ -155,19 +155,19 @@ def _labelled(margins: Sequence[Margin]) -> list[Margin]:
     """Number the ends of stable motions along each input, where no sweep has names for them."""
     counts: dict[tuple[DesignInput, str], int] = {}
     named = []
-    for one in sorted(margins, key=lambda one: (one.parameter, one.sweep_value)):
-        key = one.parameter, one.event.letter
+    for margin in sorted(margins, key=lambda margin: (margin.parameter, margin.sweep_value)):
+        key = margin.parameter, margin.event.letter
         counts[key] = counts.get(key, 0) + 1
-        named.append(replace(one, point=replace(one.point, label=f"{one.event.letter}{counts[key]}")))
+        named.append(replace(margin, point=replace(margin.point, label=f"{margin.event.letter}{counts[key]}")))
     return named
 
 
-def _same_motion(one: Point, other: Point) -> bool:
+def _same_motion(point: Point, other: Point) -> bool:
     """Whether two critical points of one restitution are one motion, or mirror images."""
-    a, b = one.closed, other.closed
-    alike = abs(one.d - other.d) <= SAME_POINT * other.d
-    alike &= abs(one.gbar - other.gbar) <= SAME_POINT * max(other.gbar, NO_GRAVITY)
-    return one.event is other.event and alike and abs(abs(a.u) - abs(b.u)) <= SAME_POINT
+    a, b = point.closed, other.closed
+    alike = abs(point.d - other.d) <= SAME_POINT * other.d
+    alike &= abs(point.gbar - other.gbar) <= SAME_POINT * max(other.gbar, NO_GRAVITY)
+    return point.event is other.event and alike and abs(abs(a.u) - abs(b.u)) <= SAME_POINT
 
 
 def _stable_ranges(
@@ -178,9 +178,13 @@ def _stable_ranges(
     for varied in DesignInput:
         if varied in unresolved:
             continue
-        ends = [one for one in margins if one.ends_stability and one.parameter is varied]
-        below = min((one for one in ends if one.distance < 0), key=lambda one: -one.distance, default=None)
-        above = min((one for one in ends if one.distance > 0), key=lambda one: one.distance, default=None)
+        ends = [margin for margin in margins if margin.ends_stability and margin.parameter is varied]
+        below = min(
+            (margin for margin in ends if margin.distance < 0), key=lambda margin: -margin.distance, default=None
+        )
+        above = min(
+            (margin for margin in ends if margin.distance > 0), key=lambda margin: margin.distance, default=None
+        )
         low, high = reach(device, varied)
         ranges.append(
             StableInterval(
@@ -249,34 +253,34 @@ def ending_beyond(
     ends = []
     own = motions.u >= 0 if mirrored(device) and parameter is not Parameter.INCLINATION else True
     rows = np.flatnonzero(motions.stable & own)
-    onward = [one.point for one in (known.endings() if known is not None else ()) if one.parameter is varied]
-    onward = [one for one in onward if known is not None and sign * (one.sweep_value - known.value) > 0]
-    first = min(onward, key=lambda one: sign * one.sweep_value, default=None)
+    onward = [margin.point for margin in (known.endings() if known is not None else ()) if margin.parameter is varied]
+    onward = [point for point in onward if known is not None and sign * (point.sweep_value - known.value) > 0]
+    first = min(onward, key=lambda point: sign * point.sweep_value, default=None)
     if len(rows) == 1 and first is not None and sign * (first.sweep_value - value) > 0:
         return first  # the design point's stable motions are all stable here still, where only one is
     for row in rows:
-        found = margins_of(device, motions.select([row]), [line], (line.sense(varied) * sign,)).found
-        ends.append(next((one.point for one in found if one.parameter is varied), None))
+        margins = margins_of(device, motions.select([row]), [line], (line.sense(varied) * sign,)).found
+        ends.append(next((margin.point for margin in margins if margin.parameter is varied), None))
     if not ends or None in ends:
         return None
     return max((end for end in ends if end is not None), key=lambda end: sign * end.sweep_value)
 
 
-End = tuple[float, Point | None]
+BranchEnd = tuple[float, Point | None]
 """A swept value at which something ends, and the critical point there; None where it is the sweep that ends."""
 
 
-def _end(branch: Branch, row: int) -> End:
+def _end(branch: Branch, row: int) -> BranchEnd:
     return float(branch.motions.sweep_value[row]), branch.family.critical_points.get(row)
 
 
-def _ends(branch: Branch, first: int, last: int) -> tuple[End, End]:
+def _ends(branch: Branch, first: int, last: int) -> tuple[BranchEnd, BranchEnd]:
     """The ends of a stretch of a branch, in the order of the swept value."""
     low, high = sorted((_end(branch, first), _end(branch, last)), key=_place)
     return low, high
 
 
-def _place(end: End) -> tuple[float, bool, str]:
+def _place(end: BranchEnd) -> tuple[float, bool, str]:
     """Where an end is among others; at one value critical points come in the order of their labels, then the sweep."""
     value, point = end
     return value, point is None, point.label if point is not None else ""
@@ -286,7 +290,7 @@ def stable_ranges(diagram: BifurcationDiagram) -> tuple[StableInterval, ...]:
     """Ranges of the swept parameter in which there is stable admissible 1:1 motion, ascending and disjoint."""
     parts = ((branch, part) for branch in diagram.branches for part in branch.family.segments)
     stretches = [_ends(branch, part.first, part.last) for branch, part in parts if part.stable]
-    merged: list[tuple[End, End]] = []
+    merged: list[tuple[BranchEnd, BranchEnd]] = []
     for start, end in sorted(stretches, key=lambda ends: (_place(ends[0]), _place(ends[1]))):
         if merged and start[0] <= merged[-1][1][0] * (1 + ADJOINING):
             if end[0] > merged[-1][1][0]:

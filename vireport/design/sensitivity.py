@@ -65,6 +65,7 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     rows = np.flatnonzero(motions.stable)
     if not rows.size or r == 0:
         return None
+    # The closed form needs a restitution below 1: upwards it is at most halfway there.
     changed = np.array([r * (1 - UNSURE), min(r * (1 + UNSURE), (1 + r) / 2)])
     d, gbar, _ = (np.full(2, group) for group in device.groups(Parameter.LENGTH, device.length_m))
     others = find_motions(Groups(d, gbar, changed), device.period_ratio)
@@ -76,6 +77,7 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
         if velocities.size < rows.size:
             return RestitutionEffect(float(other), 0.0)
         for before in motions.velocity_bottom[rows]:
+            # Motions are not numbered alike at another restitution: each is paired with the nearest by its velocity.
             change = np.min(np.abs(velocities - before)) / before
             elasticity = max(elasticity, float(change / abs(other / r - 1)))
     return RestitutionEffect(None, elasticity)
@@ -94,7 +96,9 @@ def input_error(device: Device, motions: Motions) -> Floats:
         return (ahead.d - behind.d) / (2 * step), (ahead.gbar - behind.gbar) / (2 * step)
 
     (d_u, gbar_u), (d_phi, gbar_phi) = slopes(step, 0.0), slopes(0.0, step)
+    # The determinant vanishes on a fold; the error is then cut off at 1, which says that nothing is known.
     determinant = np.maximum(np.abs(d_u * gbar_phi - d_phi * gbar_u), ROUNDING)
+    # Solved by the cofactors of the 2x2 matrix, in absolute values: signs of roundings are not known.
     of_d, of_gbar = ROUNDING * motions.d, ROUNDING * motions.gbar
     in_u = (np.abs(gbar_phi) * of_d + np.abs(d_phi) * of_gbar) / determinant
     in_phi = (np.abs(gbar_u) * of_d + np.abs(d_u) * of_gbar) / determinant

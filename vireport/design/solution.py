@@ -153,11 +153,11 @@ class Solution:
     def _evaluated(self) -> Iterator[tuple[Floats, Floats]]:
         """Deflections and voltages of the admissible motions of the branches, and of the design point's solutions."""
         for branch in self.branches:
-            if (x := branch.voltages) is not None:
+            if (voltages := branch.voltages) is not None:
                 inside = branch.motions.admissible
-                yield x.deflection_m[inside], np.maximum(x.bottom_v, x.top_v)[inside]
-        if self.design is not None and (x := self.design.voltages) is not None:
-            yield x.deflection_m, np.maximum(x.bottom_v, x.top_v)
+                yield voltages.deflection_m[inside], np.maximum(voltages.bottom_v, voltages.top_v)[inside]
+        if self.design is not None and (voltages := self.design.voltages) is not None:
+            yield voltages.deflection_m, np.maximum(voltages.bottom_v, voltages.top_v)
 
 
 def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, design: bool) -> Solution:

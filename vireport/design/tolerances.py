@@ -28,7 +28,7 @@ from vireport.physics import Device, Membrane, voltages
 from vireport.scenario import DesignInput, Distribution, Parameter
 
 SEED = 0
-"""Of the samples: the same input, the same yield."""
+"""Seed of the random devices, fixed so that equal inputs give an equal yield."""
 
 DEVIATIONS = 3.0
 """Standard deviations of a normal distribution that make a tolerance; what is beyond is sorted out."""
@@ -77,7 +77,7 @@ class Yield:
 
 @dataclass(frozen=True, eq=False)
 class Tolerances:
-    """What tolerances come to.
+    """Whether every device within tolerances has stable 1:1 motion, how many have, and the ranges of its numbers.
 
     Attributes
     ----------
@@ -130,9 +130,12 @@ def assess_tolerances(
     """
     region = region_of(device, half_widths)
     corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * FACTORS, indexing="ij")).reshape(FACTORS, -1)
+    # The design and the corners are tried first: where one fails there is nothing to prove.
     worst, proof = _worst(region, np.hstack([region.design_shares, corners])), None
     if worst is None:
         proof = prove_region(region)
+        # A failing device that the proof came upon is no corner; on the way to it from the design, stable motion ends
+        # somewhere.
         worst = _worst(region, proof.failing[:, None]) if proof.failing is not None else None
     proved = proof is not None and Leaf.OPEN not in proof.halved
     answer = Answer.REFUTED if worst is not None else Answer.PROVED if proved else Answer.UNDECIDED
@@ -153,6 +156,8 @@ def _worst(region: Region, shares: Floats) -> Failure | None:
     low, high = np.zeros(shares.shape[1]), np.ones(shares.shape[1])
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
+        # Along the straight line from the design, which works, to each device that fails: which ends first is the
+        # worst, in shares of the tolerances and so without units.
         works = _works(region, region.design_shares + middle * (shares - region.design_shares))
         low, high = np.where(works, middle, low), np.where(works, high, middle)
     nearest = int(high.argmin())
@@ -162,15 +167,18 @@ def _worst(region: Region, shares: Floats) -> Failure | None:
 
 
 def sample_steps(inputs: int, distribution: Distribution, samples: int) -> Floats:
-    """By how much of its tolerance each input of random devices is off, shape (inputs, samples), from -1 to 1.
+    """Deviation of each input of random devices over its tolerance, shape (inputs, samples), from -1 to 1.
 
     Scrambled Sobol points vary less than independent ones, for which the interval of a yield holds.
     """
     from scipy.special import ndtr, ndtri  # type: ignore[import-untyped]
     from scipy.stats import qmc  # type: ignore[import-untyped]
 
+    # A power of two of them is balanced in every input, which is why no other number of samples is allowed.
     points = qmc.Sobol(inputs, rng=np.random.default_rng(SEED)).random(samples).T
     if distribution is Distribution.NORMAL:
+        # The normal distribution cut off at the tolerance: between its tails the points are spread evenly in
+        # probability.
         below = ndtr(-DEVIATIONS)
         return np.asarray(ndtri(below + points * (1 - 2 * below)) / DEVIATIONS)
     return np.asarray(2 * points - 1)

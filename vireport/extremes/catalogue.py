@@ -33,7 +33,7 @@ COLUMNS = (
     Column("time", width=6),
     Column("verdict", width=8),
 )
-"""With two spaces between them a line is 120 characters."""
+"""Columns of the table; with two spaces between them a line is 120 characters."""
 
 LONGEST_CELL = 190
 """Characters of what was found that the table shows: of a refusal the reason, not all that it says; JSON has all."""
@@ -74,7 +74,7 @@ def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None
     return tuple(outcomes)
 
 
-def shortcoming(outcomes: Sequence[CaseOutcome]) -> tuple[int, str]:
+def exit_status(outcomes: Sequence[CaseOutcome]) -> tuple[int, str]:
     """Exit code, and what keeps the catalogue from having passed: a failure, or cases that could not be run."""
     verdicts = [outcome.verdict for outcome in outcomes]
     failed, left_out = verdicts.count(CaseVerdict.FAILED), verdicts.count(CaseVerdict.LEFT_OUT)

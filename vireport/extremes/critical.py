@@ -14,7 +14,7 @@ from vireport.design import Solution
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.judge import (
     BOUND,
-    UNIT,
+    SPACING,
     Case,
     CaseFinding,
     NotThereError,
@@ -56,7 +56,7 @@ BEND_STEP = 1e-4
 """Step of the phase in which the bend of a fold is taken [rad]."""
 
 TRACES = 200_001
-"""Of one strand, to count changes of its type by."""
+"""Traces computed along one strand, to count changes of its type by."""
 
 GAP_BOUND = 2e-15
 """Absolute error of a distance to a membrane: rounding of positions, times and phases of the order of 1."""
@@ -65,10 +65,10 @@ MOST_POINTS = 3
 """Points of one kind that a device is put on."""
 
 MEETING_GBARS = np.geomspace(0.003, 1.2, 50)
-"""At which a period doubling next to a graze is looked for."""
+"""Values of gbar at which a period doubling next to a graze is looked for."""
 
 CUSP_GBARS = (1e-6, 1e-9, 1e-12)
-"""At which the fold is followed towards the pitchfork."""
+"""Values of gbar at which the fold is followed towards the pitchfork."""
 
 CUSP_ORDER, ORDER_BOUND = 2 / 3, 0.01
 """Power of gbar with which it approaches, and how far a fitted one may be off."""
@@ -119,8 +119,8 @@ def _points(harvester: Harvester, kind: Event) -> list[Point]:
 def _check_points(device: Device, points: Sequence[Point]) -> CaseFinding:
     errors = [point_error(point, device, Parameter.LENGTH) for point in points]
     text = ", ".join(f"{point.label} at d = {point.d:.10g}" for point in points)
-    right = all(error <= max(stated, UNIT) for error, stated in errors)
-    return CaseFinding(text, max(error for error, _ in errors), 2 * UNIT, right)
+    right = all(error <= max(stated, SPACING) for error, stated in errors)
+    return CaseFinding(text, max(error for error, _ in errors), 2 * SPACING, right)
 
 
 def _standing(harvester: Harvester, kind: Event) -> list[Study]:
@@ -195,7 +195,7 @@ def _check_changes(study: Study) -> CaseFinding:
     changes = sum(1 if p.mirror is None else 2 for p in points)
     errors = [point_error(p, study.solution.device, Parameter.LENGTH)[0] for p in points]
     text = f"{count(changes, 'change')} found, {counted} counted"
-    return CaseFinding(text, max(errors, default=0.0), 2 * UNIT, changes == counted)
+    return CaseFinding(text, max(errors, default=0.0), 2 * SPACING, changes == counted)
 
 
 def _counted_changes(solution: Solution) -> int:
@@ -217,14 +217,14 @@ def _counted_changes(solution: Solution) -> int:
     return counted
 
 
-Pair = tuple[Point, Point]
+PointPair = tuple[Point, Point]
 """A period doubling and a graze."""
 
-Meeting = tuple[float, list[tuple[Pair, Device]], Study]
+MeetingAnswer = tuple[float, list[tuple[PointPair, Device]], Study]
 """The gbar at which both meet, the pairs found beside it with their devices, and the study at that gbar."""
 
 
-def _meeting(harvester: Harvester) -> Meeting:
+def _meeting(harvester: Harvester) -> MeetingAnswer:
     """Where a period doubling comes to graze, solved in 40 digits; then what is found beside it and at it."""
     pairs = [pair for gbar in MEETING_GBARS if (pair := _nearest_pair(harvester.with_groups(gbar=float(gbar))))]
     close = [pair for pair in pairs if _distance(*pair) < NEAR]
@@ -240,7 +240,7 @@ def _meeting(harvester: Harvester) -> Meeting:
     return gbar, pairs_beside, harvester.with_groups(gbar=gbar, d=grazing.d).over()
 
 
-def _check_meeting(answer: Meeting) -> CaseFinding:
+def _check_meeting(answer: MeetingAnswer) -> CaseFinding:
     gbar, pairs_beside, study = answer
     met = [(pair, device) for pair, device in pairs_beside if _distance(*pair) < MET]
     distances = [_distance(*pair) for pair, _ in met]
@@ -257,7 +257,7 @@ def _distance(first: Point, second: Point) -> float:
     return max(abs(a.velocity_bottom - b.velocity_bottom), abs(a.u - b.u), turned)
 
 
-def _nearest_pair(harvester: Harvester) -> Pair | None:
+def _nearest_pair(harvester: Harvester) -> PointPair | None:
     """The period doubling and the graze whose motions are nearest to each other; None where there is none."""
     points = harvester.over().solution.critical_points
     doubling = [point for point in points if point.event is Event.PERIOD_DOUBLING]
@@ -306,7 +306,7 @@ def _check_cusp(points: Sequence[tuple[Point, Device]]) -> CaseFinding:
     right = all(abs(order - CUSP_ORDER) < ORDER_BOUND for order in orders)
     texts = ", ".join(f"{x:.3g}" for x in distances)
     text = f"{texts} from C1 at gbar = 1e-6, 1e-9, 1e-12; order {orders[-1]:.4f}"
-    return CaseFinding(text, max(errors), 4 * UNIT, right)
+    return CaseFinding(text, max(errors), 4 * SPACING, right)
 
 
 def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Device]]:

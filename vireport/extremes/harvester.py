@@ -58,25 +58,25 @@ class Harvester:
 
     def length(self, d: float) -> float:
         """The length at which the device has this d [m]."""
-        x = self.device
-        return float(d * x.amplitude_n / (4 * x.capsule_mass_kg * x.frequency_hz**2))
+        device = self.device
+        return float(d * device.amplitude_n / (4 * device.capsule_mass_kg * device.frequency_hz**2))
 
     def scenario(self, sweep: SweepRange | None) -> Loaded:
         """The device as a scenario; ScenarioError where that is invalid."""
-        x, membrane = self.device, asdict(self.membrane)
+        device, membrane = self.device, asdict(self.membrane)
         ball_mass = membrane.pop("ball_mass_kg")
         membrane |= membrane.pop("dielectric") or {}
         tree: dict[str, Any] = {
             "schema_version": 1,
-            "inclination_deg": x.inclination_deg,
-            "gravity_m_s2": x.gravity_m_s2,
-            "period_ratio": x.period_ratio,
-            "excitation": {"amplitude_n": x.amplitude_n, "frequency_hz": x.frequency_hz},
+            "inclination_deg": device.inclination_deg,
+            "gravity_m_s2": device.gravity_m_s2,
+            "period_ratio": device.period_ratio,
+            "excitation": {"amplitude_n": device.amplitude_n, "frequency_hz": device.frequency_hz},
             "device": {
-                "capsule_mass_kg": x.capsule_mass_kg,
+                "capsule_mass_kg": device.capsule_mass_kg,
                 "ball_mass_kg": ball_mass,
-                "restitution": x.restitution,
-                "length_m": x.length_m,
+                "restitution": device.restitution,
+                "length_m": device.length_m,
                 "membrane": membrane,
             },
         }

@@ -33,7 +33,7 @@ from vireport.scenario import Parameter
 from vireport.study import Study
 from vireport.text import AlertCode
 
-UNIT = 2.220446049250313e-16
+SPACING = 2.220446049250313e-16
 """Spacing of doubles at 1."""
 
 BOUND = 1e-11
@@ -49,7 +49,7 @@ ROWS = 5
 """Motions of each branch that are compared, beside those at its critical points."""
 
 SEED = 20190301
-"""Of the rows that are compared, the same in every run."""
+"""Seed of the rows that are compared, equal in every run."""
 
 LONGEST = 60.0
 """Seconds after which a case counts as hanging; none takes more than three."""
@@ -112,7 +112,7 @@ class NotThereError(Exception):
 
 
 class CaseVerdict(StrEnum):
-    """What became of a case."""
+    """The verdicts on a case: passed, failed, does not apply to the device, or left out."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -270,7 +270,7 @@ def _examine_points(study: Study) -> list[CaseFinding]:
     for point in solution.critical_points:
         error, stated = point_error(point, solution.device, solution.sweep.parameter)
         errors.append(error if stated < BOUND else 0.0)
-        if error > max(stated, UNIT):
+        if error > max(stated, SPACING):
             problems.append(CaseFinding(f"{point.label} is off by {error:.1e}, stated {stated:.1e}", right=False))
     labels = " ".join(point.label for point in solution.critical_points)
     return [CaseFinding(labels or "no critical point", max(errors), BOUND), *problems]

@@ -16,7 +16,7 @@ from vireport.extremes.judge import (
     BOUND,
     ROWS,
     SEED,
-    UNIT,
+    SPACING,
     Case,
     CaseFinding,
     NotThereError,
@@ -106,7 +106,7 @@ def _gravity(harvester: Harvester) -> Iterator[Case]:
         ("1 - 1e-12", 1 - 1e-12),
         ("1 - 1.1e-16", 1 - ONE_ULP),
         ("1", 1.0),
-        ("1 + 2.2e-16", 1 + UNIT),
+        ("1 + 2.2e-16", 1 + SPACING),
         ("1 + 1e-12", 1 + 1e-12),
     ):
         yield _motions(group, f"gbar = {name}", _with_exact_gravity(harvester, gbar).over)
@@ -178,7 +178,7 @@ def _surface_at(harvester: Harvester, u: float) -> Orbits:
 def _check_surface(harvester: Harvester, solutions: Orbits) -> CaseFinding:
     require_finite(solutions)
     if abs(solutions.u[0]) == 0.5:
-        return CaseFinding(f"d = {np.abs(solutions.d).max():.1e}", float(np.abs(solutions.d).max()), 10 * UNIT)
+        return CaseFinding(f"d = {np.abs(solutions.d).max():.1e}", float(np.abs(solutions.d).max()), 10 * SPACING)
     r, n, errors = exact.mpf(harvester.device.restitution), harvester.device.period_ratio, [0.0]
     with exact.precise():
         for row in zip(solutions.u, solutions.phi, solutions.velocity_bottom, solutions.gbar, solutions.d, strict=True):

@@ -12,7 +12,7 @@ import numpy as np
 from vireport.checks import reference as exact
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.judge import (
-    UNIT,
+    SPACING,
     Case,
     CaseFinding,
     NotThereError,
@@ -37,7 +37,7 @@ from vireport.simulation import (
     InFlight,
     check_model,
     check_start,
-    follow,
+    follow_impacts,
     follow_one,
 )
 
@@ -51,7 +51,7 @@ APEX_BOUND = 1e-6
 """Absolute error of the time at which a ball grazes, which has half the digits."""
 
 RESIDUAL_BOUND = 1e-14
-"""Of an impact among very many, in position, velocity and phase."""
+"""Largest residual of an impact among very many, in position, velocity and phase."""
 
 PULLING = 2.5
 """Phase [rad] at which the bottom membrane moves away from the ball, for a gbar up to 0.8."""
@@ -82,7 +82,7 @@ HOP = 1e-40
 """Relative error of the time of a hop."""
 
 MOST_HOPS, MOST_CORRECTIONS = 2000, 60
-"""Of one chatter, and of the time of one hop."""
+"""Most hops of one chatter, and most Newton corrections of the time of one hop."""
 
 Start = Impact | InFlight
 
@@ -105,9 +105,9 @@ def simulation_cases(harvester: Harvester) -> Iterator[Case]:
         *((f"flight, d = {x:g}", Groups(x, gbar, r), None) for x in (1e-9, 1e-3, 1.0, 1e3)),
         *((f"flight, r = {x:g}", Groups(d, gbar, x), None) for x in (0.0, 1e-12, 1.0)),
         ("flight, gbar = 1e-14", Groups(d, 1e-14, r), None),
-        ("flight, gbar = 1 - 1.1e-16", Groups(d, 1 - UNIT / 2, r), None),
+        ("flight, gbar = 1 - 1.1e-16", Groups(d, 1 - SPACING / 2, r), None),
         ("flight, gbar = 1", Groups(d, 1.0, r), None),
-        ("flight, gbar = 1 + 2.2e-16", Groups(d, 1 + UNIT, r), None),
+        ("flight, gbar = 1 + 2.2e-16", Groups(d, 1 + SPACING, r), None),
         ("impact at 1e-300, membrane pulling away", Groups(d, slight, r), Impact(BOTTOM, SLOW, PULLING)),
     ):
         thrown = start or _thrown(model)
@@ -230,7 +230,7 @@ def _check_apex(answer: tuple[Rows, float, float]) -> CaseFinding:
     (rows, summary), time, beyond = answer
     row = rows[-1]
     met = bool(summary[0]) and row[WALL] == TOP and abs(row[FLIGHT] - time) < 10 * APEX_BOUND
-    right = met == (beyond >= 0) or abs(beyond) < UNIT
+    right = met == (beyond >= 0) or abs(beyond) < SPACING
     text = f"apex {beyond:+.1e} beyond it, {'met' if met else 'not met'}"
     if not met:
         return CaseFinding(text, right=right)
@@ -314,7 +314,7 @@ def _check_end(expected: int, answer: Rows) -> CaseFinding:
 
 def _many_impacts(model: Groups[float]) -> Rows:
     """The last of ten million impacts, made at once."""
-    rings, summary = follow(check_model(model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
+    rings, summary = follow_impacts(check_model(model), np.array([[BOTTOM, 0.0, 0.7, 0.2]]), IMPACTS, keep=KEPT)
     rows = rings[0][max(0, len(rings[0]) - int(summary[0, 0]) - 1) :]
     require_finite(rows[:, : VELOCITY + 1], "an impact")
     return rows, summary[0]

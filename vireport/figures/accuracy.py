@@ -16,11 +16,11 @@ from vireport.checks import (
     ACCURACIES,
     CLOSED,
     EXPLICIT,
-    NAMES,
+    METHOD_NAMES,
     PRINTED,
     RK4,
-    SETTLING,
     SIMULATED,
+    SIMULATED_TRANSIENT,
     WHOLE,
     MethodRun,
     WorkPrecision,
@@ -54,7 +54,7 @@ LOOKS: dict[str, Look] = {
     PRINTED: {"color": Color.BLACK, "marker": "o", "markersize": 4.0, "linestyle": "-"},
     EXPLICIT: {"color": Color.GREEN, "marker": "s", "markersize": 4.0, "linestyle": "-"},
     SIMULATED: {"color": Color.GREEN, "marker": "D", "markersize": 4.0, "linestyle": DASHED},
-    SETTLING: {"color": Color.SKY, "marker": "P", "markersize": 5.0, "linestyle": "-"},
+    SIMULATED_TRANSIENT: {"color": Color.SKY, "marker": "P", "markersize": 5.0, "linestyle": "-"},
     RK4: {"color": Color.BLUE, "marker": "v", "markersize": 4.5, "linestyle": "-"},
     "SciPy RK45": {"color": Color.ORANGE, "marker": "^", "markersize": 4.5, "linestyle": "-"},
     "SciPy DOP853": {"color": Color.PURPLE, "marker": "p", "markersize": 5.0, "linestyle": DASHED},
@@ -90,7 +90,7 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
     work : WorkPrecision
         With something to compare.
     """
-    names = [name for name in NAMES if any(run.method == name for run in work.runs)]
+    names = [name for name in METHOD_NAMES if any(run.method == name for run in work.runs)]
     legend: list[Entry] = [(name, LINE | LOOKS[name]) for name in names]
     if any(run.failed and run.seconds for run in work.runs):
         legend.append(("failed (open, at the top)", FAILED | {"color": Color.BLACK, "marker": "o", "markersize": 5.0}))
@@ -116,7 +116,7 @@ def picture(work: WorkPrecision, templates: Path | None = None) -> Picture:
 def shown_errors(work: WorkPrecision, templates: Path | None = None) -> dict[str, Any]:
     """What the diagram shows, for its words: its panels, and the time to an accuracy and the least error of methods."""
     methods = []
-    for name in NAMES:
+    for name in METHOD_NAMES:
         reached = []
         for task in work.tasks:
             best = work.best(name, task, ACCURACIES[0])
@@ -146,7 +146,7 @@ def _draw(axes: Axes, runs: list[MethodRun], key: str) -> None:
     axes.set_ylim(*LIMITS)
     for accuracy in ACCURACIES:
         axes.axhline(accuracy, **GUIDE)
-    for name in reversed(NAMES):
+    for name in reversed(METHOD_NAMES):
         _method(axes, [run for run in runs if run.method == name], key, LOOKS[name])
     axes.set_yticks(ERRORS, [factor_text(error) for error in ERRORS])
     axes.xaxis.set_major_formatter(EngFormatter("s"))

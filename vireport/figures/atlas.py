@@ -105,12 +105,12 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
     """Mean voltage of the impacts, voltage per second and impacts per second of the families along the sweep."""
     axis, looks = sweep_axis(atlas.sweep), _looks(atlas)
     volts = [generation(family, membrane) for family in atlas.families]
-    power = prefix(one.average_v for one in volts)
+    power = prefix(voltage.average_v for voltage in volts)
     unit, scale = f"{PREFIXES[power]}V", 10.0**power
     rows = (
-        (f"mean Uₐᵥₑ [{unit}]", [one.average_v / scale for one in volts]),
-        (f"per second [{unit}/s]", [one.per_second_v / scale for one in volts]),
-        ("impacts [1/s]", [one.impacts_per_s for one in volts]),
+        (f"mean Uₐᵥₑ [{unit}]", [voltage.average_v / scale for voltage in volts]),
+        (f"per second [{unit}/s]", [voltage.per_second_v / scale for voltage in volts]),
+        ("impacts [1/s]", [voltage.impacts_per_s for voltage in volts]),
     )
     outside = [] if study.solution.within_membrane else [(capital(OUTSIDE), Color.WARNING)]
     with style():

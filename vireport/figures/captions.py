@@ -48,9 +48,9 @@ FILES = {
     Task.FIGURE_ACCURACY: "accuracy",
     Task.FIGURE_STIFFNESS: "stiffness",
 }
-"""Where the words of each figure are: no words are read of figures that are not drawn."""
+"""Templates of the words of each figure; those of figures that are not drawn are not read."""
 
-DIGITS = 8
+INPUT_DIGITS = 8
 """Significant digits of inputs in figures: more than anyone gives, fewer than a search leaves."""
 
 OUTSIDE = "outside the membrane's geometry: ranking only"
@@ -107,7 +107,7 @@ def held(study: Study, varied: Parameter | None = None) -> list[str]:
 def held_by(device: Device, varied: Collection[str]) -> list[str]:
     """The parameters of a device but those that vary, by their keys."""
     parameters = [
-        f"{name.symbol} = {name.show(value, DIGITS)}"
+        f"{name.symbol} = {name.show(value, INPUT_DIGITS)}"
         for name in Parameter
         if name not in varied and (value := getattr(device, name)) is not None
     ]
@@ -117,7 +117,7 @@ def held_by(device: Device, varied: Collection[str]) -> list[str]:
 
 
 def swept_range(study: Study) -> str:
-    """The range of the sweep."""
+    """The range of the sweep, with its symbol and unit."""
     _, sweep = swept_solution(study)
     start, end = (sweep.parameter.with_unit(exact(value)) for value in (sweep.start, sweep.end))
     return f"{sweep.parameter.symbol} from {start} to {end}"
@@ -125,7 +125,7 @@ def swept_range(study: Study) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """From where to where a quantity of a figure goes, and at which membrane, if it is one of an impact."""
+    """The least and largest value of a quantity of a figure, and its membrane, if it is one of an impact."""
 
     quantity: str
     low: float

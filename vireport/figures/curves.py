@@ -36,7 +36,7 @@ TURN = 2 * np.pi
 ROUNDING = 1e-9
 """Distance from a full turn that is rounding [rad]."""
 
-BESIDE = 0.15
+CUT_DISTANCE = 0.15
 """Distance from the nearest curve at which the circle of phases is cut where it cannot be at 0 [rad]."""
 
 MOST_IMPACTS = 16
@@ -210,7 +210,7 @@ def phase_cut(parts: Iterable[Stretch]) -> float:
             angles = np.unwrap(phi[part.rows])
             arcs.append((angles.min(), angles.max()))
     # The free place that is nearest to 0 is 0 itself, on either side of it, or next to an end of a curve.
-    places = [-ROUNDING, ROUNDING, *(low - BESIDE for low, _ in arcs), *(high + BESIDE for _, high in arcs)]
+    places = [-ROUNDING, ROUNDING, *(low - CUT_DISTANCE for low, _ in arcs), *(high + CUT_DISTANCE for _, high in arcs)]
     free = [at for at in places if all((at - low) % TURN > high - low for low, high in arcs)]
     return float(min(((at + np.pi) % TURN - np.pi for at in free), key=abs, default=-ROUNDING))
 

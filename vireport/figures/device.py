@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
 
-from vireport.figures.captions import DIGITS, held, pictured
+from vireport.figures.captions import INPUT_DIGITS, held, pictured
 from vireport.figures.curves import DrawnCurve
 from vireport.figures.layout import (
     Entry,
@@ -139,7 +139,7 @@ def _value(study: Study, parameter: Parameter) -> str:
     """An input with its value at the design point, or with its range where it is swept and has none."""
     value, sweep = getattr(study.solution.device, parameter), study.solution.sweep
     if value is not None:
-        return f"{parameter.symbol} = {parameter.show(value, DIGITS)}"
+        return f"{parameter.symbol} = {parameter.show(value, INPUT_DIGITS)}"
     if sweep is None:
         return parameter.symbol
     return f"{parameter.symbol} = {exact(sweep.start)} to {parameter.with_unit(exact(sweep.end))}"

@@ -86,7 +86,7 @@ def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) ->
         Of the swept parameter and of d, to which the diagram's index refers.
     """
     drawing, looks = drawing_of(study), _looks(diagram)
-    analytic = one_to_one(drawing)
+    analytic = one_to_one_curves(drawing)
     x, speed = (values if drawing.axis.by_value else d)[diagram.index], np.abs(diagram.velocity)
     with style():
         figure, ((axes,),) = blank(1)
@@ -106,7 +106,7 @@ def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) ->
         return finished(figure, HEIGHT + AXES_HEIGHT, [(conditions(study), Color.BLACK)], legends, labels)
 
 
-def one_to_one(drawing: Drawing) -> list[DrawnCurve]:
+def one_to_one_curves(drawing: Drawing) -> list[DrawnCurve]:
     """Impact velocities of the stable motions by the formulae."""
     ratio = drawing.study.solution.device.period_ratio
     return [

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from vireport.checks import Hysteresis
 from vireport.figures.captions import conditions, held, pictured
 from vireport.figures.curves import DrawnCurve, joined
-from vireport.figures.diagram import one_to_one
+from vireport.figures.diagram import one_to_one_curves
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     AXES_HEIGHT,
@@ -92,7 +92,7 @@ def _stable(drawing: Drawing) -> list[DrawnCurve]:
             for first, last in family.stable_runs
             for speed in np.abs(family.velocity).T
         ]
-    return one_to_one(drawing)
+    return one_to_one_curves(drawing)
 
 
 def _draw(axes: Axes, axis: SweepAxis, course: Course, look: Look) -> None:

@@ -35,8 +35,8 @@ from vireport.figures.sweeps import (
     DESIGN,
     MARKERS,
     POINT,
-    STABLE,
-    UNSTABLE,
+    STABLE_LOOK,
+    UNSTABLE_LOOK,
     Drawing,
     point_legend,
     stability_legend,
@@ -76,7 +76,12 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
     """
     shown, looks = list(drawings.values()), [{"color": color} for color in SCENARIO_COLORS]
     rows: list[tuple[str, Values]] = [("impact velocity, bottom [m/s]", _speed)]
-    volts = [x.average_v for one in shown for part in one.parts if (x := part.branch.voltages) is not None]
+    volts = [
+        voltages.average_v
+        for drawing in shown
+        for part in drawing.parts
+        if (voltages := part.branch.voltages) is not None
+    ]
     if volts:
         power = prefix(volts)
         rows.append((f"mean voltage Uₐᵥₑ [{PREFIXES[power]}V]", lambda _, motions: _voltage(motions, power)))
@@ -98,8 +103,10 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
 
 
 def _speed(drawing: Drawing, motions: Branch | DesignPoint) -> Floats:
-    device, x = drawing.study.solution.device, motions.motions
-    return np.asarray(device.velocity_unit(drawing.axis.sweep.parameter, x.sweep_value) * np.abs(x.velocity_bottom))
+    device, impacts = drawing.study.solution.device, motions.motions
+    return np.asarray(
+        device.velocity_unit(drawing.axis.sweep.parameter, impacts.sweep_value) * np.abs(impacts.velocity_bottom)
+    )
 
 
 def _voltage(motions: Branch | DesignPoint, power: int) -> Floats | None:
@@ -120,7 +127,7 @@ def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values,
             if part.stable is stable and (y := values(drawing, part.branch)) is not None
         ]
         if parts:
-            drawn = look | WIDTH | (STABLE if stable else UNSTABLE)
+            drawn = look | WIDTH | (STABLE_LOOK if stable else UNSTABLE_LOOK)
             axes.add_artist(Line2D(*joined(parts), **drawn))
         for x, y in parts:
             axes.update_datalim(np.column_stack([x, y]))
@@ -135,15 +142,15 @@ def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values,
         chosen = design.motions.stable
         marker = DESIGN | SMALLER | {"markerfacecolor": look["color"]}
         axes.add_artist(Line2D(_at(design, along)[chosen], y[chosen], **marker))
-    *_, x, y = max(stretches, key=lambda one: one[:2], default=(False, 0.0, np.empty(0), np.empty(0)))
+    *_, x, y = max(stretches, key=lambda stretch: stretch[:2], default=(False, 0.0, np.empty(0), np.empty(0)))
     step = max(len(x) // LABELLED, 1)
     return x[::-step], y[::-step]
 
 
 def _dress(axes: Axes, drawings: Sequence[Drawing], along: Parameter | None) -> None:
     """Give the axis along the sweeps, which holds all of them, its limits, ticks and label."""
-    sweeps = [x.axis.sweep for x in drawings]
-    ends = [(x.start, x.end) if along is not None else x.coordinate_range for x in sweeps]
+    sweeps = [drawing.axis.sweep for drawing in drawings]
+    ends = [(sweep.start, sweep.end) if along is not None else sweep.coordinate_range for sweep in sweeps]
     low, high = (float(choose(np.ravel(ends))) for choose in (np.min, np.max))
     axes.set_xlim(*widened(low, high, MARGIN_X))
     axes.set_xticks(*round_ticks(low, high, ACROSS))

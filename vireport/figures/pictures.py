@@ -63,23 +63,23 @@ def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:
 
 def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:
     """The families of motions of all impact sequences."""
-    found, membrane = study.atlas, study.solution.membrane
-    if found is None:
+    families, membrane = study.atlas, study.solution.membrane
+    if families is None:
         return
     if study.plan.runs(Task.FIGURE_ATLAS):
-        yield atlas.picture(study, found, templates)
+        yield atlas.picture(study, families, templates)
     if study.plan.runs(Task.FIGURE_LADDER) and membrane is not None:
-        yield atlas.ladder_picture(study, found, membrane, templates)
+        yield atlas.ladder_picture(study, families, membrane, templates)
     if study.plan.runs(Task.FIGURE_PORTRAITS) and study.scenario.motions is not None:
-        yield from _named(study, found, study.scenario.motions.portraits, templates)
+        yield from _named(study, families, study.scenario.motions.portraits, templates)
 
 
-def _named(study: Study, found: Atlas, names: tuple[str, ...], templates: Path | None) -> Iterator[Picture]:
+def _named(study: Study, families: Atlas, names: tuple[str, ...], templates: Path | None) -> Iterator[Picture]:
     """The motions that a scenario names, as far as there are such."""
     from vireport.atlas import portrait_of
 
-    model, swept = Model(found.sweep.level, found.sweep.device.restitution), found.sweep.parameter
-    named = ((name, found.named(name)) for name in names)
+    model, swept = Model(families.sweep.level, families.sweep.device.restitution), families.sweep.parameter
+    named = ((name, families.named(name)) for name in names)
     chosen = ((f"{name}, {swept.symbol} = {swept.show(at[0])}", at[1]) for name, at in named if at is not None)
     shown = [portrait_of(model, motion, label) for label, motion in chosen]
     if shown:

@@ -86,7 +86,9 @@ def picture(study: Compliance, templates: Path | None = None) -> Picture:
         "wrong": WRONG,
         "order": study.order,
         "failed": list(dict.fromkeys(solver for solver, *_ in findings(study).failed)),
-        "exponents": [(quantity_label(study, x), x.exponent) for x in study.convergence if x.exponent],
+        "exponents": [
+            (quantity_label(study, measured), measured.exponent) for measured in study.convergence if measured.exponent
+        ],
     }
     return pictured(Task.FIGURE_STIFFNESS, shown, figure_stiffness(study), templates)
 

@@ -190,7 +190,10 @@ def literal(text: str) -> str:
     """
     font = get_font(findfont(FontProperties(family=STYLE["font.family"])))
     # Of a character that the font lacks, Matplotlib warns and draws an empty box.
-    shown = (x if x.isspace() or font.get_char_index(ord(x)) else f"⟨U+{ord(x):04X}⟩" for x in text)
+    shown = (
+        character if character.isspace() or font.get_char_index(ord(character)) else f"⟨U+{ord(character):04X}⟩"
+        for character in text
+    )
     return "".join(shown).replace("$", "\\$")
 
 

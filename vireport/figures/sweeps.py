@@ -19,7 +19,7 @@ from vireport.design import DesignPoint
 from vireport.figures import curves
 from vireport.figures.captions import LAMBDA_LIMIT, OUTSIDE, conditions
 from vireport.figures.curves import (
-    BESIDE,
+    CUT_DISTANCE,
     TURN,
     Doubled,
     DrawnCurve,
@@ -58,8 +58,8 @@ from vireport.text import MINUS, PREFIXES, capital
 # Width tells the two impacts apart where colour does not, and where one curve lies on the other.
 BOTTOM: Look = {"color": Color.BLUE, "linewidth": 2.8}
 TOP: Look = {"color": Color.GREEN, "linewidth": 1.2}
-STABLE: Look = {"linestyle": "-", "zorder": 2.5}
-UNSTABLE: Look = {"linestyle": DASH_DOTTED, "zorder": 2.2}
+STABLE_LOOK: Look = {"linestyle": "-", "zorder": 2.5}
+UNSTABLE_LOOK: Look = {"linestyle": DASH_DOTTED, "zorder": 2.2}
 
 AVERAGE: Look = {"color": Color.VERMILION, "linewidth": 4.4}
 
@@ -184,7 +184,10 @@ def sweep_figure(
     """
     # A mirror image has the same multipliers: its curve would lie on that of the motion.
     if figure == Task.FIGURE_4:
-        drawings = [replace(x, parts=[part for part in x.parts if not part.branch.mirror_of]) for x in drawings]
+        drawings = [
+            replace(drawing, parts=[part for part in drawing.parts if not part.branch.mirror_of])
+            for drawing in drawings
+        ]
     with style():
         rows, legends = _rows(figure, drawings)
         page, panels = blank(len(rows), len(drawings), sharex="col", sharey="row")
@@ -230,13 +233,13 @@ class _Row:
     label : str
         Word, symbol and unit.
     values : callable
-        Of the motions of a branch or of the design point: an array for each of its curves.
+        Maps the motions of a branch or of the design point to an array for each of its curves.
     look : callable
-        Of a curve on a stretch.
+        Maps a curve on a stretch to its look.
     colors : tuple of str
-        Of the design point's markers and of the motions that come of period doublings, one for each curve.
+        Colours of the design point's markers and of the motions that come of period doublings, one for each curve.
     paired : callable
-        The same of motions of any word: of these, and of the points of a simulation.
+        As `values`, of motions of any word and of the points of a simulation.
     limits : tuple of float
         Range beyond which nothing needs to be seen.
     bounds : tuple of float
@@ -263,7 +266,7 @@ def _draw(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
         say(axes, NO_MOTION)
     _draw_curves(axes, row, drawing)
     for part in drawing.doubled:
-        look = {"linewidth": DOUBLED} | (STABLE if part.stable else UNSTABLE)
+        look = {"linewidth": DOUBLED} | (STABLE_LOOK if part.stable else UNSTABLE_LOOK)
         x = np.split(drawing.axis.of(part.impacts), part.pairs)
         for values, color in zip(row.paired(part.impacts), row.colors, strict=False):
             pieces = [y if row.cut is None else curves.phase_curve(y) for y in np.split(values, part.pairs)]
@@ -281,7 +284,7 @@ def _angles(axes: Axes, cut: float) -> None:
     """Let a panel hold a full turn from where the phases are cut, with ticks at quarters of it."""
     low, high = min(cut, axes.dataLim.y0), max(cut + TURN, axes.dataLim.y1)
     axes.set_ylim(low - 0.03 * TURN, high + 0.03 * TURN)
-    quarters = np.arange(np.ceil(4 * (low - BESIDE) / TURN), np.floor(4 * (high + BESIDE) / TURN) + 1)
+    quarters = np.arange(np.ceil(4 * (low - CUT_DISTANCE) / TURN), np.floor(4 * (high + CUT_DISTANCE) / TURN) + 1)
     axes.set_yticks(quarters * TURN / 4, [_quarters(int(k)) for k in quarters])
 
 
@@ -402,8 +405,10 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
     def row(k: int, label: str, phases: bool = False) -> _Row:
         return _Row(
             label,
-            lambda x, branch: curves.impact_pairs(branch.motions, x.study.solution.device.period_ratio, cut)[k],
-            lambda x, part, side: (BOTTOM, TOP)[side] | (STABLE if part.stable else UNSTABLE),
+            lambda drawing, branch: curves.impact_pairs(
+                branch.motions, drawing.study.solution.device.period_ratio, cut
+            )[k],
+            lambda drawing, part, side: (BOTTOM, TOP)[side] | (STABLE_LOOK if part.stable else UNSTABLE_LOOK),
             (Color.BLUE, Color.GREEN),
             lambda impacts: impacts.pairs(cut)[k],
             cut=cut if phases else None,
@@ -424,14 +429,16 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
 def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
     names = dict.fromkeys(chain.from_iterable(drawing.branches.values() for drawing in drawings))
     colors = dict(zip(names, cycle(BRANCH_COLORS), strict=False))
-    sizes = [part.branch.motions.discriminant[part.rows] for x in drawings for part in x.parts]
+    sizes = [part.branch.motions.discriminant[part.rows] for drawing in drawings for part in drawing.parts]
     least = min((float(size.min()) for size in sizes), default=0.0)
     # The discriminant is (λ₁ - λ₂)², and λ₁ λ₂ = r⁴: its axis ends where that of the eigenvalues does.
-    highest = max((LAMBDA_LIMIT - x.study.solution.device.restitution**4 / LAMBDA_LIMIT) ** 2 for x in drawings)
+    highest = max(
+        (LAMBDA_LIMIT - drawing.study.solution.device.restitution**4 / LAMBDA_LIMIT) ** 2 for drawing in drawings
+    )
 
     def look(drawing: Drawing, part: Stretch, width: float) -> Look:
         color = colors[drawing.branches[part.branch.number]]
-        return {"color": color, "linewidth": width, **(STABLE if part.stable else UNSTABLE)}
+        return {"color": color, "linewidth": width, **(STABLE_LOOK if part.stable else UNSTABLE_LOOK)}
 
     discriminant = _Row(
         "discriminant Δ [–]",
@@ -460,8 +467,13 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
 
 
 def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
-    seen = [y[part.rows] for x in drawings for part in x.parts for y in curves.voltage_curves(part.branch.voltages)]
-    overlays = [x.simulated.voltages for x in drawings if x.simulated and x.simulated.voltages]
+    seen = [
+        y[part.rows]
+        for drawing in drawings
+        for part in drawing.parts
+        for y in curves.voltage_curves(part.branch.voltages)
+    ]
+    overlays = [drawing.simulated.voltages for drawing in drawings if drawing.simulated and drawing.simulated.voltages]
     power = prefix(chain(seen, *map(curves.voltage_curves, overlays)))
     looks = AVERAGE, BOTTOM, TOP
 
@@ -470,8 +482,8 @@ def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
 
     row = _Row(
         f"generated voltage U [{PREFIXES[power]}V]",
-        lambda x, branch: scaled(branch.voltages),
-        lambda x, part, k: looks[k] | (STABLE if part.stable else UNSTABLE),
+        lambda drawing, branch: scaled(branch.voltages),
+        lambda drawing, part, k: looks[k] | (STABLE_LOOK if part.stable else UNSTABLE_LOOK),
         (Color.VERMILION, Color.BLUE, Color.GREEN),
         lambda impacts: scaled(impacts.voltages),
     )
@@ -486,7 +498,7 @@ def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
 def stability_legend(drawings: Sequence[Drawing]) -> list[Entry]:
     """The lines of stable and of unstable motions, as far as they occur."""
     occurring = {part.stable for drawing in drawings for part in drawing.parts}
-    styles = (("stable", True, STABLE), ("unstable", False, UNSTABLE))
+    styles = (("stable", True, STABLE_LOOK), ("unstable", False, UNSTABLE_LOOK))
     return [(name, {"color": Color.GREY, "linewidth": THIN} | look) for name, kind, look in styles if kind in occurring]
 
 

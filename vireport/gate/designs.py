@@ -35,7 +35,7 @@ BORDER = 1e-9
 less."""
 
 STEPS = 32
-"""Of a range along which stable motion is looked for, a power of 2. What is narrower is left to be found by a run."""
+"""Steps of a range along which stable motion is looked for, a power of 2. What is narrower is left to a run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Designs:
     count: int
 
     def select(self, rows: Ints) -> Designs:
-        """Some of the designs."""
+        """The designs with these indices."""
         membrane = None if self.membrane is None else _of_rows(self.membrane, rows)
         return replace(self, device=_of_rows(self.device, rows), membrane=membrane, count=len(rows))
 
@@ -112,7 +112,7 @@ class Designs:
 
     @property
     def half_widths(self) -> dict[DesignInput, Any]:
-        """By how much each input that has a tolerance may be off, in its unit."""
+        """The tolerance of each input that has one, in its unit."""
         asked = self.scenario.tolerances
         parts = {} if asked is None else {varied: asked.off(varied) for varied in DesignInput}
         return {
@@ -123,7 +123,7 @@ class Designs:
 
     @cached_property
     def speeds(self) -> tuple[Floats, Floats]:
-        """Of the impacts of stable motions at the bottom and at the top [m/s]."""
+        """Speeds of the impacts of stable motions at the bottom and at the top [m/s]."""
         unit = self.of_cell(self.device.velocity_unit(Parameter.LENGTH, self.device.length_m))
         orbit = self.motions.orbit
         return unit * orbit.velocity_bottom[self.rows], -(unit * orbit.velocity_top[self.rows])
@@ -149,7 +149,7 @@ class Designs:
         return impacts_of(self.speeds, *self.generated, self._membranes)
 
     def worst(self, values: Floats, least: bool) -> Floats:
-        """Of numbers of stable motions the least or the largest of each design; NaN where it has none."""
+        """Return the least or the largest number of the stable motions of each design; NaN where it has none."""
         return extreme(values, self.cell, self.count, np.minimum if least else np.maximum)
 
 
@@ -208,7 +208,7 @@ def steps_between(low: float, high: float) -> Iterator[Floats]:
         step //= 2
 
 
-def along(designs: Designs, parameter: Parameter, values: Floats) -> Designs:
+def at_each_value(designs: Designs, parameter: Parameter, values: Floats) -> Designs:
     """All designs with each of some values of a parameter, the designs together for each value."""
     rows = np.tile(np.arange(designs.count), len(values))
     return designs.select(rows).varied({parameter: np.repeat(values, designs.count)})
@@ -219,6 +219,6 @@ def may_be_stable(designs: Designs, parameter: Parameter, low: float, high: floa
     kept = np.ones(designs.count, dtype=bool)
     for values in steps_between(low, high):
         rows = np.flatnonzero(kept)
-        there = along(designs.select(rows), parameter, values).has_motion(BORDER)
+        there = at_each_value(designs.select(rows), parameter, values).has_motion(BORDER)
         kept[rows] = there.reshape(len(values), len(rows)).all(axis=0)
     return kept

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.design import DesignPoint, Solution
 from vireport.motions import impact_velocities
-from vireport.scenario import LimitKind, Parameter, Requirements
+from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
@@ -26,12 +26,12 @@ Floats = NDArray[np.float64]
 Remark = tuple[str, ...]
 """Parts of a sentence; an input among them is its key in a text and its symbol and unit on a page."""
 
-DIGITS = 6
+SIGNIFICANT = 6
 """Significant digits of a value; more where it would look like a limit that it is not."""
 
 
 class Question(StrEnum):
-    """What every reader asks."""
+    """The questions that the verdict answers, in their order."""
 
     ACCEPTED = "Are the requirements met?"
     MOTION = "Is there stable motion?"
@@ -169,7 +169,7 @@ class Evidence:
     tolerances: Tolerances | None = None
     atlas: Atlas | None = None
     criteria: tuple[Criterion, ...] = ()
-    required: Requirements = field(default_factory=Requirements)
+    required: RequirementsBlock = field(default_factory=RequirementsBlock)
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:
@@ -227,7 +227,7 @@ class Evidence:
         return bottom, top, frequency
 
 
-def held(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) -> Judgement:
+def held_against(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) -> Judgement:
     """Hold a number, known to within a bound, against a limit that it must reach or must not exceed."""
     required = limit.value
     margin = value - required if limit.is_least else required - value
@@ -238,7 +238,7 @@ def held(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) ->
 
 def _apart(value: float, limit: float) -> str:
     """Print a number with as many digits as it takes to tell it from the limit that it is not."""
-    for digits in range(DIGITS, 18):
+    for digits in range(SIGNIFICANT, 18):
         text = f"{value:.{digits}g}"
         if value == limit or float(text) != limit:
             return text

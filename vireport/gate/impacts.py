@@ -105,7 +105,7 @@ def impacts_of(
 
 
 def at_design(results: Evidence) -> Impacts:
-    """Those of the stable 1:1 motions at the design point, with error bounds.
+    """The impacts of the stable 1:1 motions at the design point, with error bounds.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def at_design(results: Evidence) -> Impacts:
 
 
 def followed(results: Evidence) -> Iterator[tuple[Family, Impacts]]:
-    """Those of each stable motion that is known at the design point, whatever its word, with error bounds.
+    """The impacts of each stable motion that is known at the design point, whatever its word, with bounds.
 
     Raises
     ------

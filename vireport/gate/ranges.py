@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from vireport.base import NumericalError
 from vireport.design import Solution, StableInterval, motions_at, stable_ranges
-from vireport.gate.designs import Designs, along, may_be_stable, steps_between
-from vireport.gate.evidence import DIGITS, Evidence, Judgement, Limit, held
+from vireport.gate.designs import Designs, at_each_value, may_be_stable, steps_between
+from vireport.gate.evidence import SIGNIFICANT, Evidence, Judgement, Limit, held_against
 from vireport.motions import BifurcationDiagram, Sweep, impact_velocities, solve
 from vireport.physics import Membrane, Voltages, voltages
-from vireport.scenario import LimitKind, Parameter, Requirements
+from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -81,7 +81,7 @@ def _covered(diagram: BifurcationDiagram, limit: Limit) -> Judgement:
     sides = list(_beyond(diagram, widest, low, high))
     margins = [margin for margin, _, _ in sides if margin is not None]
     broken = "; ".join(f"stable motion ends at {end:.9g} {unit} ({what})" for _, end, what in sides if what)
-    ranges = ", ".join(f"{part.start:.{DIGITS}g} to {part.end:.{DIGITS}g} {unit}" for part in shared)
+    ranges = ", ".join(f"{part.start:.{SIGNIFICANT}g} to {part.end:.{SIGNIFICANT}g} {unit}" for part in shared)
     width = sum(min(part.end, high) - max(part.start, low) for part in shared)
     why = broken or ("" if margins else "stable motion ends nowhere in the range looked at")
     return Judgement(width, f"stable from {ranges}", min(margins, default=None), not broken, (why,))
@@ -130,10 +130,10 @@ def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
     if not u_ave.size:
         raise NumericalError("there is no stable 1:1 motion in the sweep")
     least, most = float(u_ave.min()), float(u_ave.max())
-    return held(most - least, limit, (f"U_ave from {least:.6g} to {most:.6g} V",), 2 * bound)
+    return held_against(most - least, limit, (f"U_ave from {least:.6g} to {most:.6g} V",), 2 * bound)
 
 
-def _range(required: Requirements) -> tuple[float, float] | None:
+def _range(required: RequirementsBlock) -> tuple[float, float] | None:
     """The range of the swept parameter over which there must be stable motion, ascending."""
     if required.stable_from is None or required.stable_to is None:
         return None
@@ -149,7 +149,7 @@ def may_change_little(designs: Designs, limit: Limit) -> Mask:
     least, most = np.full(designs.count, np.inf), np.full(designs.count, -np.inf)
     for values in steps_between(*sorted(ends)):
         rows = np.flatnonzero(~(most - least > SURE * limit.value))
-        at = along(designs.select(rows), sweep.parameter, values)
+        at = at_each_value(designs.select(rows), sweep.parameter, values)
         of_motion = np.tile(rows, len(values))[at.cell]
         np.minimum.at(least, of_motion, at.impacts.average_v)
         np.maximum.at(most, of_motion, at.impacts.average_v)

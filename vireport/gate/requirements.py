@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError, wilson
 from vireport.design import devices_off, sample_steps
 from vireport.gate.designs import BORDER, Designs
-from vireport.gate.evidence import Criterion, Evidence, Judgement, Limit, Question, held
+from vireport.gate.evidence import Criterion, Evidence, Judgement, Limit, Question, held_against
 from vireport.gate.impacts import Impacts, at_design, followed, spread
 from vireport.gate.ranges import (
     may_be_stable_over_inclinations,
@@ -42,7 +42,7 @@ from vireport.scenario import (
     LimitKind,
     Loaded,
     Parameter,
-    Requirements,
+    RequirementsBlock,
     Scenario,
     unit_of,
 )
@@ -86,11 +86,11 @@ class OfMotions:
             values, bound = number.value.tolist(), float(number.error.max())
             several = len(values) > 1
             remark = (f"the {'least' if limit.is_least else 'largest'} of {len(values)} stable motions",) * several
-            return held(_worst(values, limit), limit, remark, bound)
+            return held_against(_worst(values, limit), limit, remark, bound)
         families, numbers = zip(*((family, self.of(x, ROUNDED)) for family, x in followed(results)), strict=True)
         values = [float(number.value) for number in numbers]
         value, bound = _worst(values, limit), max(float(number.error) for number in numbers)
-        return held(value, limit, (f"of {families[values.index(value)].name}",), bound)
+        return held_against(value, limit, (f"of {families[values.index(value)].name}",), bound)
 
     def slack(self, designs: Designs, limit: Limit) -> Floats:
         """How far designs are on the right side of a limit, over it; negative on the wrong one, NaN without motion."""
@@ -114,7 +114,7 @@ class OfShaker:
     def judgement(self, results: Evidence, limit: Limit) -> Judgement:
         """Hold what is asked for at the design point, or else over the sweep, against a limit."""
         value = self.of(results.solution.shaker)
-        return held(value, limit, bound=self.error * value)
+        return held_against(value, limit, bound=self.error * value)
 
     def slack(self, designs: Designs, limit: Limit) -> Floats:
         """How far designs are on the right side of a limit, over it; negative on the wrong one."""
@@ -150,7 +150,7 @@ class OfMargin:
         relative, nearest = measured[0]
         remark = (f"{nearest.name} at ", nearest.parameter, f" = {nearest.sweep_value:.9g}")
         bound = nearest.error_bound / float(getattr(device, nearest.parameter))
-        return held(100 * relative, limit, remark, 100 * bound)
+        return held_against(100 * relative, limit, remark, 100 * bound)
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +195,7 @@ class Requirement:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Of the scenario's block."""
+        """Keys of the scenario's block that give the limit."""
         return DEMANDS[self.demand]
 
     def limit(self, scenario: Scenario) -> Limit | None:
@@ -210,7 +210,7 @@ class Requirement:
             given = [None if scenario.simulation is None else scenario.simulation.tolerance]
         if None in given:
             return None
-        unit = unit_of(Requirements.model_fields[self.key])
+        unit = unit_of(RequirementsBlock.model_fields[self.key])
         return Limit(kind, tuple(sorted(given)), unit_of_swept(scenario.parameter) if unit == UNIT_OF_SWEPT else unit)
 
 
@@ -277,11 +277,11 @@ def _yield(results: Evidence, limit: Limit) -> Judgement:
     if tolerances is None:
         raise NumericalError("there are no tolerances")
     if tolerances.proved:
-        return held(100.0, limit, ("every device within the tolerances is proved to have stable motion",))
+        return held_against(100.0, limit, ("every device within the tolerances is proved to have stable motion",))
     sampled = tolerances.sampled
     share = 100 * sampled.stable / sampled.samples
     counted = (f"{sampled.stable} of {sampled.samples} random devices have stable motion",)
-    return held(share, limit, counted, share - 100 * sampled.low)
+    return held_against(share, limit, counted, share - 100 * sampled.low)
 
 
 def _may_yield(designs: Designs, limit: Limit) -> Mask:
@@ -319,11 +319,13 @@ _, MOTION, WHERE, MARGIN, TOLERANCES, _, VOLTAGE, SHAKER, _, SIMULATED = Questio
 
 PERIOD_DOUBLING, GRAZING = (OfMargin((kind,)) for kind in (Event.PERIOD_DOUBLING, Event.GRAZING))
 
-U_AVE = OfMotions(lambda x, _: x.average_v, grows=True)
-END_DIFFERENCE = OfMotions(lambda x, ops: spread(x.gains, ops))
-DEFLECTION = OfMotions(lambda x, _: x.deflection_m, grows=True)
-POWER = OfMotions(lambda x, _: x.power_mw, grows=True, only_one_to_one=True)
-FIELD = OfMotions(lambda x, _: 100 / x.breakdown_field_v_m * x.field_v_m, grows=True, only_one_to_one=True)
+U_AVE = OfMotions(lambda motions, _: motions.average_v, grows=True)
+END_DIFFERENCE = OfMotions(lambda motions, ops: spread(motions.gains, ops))
+DEFLECTION = OfMotions(lambda motions, _: motions.deflection_m, grows=True)
+POWER = OfMotions(lambda motions, _: motions.power_mw, grows=True, only_one_to_one=True)
+FIELD = OfMotions(
+    lambda motions, _: 100 / motions.breakdown_field_v_m * motions.field_v_m, grows=True, only_one_to_one=True
+)
 
 REQUIREMENTS = (
     Requirement(
@@ -351,9 +353,11 @@ REQUIREMENTS = (
     Requirement("power_at_least_mw", "Mean electrical power", VOLTAGE, POWER),
     Requirement("field_at_most_percent", "Electric field over breakdown field", VOLTAGE, FIELD),
     Requirement("yield_at_least_percent", "Yield within the tolerances", TOLERANCES, OfRun(_yield, _may_yield)),
-    Requirement("acceleration_at_most_g", "Acceleration of the shaker", SHAKER, OfShaker(lambda x: x.acceleration_g)),
-    Requirement("stroke_at_most_m", "Stroke of the shaker", SHAKER, OfShaker(lambda x: x.stroke_m)),
-    Requirement("force_at_most_n", "Force of the shaker", SHAKER, OfShaker(lambda x: x.force_n, error=0.0)),
+    Requirement(
+        "acceleration_at_most_g", "Acceleration of the shaker", SHAKER, OfShaker(lambda shaker: shaker.acceleration_g)
+    ),
+    Requirement("stroke_at_most_m", "Stroke of the shaker", SHAKER, OfShaker(lambda shaker: shaker.stroke_m)),
+    Requirement("force_at_most_n", "Force of the shaker", SHAKER, OfShaker(lambda shaker: shaker.force_n, error=0.0)),
     Requirement("crosscheck_passed", "Simulation agrees", SIMULATED, OfRun(_agreement)),
 )
 """All that can be required, in the order of the acceptance table."""

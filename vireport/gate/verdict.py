@@ -169,7 +169,7 @@ class WordedVerdict:
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What a study comes to.
+    """The answers and criteria that a study comes to.
 
     An answer is None where its question does not arise.
 

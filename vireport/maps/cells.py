@@ -16,16 +16,16 @@ from vireport.base import NumericalError
 from vireport.design import SMALLEST_LOSS
 from vireport.physics import Device, Membrane
 from vireport.scenario import (
-    Axis,
+    AxisBlock,
     LoadedMap,
-    Map,
-    MapSimulation,
+    MapBlock,
+    MapSimulationBlock,
     Sampling,
 )
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Words = NDArray[np.uint64]
+RandomBits = NDArray[np.uint64]
 
 CHUNK_CELLS = 32_768
 """Cells of a chunk: some tenths of a second of work, beside which starting and storing it is little."""
@@ -63,16 +63,16 @@ class MapPlan:
 
     device: Device
     membrane: Membrane | None
-    axes: tuple[Axis, ...]
+    axes: tuple[AxisBlock, ...]
     sampling: Sampling
     seed: int
     cells: int
     chunk_cells: int
-    simulate: MapSimulation | None
+    simulate: MapSimulationBlock | None
 
     @property
     def chunks(self) -> int:
-        """Number of chunks."""
+        """Number of chunks that the cells of the map are computed in."""
         return -(-self.cells // self.chunk_cells)
 
     @property
@@ -127,25 +127,26 @@ def map_plan(loaded: LoadedMap) -> MapPlan:
     )
 
 
-def _count(axis: Axis) -> int:
+def _count(axis: AxisBlock) -> int:
     return len(axis.values) if axis.values else (axis.count or 0)
 
 
-def _chunk_cells(block: Map) -> int:
+def _chunk_cells(block: MapBlock) -> int:
     if block.simulate is None:
         return CHUNK_CELLS
     return max(CHUNK_IMPACTS // (block.simulate.starts * block.simulate.impacts), 1)
 
 
-def axis_values(axis: Axis, index: Ints) -> Floats:
+def axis_values(axis: AxisBlock, index: Ints) -> Floats:
     """Values of an axis by their index along it; the last one is exact."""
     if axis.values:
         return np.array(axis.values)[index]
     first, last, steps = float(axis.from_ or 0.0), float(axis.to or 0.0), (axis.count or 2) - 1
+    # By the share of the way instead of a running sum, so that any cell can be computed alone; the end is exact.
     return np.asarray(np.where(index == steps, last, first + (last - first) * (index / steps)))
 
 
-def axis_ends(axis: Axis) -> tuple[float, float]:
+def axis_ends(axis: AxisBlock) -> tuple[float, float]:
     """Smallest and largest value of an axis."""
     values = axis.values or (float(axis.from_ or 0.0), float(axis.to or 0.0))
     return min(values), max(values)
@@ -169,6 +170,7 @@ def _sobol_points(plan: MapPlan, numbers: Ints) -> Floats:
     Point i is the first point, XORed with the direction of each bit that is set in the Gray code of i.
     """
     first, directions = _sobol_directions(len(plan.axes), plan.seed, (plan.cells - 1).bit_length())
+    # SciPy draws points in sequence only; a chunk in the middle of a map would need all before it.
     gray = numbers ^ (numbers >> 1)
     points = np.repeat(first[None], len(numbers), axis=0)
     for bit, direction in enumerate(directions):
@@ -201,15 +203,16 @@ def _hypercube_points(plan: MapPlan, numbers: Ints) -> Floats:
     Which stratum has which point is a permutation of its own for each axis, computed for any number alone, so that
     no sample is held in memory; where in its stratum the point lies is a hash of the number.
     """
-    keys: Words = np.random.SeedSequence(plan.seed).generate_state((ROUNDS + 1) * len(plan.axes), np.uint64)  # type: ignore[assignment]
+    keys: RandomBits = np.random.SeedSequence(plan.seed).generate_state((ROUNDS + 1) * len(plan.axes), np.uint64)  # type: ignore[assignment]
     columns = []
     for own in keys.reshape(len(plan.axes), ROUNDS + 1):
+        # The upper 53 bits make a double in [0, 1); all 64 would round to 1 for some.
         within = (_mixed(numbers.astype(np.uint64) ^ own[0]) >> np.uint64(11)) * 2.0**-53
         columns.append((_permuted(numbers, plan.cells, own[1:]) + within) / plan.cells)
     return np.column_stack(columns)
 
 
-def _permuted(numbers: Ints, count: int, keys: Words) -> Words:
+def _permuted(numbers: Ints, count: int, keys: RandomBits) -> RandomBits:
     """Images of numbers below `count` under a keyed pseudo-random permutation of all of them.
 
     A Feistel network permutes the numbers of an even number of bits; what leaves the range is permuted again until it
@@ -224,11 +227,13 @@ def _permuted(numbers: Ints, count: int, keys: Words) -> Words:
         for key in keys:
             left, right = right, left ^ (_mixed(right ^ key) & mask)
         images[walking] = (left << half) | right
+        # The network permutes all numbers of its bits, fewer than four times `count`: on average a walk ends within
+        # four steps.
         walking = walking[images[walking] >= count]
     return images
 
 
-def _mixed(words: Words) -> Words:
+def _mixed(words: RandomBits) -> RandomBits:
     """Hash of 64 bits: the output function of SplitMix64 (Steele, Lea and Flood, OOPSLA 2014)."""
     words = (words ^ (words >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     words = (words ^ (words >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

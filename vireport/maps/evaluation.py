@@ -25,7 +25,7 @@ from vireport.motions import (
     find_motions,
 )
 from vireport.physics import Groups, Membrane, voltages
-from vireport.scenario import DesignInput, MapSimulation, Parameter
+from vireport.scenario import DesignInput, MapSimulationBlock, Parameter
 
 DECIMALS = 9
 """Decimals of the impact velocity up to which two motions are as fast: mirror images differ by rounding alone."""
@@ -100,6 +100,7 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
     values = dict(zip(plan.names, cell_values(plan, numbers), strict=True))
     count = len(numbers)
     varied = {name: value for name, value in values.items() if name not in ("restitution", "ball_mass_kg")}
+    # Restitution and ball mass go their own way, as neither changes d and gbar.
     device = replace(plan.device, **varied)  # type: ignore[arg-type]
     device = device.with_values({DesignInput.RESTITUTION: values["restitution"]}) if "restitution" in values else device
     known = device.groups(Parameter.LENGTH, device.length_m)
@@ -132,6 +133,8 @@ def _motions(motions: PointwiseMotions, r: Floats) -> dict[str, Any]:
     code = classify(trace, r[cell] ** 2)
     stable = code != UNSTABLE
     orbit = motions.orbit
+    # Of each cell the row of a stable motion, the fastest at the bottom. Velocities are rounded first: mirror images
+    # are equal but for rounding, and which of them comes first must not depend on the machine.
     order = np.lexsort((orbit.u[real], -np.round(orbit.velocity_bottom[real], DECIMALS), ~stable, cell))
     first = np.ones(len(order), dtype=bool)
     first[1:] = cell[order][1:] != cell[order][:-1]
@@ -176,7 +179,7 @@ def _voltages(membrane: Membrane, ball_mass_kg: Floats | None, unit: Any, column
 
 
 def _simulated(
-    asked: MapSimulation, numbers: Ints, groups: Groups[Floats], motions: PointwiseMotions, n: int
+    asked: MapSimulationBlock, numbers: Ints, groups: Groups[Floats], motions: PointwiseMotions, n: int
 ) -> dict[str, Any]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
     from vireport.checks import is_one_to_one
@@ -185,10 +188,12 @@ def _simulated(
     fastest, orbit, real = np.zeros(len(numbers)), motions.orbit, motions.admissible
     np.maximum.at(fastest, motions.cell[real], np.maximum(orbit.velocity_bottom, -orbit.velocity_top)[real])
     cells = zip(numbers, groups.d, start_speed(groups.restitution, fastest), strict=True)
+    # Seeded by the number of the cell: neither chunks nor workers nor interruptions change a result.
     starts = np.concatenate([random_starts(at, speed, asked.starts, (SEED, int(k))) for k, at, speed in cells])
     words, shares = [], np.empty(len(numbers))
     for k, reached in enumerate(attractors(groups, starts, asked.impacts, workers=1)):
         counts = Counter(attractor.word or attractor.outcome.value for attractor in reached)
+        # Ties are broken by the word, so that the order of the starts does not matter.
         words.append(min(counts, key=lambda word: (-counts[word], word)))
         shares[k] = sum(is_one_to_one(attractor, n) for attractor in reached) / len(reached)
     return {"word": words, "basin_share": shares}

@@ -46,7 +46,7 @@ HEIGHT = 4.7
 """Height of a map with its axes [in]."""
 
 NO_CELL: Look = {"facecolor": "#FFFFFF", "edgecolor": "#999999", "hatch": "////", "linewidth": 0.0}
-"""Where there is no motion: hatched, as white is a shade of the margin too."""
+"""Look of cells without motion: hatched, as white is a shade of the margin too."""
 
 TYPES = {
     Stability.STABLE_NODE: ("stable node", "#0072B2"),

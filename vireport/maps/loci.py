@@ -26,15 +26,15 @@ def loci_of(plan: MapPlan) -> tuple[DrawnLocus, ...]:
     The ball's mass has no part in the motions: over it, curves are straight.
     """
     low, high = np.array([axis_ends(axis) for axis in plan.axes]).T
-    inputs = [next((one for one in DesignInput if one.value == name), None) for name in plan.names]
-    at = {one: value for one, value in zip(inputs, low.tolist(), strict=True) if one is not None}
+    inputs = [next((known for known in DesignInput if known.value == name), None) for name in plan.names]
+    at = {known: value for known, value in zip(inputs, low.tolist(), strict=True) if known is not None}
     device = plan.device.with_values(at)
     first, second = inputs
     if first is not None and second is not None:
-        found = chart(Plane(device, (first, second), low, high), Limits(2, device.period_ratio), cuts=0)
-        return tuple(DrawnLocus(locus.event, locus.drawn()) for locus in found.loci)
+        drawn = chart(Plane(device, (first, second), low, high), Limits(2, device.period_ratio), cuts=0)
+        return tuple(DrawnLocus(locus.event, locus.drawn()) for locus in drawn.loci)
     k = inputs.index(None)
-    parameter = next((one for one in Parameter if one.value == plan.names[1 - k]), None)
+    parameter = next((known for known in Parameter if known.value == plan.names[1 - k]), None)
     if parameter is None:
         return ()
     sweep = Sweep(device, parameter, float(low[1 - k]), float(high[1 - k]))

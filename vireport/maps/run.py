@@ -63,6 +63,7 @@ def run_map(
     store = map_store.Store(folder, plan, loaded.sha256, loaded.text)
     rejected: list[str] = []
     with map_store.opened(store):
+        # A map that is finished is only drawn again.
         counts = map_store.finished_counts(store, rejected)
         if counts is None:
             complete(store, scheduler, workers or cores(), progress or (lambda done, total: None), rejected)

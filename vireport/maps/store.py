@@ -60,7 +60,7 @@ StabilityCounts = Counter[str | None]
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """What a file of a map is.
+    """The map, versions and chunk that a file belongs to.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class RejectedFileError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """The folder of a map.
+    """The folder in which a map is computed and kept.
 
     Attributes
     ----------
@@ -125,11 +125,11 @@ class Store:
 
     @property
     def chunks(self) -> Path:
-        """Folder of the chunks."""
+        """The folder in which the chunks of the map are kept."""
         return self.folder / CHUNKS
 
     def chunk(self, number: int) -> Path:
-        """File of a chunk."""
+        """The file in which a chunk is kept, by its number."""
         return self.chunks / f"{number:09d}.parquet"
 
     def identity(self, chunk: int | None = None) -> Identity:
@@ -152,6 +152,7 @@ def opened(store: Store) -> Iterator[None]:
         for path, kind in ((lock.lock_file, stat.S_IFREG), (store.chunks, stat.S_IFDIR), (store.result, stat.S_IFREG)):
             _require(Path(path), kind)
         try:
+            # Two runs in one folder would delete each other's unfinished files.
             lock.acquire()
         except Timeout as error:
             raise UsageError(
@@ -252,6 +253,7 @@ def _verified(source: Any, plan: MapPlan, expected: Identity) -> Iterator[pa.Tab
         with pq.ParquetFile(source, page_checksum_verification=True) as file:
             schema, metadata = file.schema_arrow, file.metadata.metadata
             identity = _identity_in(metadata)
+            # Values of another map are not read at all: they may be large, and are refused anyway.
             for group in range(file.num_row_groups if identity == expected else 0):
                 table = file.read_row_group(group)
                 checksum = _checksum(table, checksum)
@@ -295,6 +297,7 @@ def stored_chunks(store: Store, rejected: list[str]) -> set[int]:
         except RejectedFileError as error:
             unusable.append((path, error))
     others = [reason.identity for _, reason in unusable if reason.identity is not None]
+    # Next to chunks that belong to this map, a foreign one is a leftover; alone it may be another map's only copy.
     if not stored:
         _refuse_other_map(store, others)
     for path, reason in unusable:
@@ -366,7 +369,10 @@ def merge(store: Store, rejected: list[str]) -> StabilityCounts:
     try:
         _write(unfinished, store.plan, metadata, _row_groups(store, rejected))
         with open(unfinished, "rb+") as file:
+            # Without it a power failure after the rename could leave the name with an empty file, and the chunks are
+            # removed next.
             os.fsync(file.fileno())
+        # Read back before the rename: what bears the name of the result has been verified.
         counts = _counted(store, unfinished)
         os.replace(unfinished, store.result)
     except RejectedFileError as error:
@@ -397,6 +403,7 @@ def _row_groups(store: Store, rejected: list[str]) -> Iterator[pa.Table]:
             write_chunk(store, number)
             gathered.append(read_chunk(store, number, path))
         if sum(map(len, gathered)) >= ROW_GROUP or number + 1 == store.plan.chunks:
+            # Chunks may number their words differently: without one dictionary the writer would need several.
             yield pa.concat_tables(gathered).unify_dictionaries().combine_chunks()
             gathered = []
 

@@ -45,7 +45,7 @@ SHORTEST = 1 / 8
 """Share of the way in epsilon below which no smaller step is tried where a motion is lost."""
 
 MULTIPLIER = {Event.PERIOD_DOUBLING: -1.0, Event.FOLD: 1.0}
-"""Of the critical points that are followed, the preferred kind first."""
+"""Multiplier at each kind of critical point that is followed, the preferred kind first."""
 
 FITTED = 3
 """Rungs, the stiffest, from which a rate of convergence is taken: the softer ones still have terms of higher order."""
@@ -137,7 +137,7 @@ class ModelCriterion:
 
     @property
     def grade(self) -> Grade:
-        """By the size of the shift."""
+        """Grade of the rigid model by the size of the shift."""
         size = abs(self.shift)
         return Grade.INSUFFICIENT if size > self.fair else Grade.CARE if size > self.good else Grade.GOOD
 
@@ -180,7 +180,7 @@ class Compared:
 
     @property
     def shift(self) -> float | None:
-        """From the rigid value: relative, of a phase in rad; None where there is none."""
+        """Shift from the rigid value: relative, or in rad for a phase; None where there is no compliant value."""
         if self.compliant is None or not self.rigid:
             return None
         return _shift(self.compliant, self.rigid, self.unit is Unit.PHASE)
@@ -363,6 +363,7 @@ def _orbit_at(device: Device, membrane: Membrane, rigid: Rigid) -> tuple[Floats,
     def find(factor: float, guess: Floats) -> tuple[CompliantOrbit, Floats]:
         model = compliant_model(device, rigid.parameter, rigid.value, membrane, factor)
         orbit = find_orbit(model, guess)
+        # The phase stays on the branch of the guess: extrapolated across a jump by 2 pi it would point nowhere.
         turns = np.round((guess[1] - orbit.bottom.phase) / (2 * np.pi))
         return orbit, np.array([orbit.bottom.velocity, orbit.bottom.phase + 2 * np.pi * turns])
 
@@ -399,6 +400,8 @@ def _descend(factors: Sequence[float], exponent: float, start: Floats | None, fi
     rungs: list[tuple[Any, str]] = []
     lost = ""
     for factor in sorted(factors, reverse=True):
+        # epsilon = K^(-1/(h+1)) goes as the duration of a contact, in which the shift from the rigid motion is of
+        # first order: straight lines in epsilon extrapolate well down to its zero.
         goal, reached = float(factor ** (-1 / (exponent + 1))), None
         step = goal - e1
         while not lost and reached is None:
@@ -407,6 +410,8 @@ def _descend(factors: Sequence[float], exponent: float, start: Floats | None, fi
             try:
                 result, x = find(factor if aim == goal else aim ** -(exponent + 1), x1 + slope * (aim - e1))
             except NumericalError as error:
+                # The motion may be there though the guess was too far off: only when steps of almost nothing fail is
+                # it lost.
                 step /= 2
                 if step < SHORTEST * goal:
                     lost = f"lost at about K times {max(aim, 1e-300) ** -(exponent + 1):.2g}: {error}"
@@ -432,6 +437,7 @@ def _convergence(rigid: Rigid, critical: Point | None, rungs: Sequence[Stiffness
         ),
     }
     for name, values in distances.items():
+        # The stiffest rungs above the noise of the iteration: softer ones have terms of higher order.
         known = [(r.factor, e) for r, e in zip(rungs, values, strict=True) if e is not None and e > FLOOR][-FITTED:]
         exponent = None
         if len(known) >= 2:
@@ -489,6 +495,7 @@ def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
     varied, side = comparison.varied, 1 if comparison.design_value > at else -1
     margin = side * (comparison.design_value - at)
     yield Compared(f"{label}, {varied.symbol}", varied, at, value)
+    # At a design that stands on the critical point there is no margin that a shift could be held against.
     if value is None or not margin:
         return
     criterion = ModelCriterion(label, (value - at) / margin, *MARGIN_LIMITS)

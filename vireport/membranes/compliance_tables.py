@@ -19,7 +19,7 @@ from vireport.membranes.compliance import (
 )
 from vireport.membranes.compliant_motion import CompliantOrbit
 from vireport.membranes.stiff_solvers import (
-    EXPLICIT,
+    EXPLICIT_SOLVERS,
     FIXED,
     WRONG,
     RunOutcome,
@@ -162,7 +162,9 @@ def findings(comparison: Compliance) -> Findings:
         if run.outcome is not RunOutcome.SOLVED:
             failed.setdefault((run.solver, run.setting), []).append((run.factor, SHORT[run.outcome]))
     fixed = [run for run in comparison.runs if run.solver == FIXED and run.outcome is RunOutcome.SOLVED]
-    growths = {name: _growth(comparison, name, first, last) for name in EXPLICIT if name != FIXED and first < last}
+    growths = {
+        name: _growth(comparison, name, first, last) for name in EXPLICIT_SOLVERS if name != FIXED and first < last
+    }
     good = [run for run in comparison.runs if run.factor == last and run.error is not None and run.error <= USEFUL]
     return Findings(
         tuple((*key, tuple(ways)) for key, ways in failed.items()),

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.checks import Floats, solve
+from vireport.checks import Floats, find_root
 from vireport.physics import Device, Membrane, contacts
 from vireport.scenario import Parameter
 from vireport.simulation import (
@@ -37,10 +37,10 @@ TOLERANCE = 1e-12
 """Relative tolerance of the contacts' integration, in units in which everything is of order 1."""
 
 LONGEST_STEP = 0.05
-"""In contact durations: no step can jump over a departure."""
+"""Longest step in contact durations: none can jump over a departure."""
 
 LONGEST_CONTACT = 20.0
-"""In durations of the contact without external force: a ball that stays longer is pressed on, and does not bounce."""
+"""Longest contact, in durations of one without external force: a ball that stays longer is pressed on."""
 
 NEARBY = 0.5
 """Relative change of an unknown beyond which another motion was found than the one asked for."""
@@ -49,7 +49,7 @@ CONVERGED, NOISE = 1e-11, 1e-11
 """Last correction of a motion or critical point, and the irregularity of the return map and of its differences."""
 
 MOST_EVALUATIONS = 60
-"""Of the conditions, before a search is given up; about ten are usual."""
+"""Most evaluations of the conditions before a search is given up; about ten are usual."""
 
 FORWARD = 1e-5
 """Step of the forward differences that the iteration begins with."""
@@ -61,7 +61,7 @@ DIFFERENCE = 2e-3
 
 @dataclass(frozen=True, slots=True)
 class CompliantModel:
-    """The dimensionless model.
+    """The dimensionless model of a device with compliant membranes.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class LongContact:
 
 @dataclass(frozen=True, slots=True)
 class Lap:
-    """From one touch of the bottom to the next, by way of the top: its contacts, times and final velocity."""
+    """One period from a touch of the bottom to the next, by way of the top: its contacts, times and final velocity."""
 
     bottom: LongContact
     top: LongContact
@@ -183,6 +183,7 @@ def compliant_model(
     d, gbar, _ = device.groups(parameter, float(value))
     speed = float(device.velocity_unit(parameter, float(value)))
     length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
+    # Force K delta^h over the ball's mass m, in units of F/M: x_c^h K M/(m F).
     per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])
     scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball, ball_mass_kg=1.0)
     return CompliantModel(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed)
@@ -211,10 +212,14 @@ def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> 
     alone = contacts(np.array(speed), model.membrane, model.restitution)
     time, depth = float(alone.duration), float(alone.deflection)
     h, gbar = model.membrane.exponent, model.gbar
+    # Time in durations and depth in deflections of the contact without external force: so scaled all stiffnesses look
+    # alike, and the tolerances mean the same on each rung. By logarithms: the depth to the power h - 1 may vanish where
+    # its product with K does not.
     spring = float(np.exp(np.log(model.membrane.stiffness) + (h - 1) * np.log(depth))) * time * time
     damping, pull = float(alone.damping) * depth / time, wall * time * time / depth
 
     def acceleration(t: float, y: float, v: float) -> float:
+        # The force of a membrane cannot pull: without the cut-off the damping would hold the ball back as it leaves.
         push = spring * y**h * max(1 + damping * v, 0.0) if y > 0 else 0.0
         return pull * (gbar + cos(pi * time * t + phase)) - push
 
@@ -270,6 +275,7 @@ def flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tu
         If no membrane is touched within two periods of the motion.
     """
     start = float(wall), 0.0, -leaving, phase % (2 * pi)
+    # With restitution 1 the search lets the ball leave with just the velocity it has been given.
     rows, _ = follow_one(np.array([model.d, model.gbar, 1.0]), start, 1, compiled=False)
     if len(rows) < 2 or rows[1, FLIGHT] > 2 * model.period:
         raise NumericalError("no membrane is touched within two periods")
@@ -299,7 +305,7 @@ def lap(model: CompliantModel, velocity: float, phase: float) -> Lap:
 
 
 def mismatch(model: CompliantModel, x: Floats) -> Floats:
-    """By how much a state (velocity, phase) at the bottom fails to repeat after the period: zero on a motion."""
+    """Amount by which a state (velocity, phase) at the bottom fails to repeat after the period: zero on a motion."""
     end = lap(model, float(x[0]), float(x[1]))
     return np.array([end.velocity - x[0], pi * (end.time - model.period)])
 
@@ -361,10 +367,12 @@ def find_critical(
 
 def _solved(conditions: Callable[[Floats], Floats], guess: Floats) -> Floats:
     """Where a small system vanishes, near a guess; NumericalError if there is no such place."""
+    # Relative to the guess, but for a phase that happens to be near zero.
     scale = np.maximum(np.abs(guess), 0.1)
-    x = scale * solve(
+    x = scale * find_root(
         lambda x: conditions(scale * x), guess / scale, CONVERGED, NOISE, difference=FORWARD, most=MOST_EVALUATIONS
     )
+    # A root far away is a motion of another family, which must not pass for the one that is followed.
     if not np.all(np.abs(x - guess) < NEARBY * scale):
         raise NumericalError("the iteration on the return map leads to no motion nearby")
     return np.asarray(x)

@@ -28,7 +28,7 @@ ADAPTIVE = ("RK45", "DOP853", "Radau", "BDF", "LSODA", "Radau + J")
 """Adaptive solvers of scipy, the first two explicit; the last is given the Jacobian, which the others estimate by
 differences where they need one."""
 
-EXPLICIT = (FIXED, "RK45", "DOP853")
+EXPLICIT_SOLVERS = (FIXED, "RK45", "DOP853")
 """Solvers that are explicit throughout; LSODA switches between explicit and implicit formulae."""
 
 RTOLS = (1e-4, 1e-7, 1e-10)
@@ -47,11 +47,11 @@ WRONG = 1e-2
 """Error from which a run that reached the end has not followed the motion: the rigid model would be as good."""
 
 Force = Callable[[float, float, float], float]
-"""(t, Z, Z') -> Z''."""
+"""The acceleration Z'' as a function of time [t_c], Z and Z'."""
 
 
 class RunOutcome(StrEnum):
-    """How a run ended."""
+    """The ways in which the run of a solver ends."""
 
     SOLVED = "solved"
     WRONG = "reached the end of the period, but somewhere else"
@@ -126,6 +126,7 @@ class _ExhaustedError(Exception):
 
 def period_of(model: CompliantModel, orbit: CompliantOrbit) -> Period:
     """Start on a motion in mid-flight."""
+    # From mid-flight, where nothing is stiff and the state is known in closed form.
     top, half = orbit.top, orbit.flight_down / 2
     leaves = top.phase + pi * top.duration
     phase = leaves + pi * half
@@ -146,12 +147,15 @@ def acceleration(period: Period, seen: Seen) -> Force:
         a = gbar + cos(pi * t + phase)
         try:
             if z > half:
+                # An adaptive solver may step over a whole contact and still end without an error of its own: then it
+                # never asked for a force there.
                 seen.bottom = True
                 a -= k * (z - half) ** h * max(1 + bottom * v, 0.0)
             elif z < -half:
                 seen.top = True
                 a += k * (-half - z) ** h * max(1 - top * v, 0.0)
         except OverflowError:
+            # A float raised to a power raises an error where NumPy gives inf; solvers expect the latter.
             return -inf if z > 0 else inf
         return a
 
@@ -209,22 +213,25 @@ def run_once(period: Period, factor: float, solver: str, setting: float) -> Solv
             outcome = RunOutcome.OVERFLOW
         else:
             error = distance
+            # A run that met no membrane has solved another problem, however near its end is.
             met = seen.bottom and seen.top
             outcome = RunOutcome.MISSED if not met else RunOutcome.WRONG if distance >= WRONG else RunOutcome.SOLVED
     return SolverRun(solver, setting, factor, outcome, error, steps, seen.evaluations, 0.0)
 
 
-End = tuple[RunOutcome, tuple[float, float], int]
+RunEnd = tuple[RunOutcome, tuple[float, float], int]
 """`SOLVED` where the end was reached, the state there, and the steps taken."""
 
 NOWHERE = (inf, inf)
 
 
-def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float) -> End:
+def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float) -> RunEnd:
     from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 
     def system(t: float, state: Floats) -> tuple[float, float]:
         if seen.evaluations >= MOST_EVALUATIONS:
+            # SciPy knows no limit of evaluations, and an explicit solver takes ever more of them as the membrane
+            # stiffens.
             raise _ExhaustedError
         z, v = state.tolist()
         return v, force(t, z, v)
@@ -233,6 +240,7 @@ def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float
     settings: dict[str, Any] = {"rtol": rtol, "atol": rtol} | ({"jac": jacobian(period)} if given else {})
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
+            # What solvers warn of, overflow and steps too small, is what is measured: it goes into the outcome.
             warnings.simplefilter("ignore")
             run = solve_ivp(system, (0.0, period.model.period), start, method=method, **settings)
     except _ExhaustedError:
@@ -246,7 +254,7 @@ def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float
     return RunOutcome.SOLVED, (z, v), steps
 
 
-def _fixed(period: Period, force: Force, steps: int) -> End:
+def _fixed(period: Period, force: Force, steps: int) -> RunEnd:
     dt, z, v = period.model.period / steps, period.position, period.velocity
     for n in range(steps):
         t, middle = n * dt, (n + 0.5) * dt

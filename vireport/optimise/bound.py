@@ -42,10 +42,10 @@ FALLING = DesignPath.AMPLITUDE
 """The input with which d and gbar fall; with all others they grow, if they change."""
 
 SYMBOLS = 2
-"""Of the affine numbers: half the duration of a flight, as q, and the phase."""
+"""Symbols of the affine numbers: half the duration of a flight, as q, and the phase."""
 
 PIXELS = np.array([64, 16])
-"""Of the picture, along either axis; it is drawn anew where it matters."""
+"""Pixels of the picture along either axis; it is drawn anew where it matters."""
 
 TILES, MOST_TILES, BLOCK = 32, 20_000, 4096
 """Tiles along q and phase at first, for each forcing period; after how many the rest is drawn as it is, some seconds;
@@ -71,7 +71,7 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PixelPicture:
-    """Where stable motions may be, in pixels of (log d, gbar).
+    """A picture of where stable motions may be, in pixels of (log d, gbar).
 
     Attributes
     ----------
@@ -117,6 +117,8 @@ def picture_of(r: float, n: int, low: Floats, high: Floats) -> PixelPicture:
     pixel = np.maximum(pixel, pixel.max() / 4)  # not too fine across a picture that is a line
     shape = (2, *PIXELS)
     picture = PixelPicture(low, high, pixel, np.full(shape, -np.inf), np.full(shape, np.inf))
+    # All motions there are lie over these tiles: q - 1/2 between -1/2 and 1/2, and the phase over one turn, of which
+    # the end overlaps the beginning, as the double 2 pi is not the number.
     u, phi = np.linspace(-0.5, 0.5, TILES * n + 1), np.linspace(0, 2 * np.pi * (1 + ROUNDING), TILES * n + 1)
     start = np.stack(np.meshgrid(u[:-1], phi[:-1], indexing="ij")).reshape(2, -1)
     end = np.stack(np.meshgrid(u[1:], phi[1:], indexing="ij")).reshape(2, -1)
@@ -144,9 +146,13 @@ def _drawn(picture: PixelPicture, start: Floats, end: Floats, r: float, n: int, 
         )
         edge = picture.low[:, None], picture.high[:, None]
         out = (upper < edge[0]).any(axis=0) | (lower > edge[1]).any(axis=0)
+        # A tile is left out only for what holds in all of it. Comparisons with nan are false, so that what is not
+        # resolved stays.
         rows = np.flatnonzero(~(out | (orbit.velocity_bottom.upper <= 0) | (orbit.velocity_top.lower >= 0)))
         rows = rows[_may_be_stable(orbit.select(rows), restitution[rows])]
         rows = rows[_may_stay_between(orbit.select(rows), restitution[rows], n)]
+        # First-order change of (log d, gbar) with either unknown, in pixels: it tells whether a tile is small enough,
+        # and which way to halve it.
         moved = np.abs(np.stack([orbit.d.linear[:2] / orbit.d.centre, orbit.gbar.linear[:2]]))[:, :, rows]
         moved = np.nan_to_num(moved / picture.pixel[:, None, None], nan=np.inf)
     fine = (2 * moved.sum(axis=1) <= 1).all(axis=0) & np.isfinite(upper[:, rows]).all(axis=0) | last
@@ -160,6 +166,8 @@ def _drawn(picture: PixelPicture, start: Floats, end: Floats, r: float, n: int, 
         np.nan_to_num(lower[:, drawn], nan=-np.inf), np.nan_to_num(upper[:, drawn], nan=np.inf)
     ):
         for side in (0, 1):
+            # The speeds belong to the tile, not to the pixel: unions over all tiles that touch a pixel keep both
+            # bounds valid.
             np.maximum.at(picture.fastest[side], (i, j), fast[side, tiles])
             np.minimum.at(picture.slowest[side], (i, j), np.maximum(slow[side, tiles], 0))
     rows, moved = rows[~fine], moved[:, :, ~fine].max(axis=0)
@@ -181,6 +189,8 @@ def _may_stay_between(orbit: Orbits, r: Affine, n: int) -> Mask:
     ops, inside = AFFINE, np.ones(len(orbit.d.centre), dtype=bool)
     for way in orbit.flights(r):
         for k in range(SAMPLES * n):
+            # A sample beyond a membrane anywhere proves that the motion passes through it; nothing follows from
+            # samples that are within. So a few suffice for a bound, and more only sharpen it.
             time = way.duration * ((k + 0.5) / (SAMPLES * n))
             angle = ops.pi * time
             covered = way.covered(time, way.turned(ops.sin(angle), ops.cos(angle))[1], ops.pi)
@@ -209,12 +219,17 @@ def largest_value(problem: Problem, best: float) -> float | None:
     low, high = (
         np.stack(np.meshgrid(*[part] * axes, indexing="ij")).reshape(axes, -1) for part in (ends[:-1], ends[1:])
     )
+    # A design with the margin has stable motion wherever one input is off by less: each such device that surely has
+    # none excludes the design. This needs pictures alone, no margins of boxes.
     off = [(varied, 1 + sign * ring * problem.share) for ring in RINGS for varied, sign in DISPLACED if problem.share]
     off = [change for change in off if change[0] is not DesignInput.RESTITUTION]
     for number in range(ROUNDS):
         bound, excluded = _bounds(problem, low, high, off, together=number < TOGETHER)
+        # Looking up every device costs a picture each. Those that excluded most in the round before do nearly all,
+        # and leaving the others out can only make the bound larger.
         off = [off[k] for k in sorted(excluded.argsort(kind="stable")[::-1][:TELLING])] if number else off
         kept = bound > best * (1 + AIM)
+        # The bound of a box that is cut no further still counts.
         done = max(done, float(bound[~kept].max(initial=-np.inf)))
         low, high, bound, before = low[:, kept], high[:, kept], bound[kept], above
         above = float(bound.max(initial=best)) - best
@@ -277,6 +292,7 @@ def _place(
     """The (log d, gbar) of boxes, from and to, (2, k), with an input off by a factor, and whether all may be so."""
     falls = np.array([path == FALLING for path in problem.paths])[:, None]
     ends, applies = [], np.ones(low.shape[1], dtype=bool)
+    # The groups are monotonic in every input, so that two opposite corners of a box enclose them.
     for t in (np.where(falls, high, low), np.where(falls, low, high)):
         device, _ = problem.at(t.T)
         if varied is not None:
@@ -302,6 +318,8 @@ def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowes
         output = generated(speeds, membrane, 0.0, period_s)
         columns.append(objectives(bottom, bottom, *output, period_s))
         judged.append((impacts_of(speeds, *output, membrane), device.shaker(Parameter.LENGTH, device.length_m)))
+    # A limit from below is held against the largest that the box may reach, one from above against the least: what
+    # fails so fails everywhere in the box.
     for quantity, limit in problem.limits:
         impacts, shaker = judged[0 if limit.is_least else 1]
         if isinstance(quantity, OfShaker):

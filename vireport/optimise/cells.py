@@ -58,8 +58,10 @@ def evaluate(problem: Problem, t: Floats) -> CellValues:
         columns = objectives(orbit.velocity_bottom, gap, *designs.generated, designs.period_s)
         slack = [designs.worst(part[designs.rows], True) for part in _slack(designs)]
         slack += [quantity.slack(designs, limit) for quantity, limit in problem.limits]
+    # A margin has no value here: it needs critical points, which are followed for single designs only.
     nothing = np.full_like(slack[0], np.nan)
     value = designs.worst(columns[problem.objective], True) if problem.objective in columns else nothing
+    # `worst` gives NaN where a design has no stable motion, which is the one test of it for all columns.
     stable = np.isfinite(slack[0])
     return CellValues(stable, value, np.where(stable[:, None], np.stack(slack, axis=1), np.nan))
 
@@ -85,9 +87,13 @@ def corner_slack(problem: Problem, t: Floats, share: float = 1.0) -> Floats:
     ends = np.array(list(product((-share, share), repeat=len(factors)))).T if widths else np.empty((0, 0))
     slack = []
     for end in ends.T:
+        # Inputs of one factor move d or gbar alike, and the force moves them the other way: the corners are those of
+        # at most four factors instead of six inputs.
         steps = np.array([end[factors.index(FACTOR_OF[x])] * (-1 if x is DesignInput.AMPLITUDE else 1) for x in widths])
         corner = replace(designs, device=devices_off(designs.device, widths, np.tile(steps[:, None], len(t))))
         with np.errstate(all="ignore"):
+            # One stable motion is enough for a device to work: the best of its motions counts, each by the worse of
+            # its slacks.
             slack.append(extreme(np.minimum(*_slack(corner)), corner.motions.cell, len(t), np.maximum))
     return np.stack(slack, axis=1) if slack else np.empty((len(t), 0))
 

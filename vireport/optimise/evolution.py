@@ -16,7 +16,7 @@ from vireport.scenario import Objective
 Floats = NDArray[np.float64]
 
 SEED = 0
-"""Of the random numbers: the same input, the same design."""
+"""Seed of the random numbers, fixed so that equal inputs give an equal design."""
 
 POPULATION, GENERATIONS = 64, 40
 """Designs of a population, and how often it is replaced. Evaluated at once, 64 cost hardly more than one."""

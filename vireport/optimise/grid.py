@@ -57,7 +57,7 @@ class JudgedDesign:
 
     @property
     def shortfall(self) -> float:
-        """By how much the worst requirement is missed, over its limit; infinite where that is no number."""
+        """Distance by which the worst requirement is missed, over its limit; infinite where that is no number."""
         missed = [line for line in self.study.criteria if not line.passed]
         if not self.tolerated or any(line.outcome.margin is None for line in missed):
             return inf
@@ -106,7 +106,7 @@ class DesignGrid:
 
     @property
     def spacing(self) -> Floats:
-        """Between neighbouring cells, as shares of the ranges."""
+        """Distance between neighbouring cells along each input, as a share of its range."""
         return 1 / (np.array(self.counts) - 1)
 
     @property
@@ -121,45 +121,49 @@ class DesignGrid:
         return rows if np.isnan(value).all() else rows[np.argsort(-value, kind="stable")]
 
     def tolerated(self, rows: Ints, share: float = 1.0) -> Ints:
-        """Those of some cells that have stable motion at all corners of a share of the tolerances."""
+        """Select those of some cells that have stable motion at all corners of a share of the tolerances."""
         slack = corner_slack(self.problem, self.t[rows], share)
         return rows[(np.nan_to_num(slack, nan=-1.0) >= 0).all(axis=1)]
 
     def passing(self, rows: Ints, share: float) -> Iterator[int]:
-        """Those of some cells, in their order, that may have a margin, and meet what only a run judges."""
+        """Select those of some cells, in their order, that may have a margin, and meet what only a run judges."""
         for part in portions(rows):
             yield from part[self.problem.may_meet(self.t[part], share)]
 
     def keeping(self, rows: Ints, share: float) -> Ints:
-        """Those of some cells, in their order, that have stable motion where any one input is off by a share."""
+        """Select those of some cells, in their order, that have stable motion where any one input is off by a share."""
         kept = (part[keeps_motion(self.problem.designs(self.t[part]), share)] for part in portions(rows))
         return np.concatenate([rows[:0], *kept])
 
     def better(self, rows: Ints) -> Ints:
-        """Those of some cells that may be better than the best design by the objective, where there is one."""
+        """Select those of some cells that may be better than the best design by the objective, where there is one."""
         best = self.judged.best
         if best is None:
             return rows
+        # A margin may be infinite, where stable motion ends in no input: then nothing is better.
         if best.value == inf:
             return rows[:0]
         if self.by_margin:
+            # Whether a cell keeps its motion when an input is off by the margin is decided in closed form for all
+            # cells at once; its own margin would take a run for each.
             rows = self.keeping(rows, min(best.margin, WIDEST_MARGIN / 100))
         else:
             rows = rows[self.cells.value[rows] > best.value * (1 + SAME_VALUE)]
         return rows[[not self.judged.met.get(self.t[row].tobytes(), False) for row in rows]] if rows.size else rows
 
     def unjudged(self, rows: Ints) -> Ints:
-        """Those of some cells that no run has judged."""
+        """Select those of some cells that no run has judged."""
         return rows[[self.t[row].tobytes() not in self.judged.met for row in rows]] if rows.size else rows
 
     def candidates(self, rows: Ints) -> Ints:
-        """Those of some cells, in their order, that may be better than the best design and meet the requirements."""
+        """Select cells, in their order, that may be better than the best design and meet the requirements."""
         rows = np.array(list(self.passing(self.better(rows), self.problem.share)), dtype=np.intp)
         return rows[self.problem.may_yield(self.t[rows])]
 
     def judge(self, t: Floats) -> JudgedDesign | None:
         """The results of a design; None where it has no stable motion, or a run ends without results."""
         self.judged.count += 1
+        # A design that a run cannot compute has been judged as well, and is not tried again.
         self.judged.met[t.tobytes()] = False
         try:
             study = self.problem.study(t)
@@ -173,7 +177,7 @@ class DesignGrid:
         return point
 
     def tolerating(self, share: float) -> DesignGrid:
-        """These cells with stable motion required at all corners of a share of the tolerances."""
+        """Return the grid with stable motion required at all corners of a share of the tolerances."""
         return replace(self, problem=replace(self.problem, tolerated=share))
 
     def near(self, point: JudgedDesign) -> NDArray[np.bool_]:
@@ -186,6 +190,7 @@ class DesignGrid:
         for axis in range(value.ndim):
             step = np.nan_to_num(np.abs(np.diff(value, axis=axis)))
             pad = [(0, 0)] * value.ndim
+            # The edges of the grid have a neighbour on one side only, and the missing difference counts as zero.
             sides = []
             for side in ((1, 0), (0, 1)):
                 pad[axis] = side
@@ -203,6 +208,7 @@ def portions(rows: Ints) -> Iterator[Ints]:
 def grid_of(problem: Problem) -> DesignGrid:
     """Evaluate the cells of a search."""
     axes = len(problem.paths)
+    # With fewer than three cells along an input no cell has a neighbour on both sides, and `changes` says nothing.
     count = max(round(problem.design.cells ** (1 / axes)), 3)
     counts = (count,) * axes
     t = np.stack(np.meshgrid(*[np.linspace(0, 1, count)] * axes, indexing="ij"), axis=-1).reshape(-1, axes)

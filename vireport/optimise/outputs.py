@@ -304,4 +304,4 @@ def figure_front(result: SearchResult) -> Figure:
 
 
 HEIGHT, WIDTH = 3.0, 5.5
-"""Of the figure under its heading, and of its horizontal axis for the choice of ticks [in]."""
+"""Height of the figure under its heading, and width of its horizontal axis for the choice of ticks [in]."""

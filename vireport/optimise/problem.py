@@ -19,7 +19,7 @@ from vireport.gate import Designs, Limit, OfMargin, OfMotions, OfRun, OfShaker, 
 from vireport.motions import CRITICAL, Event
 from vireport.physics import Conversion, Device, Membrane, Voltages
 from vireport.scenario import (
-    Design,
+    DesignBlock,
     DesignInput,
     DesignPath,
     LimitKind,
@@ -61,7 +61,7 @@ class Problem:
     """
 
     loaded: Loaded
-    design: Design
+    design: DesignBlock
     required: tuple[tuple[Requirement, Limit], ...]
     margins: tuple[tuple[tuple[Event, ...], float], ...]
     tolerated: float = 0.0
@@ -116,7 +116,7 @@ class Problem:
 
     @property
     def paths(self) -> tuple[DesignPath, ...]:
-        """The inputs that vary."""
+        """Paths of the inputs that vary, in the order of the scenario."""
         return tuple(varied.path for varied in self.design.vary)
 
     @property
@@ -127,7 +127,7 @@ class Problem:
 
     @property
     def widths(self) -> Floats:
-        """Widths of their ranges."""
+        """Widths of the ranges of the inputs that vary, each in its unit."""
         return np.array([abs(varied.to - varied.from_) for varied in self.design.vary])
 
     @property
@@ -136,11 +136,11 @@ class Problem:
         return max((share for kinds, share in self.margins if len(kinds) == len(CRITICAL)), default=0.0)
 
     def half_widths(self, designs: Designs) -> dict[DesignInput, Any]:
-        """By how much each input is off at the corners, in its unit."""
+        """Deviation of each input at the corners of the tolerances, in its unit."""
         return {varied: self.tolerated * off for varied, off in designs.half_widths.items()} if self.tolerated else {}
 
     def with_margin(self, share: float) -> Problem:
-        """The same search with another margin required to critical points of any kind."""
+        """Return the search with another margin required to critical points of any kind, as a share."""
         others = tuple((kinds, other) for kinds, other in self.margins if len(kinds) < len(CRITICAL))
         return replace(self, margins=(*others, (CRITICAL, share)))
 
@@ -252,7 +252,7 @@ def smallest_margin(design: DesignPoint) -> float:
 
 
 def design_input(path: DesignPath) -> DesignInput | None:
-    """The same input among those that have margins; None of one on which no motion depends."""
+    """The input of a path among those that have margins; None for one on which no motion depends."""
     return next((varied for varied in DesignInput if varied.path == path), None)
 
 

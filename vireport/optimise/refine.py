@@ -88,7 +88,7 @@ class LocalSearch:
 
 
 SLOTS = tuple((varied, sign) for varied in DesignInput for sign in (-1, 1))
-"""Where margins are: each input, below and above its value."""
+"""The places of margins: each input, below and above its value."""
 
 
 def refine(problem: Problem, start: Floats, spacing: Floats, worst_case: bool = False) -> Floats | None:

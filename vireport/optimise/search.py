@@ -34,7 +34,7 @@ HALVINGS = 12
 0.02 % and 0.1 %."""
 
 LEVELS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.10, 0.14, 0.20, 0.28, 0.40, 0.55)
-"""Margins of the front."""
+"""Margins that the front is computed for, as shares of the input in which each is smallest."""
 
 MOST_JUDGED, MOST_COSTLY = 1000, 60
 """Cells that are judged by runs at most, some minute; where each run follows motions, simulates or proves, some
@@ -100,7 +100,7 @@ class SearchEvidence:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchResult:
-    """What a search comes to.
+    """The outcome of a search for the best design.
 
     Attributes
     ----------
@@ -140,9 +140,12 @@ def optimise(problem: Problem, progress: Progress | None = None) -> SearchResult
         yielding = _yielding(grid, within)
         # Where none reaches the yield, the tolerances are in the way, unless no design meets the rest.
         grid = grid.tolerating(float(grid.judged.count > 0) if yielding is None else yielding)
+    # Corners are tried of cells that meet the limits only: they cost as many evaluations as there are corners.
     order, share = grid.tolerated(within), 1.0
     ranked, widest = _widest(grid, order) if grid.by_margin else (order, None)
     tried, left = _climb(grid, ranked, widest)
+    # A required yield is judged by runs. The share of the tolerances that stands for it steers the search, and must
+    # not decide which cells are called hopeless.
     candidates = _judge_candidates(grid, within if asks_yield else order, say)
     nearest = None
     if grid.judged.best is None:
@@ -169,6 +172,7 @@ def optimise(problem: Problem, progress: Progress | None = None) -> SearchResult
     step = 2 * float(grid.changes()[grid.near(best)].max(initial=0.0))
     best_cell = float(grid.cells.value[tried[0]])
     if evidence.complete:
+        # Where all candidates were judged, a cell better than the best design has failed a run.
         best_cell = min(best_cell, best.value)
     evidence = replace(evidence, best_cell=best_cell, step=step, elsewhere=len(left))
     say("bounding what any other design may reach")
@@ -182,6 +186,7 @@ def _yielding(grid: DesignGrid, within: Ints) -> float | None:
 
     With a larger share the best design has a smaller objective, and more of its devices work.
     """
+    # The first share is 0: a design that reaches the yield without any is the best there is, and needs no bracket.
     low, high, share, reached = 0.0, 1.0, 0.0, None
     for _ in range(HALVINGS):
         other = grid.tolerating(share)
@@ -193,6 +198,7 @@ def _yielding(grid: DesignGrid, within: Ints) -> float | None:
         if point is None or point.tolerated:
             high, reached = share, reached if point is None else share
         else:
+            # From here on larger shares are tried: a cell that fails at this one fails at those.
             low, within = share, kept
         if high == low:
             break
@@ -204,6 +210,8 @@ def _climb(grid: DesignGrid, ranked: Ints, widest: float | None) -> tuple[list[i
     """Judge designs refined from what the global solver finds and from cells; these, and others that may be better."""
     problem, tried, left = grid.problem, list[int](), list[int]()
     first = list(islice(grid.passing(ranked, problem.share), POPULATION // 2))
+    # The global solver is not bound to cells: it finds regions narrower than one, at which no cell would start a
+    # refinement.
     fittest = evolve(problem, grid.t[first], widest)
     if fittest is not None:
         _refine(grid, fittest)
@@ -230,6 +238,7 @@ def _judge_candidates(grid: DesignGrid, rows: Ints, say: Progress) -> Ints:
     if grid.by_margin:
         candidates = _widest_first(grid, candidates)
     chosen = grid.unjudged(candidates)
+    # The best cells first are the likely ones, but they may all fail alike, for the same requirement.
     if len(chosen) > budget:
         chosen = chosen[: budget // 2]
     while chosen.size:
@@ -290,6 +299,8 @@ def _halved(rows: Ints, most: float, passing: Callable[[Ints, float], Ints]) -> 
 
 def _refine(grid: DesignGrid, start: Floats) -> None:
     """Judge the design refined from one, and that itself if it does not meet all requirements."""
+    # Refinement knows the limits in closed form only: a design at the very limit may fail what a run judges, where
+    # its start does not.
     for t in (refine(grid.problem, start, grid.spacing), start):
         point = None if t is None else grid.judge(t)
         if point is not None and point.met():

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.physics.numbers import ARRAYS, magnitude
-from vireport.scenario import LARGEST, SMALLEST, Scenario, blocks
+from vireport.scenario import LARGEST, SMALLEST, MembraneBlock, Scenario
 
 Floats = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class Membrane:
     @staticmethod
     def of(scenario: Scenario) -> Membrane | None:
         """The membrane of a scenario and the ball that strikes it; None where the ball's mass is not given."""
-        mass, given = scenario.device.ball_mass_kg, scenario.device.membrane or blocks.Membrane()
+        mass, given = scenario.device.ball_mass_kg, scenario.device.membrane or MembraneBlock()
         if mass is None:
             return None
         return Membrane(
@@ -89,7 +89,7 @@ class Membrane:
         )
 
 
-def _dielectric_of(given: blocks.Membrane) -> Dielectric | None:
+def _dielectric_of(given: MembraneBlock) -> Dielectric | None:
     """None where the scenario does not give all of it."""
     thickness, permittivity, breakdown = given.thickness_m, given.relative_permittivity, given.breakdown_field_v_m
     if thickness is None or permittivity is None or breakdown is None:

@@ -191,7 +191,7 @@ class Report:
 
     @property
     def design(self) -> DesignPoint | None:
-        """The design point."""
+        """The design point; None where the scenario gives none."""
         return self.study.solution.design
 
     @cached_property
@@ -267,8 +267,11 @@ class Report:
         """Impact speeds at bottom and top [m/s] of the first stable motion at the design point."""
         if self.design is None or not self.design.motions.stable.any():
             return None
-        x, unit = self.design.motions, self.solution.device.velocity_unit(self.design.parameter, self.design.value)
-        return float(unit * x.velocity_bottom[0]), float(-unit * x.velocity_top[0])
+        motions, unit = (
+            self.design.motions,
+            self.solution.device.velocity_unit(self.design.parameter, self.design.value),
+        )
+        return float(unit * motions.velocity_bottom[0]), float(-unit * motions.velocity_top[0])
 
     def inputs(self) -> Iterator[InputRow]:
         """Every value of the scenario, in the order of the format."""

@@ -107,7 +107,7 @@ def _filled(report: AnyReport, templates: Path | None) -> str:
 
 def _page(report: AnyReport, source: str) -> bytes:
     page = _compiled(report, source, "html").decode("utf-8")
-    return _MATHS.sub(lambda found: found[0].translate(_ACCENTS), page).encode("utf-8")
+    return _MATHS.sub(lambda match: match[0].translate(_ACCENTS), page).encode("utf-8")
 
 
 def _of_page(report: AnyReport) -> dict[str, str]:

@@ -75,19 +75,24 @@ def places(solution: Solution) -> list[Place]:
     if membrane is None:
         return []
     if design is not None:
-        x = design.motions
-        states = zip(x.d[x.stable], x.velocity_bottom[x.stable], x.velocity_top[x.stable], strict=True)
+        motions = design.motions
+        states = zip(
+            motions.d[motions.stable],
+            motions.velocity_bottom[motions.stable],
+            motions.velocity_top[motions.stable],
+            strict=True,
+        )
         rows += [(True, None, design.value, *state) for state in states]
     ends = (end for part in solution.stable_ranges for end in part.ends)
     rows += [(False, point, value, *state) for value, point in ends for state in _at(solution, value)]
-    found = []
+    stable = []
     for at_design, point, value, *state in rows:
         d, bottom, top = map(float, state)
         unit = float(solution.device.velocity_unit(solution.parameter, value))
         gain = _voltages(unit * bottom, -unit * top, membrane)
         numbers = (float(x) for x in (gain.bottom_v, gain.top_v, gain.average_v, gain.deflection_m))
-        found.append(Place(at_design, point, value, d, unit * bottom, -unit * top, *numbers))
-    return found
+        stable.append(Place(at_design, point, value, d, unit * bottom, -unit * top, *numbers))
+    return stable
 
 
 def _voltages(speed_bottom: float, speed_top: float, membrane: Membrane) -> Voltages:
@@ -97,21 +102,21 @@ def _voltages(speed_bottom: float, speed_top: float, membrane: Membrane) -> Volt
 def _at(solution: Solution, value: float) -> Iterator[tuple[float, float, float]]:
     """Motions with which a stable stretch of a branch begins or ends; of mirror images the first."""
     for branch in solution.branches:
-        x = branch.motions
+        motions = branch.motions
         for part in branch.family.segments:
             for row in (part.first, part.last):
-                if part.stable and branch.mirror_of is None and float(x.sweep_value[row]) == value:
-                    yield x.d[row], x.velocity_bottom[row], x.velocity_top[row]
+                if part.stable and branch.mirror_of is None and float(motions.sweep_value[row]) == value:
+                    yield motions.d[row], motions.velocity_bottom[row], motions.velocity_top[row]
 
 
 def mass_effects(solution: Solution) -> list[MassEffect]:
     """What the ball mass makes of the voltage of the first stable motion; empty where there is none."""
-    membrane, found = solution.membrane, places(solution)
-    if membrane is None or not found:
+    membrane, stable = solution.membrane, places(solution)
+    if membrane is None or not stable:
         return []
     masses = [(factor, factor * membrane.ball_mass_kg) for factor in MASS_FACTORS]
     effects = []
     for factor, mass in [*masses, (None, PUBLISHED_MASS_RATIO * solution.device.capsule_mass_kg)]:
-        gain = _voltages(found[0].speed_bottom, found[0].speed_top, replace(membrane, ball_mass_kg=mass))
+        gain = _voltages(stable[0].speed_bottom, stable[0].speed_top, replace(membrane, ball_mass_kg=mass))
         effects.append(MassEffect(factor, mass, float(gain.deflection_m), float(gain.average_v)))
     return effects

@@ -42,7 +42,14 @@ UNIT_OF_VARIED = "the unit of the input"
 class Block(BaseModel):
     """A block of keys: frozen, without keys that are not declared, and without conversion of types."""
 
-    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+    model_config = ConfigDict(
+        frozen=True,
+        strict=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        defer_build=True,
+        model_title_generator=lambda block: block.__name__.removesuffix("Block"),  # editors show the title
+    )
 
 
 def is_printable(text: str) -> bool:
@@ -97,7 +104,7 @@ def _swept(parameter: Parameter, title: str, unit: str, meaning: str, example: f
     return _key(None, title, unit, f"{meaning} {unless}", example=example, ge=low, le=high)
 
 
-class Membrane(Block):
+class MembraneBlock(Block):
     """The dielectric elastomer membrane at either end of the capsule, Eqs. (5.2)-(5.5)."""
 
     stiffness: float = _positive(
@@ -118,7 +125,7 @@ class Membrane(Block):
     )
 
 
-class Device(Block):
+class DeviceBlock(Block):
     """The capsule, the ball in it, and the membranes that close it."""
 
     capsule_mass_kg: float = _positive(REQUIRED, "Capsule mass", "kg", "Mass M of the capsule.", example=0.1245)
@@ -140,7 +147,7 @@ class Device(Block):
         le=1.0,
     )
     length_m: float | None = _swept(Parameter.LENGTH, "Length", "m", "Distance s between the membranes.", 0.7)
-    membrane: Membrane | None = _key(
+    membrane: MembraneBlock | None = _key(
         None,
         "Membrane",
         "",
@@ -156,7 +163,7 @@ class Device(Block):
         return tree
 
 
-class Excitation(Block):
+class ExcitationBlock(Block):
     """The harmonic force on the capsule, F cos(omega t)."""
 
     amplitude_n: float | None = _swept(
@@ -167,7 +174,7 @@ class Excitation(Block):
     )
 
 
-class Sweep(Block):
+class SweepBlock(Block):
     """One parameter taken from one value to another; everything else is held."""
 
     parameter: Parameter = _key(
@@ -188,7 +195,7 @@ class Direction(StrEnum):
     BOTH = "both"
 
 
-class Simulation(Block):
+class SimulationBlock(Block):
     """The simulation beside the solution: where it is asked for, and from how many starts."""
 
     samples: int = _key(41, "Samples", "1", "Values of the swept parameter that are simulated.", ge=2, le=2001)
@@ -320,7 +327,7 @@ WORD = Annotated[str, Field(pattern="^[BT]+$", max_length=LONGEST_WORD, strict=T
 """Impacts of one period in their order, B on the bottom and T on the top."""
 
 
-class Requirements(Block):
+class RequirementsBlock(Block):
     """What the design must meet: each is a line of the acceptance table, and one that fails makes the exit code 1."""
 
     stable_from: Annotated[float | None, _STABLE_RANGE] = _stable("Stable from", 0.65)
@@ -428,7 +435,7 @@ class Requirements(Block):
 def _demands() -> dict[Demand, tuple[str, ...]]:
     """The requirements that there are, with their keys, in the order of these."""
     keys: dict[Demand, tuple[str, ...]] = {}
-    for name, key in Requirements.model_fields.items():
+    for name, key in RequirementsBlock.model_fields.items():
         (demand,) = (part for part in key.metadata if isinstance(part, Demand))
         keys[demand] = (*keys.get(demand, ()), name)
     return keys
@@ -446,7 +453,7 @@ MotionName = Annotated[
 _TOO_MANY = "sequences double with each impact, to 4116 of sixteen"
 
 
-class Motions(Block):
+class MotionsBlock(Block):
     """The families of motions with other sequences of impacts than one on each membrane."""
 
     impacts: int = _key(6, "Impacts", "1", "Most impacts in one period of a motion.", ge=1, le=16, beyond=_TOO_MANY)
@@ -480,8 +487,8 @@ class Distribution(StrEnum):
     NORMAL = "normal"
 
 
-class Tolerances(Block):
-    """By how much each input may be off, in its unit or in per cent; the larger where both are given."""
+class TolerancesBlock(Block):
+    """The tolerance of each input, in its unit or in per cent; the larger holds where both are given."""
 
     length_m: float | None = _off(DesignInput.LENGTH)
     length_percent: float | None = _off_percent(DesignInput.LENGTH)
@@ -508,11 +515,11 @@ class Tolerances(Block):
     )
 
     def off(self, varied: DesignInput) -> tuple[float, float]:
-        """By how much an input may be off, in its unit and in per cent: 0 where that is not given."""
+        """The tolerance of an input, in its unit and in per cent: 0 where that is not given."""
         return getattr(self, varied) or 0.0, getattr(self, percent_key(varied)) or 0.0
 
     def half_width(self, varied: DesignInput, value: float) -> float:
-        """By how much an input with this value may be off, in its unit; 0 where it has no tolerance."""
+        """The tolerance of an input with this value, in its unit; 0 where it has none."""
         fixed, percent = self.off(varied)
         return max(fixed, value * percent / 100)
 
@@ -522,7 +529,7 @@ def percent_key(varied: DesignInput) -> str:
     return f"{varied.rpartition('_')[0] or varied}_percent"
 
 
-class Accuracy(Block):
+class AccuracyBlock(Block):
     """Error against run time of several methods, and the motion with compliant membranes beside the rigid one."""
 
     repeats: int = _key(5, "Repeats", "1", "Runs of each method, of which the median time counts.", ge=1, le=100)
@@ -559,7 +566,7 @@ _BALL_MASS = "device.ball_mass_kg"
 
 
 class AxisPath(VariedPath):
-    """What a map can vary."""
+    """The inputs that a map can vary, by their paths in a scenario."""
 
     INCLINATION = _VARIED_INCLINATION
     LENGTH = Parameter.LENGTH.path
@@ -618,7 +625,7 @@ class Objective(StrEnum):
     WALL_GAP = "wall_gap", "dimensionless gap to a membrane", ""
 
 
-class Varied(Block):
+class VariedBlock(Block):
     """An input of the design that may vary, and between what."""
 
     path: DesignPath = _key(REQUIRED, "Path", "", "The input.", example="device.length_m", strict=False)
@@ -626,10 +633,10 @@ class Varied(Block):
     to: float = _key(REQUIRED, "To", UNIT_OF_VARIED, "The other end of its range.", example=0.9)
 
 
-class Design(Block):
+class DesignBlock(Block):
     """What `vireport optimise` looks for: the best design that meets the requirements; a plain run leaves it alone."""
 
-    vary: tuple[Varied, ...] = _key(
+    vary: tuple[VariedBlock, ...] = _key(
         REQUIRED,
         "Vary",
         "",
@@ -659,8 +666,8 @@ class Scenario(Block):
     title: TEXT | None = _key(
         None, "Title", "", "Free text of one line for the head of the report.", example="Inclined harvester"
     )
-    device: Device = _key(REQUIRED, "Device", "", "The capsule, the ball in it, and the membranes.")
-    excitation: Excitation = _key(REQUIRED, "Excitation", "", "The harmonic force on the capsule.")
+    device: DeviceBlock = _key(REQUIRED, "Device", "", "The capsule, the ball in it, and the membranes.")
+    excitation: ExcitationBlock = _key(REQUIRED, "Excitation", "", "The harmonic force on the capsule.")
     inclination_deg: float | None = _swept(
         Parameter.INCLINATION, "Inclination", "deg", "Angle beta of the capsule to the horizontal.", 45.0
     )
@@ -673,42 +680,44 @@ class Scenario(Block):
         ge=1,
         le=LARGEST_PERIOD_RATIO,
     )
-    sweep: Sweep | None = _key(
+    sweep: SweepBlock | None = _key(
         None, "Sweep", "", "The parameter that is varied. Left out, the design point alone is evaluated."
     )
-    simulation: Simulation | None = _key(
+    simulation: SimulationBlock | None = _key(
         None,
         "Simulation",
         "",
         "The simulation beside the solution. Left out, only the report's own motion is simulated.",
     )
-    motions: Motions | None = _key(
+    motions: MotionsBlock | None = _key(
         None, "Motions", "", "Motions with other sequences of impacts along the sweep. Left out, none is followed."
     )
-    accuracy: Accuracy | None = _key(
+    accuracy: AccuracyBlock | None = _key(
         None, "Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."
     )
-    tolerances: Tolerances | None = _key(
+    tolerances: TolerancesBlock | None = _key(
         None,
         "Tolerances",
         "",
         "By how much the inputs may be off at the design point. Left out, neither a proof nor a yield is computed.",
     )
-    requirements: Requirements | None = _key(
+    requirements: RequirementsBlock | None = _key(
         None, "Requirements", "", "What the design must meet. Left out, nothing is judged."
     )
-    design: Design | None = _key(
+    design: DesignBlock | None = _key(
         None, "Design", "", "What the best design is looked for in. It makes no difference to a run."
     )
 
     @property
-    def motion_limits(self) -> Motions | None:
+    def motion_limits(self) -> MotionsBlock | None:
         """Limits of the motions that are followed: those given, or what requirements need; None where none is."""
         allowed = self.requirements.allowed if self.requirements is not None else ()
         if self.motions is not None or not allowed:
             return self.motions
-        least = Motions()
-        return Motions(impacts=max(least.impacts, *map(len, allowed)), periods=max(least.periods, self.period_ratio))
+        least = MotionsBlock()
+        return MotionsBlock(
+            impacts=max(least.impacts, *map(len, allowed)), periods=max(least.periods, self.period_ratio)
+        )
 
     @property
     def parameter(self) -> Parameter:
@@ -735,7 +744,7 @@ class Sampling(StrEnum):
     SOBOL = "sobol"
 
 
-class Axis(Block):
+class AxisBlock(Block):
     """One parameter that is varied: from one value to another in even steps, or at the values of a list."""
 
     path: AxisPath = _key(REQUIRED, "Path", "", "The parameter.", example="inclination_deg", strict=False)
@@ -754,17 +763,17 @@ class Axis(Block):
     )
 
 
-class MapSimulation(Block):
+class MapSimulationBlock(Block):
     """The simulation at each cell: where its motion ends from a number of starting states."""
 
     starts: int = _key(16, "Starts", "1", "Random starts, each cell its own, the same in every run.", ge=1, le=1024)
     impacts: int = _key(1000, "Impacts", "1", "Impacts from each; slow transients go on longer.", ge=100, le=100_000)
 
 
-class Map(Block):
+class MapBlock(Block):
     """What a map varies, and how its cells are chosen."""
 
-    axes: tuple[Axis, ...] = _key(
+    axes: tuple[AxisBlock, ...] = _key(
         REQUIRED,
         "Axes",
         "",
@@ -784,7 +793,7 @@ class Map(Block):
         None, "Samples", "1", "Number of points, where they are not a grid.", example=4096, ge=1, le=2**30
     )
     seed: int = _key(0, "Seed", "", "Of the points, where they are not a grid.", ge=0, le=2**32 - 1)
-    simulate: MapSimulation | None = _key(None, "Simulation", "", "Left out, nothing is simulated.")
+    simulate: MapSimulationBlock | None = _key(None, "Simulation", "", "Left out, nothing is simulated.")
     chunk_cells: int | None = _key(
         None, "Chunk", "1", "Cells that are computed and stored at once.", example=32768, ge=1, le=LARGEST_CHUNK
     )
@@ -801,7 +810,7 @@ class MapFile(Scenario):
         "a map has no simulation block (delete it; map.simulate asks for the simulation of each cell)",
     )
     tolerances: None = _key(None, "Tolerances", "", "a map has no tolerances (delete them)")
-    map: Map = _key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
+    map: MapBlock = _key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
 
 
 class Input(NamedTuple):

@@ -21,7 +21,7 @@ from pydantic import ValidationError
 from vireport.base import Mistake, ScenarioError, UsageError
 from vireport.scenario.blocks import (
     AxisPath,
-    Map,
+    MapBlock,
     MapFile,
     Scenario,
 )
@@ -39,7 +39,7 @@ from vireport.scenario.rules import (
     AXES,
     Finding,
     Kind,
-    check,
+    inconsistencies,
     is_number,
     path_of,
     rows_of,
@@ -49,7 +49,7 @@ from vireport.text import visible
 MOST_NAMES = 1_000  # files of a folder that are compared with the name of a missing one
 
 Overrides = str | Sequence[str] | Mapping[str, object]
-Model = TypeVar("Model", bound=Scenario)
+FileModel = TypeVar("FileModel", bound=Scenario)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,7 @@ class LoadedMap:
     """
 
     scenario: Scenario
-    block: Map
+    block: MapBlock
     text: str
     name: str
 
@@ -199,7 +199,7 @@ def _block_of_keys(text: str | bytes, name: str) -> Document:
     raise ScenarioError(name, document.mistakes or [Mistake(document.lines[""], "", message)])
 
 
-def _validated(document: Document, model: type[Model], stands_for: Mapping[str, str]) -> Model:
+def _validated(document: Document, model: type[FileModel], stands_for: Mapping[str, str]) -> FileModel:
     """Make a scenario or a map file of a document as it was read.
 
     Parameters
@@ -224,7 +224,7 @@ def _validated(document: Document, model: type[Model], stands_for: Mapping[str, 
                 continue  # a list is only short of the elements that are wrong in themselves
             path = reduce(join, mistake["loc"], "")
             findings.append(Finding(path, kinds.get(mistake["type"], Kind.VALUE), mistake["input"]))
-    findings += check(document, {finding.path for finding in findings} | document.unread, model)
+    findings += inconsistencies(document, {finding.path for finding in findings} | document.unread, model)
     if file is not None and not findings and not document.mistakes:
         return file
     findings = [finding._replace(path=stands_for.get(finding.path, finding.path)) for finding in findings]

@@ -19,7 +19,7 @@ from vireport.scenario.blocks import (
     Direction,
     LimitKind,
     MapFile,
-    Membrane,
+    MembraneBlock,
     Need,
     Objective,
     Sampling,
@@ -87,7 +87,7 @@ class Finding(NamedTuple):
     value: object = None
 
 
-def check(document: Document, wrong: AbstractSet[str], model: type[Scenario]) -> list[Finding]:
+def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Scenario]) -> list[Finding]:
     """Find what does not fit together.
 
     Parameters
@@ -126,7 +126,7 @@ def rows_of(data: Any, block: str, key: str) -> list[Any]:
 
 
 AXES, VARIED = ("map", "axes"), ("design", "vary")
-"""Where such rows are."""
+"""The lists of a file whose rows give the range of an input."""
 
 
 def path_of(row: object, paths: type[InputPath]) -> InputPath | None:
@@ -360,7 +360,7 @@ def _ends_of(tree: _Tree, path: DesignPath, here: str, row: Any) -> list[tuple[s
 
 def default_of(path: str) -> float | None:
     """What a key of the membrane is where it is not given; None of others."""
-    return getattr(Membrane(), path.removeprefix(MEMBRANE)) if path.startswith(MEMBRANE) else None
+    return getattr(MembraneBlock(), path.removeprefix(MEMBRANE)) if path.startswith(MEMBRANE) else None
 
 
 def _ranges(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:

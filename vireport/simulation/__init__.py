@@ -9,7 +9,7 @@ from vireport.simulation.events import (
     InFlight,
     check_model,
     check_start,
-    follow,
+    follow_impacts,
     follow_one,
     start_of,
 )
@@ -50,7 +50,7 @@ __all__ = [
     "course",
     "diagram",
     "find_attractor",
-    "follow",
+    "follow_impacts",
     "follow_one",
     "growth_bound",
     "motion_name",

@@ -25,7 +25,7 @@ from vireport.simulation.events import (
     as_start,
     check_model,
     check_start,
-    follow,
+    follow_impacts,
     follow_one,
     start_rows,
 )
@@ -64,7 +64,7 @@ NUDGE = 1e-6
 
 
 class Outcome(StrEnum):
-    """How a trajectory ends."""
+    """The ways in which a trajectory ends."""
 
     PERIODIC = "periodic"
     APERIODIC = "chaotic, or not periodic within the budget"
@@ -83,7 +83,7 @@ def motion_name(outcome: Outcome, word: str, period: int) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attractor:
-    """What a start leads to.
+    """The motion or state that a start leads to.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class Attractor:
 
     @property
     def period(self) -> int:
-        """In forcing periods; 0 if it is not periodic."""
+        """Period of the motion in forcing periods; 0 if it is not periodic."""
         return self.cycle.period if self.cycle else 0
 
     @property
@@ -194,7 +194,7 @@ def attractors(
     n, m = first.shape[:2]
     cores = (os.cpu_count() or 1) if workers is None else workers
     keep = cycles.MAX_IMPACTS + 1
-    rows, summary = follow(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
+    rows, summary = follow_impacts(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
     reached = []
     for i in range(n):
         known: list[Cycle] = []
@@ -262,6 +262,7 @@ def search(
         elif cycle is not None:
             before = distance = cycle.distance(rows[-1])
             if distance > SETTLED and used < budget:
+                # The multiplier of the cycle tells how many impacts the rest of the approach takes.
                 wait = min(_transient(cycle, distance), budget - used)
                 rows, summary = follow_one(model, as_start(rows[-1]), wait, KEPT)
                 used += int(summary[0])
@@ -296,7 +297,12 @@ def _transient(cycle: Cycle, distance: float) -> int:
 
 def _remembered(cycle: Cycle, known: list[Cycle]) -> Cycle:
     """The cycle as first found, so that equal ones are the same object."""
-    for other in (x for x in known if (x.word, x.period, len(x.wall)) == (cycle.word, cycle.period, len(cycle.wall))):
+    alike = (
+        other
+        for other in known
+        if (other.word, other.period, len(other.wall)) == (cycle.word, cycle.period, len(cycle.wall))
+    )
+    for other in alike:
         if cycles.separation(other.phase - cycle.phase, other.velocity - cycle.velocity).max() <= SETTLED:
             return other
     known.append(cycle)

@@ -94,7 +94,7 @@ class Cycle:
         return log(self.growth) / self.period if self.growth > 0 else -inf
 
     def distance(self, row: Array) -> float:
-        """From an impact to the nearest of the cycle on its wall, in phase [rad] and velocity [y_c]."""
+        """Distance of an impact from the nearest of the cycle on its wall, in phase [rad] and velocity [y_c]."""
         apart = separation(self.phase - row[PHASE], self.velocity - row[VELOCITY])
         return float(np.min(apart[self.wall == row[WALL]], initial=inf))
 

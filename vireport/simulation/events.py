@@ -43,7 +43,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Impact:
-    """Start at an impact.
+    """A starting state at an impact.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def start_rows(starts: Sequence[Start] | Array, d: Array) -> Array:
     return np.array(rows).reshape(len(d), count, 4)
 
 
-def follow(
+def follow_impacts(
     model: Array, starts: Array, impacts: int, keep: int | None = None, workers: int = 1, compiled: bool = True
 ) -> tuple[Array, Array]:
     """Follow each start for a number of impacts, or to its end.
@@ -184,7 +184,7 @@ def follow(
 
 @cache
 def _say_that_it_is_slow() -> None:
-    """Once in a process."""
+    """Warn that the simulation runs without a compiler, once in a process."""
     logger.warning(
         "the simulation is interpreted, some hundred times slower than compiled, as the package numba is missing: %s",
         install_command("numba"),
@@ -194,8 +194,8 @@ def _say_that_it_is_slow() -> None:
 def follow_one(
     model: Array, start: Sequence[float], impacts: int, keep: int | None = None, compiled: bool = True
 ) -> tuple[Array, Array]:
-    """Like `follow` for a single start, without rows that did not happen."""
-    rows, summary = follow(model[None], np.array([start], dtype=float), impacts, keep, compiled=compiled)
+    """Follow a single start as `follow_impacts` does, and leave out the rows that did not happen."""
+    rows, summary = follow_impacts(model[None], np.array([start], dtype=float), impacts, keep, compiled=compiled)
     happened = int(summary[0, 0]) + 1
     return rows[0, max(0, rows.shape[1] - happened) :], summary[0]
 

@@ -90,7 +90,7 @@ class Stage:
             return 0.0
         image = other.impacts * (-1, 1, -1) + (0, np.pi, 0)
         others = (other.impacts, image) if mirror else (other.impacts,)
-        return min(max(_aside(self.impacts, one), _aside(one, self.impacts)) for one in others)
+        return min(max(_aside(self.impacts, image), _aside(image, self.impacts)) for image in others)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,14 +135,15 @@ def course(
     impacts : int
         `PATIENCE` times as many without a period in sight make a motion one that is not periodic.
     """
+    # Below some spacings of a double the steps would stand still.
     resolution = max(RESOLUTION * abs(values[-1] - values[0]), 8 * float(np.spacing(np.abs(values).max())))
     track = _Track(at, PATIENCE * impacts, resolution, (min(values), max(values)))
     stage = track.reached(start, values[0])
     stages, jumps = [stage], []
     for value in values[1:]:
-        stage, found = track.followed(stage, value)
+        stage, passed = track.followed(stage, value)
         stages.append(stage)
-        jumps += found
+        jumps += passed
     return Course(tuple(stages), tuple(jumps))
 
 
@@ -159,6 +160,8 @@ class _Track:
         start = Impact(BOTTOM, 0.0, 0.0)
         if before is not None:
             start = before.last
+            # Velocities are dimensionless, and their unit changes with the parameter: the ball keeps its velocity in
+            # m/s.
             start = replace(start, velocity=start.velocity * self.at(before.value).velocity_unit / unit)
         model = check_model(groups)[0]
         rows, summary = follow_one(model, check_start(start, groups.d), BLOCK, KEPT)
@@ -169,13 +172,15 @@ class _Track:
         wall, _, velocity, phase = as_start(rows[-1])
         return Stage(value, attractor, impacts, Impact(int(wall), velocity, phase))
 
-    def apart(self, one: Stage, other: Stage) -> bool:
+    def apart(self, stage: Stage, other: Stage) -> bool:
         """Whether motions are not the same; one that is not periodic may stay beside the other for long, and leave."""
-        if one.distance(other) > CLOSE:
+        if stage.distance(other) > CLOSE:
             return True
-        periodic, aperiodic = sorted((one, other), key=lambda stage: stage.attractor.outcome is Outcome.APERIODIC)
+        periodic, aperiodic = sorted((stage, other), key=lambda stage: stage.attractor.outcome is Outcome.APERIODIC)
         if periodic.attractor.cycle is None or aperiodic.attractor.outcome is not Outcome.APERIODIC:
             return False
+        # A chaotic motion may stay beside the cycle that it came from for long. A little farther on it
+        # leaves sooner; if it does, the two are different motions.
         away = aperiodic.value + AWAY * np.copysign(self.resolution, aperiodic.value - periodic.value)
         groups = self.at(float(np.clip(away, *self.ends))).groups
         model, start = check_model(groups)[0], check_start(aperiodic.last, groups.d)
@@ -205,8 +210,12 @@ class _Track:
                 step /= 2
                 continue
             if apart:
+                # Before a jump is reported the motion is given the whole budget of impacts: a slow transient looks like
+                # another motion.
                 ahead = self.reached(stage, value, BUDGET)
                 jumps += [Jump(stage, ahead)] if self.apart(stage, ahead) else []
+            # Steps grow again after a jump, which is narrow, so that what is halved at one is not paid for along the
+            # rest.
             stage, step = ahead, 2 * step
             if last:
                 break

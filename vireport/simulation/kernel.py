@@ -32,7 +32,7 @@ CHATTER_TOL = 1e-15  # neglected third order of a completed chatter [t_c], well 
 CHATTER_SPEED = 0.05  # above this rebound velocity the criterion cannot hold and is not evaluated
 FAST_STEPS, MAX_STEPS = 20, 200  # of a root search: first bracketed fourth-order ones, then bisection
 MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case met
-Flight = tuple[float, float, float, float]  # Z'+, gbar, cosine and sine of the phase at the start
+FlightRow = tuple[float, float, float, float]  # Z'+, gbar, cosine and sine of the phase at the start
 Node = tuple[float, float, float]  # a time, and displacement and velocity there
 Hit = tuple[float, float, float, float, float]
 Pair = tuple[float, float]
@@ -50,7 +50,7 @@ floor: Callable[[float], float] = np.floor
 sqrt: Callable[[float], float] = np.sqrt
 
 
-def _state(t: float, flight: Flight, wall: float) -> Flight:
+def _state(t: float, flight: FlightRow, wall: float) -> FlightRow:
     """Return y - wall, y', y'' and y''' at t.
 
     y = v t + g t^2/2 + [c (1 - cos pi t) - s (pi t - sin pi t)]/pi^2 is (2.12) freed of its cancellation:
@@ -76,7 +76,7 @@ def _state(t: float, flight: Flight, wall: float) -> Flight:
     return y, y1, g + c * cosine - s * sine, -pi * (c * sine + s * cosine)
 
 
-def _crossing(flight: Flight, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
+def _crossing(flight: FlightRow, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
     """Time of the one crossing of y = wall between the ends, velocity there, evaluations; t is a guess.
 
     Steps are of fourth order, as y''' is free once y is known; one that leaves the bracket is bisected
@@ -111,7 +111,7 @@ def _parabola(flat: Node, other: Node, wall: float) -> float:
     return t0 + (max(plus, minus) if span > 0.0 else min(plus, minus))
 
 
-def _peak(flight: Flight, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
+def _peak(flight: FlightRow, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
     """Whether concave y, rising at the start and falling at the end, reaches the wall in between.
 
     Two tangents bound the peak from above, any value of y from below: the search for the zero of Z' ends once
@@ -140,7 +140,7 @@ def _peak(flight: Flight, wall: float, start: Node, end: Node) -> tuple[bool, fl
     return False, m, m, step + 1.0
 
 
-def _piece(sign: float, flight: Flight, walls: Pair, start: Node, end: Node, base: float) -> Flight:
+def _piece(sign: float, flight: FlightRow, walls: Pair, start: Node, end: Node, base: float) -> FlightRow:
     """First impact on a piece where `sign` Z is concave: wall (0: none), time, velocity, evaluations."""
     v, g, c, s = sign * flight[0], sign * flight[1], sign * flight[2], sign * flight[3]
     upper, lower = (walls[1], walls[0]) if sign > 0.0 else (-walls[0], -walls[1])
@@ -168,7 +168,7 @@ def _piece(sign: float, flight: Flight, walls: Pair, start: Node, end: Node, bas
     return rising * sign, t, sign * speed, seen + steps
 
 
-def _node(t: float, flight: Flight, end: Pair) -> Node:
+def _node(t: float, flight: FlightRow, end: Pair) -> Node:
     """Displacement (2.12) and velocity (2.11) after t, where cosine and sine of the phase are known."""
     v, g, c, s = flight
     if abs(t) * pi >= 1.0:
@@ -192,7 +192,7 @@ def _breakpoint(phase: float, gbar: float, turn: float) -> Node:
     return -1.0, (TURN + turn - phase) * PER_PI, 2.0 * (1.0 - turn * PER_PI)
 
 
-def _idle_periods(t: float, flight: Flight, walls: Pair) -> float:
+def _idle_periods(t: float, flight: FlightRow, walls: Pair) -> float:
     """Whole forcing periods after t in which no wall can be reached, since Z is its mean motion +- 1/pi^2."""
     v, g, c, s = flight
     mean = t * (v - s * PER_PI + 0.5 * g * t) + c * PER_PI2
@@ -203,7 +203,7 @@ def _idle_periods(t: float, flight: Flight, walls: Pair) -> float:
     return floor(room / (drift + sqrt(drift * drift + 2.0 * g * room)))
 
 
-def _next_impact(flight: Flight, phase: float, turn: Pair, walls: Pair) -> Hit:
+def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hit:
     """First impact of a flight: whole periods, time beyond them, wall (0: never), velocity, evaluations.
 
     `walls` are top <= 0 <= bottom as seen from the start. A flight longer than two periods starts anew from
@@ -237,7 +237,7 @@ def _next_impact(flight: Flight, phase: float, turn: Pair, walls: Pair) -> Hit:
     return periods, 0.0, 0.0, 0.0, seen
 
 
-def _settle(wall: float, flight: Flight, phase: float, r: float, turn: float) -> tuple[bool, float, float]:
+def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float) -> tuple[bool, float, float]:
     """Whether the ball settles on the wall now, time its infinitely many last hops take, time it then rides.
 
     With the pressing acceleration A, its rate of decrease J and w = v/(1-r) all hops together take

@@ -54,7 +54,7 @@ class Coexisting:
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """The motion's name for the reader: its word and ratio, or how it ends."""
         return motion_name(self.outcome, self.word, self.period)
 
 
@@ -70,11 +70,11 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
 
     order = sorted(range(len(check.values)), key=lambda i: float(check.values[i]))
     values = [float(check.values[i]) for i in order]
-    found = {FoundBy.STARTS: [check.found[i] for i in order]}
+    ends_by_source = {FoundBy.STARTS: [check.found[i] for i in order]}
     for direction, course in slowly.courses.items():
         ascending = sorted(course.stages, key=lambda stage: stage.value)
-        found[FoundBy(direction)] = [(stage.attractor,) for stage in ascending]
-    for source, ends in found.items():
+        ends_by_source[FoundBy(direction)] = [(stage.attractor,) for stage in ascending]
+    for source, ends in ends_by_source.items():
         kinds = [{_kind(end, slowly.mirror) for end in own} for own in ends]
         for kind in set().union(*kinds):
             add(kind, source, _runs(values, [kind in own for own in kinds]))
@@ -85,7 +85,9 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
     for ranges in rows.values():
         ranges[FoundBy.FAMILIES].sort()
     listed = (Coexisting(*kind, ranges) for kind, ranges in rows.items())
-    return tuple(sorted(listed, key=lambda one: (one.outcome is not Outcome.PERIODIC, len(one.word), one.name)))
+    return tuple(
+        sorted(listed, key=lambda motion: (motion.outcome is not Outcome.PERIODIC, len(motion.word), motion.name))
+    )
 
 
 def ends_at(jump: Jump, atlas: Atlas, within: float) -> Point | None:
@@ -116,7 +118,7 @@ def _kind(attractor: Attractor, mirror: bool) -> tuple[Outcome, str, int]:
 
 def _runs(values: list[float], there: list[bool]) -> Iterator[ValueRange]:
     """First and last of successive values at which something is there."""
-    for found, run in groupby(zip(values, there, strict=True), key=lambda pair: pair[1]):
-        if found:
+    for present, run in groupby(zip(values, there, strict=True), key=lambda pair: pair[1]):
+        if present:
             own = [value for value, _ in run]
             yield own[0], own[-1]

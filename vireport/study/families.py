@@ -204,7 +204,7 @@ def families_of(results: Mapping[str, Any], sweep: Sweep) -> list[Family]:
             _known(sweep, x["number"], Word.of(x["word"], x["periods"]), *(x[name] for name in KNOWN))
             for x in results["families"]
         ]
-    periods, found = sweep.device.period_ratio, []
+    periods, families = sweep.device.period_ratio, []
     for branch in results["branches"]:
         q, phase = np.array(branch["q"]), np.unwrap(branch["phi_bottom_rad"]) / np.pi
         time = np.stack([phase, phase + 2 * periods * q], axis=1)
@@ -213,8 +213,8 @@ def families_of(results: Mapping[str, Any], sweep: Sweep) -> list[Family]:
         breaks = np.flatnonzero(np.diff(branch["admissible"], prepend=False, append=False))
         for first, last in breaks.reshape(-1, 2):
             of_rows = (column[first:last] for column in columns)
-            found.append(_known(sweep, branch["number"], Word.of("BT", periods), *of_rows))
-    return found
+            families.append(_known(sweep, branch["number"], Word.of("BT", periods), *of_rows))
+    return families
 
 
 KNOWN = "velocity", "time", "trace", "sweep_value"

@@ -122,7 +122,7 @@ class Plan:
         return tuple(step for step in self.steps if not step.runs)
 
 
-class Need(NamedTuple):
+class Precondition(NamedTuple):
     """What must hold of a scenario and the formats asked for, and what to say where it does not."""
 
     holds: Callable[[Scenario, frozenset[str]], object]
@@ -133,45 +133,57 @@ class DeclaredStep(NamedTuple):
     """A step as it is declared; it is listed, as run or as left out, only where all of `listed` holds."""
 
     task: Task
-    needs: tuple[Need, ...]
+    needs: tuple[Precondition, ...]
     why: str
-    listed: tuple[Need, ...] = ()
+    listed: tuple[Precondition, ...] = ()
 
 
-def _format(task: Task) -> Need:
-    return Need(lambda _, formats: task in formats, "not among the formats asked for")
+def _format(task: Task) -> Precondition:
+    return Precondition(lambda _, formats: task in formats, "not among the formats asked for")
 
 
-SWEEP = Need(lambda x, _: x.sweep, "no sweep: a single design point has no branches to follow")
-HORIZONTAL = Need(
-    lambda x, _: x.inclination_deg == 0 and x.parameter is not Parameter.INCLINATION,
+SWEEP = Precondition(lambda scenario, _: scenario.sweep, "no sweep: a single design point has no branches to follow")
+HORIZONTAL = Precondition(
+    lambda scenario, _: scenario.inclination_deg == 0 and scenario.parameter is not Parameter.INCLINATION,
     "gravity along the capsule: no motion is symmetric for beta > 0",
 )
-ODD = Need(lambda x, _: x.period_ratio % 2, "for an even period ratio no motion is symmetric")
-DESIGN = Need(lambda x, _: x.value_of(x.parameter) is not None, "{parameter} is not given")
-BALL = Need(lambda x, _: x.device.ball_mass_kg, "device.ball_mass_kg is not given")
-DIELECTRIC = Need(
-    lambda x, _: x.device.membrane and x.device.membrane.thickness_m,
+ODD = Precondition(lambda scenario, _: scenario.period_ratio % 2, "for an even period ratio no motion is symmetric")
+DESIGN = Precondition(lambda scenario, _: scenario.value_of(scenario.parameter) is not None, "{parameter} is not given")
+BALL = Precondition(lambda scenario, _: scenario.device.ball_mass_kg, "device.ball_mass_kg is not given")
+DIELECTRIC = Precondition(
+    lambda scenario, _: scenario.device.membrane and scenario.device.membrane.thickness_m,
     "thickness_m, relative_permittivity and breakdown_field_v_m of device.membrane are not given",
 )
-SIMULATION = Need(lambda x, _: x.simulation, "the scenario has no simulation block")
-PORTRAITS = Need(lambda x, _: x.simulation and x.simulation.portraits, "simulation.portraits is empty")
-DISPLACEMENT = Need(lambda x, _: x.simulation and x.simulation.displacement, "simulation.displacement is empty")
-DIAGRAM = Need(lambda x, _: x.simulation and x.simulation.diagram, "simulation.diagram is false")
-FOLLOW = Need(lambda x, _: x.simulation and x.simulation.follow is not Direction.NONE, "simulation.follow is none")
-MOTIONS = Need(lambda x, _: x.motion_limits, "the scenario has no motions block")
-NAMED = Need(lambda x, _: x.motions and x.motions.portraits, "motions.portraits is empty")
-ACCURACY = Need(lambda x, _: x.accuracy, "the scenario has no accuracy block")
-COMPLIANT = Need(lambda x, _: x.accuracy and x.accuracy.compliant_membrane, "accuracy.compliant_membrane is false")
-TOLERANCES = Need(lambda x, _: x.tolerances, "the scenario has no tolerances block")
-REQUIREMENTS = Need(lambda x, _: x.requirements, "the scenario has no requirements block")
-BEST = Need(lambda x, _: x.design, "the scenario has no design block")
-NOT_IN_A_RUN = Need(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
-PICTURES = Need(
+SIMULATION = Precondition(lambda scenario, _: scenario.simulation, "the scenario has no simulation block")
+PORTRAITS = Precondition(
+    lambda scenario, _: scenario.simulation and scenario.simulation.portraits, "simulation.portraits is empty"
+)
+DISPLACEMENT = Precondition(
+    lambda scenario, _: scenario.simulation and scenario.simulation.displacement, "simulation.displacement is empty"
+)
+DIAGRAM = Precondition(
+    lambda scenario, _: scenario.simulation and scenario.simulation.diagram, "simulation.diagram is false"
+)
+FOLLOW = Precondition(
+    lambda scenario, _: scenario.simulation and scenario.simulation.follow is not Direction.NONE,
+    "simulation.follow is none",
+)
+MOTIONS = Precondition(lambda scenario, _: scenario.motion_limits, "the scenario has no motions block")
+NAMED = Precondition(lambda scenario, _: scenario.motions and scenario.motions.portraits, "motions.portraits is empty")
+ACCURACY = Precondition(lambda scenario, _: scenario.accuracy, "the scenario has no accuracy block")
+COMPLIANT = Precondition(
+    lambda scenario, _: scenario.accuracy and scenario.accuracy.compliant_membrane,
+    "accuracy.compliant_membrane is false",
+)
+TOLERANCES = Precondition(lambda scenario, _: scenario.tolerances, "the scenario has no tolerances block")
+REQUIREMENTS = Precondition(lambda scenario, _: scenario.requirements, "the scenario has no requirements block")
+BEST = Precondition(lambda scenario, _: scenario.design, "the scenario has no design block")
+NOT_IN_A_RUN = Precondition(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
+PICTURES = Precondition(
     lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG, Task.SVG}, "no figure, HTML or PDF is asked for"
 )
 
-PAGES = Need(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
+PAGES = Precondition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
 
 STEPS = (
     DeclaredStep(Task.BRANCHES, (SWEEP,), "a sweep is given"),

@@ -425,10 +425,10 @@ def _follow(
         ],
         "coexisting": [
             {
-                **_kind(one),
-                **{source: list(map(list, ranges)) for source, ranges in one.ranges.items()},
+                **_kind(motion),
+                **{source: list(map(list, ranges)) for source, ranges in motion.ranges.items()},
             }
-            for one in coexisting
+            for motion in coexisting
         ],
     }
 
@@ -499,14 +499,14 @@ PROVED_MOTION = "u", "phi_bottom_rad", "velocity_bottom"
 """Names of what a proof over tolerances says of a motion; u is q - 1/2."""
 
 
-def tolerances_data(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
+def tolerances_data(tolerances: Tolerances, scenario: Scenario) -> dict[str, Any]:
     """What tolerances come to; the worst device as a scenario too."""
-    sampled, proof, worst = found.sampled, found.proof, found.worst
+    sampled, proof, worst = tolerances.sampled, tolerances.proof, tolerances.worst
     return {
-        "answer": found.answer.value,
+        "answer": tolerances.answer.value,
         "inputs": [
             {"parameter": varied, "from": low, "to": high, "unit": varied.unit}
-            for varied, (low, high) in found.region.ranges.items()
+            for varied, (low, high) in tolerances.region.ranges.items()
         ],
         "boxes": 0 if proof is None else proof.boxes,
         "open_share": None if proof is None or worst is not None else proof.open_share,
@@ -524,7 +524,7 @@ def tolerances_data(found: Tolerances, scenario: Scenario) -> dict[str, Any]:
             "low_95": sampled.low,
             "high_95": sampled.high,
         },
-        "ranges": found.ranges,
+        "ranges": tolerances.ranges,
     }
 
 

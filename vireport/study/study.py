@@ -26,10 +26,12 @@ from vireport.gate import (
 from vireport.motions import Limits, Sweep
 from vireport.physics import Device, Membrane
 from vireport.scenario import (
+    AccuracyBlock,
     DesignInput,
     Loaded,
+    MotionsBlock,
     Scenario,
-    blocks,
+    TolerancesBlock,
     load,
     loads,
     to_dict,
@@ -115,8 +117,8 @@ class Study:
     @property
     def evidence(self) -> Evidence:
         """What the scenario is judged by."""
-        found = self.crosscheck, self.compliance, self.tolerances, self.atlas
-        return Evidence(self.solution, *found, self.criteria)
+        findings = self.crosscheck, self.compliance, self.tolerances, self.atlas
+        return Evidence(self.solution, *findings, self.criteria)
 
     @cached_property
     def alerts(self) -> tuple[Alert, ...]:
@@ -125,7 +127,7 @@ class Study:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """What the study comes to."""
+        """The answers and criteria that the study comes to."""
         return verdict_of(self.evidence)
 
     @cached_property
@@ -226,7 +228,7 @@ def _requirements_data(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
 
 
 def sweep_of(scenario: Scenario) -> Sweep | None:
-    """What a scenario varies."""
+    """The sweep of a scenario, None where it has none."""
     asked = scenario.sweep
     return Sweep(Device.of(scenario), asked.parameter, asked.from_, asked.to) if asked else None
 
@@ -269,7 +271,7 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     return study
 
 
-def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None) -> Study:
+def _with_motions(study: Study, asked: MotionsBlock, progress: Progress | None) -> Study:
     from vireport.atlas import atlas, motion_of_cycle
 
     sweep, check = study.solution.sweep, study.crosscheck
@@ -284,7 +286,7 @@ def _with_motions(study: Study, asked: blocks.Motions, progress: Progress | None
     return replace(study, atlas=atlas(sweep, Limits(asked.impacts, asked.periods), simulated, progress))
 
 
-def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | None) -> Study:
+def _with_accuracy(study: Study, asked: AccuracyBlock, progress: Progress | None) -> Study:
     from vireport.checks import measure
     from vireport.membranes import compliance
 
@@ -294,19 +296,19 @@ def _with_accuracy(study: Study, asked: blocks.Accuracy, progress: Progress | No
     return replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, progress))
 
 
-def half_widths(device: Device, asked: blocks.Tolerances) -> dict[DesignInput, float]:
-    """By how much each input with a tolerance may be off, in its unit."""
+def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, float]:
+    """The tolerance of each input that has one, in its unit."""
     widths = {varied: asked.half_width(varied, float(getattr(device, varied))) for varied in DesignInput}
     return {varied: width for varied, width in widths.items() if width}
 
 
-def _with_tolerances(study: Study, asked: blocks.Tolerances, progress: Progress | None) -> Study:
+def _with_tolerances(study: Study, asked: TolerancesBlock, progress: Progress | None) -> Study:
     if progress is not None:
         progress("proving that every device within the tolerances works")
     device, membrane = study.solution.device, study.solution.membrane
     widths = half_widths(device, asked)
-    found = assess_tolerances(device, widths, membrane, asked.distribution, asked.samples)
-    return replace(study, tolerances=found)
+    tolerances = assess_tolerances(device, widths, membrane, asked.distribution, asked.samples)
+    return replace(study, tolerances=tolerances)
 
 
 def recheck(data: Mapping[str, Any]) -> float:

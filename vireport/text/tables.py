@@ -65,12 +65,12 @@ class Table:
 
 
 def numbers(*titles: str) -> tuple[Column, ...]:
-    """Columns of numbers."""
+    """Columns of numbers with these heads."""
     return tuple(Column(title, "number") for title in titles)
 
 
 def texts(*titles: str) -> tuple[Column, ...]:
-    """Columns of text."""
+    """Columns of text with these heads."""
     return tuple(Column(title) for title in titles)
 
 
@@ -118,7 +118,7 @@ def markdown_text(text: str) -> str:
     'U\\_ave &lt; 2 kV'
     """
     plain = visible(" ".join(text.split()))
-    apart = _LINKS.sub(lambda found: f"{found[0]}\u2060", plain)
+    apart = _LINKS.sub(lambda match: f"{match[0]}\u2060", plain)
     return _MARKS.sub(r"\\\1", apart.translate(_ENTITIES))
 
 
