@@ -30,14 +30,15 @@ from vireport.motions import (
     Curve,
     Family,
     Limits,
+    Trail,
+    completed,
+    follow,
     residuals,
     trace,
 )
-from vireport.motions.paths import Strand, completed, follow
 from vireport.physics import generated_voltage
 from vireport.simulation import attractors, random_starts, start_speed
-from vireport.study import device_of
-from vireport.study.study import membrane_of, sweep_of
+from vireport.study import device_of, membrane_of, sweep_of
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 COUNT, BLOCK, SEED = 200_000, 4096, 20190301
@@ -92,7 +93,7 @@ def scipy_time(family: Family, x: np.ndarray) -> float:
     return processor_time(follow)[0] / x.shape[1]
 
 
-def followed(family: Family) -> Strand:
+def followed(family: Family) -> Trail:
     """A family followed from its middle to both ends, with its events."""
     x = family.x[len(family.x) // 2]
     start = family.curve.point(x, family.curve.tangent(x))

@@ -27,8 +27,8 @@ from vireport.chart import (
     FollowedLocus,
     Plane,
     chart,
+    plane_of,
 )
-from vireport.chart.over import plane_of
 from vireport.motions import Limits
 from vireport.physics import FLOATS
 from vireport.simulation import attractors, random_starts, start_speed

@@ -21,8 +21,7 @@ from statistics import median
 
 from record import record
 
-from vireport.maps import run_map
-from vireport.maps.cells import map_plan
+from vireport.maps import map_plan, run_map
 from vireport.maps.evaluation import evaluate
 from vireport.maps.run import cores
 from vireport.scenario import loads_map

@@ -33,7 +33,7 @@ def sentences(text: str) -> int:
 def markdown(study: Study, command: str) -> str:
     """The summary of a study as Markdown."""
     from vireport.report import Report, render_markdown
-    from vireport.study.provenance import provenance_of
+    from vireport.study import provenance_of
 
     report = Report(study, {}, provenance_of(study.loaded, command), template="summary.typ.j2")
     return render_markdown(report).decode()

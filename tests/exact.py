@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from mpmath import mp, mpf
 
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
 from vireport.motions import (
     Event,
     Motions,

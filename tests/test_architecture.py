@@ -12,7 +12,7 @@ import pytest
 from conftest import first
 
 import vireport
-from vireport.base.errors import EXTRAS, install_command
+from vireport.base import EXTRAS, install_command
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -10,10 +10,7 @@ from conftest import first
 
 from vireport import load, loads
 from vireport.atlas import atlas, motion_of_cycle
-from vireport.motions import Atlas, Event, Family, Limits, Motion, Sweep
-from vireport.motions.paths import completed, follow
-from vireport.motions.points import polished
-from vireport.motions.switching import neighbours
+from vireport.motions import Atlas, Event, Family, Limits, Motion, Sweep, completed, follow, neighbours, polished
 from vireport.physics import Word
 from vireport.simulation import (
     Impact,
@@ -22,7 +19,7 @@ from vireport.simulation import (
     random_starts,
     start_speed,
 )
-from vireport.study.study import sweep_of
+from vireport.study import sweep_of
 
 ASIDE = 1e-7
 """Relative change of the velocity by which a simulation starts beside a motion: less where a stretch is narrow."""

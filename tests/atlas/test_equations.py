@@ -8,11 +8,11 @@ from functools import cache
 import numpy as np
 import pytest
 from exact import printed_maps, printed_trace
+from mpmath import mp, mpf
 
 from vireport import load, loads
 from vireport.atlas import atlas, motion_of_cycle
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
 from vireport.motions import Event, Held, Level, Limits, Model, Motion, linearised, residuals, solve, trace, turns
 from vireport.physics import Word
 from vireport.scenario import Parameter
@@ -25,7 +25,7 @@ from vireport.simulation import (
     find_attractor,
     follow_one,
 )
-from vireport.study.study import sweep_of
+from vireport.study import sweep_of
 
 WORDS = "B", "BT", "BBT", "BTT", "BBTT", "BBTBT"
 LEVELS = Level(Held.GBAR, 0.2), Level(Held.RATIO, 1.7), Level(Held.D, 0.4)

@@ -24,7 +24,7 @@ from vireport.simulation import (
     random_starts,
     start_speed,
 )
-from vireport.study.study import sweep_of
+from vireport.study import sweep_of
 
 BBT, BTT = (1, 1, -1), (1, -1, -1)
 

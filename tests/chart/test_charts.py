@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from conftest import EXAMPLES, sentences
 from exact import printed_maps, printed_trace
+from mpmath import mp, mpf
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label
 
@@ -23,15 +24,13 @@ from vireport.chart import (
     Meeting,
     Plane,
     chart,
+    plane_of,
 )
 from vireport.chart.figure import picture
 from vireport.chart.loci import Locus
 from vireport.chart.outputs import caption_of
-from vireport.chart.over import plane_of
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
-from vireport.motions import Condition, Event, Limits, find_motions, solve
-from vireport.motions.motion import BESIDE
+from vireport.motions import BESIDE, Condition, Event, Limits, find_motions, solve
 from vireport.physics import Word
 from vireport.scenario import DesignInput
 from vireport.simulation import attractors, random_starts, start_speed

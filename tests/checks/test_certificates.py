@@ -11,13 +11,13 @@ from decimal import Decimal
 import numpy as np
 import pytest
 from exact import critical_motion
+from mpmath import mp, mpf
 from pages import Page
 from strategies import random_sweeps
 
 from vireport import analyse, load, loads
-from vireport.base.errors import NumericalError
+from vireport.base import NumericalError
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
 from vireport.motions import (
     CRITICAL,
     Event,
@@ -43,8 +43,8 @@ from vireport.checks.enclosures import (
     precision,
     prove,
 )
-from vireport.report import Report, render_html
-from vireport.report.certificates import certify_text, plus_minus
+from vireport.report import Report, certify_text, render_html
+from vireport.report.certificates import plus_minus
 from vireport.study import provenance_of
 
 NARROW = Decimal("1e-20")

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from vireport import analyse, load, loads
-from vireport.checks import is_one_to_one
-from vireport.checks.crosscheck import crosscheck, difference, orbits_at
-from vireport.design.point import design_point
+from vireport.checks import crosscheck, is_one_to_one
+from vireport.checks.crosscheck import difference, orbits_at
+from vireport.design import design_point
 from vireport.figures import simulated_points
-from vireport.gate.verdict import Question, Status
+from vireport.gate import Question, Status
 from vireport.simulation import (
     BOTTOM,
     Impact,

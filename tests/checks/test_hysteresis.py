@@ -19,9 +19,8 @@ from vireport.simulation import (
     Stage,
     course,
 )
-from vireport.study import provenance_of
+from vireport.study import provenance_of, sweep_of
 from vireport.study.coexistence import FoundBy, ends_at
-from vireport.study.study import sweep_of
 
 LITERATURE = """\
 schema_version: 1

@@ -11,8 +11,25 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from vireport.base.errors import NumericalError
-from vireport.checks import measurements, ranking, reference
+from vireport.base import NumericalError
+from vireport.checks import (
+    ACCURACIES,
+    CLOSED,
+    EXPLICIT,
+    NAMES,
+    PRINTED,
+    RK4,
+    SETTLING,
+    SIMULATED,
+    WHOLE,
+    MethodRun,
+    WorkPrecision,
+    measure,
+    measurements,
+    ranking,
+    reference,
+    solve,
+)
 from vireport.checks.benchmark import (
     Benchmark,
     Guess,
@@ -29,38 +46,15 @@ from vireport.checks.flights import (
     runge_kutta,
     simulated,
 )
-from vireport.checks.methods import (
-    CLOSED,
-    EXPLICIT,
-    METHODS,
-    NAMES,
-    PRINTED,
-    RK4,
-    SETTLING,
-    SIMULATED,
-    WHOLE,
-    Knob,
-    Method,
-    settle,
-    shoot,
-    shoot_critical,
-)
+from vireport.checks.methods import METHODS, Knob, Method, settle, shoot, shoot_critical
 from vireport.checks.reference import reference_orbit, reference_voltage
-from vireport.checks.rootfinding import solve
 from vireport.checks.timing import Machine, Spread
-from vireport.checks.workprecision import (
-    ACCURACIES,
-    MethodRun,
-    WorkPrecision,
-    compare,
-    measure,
-)
+from vireport.checks.workprecision import compare
 from vireport.figures import alt_text
 from vireport.figures.accuracy import figure_accuracy, shown_errors
 from vireport.motions import Sweep
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device, Membrane
+from vireport.scenario import Parameter
 from vireport.study import Task
 from vireport.text import plain_text
 

@@ -122,7 +122,7 @@ def test_compare_writes_its_files(example, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("alone", [True, False])
 def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
-    from vireport.base.errors import NumericalError
+    from vireport.base import NumericalError
     from vireport.extremes import catalogue
     from vireport.extremes.judge import Case, CaseFinding
 

@@ -22,11 +22,11 @@ from vireport import (
     loads,
     results,
 )
-from vireport.base.errors import EXTRAS
+from vireport.base import EXTRAS
 from vireport.cli.app import app
 from vireport.scenario import loads_map, schema
 from vireport.study import provenance_of
-from vireport.text.alerts import AlertCode
+from vireport.text import AlertCode
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"

@@ -20,7 +20,7 @@ from pages import Page
 from PIL import Image
 
 import vireport
-from vireport import analyse, load
+from vireport import analyse, compare_figure, load
 from vireport.base import NumericalError, ScenarioError, UsageError
 from vireport.comparison import (
     Comparison,
@@ -35,7 +35,7 @@ from vireport.comparison import (
     render_comparison,
     terminal_summary,
 )
-from vireport.comparison.figures import compare_figure, compare_pictures
+from vireport.comparison.figures import compare_pictures
 from vireport.figures import SCENARIO_COLORS
 from vireport.report import render_html
 from vireport.scenario import DesignInput

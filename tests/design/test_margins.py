@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import first
+from mpmath import mp, mpf
 from strategies import random_sweeps
 
 from vireport import analyse, loads
-from vireport.base.errors import NumericalError
+from vireport.base import NumericalError
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
 from vireport.cli.outputs import results_outcome
 from vireport.design import Margin, design_point, margins
 from vireport.design.point import ending_beyond

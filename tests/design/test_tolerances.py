@@ -20,8 +20,8 @@ from vireport import (
     loads,
     recheck,
 )
-from vireport.base.errors import UsageError
-from vireport.cli.app import main
+from vireport.base import UsageError
+from vireport.cli import main
 from vireport.design import design_point, devices_off, prove_again, region_of
 from vireport.design.devices import SYMBOLS, Region, stable_motions
 from vireport.design.proof import Leaf, prove_region

@@ -24,6 +24,7 @@ from vireport.figures import (
     PairedImpacts,
     figure_2,
     figure_7,
+    figure_css,
     pictures,
     simulated_points,
 )
@@ -34,7 +35,6 @@ from vireport.figures.curves import (
     stretches,
 )
 from vireport.figures.labels import LEADER
-from vireport.figures.style import figure_css
 from vireport.figures.sweeps import BRANCH_COLORS, LEAVES, NO_MOTION
 from vireport.physics import Voltages
 from vireport.scenario import load

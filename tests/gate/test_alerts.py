@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from vireport import analyse, loads
-from vireport.base.errors import UsageError
-from vireport.design.sensitivity import contact_share, mass_elasticity, restitution_effect
+from vireport.base import UsageError
+from vireport.design import contact_share, mass_elasticity, restitution_effect
 from vireport.gate import Evidence, cause_of
 from vireport.gate.alerts import CAUSES
 from vireport.membranes import Grade
 from vireport.motions import Event, Stability, Symmetry
 from vireport.physics import Fitting
 from vireport.scenario import Parameter
-from vireport.text.alerts import CATALOGUE, AlertCode, explanation
+from vireport.text import CATALOGUE, AlertCode, explanation
 
 DIELECTRIC = "thickness_m: 1e-3, relative_permittivity: 4.7"
 

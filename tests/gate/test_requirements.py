@@ -14,19 +14,16 @@ import pytest
 from conftest import markdown
 
 from vireport import analyse, load, loads
-from vireport.cli.app import main
-from vireport.gate import REQUIREMENTS, Criterion, Evidence, Limit, Question, Requirement, assess, unmet
+from vireport.cli import main
+from vireport.gate import REQUIREMENTS, Criterion, Evidence, Limit, Question, Requirement, Status, assess, unmet
 from vireport.gate.evidence import held
 from vireport.gate.ranges import with_peaks
-from vireport.gate.verdict import Status
 from vireport.physics import ROUNDED, Rounded, generated_voltage
 from vireport.report import Report
 from vireport.scenario import LimitKind, Requirements
 from vireport.simulation import attractors, random_starts
-from vireport.study import results
-from vireport.study.plan import Task, plan
-from vireport.study.provenance import provenance_of
-from vireport.text.alerts import AlertCode
+from vireport.study import Task, plan, provenance_of, results
+from vireport.text import AlertCode
 
 ROOT = Path(__file__).resolve().parents[2]
 CI = ROOT / "examples" / "ci"

@@ -12,9 +12,7 @@ import numpy as np
 import pytest
 
 from vireport import analyse, load
-from vireport.gate import cause_of
-from vireport.gate.requirements import Evidence
-from vireport.gate.verdict import Question, Verdict, verdict_of
+from vireport.gate import Evidence, Question, Verdict, cause_of, verdict_of
 from vireport.membranes import Grade
 from vireport.physics import contacts
 from vireport.text import CATALOGUE

@@ -26,7 +26,7 @@ def test_pictures_show_the_cells(file: Path) -> None:
     """The colour of the picture at a cell is that of its type."""
     from PIL import Image
 
-    from vireport.maps.cells import map_plan
+    from vireport.maps import map_plan
     from vireport.maps.figures import TYPES, map_figures
 
     out = file.parent / "out"

@@ -12,12 +12,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from vireport import analyse, loads
-from vireport.base.errors import NumericalError
+from vireport.base import NumericalError
 from vireport.design import design_point
 from vireport.figures.stiffness import picture
-from vireport.membranes.compliance import Compliance, compliance, compliance_data
-from vireport.membranes.compliance_tables import (
+from vireport.membranes import (
+    Compliance,
+    RunOutcome,
     comparison_with_rigid,
+    compliance,
+    compliance_data,
     findings,
     solvers_on_stiff_membranes,
     verdict,
@@ -32,17 +35,10 @@ from vireport.membranes.compliant_motion import (
     lap,
     linearised,
 )
-from vireport.membranes.stiff_solvers import (
-    RunOutcome,
-    Seen,
-    acceleration,
-    jacobian,
-    period_of,
-    run_once,
-)
-from vireport.physics.contact import contacts, damping_number
+from vireport.membranes.stiff_solvers import Seen, acceleration, jacobian, period_of, run_once
+from vireport.physics import contacts, damping_number
 from vireport.report import Report, render_html
-from vireport.scenario.parameters import Parameter
+from vireport.scenario import Parameter
 from vireport.study import provenance_of
 from vireport.text import plain_text
 

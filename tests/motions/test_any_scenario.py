@@ -15,11 +15,10 @@ from hypothesis import given, settings
 from strategies import solvable_trees
 
 from vireport import analyse, loads
-from vireport.base.errors import NumericalError
+from vireport.base import NumericalError
 from vireport.cli.outputs import run_files
 from vireport.motions import Motions, orbits
-from vireport.study import results_json
-from vireport.study.provenance import provenance_of
+from vireport.study import provenance_of, results_json
 
 EXAMPLES = int(os.environ.get("EXAMPLES", "0"))
 

@@ -9,29 +9,30 @@ import numpy as np
 import pytest
 from conftest import first
 from exact import critical_motion, error_of, exact_at, exact_row
+from mpmath import mp, mpf
 from strategies import random_sweeps, sweep_grid
 
 from vireport.checks import reference
 from vireport.checks.crosscheck import orbits_at
-from vireport.checks.reference import mp, mpf
 from vireport.design import (
     Solution,
+    around_length,
     design_point,
     solution_of,
     stable_ranges,
 )
 from vireport.design.bounds import bounds_of
-from vireport.design.point import around_length
 from vireport.motions import (
     Branch,
     Event,
     Motions,
     Sweep,
     impact_velocities,
+    motion_bounds,
     solve,
     undecided,
+    voltage_bounds,
 )
-from vireport.motions.error_bounds import motion_bounds, voltage_bounds
 from vireport.physics import (
     Conversion,
     Device,
@@ -42,7 +43,7 @@ from vireport.physics import (
     voltages,
 )
 from vireport.scenario import Parameter
-from vireport.simulation.cycles import growth_bound
+from vireport.simulation import growth_bound
 
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, 0.0041)
 DIELECTRIC = replace(MEMBRANE, dielectric=Dielectric(1e-3, 4.7, 1e8))

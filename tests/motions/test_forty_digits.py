@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from conftest import first
 from exact import critical_motion, motion_near, quantities, unknowns
+from mpmath import mpf
 from strategies import random_sweeps
 
 from vireport.checks import reference
-from vireport.checks.reference import mpf
 from vireport.motions import solve
 
 SWEEPS = random_sweeps(240, seed=20190301)

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from vireport.design import design_point
-from vireport.motions import Sweep, find_motions, solve
-from vireport.motions.diagram import table
+from vireport.motions import Sweep, find_motions, solve, table
 from vireport.physics import Device
 from vireport.scenario import Parameter
 

@@ -14,8 +14,9 @@ from vireport.motions import (
     eigenvalues,
     flight_jacobian,
     orbits,
+    return_trace,
 )
-from vireport.motions.stability import discriminant, return_trace
+from vireport.motions.stability import discriminant
 from vireport.physics import flight
 
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import first, sentences
+from mpmath import mp, mpf
 
 from vireport import analyse, load, loads
-from vireport.base.errors import UsageError
+from vireport.base import UsageError
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
-from vireport.cli.app import main
+from vireport.cli import main
 from vireport.gate import keeps_motion
 from vireport.motions import UNSTABLE, classify, find_motions
 from vireport.optimise import JudgedDesign, Problem, optimise, problem_of

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vireport import analyse, loads
-from vireport.cli.app import main
+from vireport.cli import main
 from vireport.gate import REQUIREMENTS, OfMotions, OfShaker, Requirement
 from vireport.optimise import DesignGrid, Problem, grid_of, optimise, problem_of
 from vireport.optimise.cells import evaluate

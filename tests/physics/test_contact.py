@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vireport.base.errors import NumericalError
+from vireport.base import NumericalError
 from vireport.physics import (
     SMALLEST_RESTITUTION,
     Membrane,

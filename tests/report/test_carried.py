@@ -12,7 +12,7 @@ import pytest
 from pypdf import PdfReader, PdfWriter
 
 from vireport import analyse, load
-from vireport.base.errors import UsageError
+from vireport.base import UsageError
 from vireport.cli import main
 from vireport.report import (
     Report,

@@ -22,8 +22,7 @@ from vireport.report import (
     render_html,
 )
 from vireport.scenario.document import read
-from vireport.study.plan import ALL_FORMATS, FORMATS
-from vireport.study.provenance import provenance_of
+from vireport.study import ALL_FORMATS, FORMATS, provenance_of
 
 ROOT = EXAMPLES.parent
 CI = EXAMPLES / "ci"

@@ -19,15 +19,13 @@ from conftest import first
 from pages import Page, squeeze, tidy
 from pypdf import PdfReader
 
-from vireport.base.errors import RenderError, UsageError
+from vireport.base import RenderError, UsageError
 from vireport.figures import Picture, blank
-from vireport.gate.verdict import Question
+from vireport.gate import Question
 from vireport.report import Report, render_html, render_pdf
-from vireport.scenario.loading import load, loads
-from vireport.study import with_pages
-from vireport.study.provenance import provenance_of
-from vireport.study.study import Study, analyse
-from vireport.text.formatting import MINUS, words
+from vireport.scenario import load, loads
+from vireport.study import Study, analyse, provenance_of, with_pages
+from vireport.text import MINUS, words
 from vireport.wording import TEMPLATES
 
 ROOT = TEMPLATES.parent

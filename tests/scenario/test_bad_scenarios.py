@@ -9,9 +9,9 @@ import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD, Bad
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from vireport.base.errors import ScenarioError
-from vireport.scenario import loads
-from vireport.scenario.blocks import MapFile, Scenario
+from vireport.base import ScenarioError
+from vireport.scenario import Scenario, loads
+from vireport.scenario.blocks import MapFile
 
 
 def refusal(text: str | bytes) -> ScenarioError:

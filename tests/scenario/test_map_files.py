@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from vireport.base.errors import ScenarioError, UsageError
+from vireport.base import ScenarioError, UsageError
 from vireport.scenario import (
     Parameter,
     Sampling,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from bad_scenarios import GOOD, MINIMAL
 
-from vireport.base.errors import ScenarioError
+from vireport.base import ScenarioError
 from vireport.scenario import loads, to_dict
 
 

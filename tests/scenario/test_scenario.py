@@ -13,7 +13,7 @@ import pytest
 from bad_scenarios import GOOD, MINIMAL
 from pydantic import ValidationError
 
-from vireport.base.errors import ScenarioError, UsageError
+from vireport.base import ScenarioError, UsageError
 from vireport.scenario import (
     Parameter,
     Scenario,

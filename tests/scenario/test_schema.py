@@ -9,7 +9,7 @@ import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD
 from jsonschema import Draft202012Validator
 
-from vireport.base.errors import ScenarioError
+from vireport.base import ScenarioError
 from vireport.scenario import (
     Scenario,
     init_text,

@@ -7,14 +7,29 @@ from math import inf, log, pi, radians, sin
 import numpy as np
 import pytest
 
-from vireport.simulation import cycles
-from vireport.simulation.attractors import (
-    SETTLED,
+from vireport.simulation import (
+    BOTTOM,
+    PHASE,
+    REST,
+    RIDING,
+    RUNNING,
+    SETTLING,
+    TOP,
+    VELOCITY,
+    WALL,
+    Impact,
+    InFlight,
     Outcome,
     attractors,
+    check_model,
+    check_start,
+    cycles,
     diagram,
     find_attractor,
+    follow,
+    follow_one,
 )
+from vireport.simulation.attractors import SETTLED
 from vireport.simulation.cycles import (
     exponent,
     jacobians,
@@ -23,26 +38,7 @@ from vireport.simulation.cycles import (
     refine,
     word_of,
 )
-from vireport.simulation.events import (
-    BOTTOM,
-    TOP,
-    Impact,
-    InFlight,
-    as_start,
-    check_model,
-    check_start,
-    follow,
-    follow_one,
-)
-from vireport.simulation.kernel import (
-    PHASE,
-    REST,
-    RIDING,
-    RUNNING,
-    SETTLING,
-    VELOCITY,
-    WALL,
-)
+from vireport.simulation.events import as_start
 
 INCLINED = 0.1245 * 9.8 * sin(radians(45)) / 3
 CHAOS = (0.2545, 0.3, 0.5)

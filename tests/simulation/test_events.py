@@ -15,26 +15,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from vireport.simulation.events import (
+from vireport.simulation import (
     BOTTOM,
-    TOP,
-    Impact,
-    InFlight,
-    as_start,
-    check_model,
-    check_start,
-    follow,
-    follow_one,
-)
-from vireport.simulation.kernel import (
     FLIGHT,
     FREE,
     PHASE,
     RIDING,
     SETTLING,
+    TOP,
     VELOCITY,
     WALL,
+    Impact,
+    InFlight,
+    check_model,
+    check_start,
+    follow,
+    follow_one,
 )
+from vireport.simulation.events import as_start
 
 FLIGHTS = 10_000
 # Where the terms of Z add up to no more than this many times t |Z'|, the crossing counts as transversal.

@@ -10,11 +10,10 @@ import math
 import numpy as np
 import pytest
 from exact import critical_motion, error_of, exact_row
+from mpmath import mpf
 
 from vireport.checks import reference
-from vireport.checks.reference import mpf
-from vireport.study import branches_csv, results_json
-from vireport.study.provenance import provenance_of
+from vireport.study import branches_csv, provenance_of, results_json
 
 ARRAYS = [
     *("sweep_value", "d", "gbar", "q", "phi_bottom_rad", "phi_top_rad", "velocity_bottom", "velocity_top"),
