@@ -26,6 +26,7 @@ from scipy.optimize import brentq, root
 from vireport import load, loads
 from vireport.atlas import atlas, candidates_above
 from vireport.motions import (
+    TRACE_LEVELS,
     Atlas,
     Curve,
     Family,
@@ -109,7 +110,7 @@ def followed_by_scipy(family: Family) -> bool:
         new = moved(curve, x, along, way)
         trace_after = curve.trace(new)
         curve.admits(new)
-        for level in (sign * border for border in curve.borders for sign in (1, -1)):
+        for level in {sign * abs(at(curve.decay(new))) for at in TRACE_LEVELS.values() for sign in (1, -1)}:
             if (trace_before - level) * (trace_after - level) < 0:
                 crossing(curve, x, along, way, level)
         along = (new - x) / curve.scale
