@@ -140,14 +140,16 @@ def crossing(curve: Curve, x: np.ndarray, along: np.ndarray, way: float, level: 
         return way
 
 
-def simulated_words(found: Atlas, count: int) -> set[str]:
+def simulated_words(swept_atlas: Atlas, count: int) -> set[str]:
     """Words of the motions within the limits that a simulation of as many values ends in."""
-    sweep = found.sweep
+    sweep = swept_atlas.sweep
     values, r = np.linspace(sweep.start, sweep.end, count), float(sweep.device.restitution)
     d, gbar = (np.broadcast_to(x, count).astype(float) for x in sweep.device.groups(sweep.parameter, values))
     ends = attractors(d, gbar, r, random_starts(d, start_speed(r, [0.0] * count), STARTS, SEED))
     cycles = [end.cycle for row in ends for end in row if end.cycle is not None and not end.cycle.sticks]
-    return {cycle.word for cycle in cycles if len(cycle.wall) <= found.limits.impacts and cycle.period <= MOST_PERIODS}
+    return {
+        cycle.word for cycle in cycles if len(cycle.wall) <= swept_atlas.limits.impacts and cycle.period <= MOST_PERIODS
+    }
 
 
 def main() -> None:
@@ -157,25 +159,32 @@ def main() -> None:
     rows = []
     for name in ("inclined", "horizontal", "inclined-forcing"):
         sweep = sweep_of(load(EXAMPLES / f"{name}.yaml").scenario)
-        seconds, found = processor_time(lambda sweep=sweep: atlas(sweep, Limits(6, MOST_PERIODS)))
-        points = sum(len(family.x) for family in found.families)
-        count = round(points / len(found.families))
-        simulated_words(found, 2)  # compiled
-        peer, words = processor_time(lambda found=found, count=count: simulated_words(found, count), 1)
-        following = processor_time(lambda found=found: [followed(family) for family in found.families])[0]
-        arclength, ends = processor_time(lambda found=found: [followed_by_scipy(family) for family in found.families])
-        ours = {family.word.letters for family in found.families}
+        seconds, swept_atlas = processor_time(lambda sweep=sweep: atlas(sweep, Limits(6, MOST_PERIODS)))
+        points = sum(len(family.x) for family in swept_atlas.families)
+        count = round(points / len(swept_atlas.families))
+        simulated_words(swept_atlas, 2)  # compiled
+        peer, words = processor_time(
+            lambda swept_atlas=swept_atlas, count=count: simulated_words(swept_atlas, count), 1
+        )
+        following = processor_time(
+            lambda swept_atlas=swept_atlas: [followed(family) for family in swept_atlas.families]
+        )[0]
+        arclength, ends = processor_time(
+            lambda swept_atlas=swept_atlas: [followed_by_scipy(family) for family in swept_atlas.families]
+        )
+        ours = {family.word.letters for family in swept_atlas.families}
         rows.append(
             {
-                "scenario": name, "seconds": seconds, "families": len(found.families), "points": points,
-                "words": len(ours), "vertices": len(found.vertices), "simulated_values": count,
+                "scenario": name, "seconds": seconds, "families": len(swept_atlas.families), "points": points,
+                "words": len(ours), "vertices": len(swept_atlas.vertices), "simulated_values": count,
                 "simulation_seconds": peer, "simulation_words": len(words), "ratio": peer / seconds,
                 "following_seconds": following, "arclength_seconds": arclength, "arclength_families": sum(ends),
                 "arclength_ratio": arclength / following,
             }
         )  # fmt: skip
         print(
-            f"{name:<18} atlas {seconds:5.2f} s, {len(found.families)} families of {len(ours)} words, {points} points; "
+            f"{name:<18} atlas {seconds:5.2f} s, {len(swept_atlas.families)} families of {len(ours)} words, "
+            f"{points} points; "
             f"simulation at {count} values {peer:6.2f} s, {len(words)} words; "
             f"following {following:.2f} s, SciPy {arclength:.2f} s, {sum(ends)} families to their end"
         )

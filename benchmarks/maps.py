@@ -38,14 +38,14 @@ def text_of(shape: tuple[int, int]) -> str:
 
 def family(pid: int) -> list[int]:
     """A process and all that descend from it."""
-    found = [pid]
+    members = [pid]
     try:
         for task in Path(f"/proc/{pid}/task").iterdir():
             for child in (task / "children").read_text().split():
-                found += family(int(child))
+                members += family(int(child))
     except OSError:
         pass
-    return found
+    return members
 
 
 def resident(pid: int) -> int:

@@ -136,7 +136,7 @@ FAULTS: tuple[tuple[str, str, Callable[[Any], Any]], ...] = (
             ),
         ),
     ),
-    ("share of the period: q = 1/2, horizontal", "another d", lambda found: replace(found, d=found.d * (1 + 1e-9))),
+    ("share of the period: q = 1/2, horizontal", "another d", lambda motion: replace(motion, d=motion.d * (1 + 1e-9))),
     ("membrane: deflection rb", "another voltage", lambda v: replace(v, average_v=v.average_v * (1 + 1e-9))),
     ("critical points: fold in a sweep", "a fold that is moved", moved),
     (

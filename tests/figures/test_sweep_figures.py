@@ -82,8 +82,8 @@ def test_only_admissible_motions_are_drawn(name: str) -> None:
                 ((x, float(motions.q[row])), (x, float(1 - motions.q[row]))),
                 tuple((x, float(v[row] / unit)) for v in (volts.average_v, volts.bottom_v, volts.top_v)),
             )
-            for found, wanted in zip(drawn, expected, strict=True):
-                assert all((point in found) == admissible for point in wanted)
+            for actual, wanted in zip(drawn, expected, strict=True):
+                assert all((point in actual) == admissible for point in wanted)
 
 
 def test_there_are_inadmissible_motions_to_leave_out() -> None:

@@ -219,13 +219,13 @@ def test_bounds_of_voltages_hold_and_are_not_wild(share: float) -> None:
         )
         speeds = float(10 ** rng.uniform(-2, 2)) * rng.uniform(0.01, 2.0, 2)
         bounds = voltage_bounds(*(Rounded(np.array([v]), np.array([share * v])) for v in speeds), membrane)
-        found = voltages(speeds[:1], -speeds[1:], membrane)
+        volts = voltages(speeds[:1], -speeds[1:], membrane)
         for sign in (-1, 0, 1) if share else (0,):
             impacts = [reference.voltage(abs(mpf(v) * (1 + sign * mpf(share))), membrane) for v in speeds]
             (deep_bottom, bottom), (deep_top, top) = impacts
             exact = {"bottom_v": bottom, "top_v": top, "average_v": (bottom + top) / 2}
             for name, value in {**exact, "deflection_m": max(deep_bottom, deep_top)}.items():
-                away = float(abs(mpf(float(getattr(found, name)[0])) - value))
+                away = float(abs(mpf(float(getattr(volts, name)[0])) - value))
                 assert away <= bounds[name][0], (membrane, speeds, name)
                 if away > 0 and sign == np.sign(share):
                     ratios.append(bounds[name][0] / away)
@@ -239,7 +239,7 @@ def test_bounds_of_margins_and_stable_ranges_hold(device: Device) -> None:
         at = float(getattr(device, parameter))
         low, high = (0.0, 90.0) if parameter is Parameter.INCLINATION else (at / 4, at * 4)
         diagram = solve(Sweep(device, parameter, low, high))
-        swept = (one for one in design_point(device, diagram).margins if one.parameter.sweepable is parameter)
+        swept = (margin for margin in design_point(device, diagram).margins if margin.parameter.sweepable is parameter)
         for margin in swept:
             value = critical_motion(diagram.sweep, margin.point)[3]
             errors.append(float(abs(mpf(margin.distance) - (value - mpf(at)))))
@@ -284,11 +284,11 @@ def test_bounds_of_simulated_multipliers_hold(study_of) -> None:
     study = study_of("simulated")
     check, r = study.crosscheck, study.solution.device.restitution
     errors = []
-    for motions, d, gbar, found in zip(
+    for motions, d, gbar, ends in zip(
         orbits_at(study.solution.diagram, check.values), check.d, check.gbar, check.found, strict=True
     ):
         exact = [multiplier(motions, row, d, gbar, r) for row in np.flatnonzero(motions.stable)]
-        for end in found:
+        for end in ends:
             if end.word == "BT" and end.period == 1:
                 errors.append(min(float(abs(modulus - mpf(end.cycle.growth))) for modulus in exact))
                 assert errors[-1] <= growth_bound(float(d), float(gbar), r, end.cycle)

@@ -62,7 +62,7 @@ def attaching(texts: dict[str, str], password: str = "") -> bytes:
 
 
 def attached(pdf: bytes) -> dict[str, str]:
-    return {name: found[0].decode() for name, found in PdfReader(BytesIO(pdf)).attachments.items()}
+    return {name: contents[0].decode() for name, contents in PdfReader(BytesIO(pdf)).attachments.items()}
 
 
 @pytest.mark.parametrize("given", [True, False])

@@ -32,7 +32,7 @@ def test_names_are_unique_and_cases_many():
 def test_every_mistake_is_named_by_line_and_key_in_one_line_of_our_words(case: Bad):
     error = refusal(case.text)
     assert error.exit_code == 2
-    assert [(mistake.line, mistake.path) for mistake in error.mistakes] == [found[:2] for found in case.expected]
+    assert [(mistake.line, mistake.path) for mistake in error.mistakes] == [place[:2] for place in case.expected]
     for mistake, (line, path, fragment) in zip(error.mistakes, case.expected, strict=True):
         assert fragment in mistake.message
         assert mistake.render("bad.yaml").startswith(f"bad.yaml:{line}: {path}: " if path else f"bad.yaml:{line}: ")
