@@ -47,6 +47,8 @@ from vireport.report import Report, certify_text, render_html
 from vireport.report.certificates import plus_minus
 from vireport.study import provenance_of
 
+pytestmark = pytest.mark.usefixtures("forty_digits")
+
 NARROW = Decimal("1e-20")
 SCENARIOS = {
     "horizontal": ("horizontal", []),
@@ -63,12 +65,6 @@ SCENARIOS = {
     "no restitution": ("inclined", ["device.restitution=0", "sweep.from=0.01", "sweep.to=5"]),
     "hardly any restitution": ("inclined", ["device.restitution=1e-9", "sweep.from=0.01", "sweep.to=5"]),
 }
-
-
-@pytest.fixture(scope="module", autouse=True)
-def forty_digits():
-    with reference.precise():
-        yield
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import sentences
+from conftest import EXAMPLES, sentences, study
 from matplotlib.figure import Figure
 from pages import Page
 from PIL import Image
@@ -41,14 +41,8 @@ from vireport.report import render_html
 from vireport.scenario import DesignInput
 from vireport.study import Study
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 THREE = ("horizontal", "inclined", "inclined-forcing")
 PAPER_PANELS = {"figure-2": (3, 3), "figure-4": (2, 3), "figure-7": (1, 3)}
-
-
-@cache
-def study(name: str, *overrides: str) -> Study:
-    return analyse(load(EXAMPLES / f"{name}.yaml", overrides))
 
 
 @cache

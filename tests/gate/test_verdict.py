@@ -5,25 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from conftest import solved
 
-from vireport import analyse, load
 from vireport.gate import Evidence, Question, Verdict, cause_of, verdict_of
 from vireport.membranes import Grade
 from vireport.physics import contacts
 from vireport.text import CATALOGUE
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 MOTION = SimpleNamespace(count=5, name="BBT every forcing period", stays=False)
-
-
-def solved(name: str, **over: object):
-    given = {path.replace("__", "."): value for path, value in over.items()}
-    return analyse(load(EXAMPLES / f"{name}.yaml", given), ("json",)).solution
 
 
 def said(solution, **given: object) -> Verdict:

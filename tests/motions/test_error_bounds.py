@@ -45,6 +45,8 @@ from vireport.physics import (
 from vireport.scenario import Parameter
 from vireport.simulation import growth_bound
 
+pytestmark = pytest.mark.usefixtures("forty_digits")
+
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, 0.0041)
 DIELECTRIC = replace(MEMBRANE, dielectric=Dielectric(1e-3, 4.7, 1e8))
 DEVICE = Device(0.1245, 0.5, 9.8, 0.75, 3.0, 2.0, 45.0)
@@ -93,12 +95,6 @@ def ratios_of(solution: Solution, chosen: int) -> dict[str, list[float]]:
                 if away > 0 and np.isfinite(bound[row]):
                     ratios.setdefault(name, []).append(bound[row] / away)
     return ratios
-
-
-@pytest.fixture(autouse=True)
-def forty_digits():
-    with reference.precise():
-        yield
 
 
 @pytest.mark.parametrize("batch", first(1, range(30)))

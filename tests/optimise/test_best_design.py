@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import first, sentences
+from design_texts import DEVICE
 from mpmath import mp, mpf
 
 from vireport import analyse, load, loads
@@ -28,17 +29,6 @@ from vireport.optimise.problem import smallest_margin
 from vireport.optimise.refine import SLOTS, _linear
 from vireport.scenario import Objective, Parameter
 
-DEVICE = """\
-schema_version: 1
-device:
-  capsule_mass_kg: 0.1245
-  ball_mass_kg: 0.0041
-  restitution: 0.5
-  length_m: 0.7
-  membrane: {thickness_m: 1.0e-3, relative_permittivity: 4.7, breakdown_field_v_m: 1.0e+8}
-excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
-inclination_deg: 45
-"""
 LENGTH = "{path: device.length_m, from: 0.1, to: 1.2}"
 FREQUENCY = "{path: excitation.frequency_hz, from: 1, to: 4}"
 INCLINATION = "{path: inclination_deg, from: 10, to: 80}"

@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from conftest import solved
 from jinja2 import nodes
 from jinja2.compiler import CodeGenerator
 from jinja2.meta import find_undeclared_variables
 
-from vireport import analyse, load
 from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
 from vireport.membranes import Grade
@@ -27,7 +26,6 @@ from vireport.wording import TEMPLATES, Words, environment_of
 from vireport.wording import templates as wording
 
 WORDS = sorted((TEMPLATES / "words").rglob("*.j2"))
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FROM_OUTSIDE = {"report", "macros"}
 """Names that sections take from the template that includes them."""
 
@@ -87,12 +85,6 @@ def taken() -> Iterator[Callable[[], tuple[set[str], set[str]]]]:
 
 def said(words: str, macro: str, *given: object) -> str:
     return Words(words)(macro, *given)
-
-
-@cache
-def solved(name: str, **over: object):
-    given = {path.replace("__", "."): value for path, value in over.items()}
-    return analyse(load(EXAMPLES / f"{name}.yaml", given), ("json",)).solution
 
 
 def check(**given: object) -> SimpleNamespace:
