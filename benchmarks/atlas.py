@@ -28,17 +28,20 @@ from scipy.optimize import brentq, root
 from vireport import load, loads
 from vireport.atlas import atlas, candidates_above
 from vireport.motions import (
+    TRACE_LEVELS,
     Atlas,
     Curve,
     Family,
     Limits,
+    Trail,
+    completed,
+    follow,
     residuals,
     trace,
 )
-from vireport.motions.paths import Strand, completed, follow
 from vireport.physics import Device, Membrane, generated_voltage
 from vireport.simulation import attractors, random_starts, start_speed
-from vireport.study.study import sweep_of
+from vireport.study import sweep_of
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 COUNT, BLOCK, SEED = 200_000, 4096, 20190301
@@ -93,7 +96,7 @@ def scipy_time(family: Family, x: np.ndarray) -> float:
     return processor_time(follow)[0] / x.shape[1]
 
 
-def followed(family: Family) -> Strand:
+def followed(family: Family) -> Trail:
     """A family followed from its middle to both ends, with its events."""
     x = family.x[len(family.x) // 2]
     start = family.curve.point(x, family.curve.tangent(x))
@@ -109,7 +112,7 @@ def followed_by_scipy(family: Family) -> bool:
         new = moved(curve, x, along, way)
         trace_after = curve.trace(new)
         curve.admits(new)
-        for level in (sign * border for border in curve.borders for sign in (1, -1)):
+        for level in {sign * abs(at(curve.decay(new))) for at in TRACE_LEVELS.values() for sign in (1, -1)}:
             if (trace_before - level) * (trace_after - level) < 0:
                 crossing(curve, x, along, way, level)
         along = (new - x) / curve.scale
@@ -139,14 +142,16 @@ def crossing(curve: Curve, x: np.ndarray, along: np.ndarray, way: float, level: 
         return way
 
 
-def simulated_words(found: Atlas, count: int) -> set[str]:
+def simulated_words(swept_atlas: Atlas, count: int) -> set[str]:
     """Words of the motions within the limits that a simulation of as many values ends in."""
-    sweep = found.sweep
+    sweep = swept_atlas.sweep
     values, r = np.linspace(sweep.start, sweep.end, count), float(sweep.device.restitution)
     d, gbar = (np.broadcast_to(x, count).astype(float) for x in sweep.device.groups(sweep.parameter, values))
     ends = attractors(Groups(d, gbar, r), random_starts(d, start_speed(r, [0.0] * count), STARTS, SEED))
     cycles = [end.cycle for row in ends for end in row if end.cycle is not None and not end.cycle.sticks]
-    return {cycle.word for cycle in cycles if len(cycle.wall) <= found.limits.impacts and cycle.period <= MOST_PERIODS}
+    return {
+        cycle.word for cycle in cycles if len(cycle.wall) <= swept_atlas.limits.impacts and cycle.period <= MOST_PERIODS
+    }
 
 
 def main() -> None:
@@ -156,25 +161,32 @@ def main() -> None:
     rows = []
     for name in ("inclined", "horizontal", "inclined-forcing"):
         sweep = sweep_of(load(EXAMPLES / f"{name}.yaml").scenario)
-        seconds, found = processor_time(lambda sweep=sweep: atlas(sweep, Limits(6, MOST_PERIODS)))
-        points = sum(len(family.x) for family in found.families)
-        count = round(points / len(found.families))
-        simulated_words(found, 2)  # compiled
-        peer, words = processor_time(lambda found=found, count=count: simulated_words(found, count), 1)
-        following = processor_time(lambda found=found: [followed(family) for family in found.families])[0]
-        arclength, ends = processor_time(lambda found=found: [followed_by_scipy(family) for family in found.families])
-        ours = {family.word.letters for family in found.families}
+        seconds, swept_atlas = processor_time(lambda sweep=sweep: atlas(sweep, Limits(6, MOST_PERIODS)))
+        points = sum(len(family.x) for family in swept_atlas.families)
+        count = round(points / len(swept_atlas.families))
+        simulated_words(swept_atlas, 2)  # compiled
+        peer, words = processor_time(
+            lambda swept_atlas=swept_atlas, count=count: simulated_words(swept_atlas, count), 1
+        )
+        following = processor_time(
+            lambda swept_atlas=swept_atlas: [followed(family) for family in swept_atlas.families]
+        )[0]
+        arclength, ends = processor_time(
+            lambda swept_atlas=swept_atlas: [followed_by_scipy(family) for family in swept_atlas.families]
+        )
+        ours = {family.word.letters for family in swept_atlas.families}
         rows.append(
             {
-                "scenario": name, "seconds": seconds, "families": len(found.families), "points": points,
-                "words": len(ours), "vertices": len(found.vertices), "simulated_values": count,
+                "scenario": name, "seconds": seconds, "families": len(swept_atlas.families), "points": points,
+                "words": len(ours), "vertices": len(swept_atlas.vertices), "simulated_values": count,
                 "simulation_seconds": peer, "simulation_words": len(words), "ratio": peer / seconds,
                 "following_seconds": following, "arclength_seconds": arclength, "arclength_families": sum(ends),
                 "arclength_ratio": arclength / following,
             }
         )  # fmt: skip
         print(
-            f"{name:<18} atlas {seconds:5.2f} s, {len(found.families)} families of {len(ours)} words, {points} points; "
+            f"{name:<18} atlas {seconds:5.2f} s, {len(swept_atlas.families)} families of {len(ours)} words, "
+            f"{points} points; "
             f"simulation at {count} values {peer:6.2f} s, {len(words)} words; "
             f"following {following:.2f} s, SciPy {arclength:.2f} s, {sum(ends)} families to their end"
         )

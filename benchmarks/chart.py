@@ -29,8 +29,8 @@ from vireport.chart import (
     FollowedLocus,
     Plane,
     chart,
+    plane_of,
 )
-from vireport.chart.over import plane_of
 from vireport.motions import Limits
 from vireport.physics import FLOATS
 from vireport.simulation import attractors, random_starts, start_speed
@@ -48,10 +48,10 @@ TOLERANCE = 1e-9
 """Residual of a motion that the root finder is taken to have found."""
 
 
-def by_root_finder(found: Chart) -> tuple[int, int]:
+def by_root_finder(drawn: Chart) -> tuple[int, int]:
     """Follow the loci of a chart with SciPy: points that were found, and all."""
-    points = [follow_by_root_finder(locus) for locus in found.loci]
-    return sum(points), sum(len(locus.x) for locus in found.loci)
+    points = [follow_by_root_finder(locus) for locus in drawn.loci]
+    return sum(points), sum(len(locus.x) for locus in drawn.loci)
 
 
 def follow_by_root_finder(locus: FollowedLocus) -> int:
@@ -99,20 +99,20 @@ def main() -> None:
     )  # compiled
     for over in PLANES:
         plane = plane_of(scenario, over)
-        seconds, found = processor_time(lambda plane=plane: chart(plane, LIMITS), 1)
-        finder, (solved, points) = processor_time(lambda found=found: by_root_finder(found), 1)
+        seconds, drawn = processor_time(lambda plane=plane: chart(plane, LIMITS), 1)
+        finder, (solved, points) = processor_time(lambda drawn=drawn: by_root_finder(drawn), 1)
         simulation, words = processor_time(lambda plane=plane: simulated_words(plane), 1)
         rows.append(
             {
-                "plane": over, "seconds": seconds, "loci": len(found.loci), "points": points,
-                "meetings": len(found.meetings), "words": len({locus.word for locus in found.loci}),
+                "plane": over, "seconds": seconds, "loci": len(drawn.loci), "points": points,
+                "meetings": len(drawn.meetings), "words": len({locus.word for locus in drawn.loci}),
                 "scipy_seconds": finder, "scipy_points": solved, "scipy_ratio": finder / seconds,
                 "cells": CELLS, "simulation_seconds": simulation, "simulation_words": len(words),
                 "simulation_ratio": simulation / seconds,
             }
         )  # fmt: skip
         print(
-            f"{over:<28} chart {seconds:5.2f} s, {len(found.loci)} loci, {points} points; SciPy along the same loci "
+            f"{over:<28} chart {seconds:5.2f} s, {len(drawn.loci)} loci, {points} points; SciPy along the same loci "
             f"{finder:5.2f} s, {solved} points; simulation at {CELLS}x{CELLS} values {simulation:6.2f} s, "
             f"{len(words)} words"
         )

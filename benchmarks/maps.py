@@ -21,8 +21,7 @@ from statistics import median
 
 from record import record
 
-from vireport.maps import run_map
-from vireport.maps.cells import map_plan
+from vireport.maps import map_plan, run_map
 from vireport.maps.evaluation import evaluate
 from vireport.maps.run import cores
 from vireport.scenario import loads_map
@@ -39,14 +38,14 @@ def text_of(shape: tuple[int, int]) -> str:
 
 def family(pid: int) -> list[int]:
     """A process and all that descend from it."""
-    found = [pid]
+    members = [pid]
     try:
         for task in Path(f"/proc/{pid}/task").iterdir():
             for child in (task / "children").read_text().split():
-                found += family(int(child))
+                members += family(int(child))
     except OSError:
         pass
-    return found
+    return members
 
 
 def resident(pid: int) -> int:

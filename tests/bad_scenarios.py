@@ -78,8 +78,8 @@ def value(number: int, value: str, fragment: str) -> Bad:
 
 def key(number: int, path: str, row: str, fragment: str, *also: tuple[int, str, str]) -> Bad:
     """Build the case of a line with an unknown key; `also` is what follows from the one it replaces."""
-    found = sorted([(number, path, fragment), *also], key=lambda expected: expected[0])
-    return bad(f"key {row.strip()}", good_but(number, row), *found)
+    wanted = sorted([(number, path, fragment), *also], key=lambda expected: expected[0])
+    return bad(f"key {row.strip()}", good_but(number, row), *wanted)
 
 
 def row(number: int, row: str, path: str, fragment: str) -> Bad:

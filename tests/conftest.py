@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from browser import Browser
 from hypothesis import settings
 
 if TYPE_CHECKING:
+    from vireport.design import Solution
     from vireport.study import Study
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -30,10 +32,27 @@ def sentences(text: str) -> int:
     return len(re.findall(r"\.(?= |$)", text))
 
 
+@cache
+def study(name: str, *overrides: str) -> Study:
+    """Study of an example, with overrides, computed once."""
+    from vireport import analyse, load
+
+    return analyse(load(EXAMPLES / f"{name}.yaml", overrides))
+
+
+@cache
+def solved(name: str, **over: object) -> Solution:
+    """Solution of an example, with overrides, `__` for the dots of their paths."""
+    from vireport import analyse, load
+
+    given = {path.replace("__", "."): value for path, value in over.items()}
+    return analyse(load(EXAMPLES / f"{name}.yaml", given), ("json",)).solution
+
+
 def markdown(study: Study, command: str) -> str:
     """The summary of a study as Markdown."""
     from vireport.report import Report, render_markdown
-    from vireport.study.provenance import provenance_of
+    from vireport.study import provenance_of
 
     report = Report(study, {}, provenance_of(study.loaded, command), template="summary.typ.j2")
     return render_markdown(report).decode()
@@ -52,18 +71,18 @@ def example() -> Callable[[str], Path]:
 
 
 @pytest.fixture(scope="session")
-def study_of() -> Callable[[str], object]:
+def study_of() -> Callable[..., Study]:
     """Study of an example, computed once."""
-    from vireport import analyse, load
+    return study
 
-    studies: dict[str, object] = {}
 
-    def get(name: str) -> object:
-        if name not in studies:
-            studies[name] = analyse(load(EXAMPLES / f"{name}.yaml"))
-        return studies[name]
+@pytest.fixture(scope="module")
+def forty_digits() -> Iterator[None]:
+    """The 40 digits of the reference, also for what a test works out itself."""
+    from vireport.checks import reference
 
-    return get
+    with reference.precise():
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from mpmath import mp, mpf
 
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
 from vireport.motions import (
     Event,
     Motions,
@@ -57,7 +57,7 @@ def _scale(x: Any) -> Any:
 def motion_near(sweep: Sweep, x: Sequence[Any], *more: reference.Equations) -> list[Any]:
     """The nearest motion of a sweep, or the one that fulfils further equations."""
     return reference.newton(
-        lambda y: [*residuals(sweep, y), *(one for equations in more for one in equations(y))],
+        lambda y: [*residuals(sweep, y), *(residual for equations in more for residual in equations(y))],
         list(x),
         [_scale(x[0]), _scale(x[1]), 1, abs(x[3]) or 1],
     )
@@ -83,17 +83,17 @@ def quantities(sweep: Sweep, x: Sequence[Any]) -> dict[str, Any]:
 
 def all_quantities(sweep: Sweep, x: Sequence[Any], membrane: Membrane) -> dict[str, Any]:
     """The numbers of a motion and of its impacts, by the names of `Motions` and `Voltages`."""
-    r, found = mpf(sweep.device.restitution), quantities(sweep, x)
-    gap = reference.wall_gap((x[0], x[1], x[2]), found["d"], found["gbar"], r, sweep.device.period_ratio)
+    r, known = mpf(sweep.device.restitution), quantities(sweep, x)
+    gap = reference.wall_gap((x[0], x[1], x[2]), known["d"], known["gbar"], r, sweep.device.period_ratio)
     names = Parameter.AMPLITUDE, Parameter.FREQUENCY
     force, frequency = (mpf(x[3] if name is sweep.parameter else getattr(sweep.device, name)) for name in names)
     unit = force / (2 * mpf(sweep.device.capsule_mass_kg) * frequency)
-    impacts = (reference.voltage(unit * abs(found[f"velocity_{at}"]), membrane) for at in ("bottom", "top"))
+    impacts = (reference.voltage(unit * abs(known[f"velocity_{at}"]), membrane) for at in ("bottom", "top"))
     (deep_bottom, bottom), (deep_top, top) = impacts
     return {
-        **found,
+        **known,
         "determinant": r**4,
-        "discriminant": found["trace"] ** 2 - 4 * r**4,
+        "discriminant": known["trace"] ** 2 - 4 * r**4,
         "wall_gap": gap,
         "bottom_v": bottom,
         "top_v": top,
@@ -102,9 +102,9 @@ def all_quantities(sweep: Sweep, x: Sequence[Any], membrane: Membrane) -> dict[s
     }
 
 
-def error_of(found: float, exact: Any, name: str) -> float:
+def error_of(value: float, exact: Any, name: str) -> float:
     """How far a number is from the exact one; phases are compared on the circle."""
-    away = mpf(float(found)) - exact
+    away = mpf(float(value)) - exact
     if name.startswith("phi"):
         away = mp.fmod(away + 3 * mp.pi, 2 * mp.pi) - mp.pi
     return float(abs(away))

@@ -2,19 +2,63 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
+from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 from conftest import first
 
 import vireport
-from vireport.base.errors import EXTRAS, install_command
+from vireport.base import EXTRAS, install_command
 
 ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = sorted(path.parent.name for path in (ROOT / "vireport").glob("*/__init__.py"))
+
+IMPORTED_AS_SUCH = {("vireport.checks", "reference"), ("vireport.checks", "certificates")}
+"""Modules that a package keeps out of its interface, as they import a heavy or an optional library."""
+
+
+@cache
+def imports(file: Path) -> list[tuple[str, str]]:
+    """Each name that a file imports of vireport, and from where."""
+    nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+    plain = [(name.name, "") for node in nodes if isinstance(node, ast.Import) for name in node.names]
+    named = [
+        (node.module or "", name.name) for node in nodes if isinstance(node, ast.ImportFrom) for name in node.names
+    ]
+    return [(module, name) for module, name in (*plain, *named) if module.startswith("vireport")]
+
+
+def imports_from_elsewhere(package: str, *folders: str) -> Iterator[tuple[Path, str, str]]:
+    """What the files of some folders import of a package that they are not part of."""
+    own = ROOT / "vireport" / package
+    for folder in folders:
+        for file in sorted((ROOT / folder).rglob("*.py")):
+            if own not in file.parents:
+                for module, name in imports(file):
+                    if module.split(".")[1:2] == [package]:
+                        yield file.relative_to(ROOT), module, name
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_packages_import_from_one_another_what_they_export(package: str) -> None:
+    exported = import_module(f"vireport.{package}").__all__
+    for file, module, name in imports_from_elsewhere(package, "vireport"):
+        taken_as_such = {(module, name), tuple(module.rsplit(".", 1))} & IMPORTED_AS_SUCH
+        assert taken_as_such or (module == f"vireport.{package}" and name in exported), (str(file), module, name)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_packages_export_what_is_imported_from_elsewhere(package: str) -> None:
+    wanted = {name for _, _, name in imports_from_elsewhere(package, "vireport", "tests", "benchmarks", "tools")}
+    assert set(import_module(f"vireport.{package}").__all__) <= wanted | set(vireport.__all__)
 
 
 def test_the_package_lists_its_public_names() -> None:

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from vireport.base import files, interrupts
-from vireport.base.errors import OutputError, UsageError
-from vireport.base.files import (
+from vireport.base import (
+    OutputError,
+    UsageError,
+    files,
+    interrupts,
     require_writable,
     write_files,
     write_new,

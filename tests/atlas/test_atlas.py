@@ -10,10 +10,7 @@ from conftest import first
 
 from vireport import load, loads
 from vireport.atlas import atlas, motion_of_cycle
-from vireport.motions import Atlas, Event, Family, Limits, Motion, Sweep
-from vireport.motions.paths import completed, follow
-from vireport.motions.points import polished
-from vireport.motions.switching import neighbours
+from vireport.motions import Atlas, Event, Family, Limits, Motion, Sweep, completed, follow, neighbours, polished
 from vireport.physics import Groups, Word
 from vireport.simulation import (
     Impact,
@@ -22,7 +19,7 @@ from vireport.simulation import (
     random_starts,
     start_speed,
 )
-from vireport.study.study import sweep_of
+from vireport.study import sweep_of
 
 ASIDE = 1e-7
 """Relative change of the velocity by which a simulation starts beside a motion: less where a stretch is narrow."""
@@ -50,9 +47,9 @@ def marks(family: Family, event: Event) -> list[float]:
 @pytest.mark.parametrize("name", first(1, ["inclined", "inclined-forcing", "horizontal"]))
 def test_families_of_1_1_motions_are_what_is_followed_from_one_of_them(name: str, study_of):
     solution = study_of(name).solution
-    found = [f for f in atlas(solution.sweep, Limits(2, 1)).families if f.word.letters == "BT"]
-    assert len(found) == COUNTS[name]
-    for family in found:
+    families = [f for f in atlas(solution.sweep, Limits(2, 1)).families if f.word.letters == "BT"]
+    assert len(families) == COUNTS[name]
+    for family in families:
         curve, middle = family.curve, family.x[len(family.x) // 2]
         start = curve.point(middle, curve.tangent(middle))
         trail = completed(curve, start, follow(curve, start))
@@ -69,21 +66,21 @@ def test_families_of_1_1_motions_are_what_is_followed_from_one_of_them(name: str
 @pytest.mark.parametrize("name", first(1, ["inclined", "inclined-forcing", "horizontal"]))
 def test_critical_points_of_1_1_motions_are_vertices_with_the_same_label(name: str, study_of):
     solution = study_of(name).solution
-    found = atlas(solution.sweep, Limits(2, 1))
-    marks = [mark for family in found.families for mark in family.marks if mark.point is not None]
+    swept_atlas = atlas(solution.sweep, Limits(2, 1))
+    marks = [mark for family in swept_atlas.families for mark in family.marks if mark.point is not None]
     for point in solution.critical_points:
         (of_label,) = {mark.point for mark in marks if mark.point.label == point.label}
         assert (of_label.sweep_value, of_label.error_bound) == (point.sweep_value, point.error_bound)
         assert of_label.event is point.event
         # Where the ball oscillates between both membranes without an impact, there is no vertex.
         if point.event is not Event.NODE_FOCUS and (point.closed.velocity_bottom or point.closed.velocity_top):
-            assert of_label in found.vertices
+            assert of_label in swept_atlas.vertices
 
 
 def test_at_a_period_doubling_the_doubled_word_begins(example):
-    found = atlas(sweep(example("inclined"), start=0.6), Limits(4, 2))
-    (vertex,) = [v for v in found.vertices if v.label == "B1"]
-    parent, child = (found.families[number - 1] for number in vertex.families)
+    swept_atlas = atlas(sweep(example("inclined"), start=0.6), Limits(4, 2))
+    (vertex,) = [v for v in swept_atlas.vertices if v.label == "B1"]
+    parent, child = (swept_atlas.families[number - 1] for number in vertex.families)
     assert (parent.word.letters, child.word.letters, child.word.periods) == ("BT", "BTBT", 2)
     assert child.marks[0].point is vertex
     assert child.x[0, :4] == pytest.approx(np.tile(vertex.motion.velocity, 2), abs=1e-9)
@@ -102,22 +99,22 @@ def test_at_a_period_doubling_the_doubled_word_begins(example):
 @pytest.mark.slow
 @pytest.mark.parametrize(("inclination", "event"), [(30, Event.GRAZING), (60, Event.PERIOD_DOUBLING)])
 def test_2_1_motion_ends_in_a_grazing_at_small_inclination_and_doubles_at_a_large_one(inclination: int, event: Event):
-    found = atlas(sweep_of(loads(LITERATURE.format(inclination=inclination)).scenario), Limits(6, 4))
-    (family,) = [f for f in found.families if f.word.letters == "BBT" and f.word.periods == 1 and f.stable_runs]
+    swept_atlas = atlas(sweep_of(loads(LITERATURE.format(inclination=inclination)).scenario), Limits(6, 4))
+    (family,) = [f for f in swept_atlas.families if f.word.letters == "BBT" and f.word.periods == 1 and f.stable_runs]
     (run,) = family.stable_runs
     last = max(run, key=lambda row: -family.sweep_value[row])
     (mark,) = [mark for mark in family.marks if mark.row == last]
     assert mark.event is event
     grazing = [m.point for m in family.marks if m.event is Event.GRAZING]
-    words = {found.families[number - 1].word.letters for vertex in grazing for number in vertex.families}
+    words = {swept_atlas.families[number - 1].word.letters for vertex in grazing for number in vertex.families}
     assert {"BBT", "BBBT"} <= words
     begins = [m.point for m in family.marks if m.event is Event.ZERO_VELOCITY]
-    words = {found.families[number - 1].word.letters for vertex in begins for number in vertex.families}
+    words = {swept_atlas.families[number - 1].word.letters for vertex in begins for number in vertex.families}
     assert {"BT", "BBT"} <= words
     energies = [
         max(float(np.mean(f.velocity[list(run)] ** 2)) for run in f.stable_runs)
         for word in ("BT", "BBT", "BBBT", "BBBBT")
-        for f in found.families
+        for f in swept_atlas.families
         if f.word == Word.of(word, 1) and f.stable_runs and np.ptp(f.stable_ranges) > 0.01
     ]
     assert len(energies) == 4
@@ -125,15 +122,15 @@ def test_2_1_motion_ends_in_a_grazing_at_small_inclination_and_doubles_at_a_larg
 
 
 def test_families_join_at_grazing_points_where_an_impact_has_no_velocity(example):
-    found = atlas(sweep(example("inclined-forcing"), start=5.0, end=5.4), Limits(3, 2))
-    (vertex,) = [v for v in found.vertices if v.event is Event.GRAZING]
-    words = {found.families[number - 1].word.letters for number in vertex.families}
+    swept_atlas = atlas(sweep(example("inclined-forcing"), start=5.0, end=5.4), Limits(3, 2))
+    (vertex,) = [v for v in swept_atlas.vertices if v.event is Event.GRAZING]
+    words = {swept_atlas.families[number - 1].word.letters for number in vertex.families}
     assert words == {"B", "BT", "BBT"}
     motion = vertex.motion
     assert motion.word.letters == "BT"
     assert motion.velocity[1] == 0.0
     for number in vertex.families:
-        family = found.families[number - 1]
+        family = swept_atlas.families[number - 1]
         (mark,) = [mark for mark in family.marks if mark.point is vertex]
         speeds = np.sort(np.abs(family.velocity[mark.row]))
         assert speeds[-1] == pytest.approx(motion.velocity[0], abs=1e-9)
@@ -159,10 +156,10 @@ def test_every_periodic_attractor_lies_on_a_family(name: str, count: int, apart:
     ]
     assert len(simulated) == count
 
-    def missing(found: Atlas) -> set[str]:
+    def missing(swept_atlas: Atlas) -> set[str]:
         def off(motion: Motion) -> float:
-            known = (one for family in found.families for one in family.at(motion.coordinate))
-            return min(motion.distance(one, mirror=swept.level.horizontal) for one in known)
+            known = (place for family in swept_atlas.families for place in family.at(motion.coordinate))
+            return min(motion.distance(other, mirror=swept.level.horizontal) for other in known)
 
         return {motion.word.letters for motion in simulated if off(motion) > 1e-10}
 
@@ -193,13 +190,13 @@ def test_every_stable_stretch_attracts_from_beside_it(name: str, count: int, exa
 @pytest.mark.slow
 def test_the_cascade_beyond_b1_doubles_at_feigenbaums_rate(example):
     swept = sweep(example("inclined"), start=0.5965, end=0.64)
-    found = atlas(swept, Limits(2, 1))
-    (vertex,) = [v for v in found.vertices if v.label == "B1"]
-    curve, motion, doublings = found.families[vertex.families[0] - 1].curve, vertex.motion, []
+    swept_atlas = atlas(swept, Limits(2, 1))
+    (vertex,) = [v for v in swept_atlas.vertices if v.label == "B1"]
+    curve, motion, doublings = swept_atlas.families[vertex.families[0] - 1].curve, vertex.motion, []
     for low in (swept.start, *4 * [0.6183]):
         doublings.append(polished(swept, motion, Event.PERIOD_DOUBLING).sweep_value)
         curve = replace(curve, low=float(swept.coordinate_of(low)))
-        _, curve, _, start = next(neighbours(curve, motion, Event.PERIOD_DOUBLING, found.limits))
+        _, curve, _, start = next(neighbours(curve, motion, Event.PERIOD_DOUBLING, swept_atlas.limits))
         strand = follow(curve, start)
         (row,) = [row for row, event in strand.events if event is Event.PERIOD_DOUBLING]
         motion = curve.motion(strand.points[row].x)

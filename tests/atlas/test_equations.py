@@ -8,11 +8,11 @@ from functools import cache
 import numpy as np
 import pytest
 from exact import printed_maps, printed_trace
+from mpmath import mp, mpf
 
 from vireport import load, loads
 from vireport.atlas import atlas, motion_of_cycle
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
 from vireport.motions import Event, Held, Level, Limits, Model, Motion, linearised, residuals, solve, trace, turns
 from vireport.physics import Groups, Word
 from vireport.scenario import Parameter
@@ -25,7 +25,7 @@ from vireport.simulation import (
     find_attractor,
     follow_one,
 )
-from vireport.study.study import sweep_of
+from vireport.study import sweep_of
 
 WORDS = "B", "BT", "BBT", "BTT", "BBTT", "BBTBT"
 LEVELS = Level(Held.GBAR, 0.2), Level(Held.RATIO, 1.7), Level(Held.D, 0.4)
@@ -94,8 +94,8 @@ def test_multipliers_are_those_of_the_simulated_return_map(word: str):
             ends.append(rows[-1, [VELOCITY, PHASE]])
         columns.append((ends[0] - ends[1]) / (2 * step))
     matrix, x = np.stack(columns, axis=1), [*motion.velocity, *motion.time, d]
-    found = trace(motion.word, x, Model(Level(Held.GBAR, gbar), r))
-    assert found == pytest.approx(np.trace(matrix), rel=1e-6)
+    value = trace(motion.word, x, Model(Level(Held.GBAR, gbar), r))
+    assert value == pytest.approx(np.trace(matrix), rel=1e-6)
     assert np.linalg.det(matrix) == pytest.approx(r ** (2 * count), rel=1e-4)
 
 
@@ -131,10 +131,10 @@ def test_a_motion_is_the_same_from_whichever_impact_it_is_counted():
 @pytest.mark.parametrize("name", ["inclined", "horizontal", "inclined-forcing"])
 def test_points_are_those_of_the_printed_maps_to_the_last_digit(name: str, example):
     sweep, kinds = sweep_of(load(example(name)).scenario), set()
-    found = atlas(sweep, Limits(6, 4))
-    marks = [mark for family in found.families for mark in family.marks if mark.point is not None]
+    swept_atlas = atlas(sweep, Limits(6, 4))
+    marks = [mark for family in swept_atlas.families for mark in family.marks if mark.point is not None]
     assert all(mark.point.error_bound < 1e-14 for mark in marks)  # next to impacts of velocity zero too
-    vertices = found.vertices
+    vertices = swept_atlas.vertices
     for vertex in vertices[:: 1 + len(vertices) // 12]:
         motion, event, r = vertex.motion, vertex.event, mpf(sweep.device.restitution)
         if event is Event.PITCHFORK:

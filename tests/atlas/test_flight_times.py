@@ -24,7 +24,7 @@ from vireport.simulation import (
     random_starts,
     start_speed,
 )
-from vireport.study.study import sweep_of
+from vireport.study import sweep_of
 
 BBT, BTT = (1, 1, -1), (1, -1, -1)
 
@@ -37,28 +37,30 @@ def random_flights(seed: int, periods: int, count: int, impacts: int = 3) -> np.
 @pytest.mark.parametrize(("walls", "periods"), [(BBT, 1), (BTT, 2), (BBT, 3)])
 def test_motions_with_three_impacts_solve_the_conditions(walls: tuple[int, ...], periods: int):
     word, r = Word(walls, periods), 0.6
-    found = candidates_above(word, random_flights(periods, periods, 40), r)
-    for i in np.flatnonzero(np.abs(found.gbar) < 1):
-        x, d = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]], found.d[i]
+    candidates = candidates_above(word, random_flights(periods, periods, 40), r)
+    for i in np.flatnonzero(np.abs(candidates.gbar) < 1):
+        x, d = [*candidates.velocity[:, i], *candidates.time[:, i], candidates.gbar[i]], candidates.d[i]
         assert max(map(abs, residuals(word, x, Model(Level(Held.D, d), r)))) < 1e-13
-        motion = Motion(word, found.velocity[:, i], found.time[:, i], found.gbar[i])
-        inside = all(turn.gap > 0 for turn in turns(motion, Groups(d, found.gbar[i], r)))
-        assert found.admissible[i] == (inside and (motion.velocity * walls > 0).all())
-    assert 0 < found.admissible.sum() < 20
+        motion = Motion(word, candidates.velocity[:, i], candidates.time[:, i], candidates.gbar[i])
+        inside = all(turn.gap > 0 for turn in turns(motion, Groups(d, candidates.gbar[i], r)))
+        assert candidates.admissible[i] == (inside and (motion.velocity * walls > 0).all())
+    assert 0 < candidates.admissible.sum() < 20
 
 
 def test_their_multipliers_have_the_product_of_the_restitution_and_the_sum_of_the_trace():
     word, r = Word(BBT, 2), 0.7
-    found = candidates_above(word, random_flights(0, 2, 100), r)
-    product, pull = np.eye(2), found.gbar + np.cos(np.pi * found.time)
-    ends = [*found.time[1:], found.time[0] + 4]
+    candidates = candidates_above(word, random_flights(0, 2, 100), r)
+    product, pull = np.eye(2), candidates.gbar + np.cos(np.pi * candidates.time)
+    ends = [*candidates.time[1:], candidates.time[0] + 4]
     for i in range(3):
         j = (i + 1) % 3
-        parts = flight_jacobian(ends[i] - found.time[i], found.velocity[i], found.velocity[j], pull[i], pull[j], r)
+        parts = flight_jacobian(
+            ends[i] - candidates.time[i], candidates.velocity[i], candidates.velocity[j], pull[i], pull[j], r
+        )
         product = np.moveaxis(np.array(parts).reshape(2, 2, -1), -1, 0) @ product
     size = np.abs(product).max(axis=(1, 2))
     assert (np.abs(np.linalg.det(product) - r**6) < 1e-13 * size**2).all()
-    np.testing.assert_allclose(np.trace(product, axis1=1, axis2=2), found.trace, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(np.trace(product, axis1=1, axis2=2), candidates.trace, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("walls", [BBT, BTT, (1, 1, 1, -1), (1, 1, -1, -1)])
@@ -78,24 +80,24 @@ def test_the_mirror_image_is_a_motion_with_gravity_the_other_way(walls: tuple[in
 )
 def test_motions_with_one_impact_solve_the_conditions(level: Level, low: float, high: float, periods: int):
     model = Model(level, 0.8)
-    found = one_impact(model, low, high, periods)
-    assert len(found.d)
-    assert found.admissible.all()
-    for velocity, time, coordinate in zip(*found.velocity, *found.time, found.coordinate(level), strict=True):
+    motions = one_impact(model, low, high, periods)
+    assert len(motions.d)
+    assert motions.admissible.all()
+    for velocity, time, coordinate in zip(*motions.velocity, *motions.time, motions.coordinate(level), strict=True):
         assert low < coordinate < high
-        assert max(map(abs, residuals(found.word, [velocity, time, coordinate], model))) < 1e-13
+        assert max(map(abs, residuals(motions.word, [velocity, time, coordinate], model))) < 1e-13
 
 
 @pytest.mark.parametrize("periods", [1, 2, 3])
 def test_motions_with_two_impacts_on_the_bottom_solve_the_conditions_at_any_d(periods: int):
     word, r = Word((1, 1), periods), 0.6
-    found = candidates_above(word, random_flights(periods, periods, 20, 2), r)
-    assert np.isnan(found.d).all()
-    assert (found.gbar > 0).all()
+    candidates = candidates_above(word, random_flights(periods, periods, 20, 2), r)
+    assert np.isnan(candidates.d).all()
+    assert (candidates.gbar > 0).all()
     for i in range(20):
-        x = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]]
+        x = [*candidates.velocity[:, i], *candidates.time[:, i], candidates.gbar[i]]
         for d in (0.1, 1.0):
-            assert max(map(abs, residuals(word, x, Model(Level(Held.D, d), r)))) < 1e-11 * max(1, found.gbar[i])
+            assert max(map(abs, residuals(word, x, Model(Level(Held.D, d), r)))) < 1e-11 * max(1, candidates.gbar[i])
 
 
 def test_the_shortest_crossing_is_by_the_fastest_ball_with_the_largest_acceleration():
@@ -109,10 +111,10 @@ def test_the_shortest_crossing_is_by_the_fastest_ball_with_the_largest_accelerat
 def test_no_cell_with_a_motion_is_left_out(walls: tuple[int, ...], periods: int):
     word, r = Word(walls, periods), 0.6
     flights = random_flights(periods, periods, 4000)
-    found = candidates_above(word, flights, r)
-    rows = np.flatnonzero(found.admissible & (found.gbar > 0.02) & (found.gbar < 1) & (found.d < 2))
-    for i in rows[np.argsort(found.gap[rows])[:3]]:  # next to grazing, where other motions of a cell are none
-        d, gbar = float(found.d[i]), float(found.gbar[i])
+    candidates = candidates_above(word, flights, r)
+    rows = np.flatnonzero(candidates.admissible & (candidates.gbar > 0.02) & (candidates.gbar < 1) & (candidates.d < 2))
+    for i in rows[np.argsort(candidates.gap[rows])[:3]]:  # next to grazing, where other motions of a cell are none
+        d, gbar = float(candidates.d[i]), float(candidates.gbar[i])
         levels = (Level(Held.GBAR, gbar), d), (Level(Held.RATIO, d / gbar), d), (Level(Held.D, d), gbar)
         for level, coordinate in levels:
             [cells] = Exclusion(Model(level, r), 0.95 * coordinate, 1.05 * coordinate, (word,)).cells()
@@ -134,12 +136,12 @@ sweep: {{parameter: {swept}}}
 @pytest.mark.parametrize("periods", [1, 2, 4])
 def test_motions_with_four_impacts_on_the_bottom_solve_the_conditions(periods: int, r: float):
     word, flights = Word((1, 1, 1, 1), periods), random_flights(5, periods, 400, 4)
-    found, settled = onto_sweep(word, flights, r, Level(Held.D, 1.0), 0.2 * periods)
-    assert found.excess.shape == (2, settled.shape[1])
-    rows = np.flatnonzero((found.gbar < 2) & (np.diff(found.velocity, axis=0) != 0).any(axis=0))
+    moved, settled = onto_sweep(word, flights, r, Level(Held.D, 1.0), 0.2 * periods)
+    assert moved.excess.shape == (2, settled.shape[1])
+    rows = np.flatnonzero((moved.gbar < 2) & (np.diff(moved.velocity, axis=0) != 0).any(axis=0))
     assert len(rows) > 10
     for i in rows:
-        x = [*found.velocity[:, i], *found.time[:, i], found.gbar[i]]
+        x = [*moved.velocity[:, i], *moved.time[:, i], moved.gbar[i]]
         assert max(map(abs, residuals(word, x, Model(Level(Held.D, 1.0), r)))) < 1e-6
 
 
@@ -156,7 +158,7 @@ def test_motions_with_four_impacts_on_the_bottom_solve_the_conditions(periods: i
 def test_newtons_method_finds_no_other_motion_on_one_membrane(swept: str, r: float, inclination: int, most: int):
     sweep = sweep_of(loads(ONE_SIDED.format(swept=swept, r=r, inclination=inclination)).scenario)
     low, high = map(float, sweep.coordinate_range)
-    model, rng, found = Model(sweep.level, r), np.random.default_rng(5), Counter[str]()
+    model, rng, counts = Model(sweep.level, r), np.random.default_rng(5), Counter[str]()
     families = atlas(sweep, Limits(4, 3)).families
     for word, periods, _ in product(("B", "BB", "BBB", "BBBB", "T", "TT"), (1, 2, 3), range(80)):
         curve, count = Curve(Word.of(word, periods), model, low, high), len(word)
@@ -170,8 +172,8 @@ def test_newtons_method_finds_no_other_motion_on_one_membrane(swept: str, r: flo
         if (np.diff(motion.time, append=motion.time[0] + 2 * periods) > 0).all():
             alike = [known for f in families if f.word == motion.word for known in f.at(motion.coordinate)]
             assert min(map(motion.distance, alike)) < 1e-8
-            found[word] += 1
-    assert {"B", "BB", most * "B"} <= set(found) <= {"B", "BB", "BBB", "BBBB"}
+            counts[word] += 1
+    assert {"B", "BB", most * "B"} <= set(counts) <= {"B", "BB", "BBB", "BBBB"}
 
 
 @pytest.mark.slow
@@ -198,15 +200,18 @@ def test_every_motion_with_three_impacts_lies_on_a_family(walls: tuple[int, ...]
     """Random ones, most of them unstable and on families that join no other, each with a sweep that passes it."""
     sweep = sweep_of(load(example("inclined")).scenario)
     periods = 1 + seed % 3
-    found = candidates_above(Word(walls, periods), random_flights(seed, periods, 4000), sweep.device.restitution)
+    candidates = candidates_above(Word(walls, periods), random_flights(seed, periods, 4000), sweep.device.restitution)
     rows = np.flatnonzero(
-        found.admissible & (found.gbar > 0.02) & (found.gbar < 0.9 * unit_gbar(sweep)) & (found.d < 2)
+        candidates.admissible
+        & (candidates.gbar > 0.02)
+        & (candidates.gbar < 0.9 * unit_gbar(sweep))
+        & (candidates.d < 2)
     )
     i = int(rows[0])
-    device = replace(sweep.device, inclination_deg=float(np.degrees(np.arcsin(found.gbar[i] / unit_gbar(sweep)))))
-    middle = float(found.d[i] / sweep.device.groups(sweep.parameter, 1.0)[0])
+    device = replace(sweep.device, inclination_deg=float(np.degrees(np.arcsin(candidates.gbar[i] / unit_gbar(sweep)))))
+    middle = float(candidates.d[i] / sweep.device.groups(sweep.parameter, 1.0)[0])
     passing = replace(sweep, device=device, start=0.99 * middle, end=1.01 * middle)
-    motion = found.motion(i, passing.level)
+    motion = candidates.motion(i, passing.level)
     found_atlas = atlas(passing, Limits(3, periods))
     near = [motion.distance(m) for family in found_atlas.families for m in family.at(motion.coordinate)]
     assert min(near) < 1e-8
@@ -227,11 +232,11 @@ def test_the_search_for_four_impacts_finds_a_family_that_joins_no_other(periods:
     sweep = sweep_of(load(example("inclined")).scenario)
     low, high = map(float, sweep.coordinate_range)
     model = Model(sweep.level, float(sweep.device.restitution))
-    found, flights = four_impacts(model, low, high, Word((1, 1, 1, -1), periods))
-    assert found.admissible.all()
-    for i in range(0, len(found.d), 5):
-        x = [*found.velocity[:, i], *found.time[:, i], found.d[i]]
-        assert max(map(abs, residuals(found.word, x, model))) < 1e-7
+    motions, flights = four_impacts(model, low, high, Word((1, 1, 1, -1), periods))
+    assert motions.admissible.all()
+    for i in range(0, len(motions.d), 5):
+        x = [*motions.velocity[:, i], *motions.time[:, i], motions.d[i]]
+        assert max(map(abs, residuals(motions.word, x, model))) < 1e-7
     assert np.ptp(flights, axis=1).max() > 0.1
 
 
@@ -241,8 +246,8 @@ def test_the_search_for_four_impacts_finds_a_family_that_joins_no_other(periods:
     [("horizontal", Word.of("BTBT", 3), 0.708135), ("inclined-forcing", Word.of("BBBT", 4), 3.239618)],
 )
 def test_families_within_few_cells_are_found(name: str, word: Word, fold: float, example):
-    found = atlas(sweep_of(load(example(name)).scenario), Limits(4, word.periods))
-    families = [family for family in found.families if family.word == word]
+    swept_atlas = atlas(sweep_of(load(example(name)).scenario), Limits(4, word.periods))
+    families = [family for family in swept_atlas.families if family.word == word]
     ends = [end for family in families for end in (family.sweep_value.min(), family.sweep_value.max())]
     assert min(abs(end - fold) for end in ends) < 1e-6
 

@@ -10,7 +10,7 @@ import pytest
 
 from vireport import analyse, load, loads
 from vireport.atlas import portrait_of
-from vireport.base.errors import ScenarioError, UsageError
+from vireport.base import ScenarioError, UsageError
 from vireport.motions import Limits, generation, ladder
 from vireport.physics import generated_voltage
 from vireport.report.motions import families_table

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from conftest import EXAMPLES, sentences
 from exact import printed_maps, printed_trace
+from mpmath import mp, mpf
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label
 
@@ -23,15 +24,13 @@ from vireport.chart import (
     Plane,
     StraightSweep,
     chart,
+    plane_of,
 )
 from vireport.chart.figure import picture
 from vireport.chart.loci import Locus
 from vireport.chart.outputs import caption_of
-from vireport.chart.over import plane_of
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
-from vireport.motions import Condition, Event, Limits, find_motions, solve
-from vireport.motions.motion import BESIDE
+from vireport.motions import BESIDE, Condition, Event, Limits, find_motions, solve
 from vireport.physics import Groups, Word
 from vireport.scenario import DesignInput
 from vireport.simulation import attractors, random_starts, start_speed
@@ -76,41 +75,41 @@ def symmetric() -> Chart:
 
 def crossings(locus: FollowedLocus, k: int, value: float) -> list[NDArray[Any]]:
     """Where a locus crosses a value of one of the inputs: the unknowns of its motions there."""
-    p, found, normal = locus.inputs[:, k], [], np.eye(locus.x.shape[1])[k - 2]
+    p, places, normal = locus.inputs[:, k], [], np.eye(locus.x.shape[1])[k - 2]
     for i in np.flatnonzero((p[:-1] - value) * (p[1:] - value) <= 0):
         share = (value - p[i]) / (p[i + 1] - p[i]) if p[i + 1] != p[i] else 0.5
         guess = locus.x[i] + share * (locus.x[i + 1] - locus.x[i])
         guess[k - 2] = value
         x = locus.path.solved(guess, normal)
-        found += [] if x is None else [x]
-    return found
+        places += [] if x is None else [x]
+    return places
 
 
-def nearest(found: Chart, event: Event, k: int, other: float, value: float) -> float:
+def nearest(drawn: Chart, event: Event, k: int, other: float, value: float) -> float:
     """Relative distance, along a sweep, from a value to the nearest crossing of a locus."""
-    loci = (locus for locus in found.loci if locus.event is event)
+    loci = (locus for locus in drawn.loci if locus.event is event)
     return min((abs(x[-2 + k] / value - 1) for locus in loci for x in crossings(locus, 1 - k, other)), default=np.inf)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("over", PLANES)
 def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(over: str):
-    rng, found, checked = np.random.default_rng(7), one_to_one(over), 0
+    rng, drawn, checked = np.random.default_rng(7), one_to_one(over), 0
     for i in range(16):
         k = 1 if plane(over).inputs[0] is DesignInput.RESTITUTION else i % 2
         other = float(plane(over).low[1 - k] + plane(over).widths[1 - k] * rng.uniform(0.02, 0.98))
         for critical in solve(StraightSweep(plane(over), k, other).sweep).critical_points:
             value = critical.sweep_value
-            assert nearest(found, critical.event, k, other, value) < 1e-10, (critical.event, k, other, value)
+            assert nearest(drawn, critical.event, k, other, value) < 1e-10, (critical.event, k, other, value)
             checked += 1
     assert checked > 20
 
 
 @pytest.mark.slow
 def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
-    rng, found, checked = np.random.default_rng(5), all_words(), Counter()
+    rng, drawn, checked = np.random.default_rng(5), all_words(), Counter()
     for other in rng.uniform(0.25, 0.6, 2):
-        families = atlas(StraightSweep(found.plane, 1, float(other)).sweep, Limits(4, 2))
+        families = atlas(StraightSweep(drawn.plane, 1, float(other)).sweep, Limits(4, 2))
         points = [(vertex, vertex.event) for vertex in families.vertices]
         marks = (mark for family in families.families for mark in family.marks)
         points += [(mark.point, mark.event) for mark in marks if mark.event is Event.NODE_FOCUS]
@@ -118,13 +117,13 @@ def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
             motion = point.motion
             if min(np.diff(motion.time, append=motion.time[0] + 2 * motion.word.periods)) < BESIDE:
                 continue  # two impacts without velocity that are one touch
-            assert nearest(found, event, 1, float(other), point.sweep_value) < 1e-10, (event, motion.word.letters)
+            assert nearest(drawn, event, 1, float(other), point.sweep_value) < 1e-10, (event, motion.word.letters)
             checked[event] += 1
     assert checked[Event.NODE_FOCUS] > 10
     assert checked.total() > 40
 
 
-def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
+def exact_inputs(drawn: Chart, point: Meeting) -> list[Any]:
     """The inputs at a point with a touch, in 40 digits by the printed maps, from a start that is off by some 1e-7."""
     motion, rests, event = point.motion, point.motion.rests, point.events[0]
     word, count = motion.word, len(motion.word)
@@ -135,7 +134,7 @@ def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
         if event is Event.PITCHFORK:  # the second half of the motion is the image of the first
             v, t = x[: count // 2], x[count // 2 : count]
             x = [*v, *(-each for each in v), *t, *(each + word.periods for each in t), *x[count:]]
-        device = found.plane.device_at(x[-2:])
+        device = drawn.plane.device_at(x[-2:])
         r, (d, gbar) = mpf(device.restitution), reference.groups(device, "length_m", device.length_m)
         maps = [*printed_maps(word, x, d, gbar, r), *(x[rest] - speed for rest in rests)]
         if event is Event.GRAZING:
@@ -164,13 +163,13 @@ def exact_inputs(found: Chart, point: Meeting) -> list[Any]:
 @pytest.mark.slow
 def test_points_of_codimension_two_are_those_of_the_printed_maps_in_40_digits():
     kinds = set()
-    for found in (all_words(), two_touches(), symmetric()):
-        for point in found.meetings:
+    for drawn in (all_words(), two_touches(), symmetric()):
+        for point in drawn.meetings:
             if point.events[1] is Event.GRAZING:
                 assert np.isfinite(point.error_bound).all()
                 with reference.precise(), mp.workdps(150):
                     for value, bound, exact in zip(
-                        point.inputs, point.error_bound, exact_inputs(found, point), strict=True
+                        point.inputs, point.error_bound, exact_inputs(drawn, point), strict=True
                     ):
                         assert abs(exact - mpf(value)) <= bound < 1e-12, (point.events, point.inputs)
                 kinds.add(point.events[0])
@@ -181,24 +180,24 @@ def test_points_of_codimension_two_are_those_of_the_printed_maps_in_40_digits():
 
 def test_where_a_pitchfork_grazes_one_curve_of_grazing_ends_and_one_goes_through():
     """Symmetric motions touch both membranes, asymmetric ones a single one, and no point lies beside it."""
-    (point,) = [one for one in symmetric().meetings if one.events == (Event.PITCHFORK, Event.GRAZING)]
-    others = [one.inputs for one in symmetric().meetings if one is not point]
+    (point,) = [meeting for meeting in symmetric().meetings if meeting.events == (Event.PITCHFORK, Event.GRAZING)]
+    others = [meeting.inputs for meeting in symmetric().meetings if meeting is not point]
     assert np.abs(np.array(others) - point.inputs).max(axis=1).min() > 0.01
-    grazing = [one for one in symmetric().loci if one.event is Event.GRAZING]
-    assert sorted(len(one.path.condition.rests) for one in grazing) == [1, 2]
-    ends = [one.inputs[[0, -1]] - point.inputs for one in grazing]
+    grazing = [locus for locus in symmetric().loci if locus.event is Event.GRAZING]
+    assert sorted(len(locus.path.condition.rests) for locus in grazing) == [1, 2]
+    ends = [locus.inputs[[0, -1]] - point.inputs for locus in grazing]
     assert sorted(int((np.abs(end).max(axis=1) < 1e-8).sum()) for end in ends) == [0, 1]
-    assert min(abs(x[-1] - point.inputs[1]) for one in grazing for x in crossings(one, 0, point.inputs[0])) < 1e-8
+    assert min(abs(x[-1] - point.inputs[1]) for locus in grazing for x in crossings(locus, 0, point.inputs[0])) < 1e-8
 
 
 @pytest.mark.slow
 def test_a_touch_counts_once_where_its_impacts_come_at_one_time():
-    found = horizontal("restitution=0.03..0.06,length_m=0.8..0.83", Limits(4, 3))
-    for point in found.meetings:
+    drawn = horizontal("restitution=0.03..0.06,length_m=0.8..0.83", Limits(4, 3))
+    for point in drawn.meetings:
         assert np.isfinite(point.error_bound).all()
         wait = np.diff(point.motion.time, append=point.motion.time[0] + 2 * point.motion.word.periods)
         assert wait.min() > BESIDE, point.motion
-    assert len({one.inputs for one in found.meetings}) == len(found.meetings) > 5
+    assert len({meeting.inputs for meeting in drawn.meetings}) == len(drawn.meetings) > 5
 
 
 @pytest.mark.slow
@@ -231,8 +230,8 @@ def test_a_cusp_is_where_three_motions_are_one_in_40_digits():
 @pytest.mark.slow
 def test_a_degenerate_period_doubling_is_that_of_the_printed_maps_in_40_digits():
     """With one velocity of two periods given and one condition left out, its first and third derivative are zero."""
-    found = chart(plane("restitution=0.84..0.9,length_m=1.15..1.35"), Limits(2, 1), cuts=0)
-    (point,) = [one for one in found.meetings if one.events[1] is Event.DEGENERATE_DOUBLING]
+    drawn = chart(plane("restitution=0.84..0.9,length_m=1.15..1.35"), Limits(2, 1), cuts=0)
+    (point,) = [meeting for meeting in drawn.meetings if meeting.events[1] is Event.DEGENERATE_DOUBLING]
     assert max(point.error_bound) < 1e-14
     word, twice, step = point.motion.word, point.motion.times(2), mpf(10) ** -12
 
@@ -240,7 +239,7 @@ def test_a_degenerate_period_doubling_is_that_of_the_printed_maps_in_40_digits()
         return reference.newton(equations, guess, [1] * len(guess))
 
     def conditions(inputs: list[Any]) -> list[Any]:
-        device = found.plane.device_at(inputs)
+        device = drawn.plane.device_at(inputs)
         groups = (*reference.groups(device, "length_m", device.length_m), device.restitution)
         once = [mpf(float(v)) for v in (*point.motion.velocity, *point.motion.time)]
         once = solved(lambda x: printed_maps(word, x, *groups), once)
@@ -275,7 +274,7 @@ def test_two_curves_of_folds_end_together_in_a_cusp():
     (cusp,) = [point for point in all_words().meetings if point.events[1] is Event.CUSP]
     r, length = cusp.inputs
     assert max(cusp.error_bound) < 1e-15
-    folds = [one for one in all_words().loci if one.word == cusp.word and one.event is Event.FOLD]
+    folds = [locus for locus in all_words().loci if locus.word == cusp.word and locus.event is Event.FOLD]
 
     def beside(off: float) -> list[float]:
         return sorted(float(x[-1]) for fold in folds for x in crossings(fold, 0, r + off) if abs(x[-1] - length) < 0.02)
@@ -285,15 +284,15 @@ def test_two_curves_of_folds_end_together_in_a_cusp():
     assert widths[1] / widths[0] == pytest.approx(8, rel=0.02)  # the power 3/2 of the distance
 
 
-def known_regions(found: Chart, count: int) -> tuple[NDArray[Any], NDArray[Any], dict[int, set[tuple[str, ...]]]]:
+def known_regions(drawn: Chart, count: int) -> tuple[NDArray[Any], NDArray[Any], dict[int, set[tuple[str, ...]]]]:
     """Regions between curves on a raster, the distance to the nearest curve, and the words that sweeps find in each."""
-    plane, free = found.plane, np.ones((count, count), dtype=bool)
-    for locus in found.loci:
+    plane, free = drawn.plane, np.ones((count, count), dtype=bool)
+    for locus in drawn.loci:
         for x, y in zip(locus.drawn(40)[:-1], np.repeat(locus.bounds_stability, 40), strict=True):
             if y:
                 free[raster(plane, x, count)] = False
     room, regions, words = distance_transform_edt(free), label(free)[0], {}
-    for cut in found.cuts:
+    for cut in drawn.cuts:
         for low, high, stable in cut.stable:
             for value in np.linspace(low, high, 50)[1:-1]:
                 at = raster(plane, np.insert([cut.line.other], cut.line.varied, value), count)
@@ -309,30 +308,30 @@ def raster(plane: Plane, inputs: Any, count: int) -> tuple[int, ...]:
 
 @pytest.mark.slow
 def test_a_simulation_ends_in_the_words_of_its_region_and_in_no_others():
-    found, cells, checked = all_words(), 10, 0
-    regions, room, words = known_regions(found, 240)
+    drawn, cells, checked = all_words(), 10, 0
+    regions, room, words = known_regions(drawn, 240)
     assert all(len(sets) == 1 for sets in words.values())
     shares = (np.arange(cells) + 0.5) / cells
-    for r in (found.plane.low[0] + found.plane.widths[0] * shares).tolist():
-        lengths = found.plane.low[1] + found.plane.widths[1] * shares
-        groups = np.array([found.plane.at([r, length])[:2] for length in lengths.tolist()])
+    for r in (drawn.plane.low[0] + drawn.plane.widths[0] * shares).tolist():
+        lengths = drawn.plane.low[1] + drawn.plane.widths[1] * shares
+        groups = np.array([drawn.plane.at([r, length])[:2] for length in lengths.tolist()])
         d, gbar = groups.T.copy()
         ends = attractors(Groups(d, gbar, r), random_starts(d, start_speed(r, [0.0] * cells), 16, 1))
         for length, each in zip(lengths, ends, strict=True):
-            at = raster(found.plane, [r, length], 240)
+            at = raster(drawn.plane, [r, length], 240)
             if room[at] > 3 and regions[at] in words:
                 cycles = [end.cycle for end in each if end.cycle is not None and not end.cycle.sticks]
-                short = [one for one in cycles if len(one.wall) <= 4 and one.period <= 2]
+                short = [cycle for cycle in cycles if len(cycle.wall) <= 4 and cycle.period <= 2]
                 ((stable,),) = [tuple(words[regions[at]])]
-                assert {Word.of(one.word).canonical().letters for one in short} == set(stable), (r, length)
+                assert {Word.of(cycle.word).canonical().letters for cycle in short} == set(stable), (r, length)
                 checked += 1
     assert checked > 50
 
 
 @pytest.mark.slow
 def test_regions_are_labelled_by_what_is_stable_there():
-    found, checked = all_words(), 0
-    drawn = picture(found, caption_of(found))
+    charted, checked = all_words(), 0
+    drawn = picture(charted, caption_of(charted))
     assert sentences(drawn.caption) <= 2
     places = [text.get_position() for text in drawn.figure.axes[0].texts]
     assert len(set(places)) == len(places)
@@ -340,7 +339,7 @@ def test_regions_are_labelled_by_what_is_stable_there():
         if text.get_color() != "#0072B2":
             continue
         r, length = text.get_position()
-        device = replace(found.plane.device, restitution=r, length_m=length)
+        device = replace(charted.plane.device, restitution=r, length_m=length)
         d, gbar, _ = (np.array([float(group)]) for group in device.groups("length_m", length))
         motions = find_motions(Groups(d, gbar, np.array([r])), 1)
         stable = (np.abs(motions.trace) < 1 + r**4) & motions.admissible

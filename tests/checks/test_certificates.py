@@ -11,13 +11,13 @@ from decimal import Decimal
 import numpy as np
 import pytest
 from exact import critical_motion
+from mpmath import mp, mpf
 from pages import Page
 from strategies import random_sweeps
 
 from vireport import analyse, load, loads
-from vireport.base.errors import NumericalError
+from vireport.base import NumericalError
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
 from vireport.motions import (
     CRITICAL,
     Event,
@@ -43,9 +43,11 @@ from vireport.checks.enclosures import (
     precision,
     prove,
 )
-from vireport.report import Report, render_html
-from vireport.report.certificates import certify_text, plus_minus
+from vireport.report import Report, certify_text, render_html
+from vireport.report.certificates import plus_minus
 from vireport.study import provenance_of
+
+pytestmark = pytest.mark.usefixtures("forty_digits")
 
 NARROW = Decimal("1e-20")
 SCENARIOS = {
@@ -65,22 +67,16 @@ SCENARIOS = {
 }
 
 
-@pytest.fixture(scope="module", autouse=True)
-def forty_digits():
-    with reference.precise():
-        yield
-
-
 @pytest.fixture(scope="module")
 def case(example):
-    found: dict[str, object] = {}
+    cases: dict[str, object] = {}
 
     def get(name: str):
-        if name not in found:
+        if name not in cases:
             file, overrides = SCENARIOS[name]
             study = analyse(loads(example(file).read_text(), overrides=overrides))
-            found[name] = study, certify(study.solution.diagram)
-        return found[name]
+            cases[name] = study, certify(study.solution.diagram)
+        return cases[name]
 
     return get
 
@@ -257,10 +253,10 @@ def test_motions_through_a_membrane_are_proved_to_be_none(example) -> None:
                 if row in marked:
                     continue
                 orbit = orbits(arb(float(m.q[row])) - 0.5, arb(float(m.phi_bottom[row])), r, 1, ops)
-                found = [stays_between(way, None) for way in orbit.flights(r)]
-                assert None not in found
-                assert all(found) == bool(m.admissible[row]), (branch.number, row)
-                decided[all(found)] += 1
+                proofs = [stays_between(way, None) for way in orbit.flights(r)]
+                assert None not in proofs
+                assert all(proofs) == bool(m.admissible[row]), (branch.number, row)
+                decided[all(proofs)] += 1
     assert min(decided.values()) > 10
 
 
@@ -348,7 +344,7 @@ def test_what_is_told_of_it(case) -> None:
     text = certify_text(certificates, Parameter.LENGTH)
     assert "B1" in text
     assert "7 of 7 critical points proved" in text
-    data = json.loads(json.dumps([asdict(one) for one in certificates], allow_nan=False))
+    data = json.loads(json.dumps([asdict(certificate) for certificate in certificates], allow_nan=False))
     assert data[0]["sweep_value"] == list(certificates[0].sweep_value)
     failed = replace(certificates[0], proved=False, reason="it is degenerate", sweep_value=None)
     assert "not proved: it is degenerate" in certify_text((failed,), Parameter.LENGTH)
@@ -361,7 +357,7 @@ def test_what_the_report_says_of_it(case, study_of) -> None:
     page = Page(render_html(Report(study, {}, provenance_of(study.loaded, "test"))))
     assert page.tables["Critical points without a proof"].rows[1:] == [["G1", "grazing", "it is degenerate"]]
     proved = page.tables["Proved critical points"].rows[1:]
-    assert [row[0] for row in proved] == [one.label for one in certificates[1:]]
+    assert [row[0] for row in proved] == [certificate.label for certificate in certificates[1:]]
     assert len(page.tables["Enclosures of the motions at the critical points"].rows) == 1 + 4 * len(proved)
 
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from vireport import analyse, load, loads
-from vireport.checks import is_one_to_one
-from vireport.checks.crosscheck import crosscheck, difference, orbits_at
-from vireport.design.point import design_point
+from vireport.checks import crosscheck, is_one_to_one
+from vireport.checks.crosscheck import difference, orbits_at
+from vireport.design import design_point
 from vireport.figures import simulated_points
-from vireport.gate.verdict import Question, Status
+from vireport.gate import Question, Status
 from vireport.physics import Groups
 from vireport.simulation import (
     BOTTOM,
@@ -64,10 +64,12 @@ def test_orbits_at_are_those_of_the_design_points(checked) -> None:
 
 def test_below_the_period_doubling_the_simulation_finds_the_doubled_motion(checked) -> None:
     check = checked["inclined-forcing"].crosscheck
-    doubled = [one for value, found in zip(check.values, check.found, strict=True) for one in found if value > 5.36]
-    assert {one.word for one in doubled} == {"BTBT"}
-    assert {one.period for one in doubled} == {2}
-    assert all(one.cycle.residual < 1e-12 for one in doubled)
+    doubled = [
+        attractor for value, row in zip(check.values, check.found, strict=True) for attractor in row if value > 5.36
+    ]
+    assert {attractor.word for attractor in doubled} == {"BTBT"}
+    assert {attractor.period for attractor in doubled} == {2}
+    assert all(attractor.cycle.residual < 1e-12 for attractor in doubled)
 
 
 def test_a_wrong_solution_is_found_out(checked) -> None:
@@ -85,16 +87,16 @@ def test_a_wrong_solution_is_found_out(checked) -> None:
 
 def test_difference_counts_phases_around_the_circle(checked) -> None:
     study = checked["inclined"]
-    one = study.crosscheck.found[-1][0]
+    attractor = study.crosscheck.found[-1][0]
     motions = orbits_at(study.solution.diagram, study.crosscheck.values[-1:])[0]
     row = int(np.nonzero(motions.stable)[0][0])
     turned = replace(motions, phi_bottom=motions.phi_bottom + 2 * np.pi)
-    assert difference(one, turned, row) == pytest.approx(difference(one, motions, row), abs=1e-14)
+    assert difference(attractor, turned, row) == pytest.approx(difference(attractor, motions, row), abs=1e-14)
 
 
 def test_difference_sees_both_impacts_and_half_a_turn(checked) -> None:
     study = checked["inclined"]
-    one = study.crosscheck.found[-1][0]
+    attractor = study.crosscheck.found[-1][0]
     motions = orbits_at(study.solution.diagram, study.crosscheck.values[-1:])[0]
     row = int(np.nonzero(motions.stable)[0][0])
     for name, k, change in (
@@ -106,16 +108,16 @@ def test_difference_sees_both_impacts_and_half_a_turn(checked) -> None:
         ("phi_top", 1, np.pi),
     ):
         moved = replace(motions, **{name: getattr(motions, name) + change})
-        assert difference(one, moved, row)[k] == pytest.approx(change, abs=1e-11)
-        assert difference(one, moved, row)[1 - k] < 1e-11
+        assert difference(attractor, moved, row)[k] == pytest.approx(change, abs=1e-11)
+        assert difference(attractor, moved, row)[1 - k] < 1e-11
 
 
 def test_only_the_period_asked_for_counts_as_the_motion(example) -> None:
     """A 1:1 motion of one forcing period is none of three, though its word is the same."""
-    found = find_attractor(Groups(0.4604, 0.28, 0.5), Impact(BOTTOM, 1.0, 0.5))
-    assert (found.word, found.period) == ("BT", 1)
-    assert is_one_to_one(found, 1)
-    assert not is_one_to_one(found, 3)
+    attractor = find_attractor(Groups(0.4604, 0.28, 0.5), Impact(BOTTOM, 1.0, 0.5))
+    assert (attractor.word, attractor.period) == ("BT", 1)
+    assert is_one_to_one(attractor, 1)
+    assert not is_one_to_one(attractor, 3)
     # Here starts end on both.
     over = [*LIVELY, "device.length_m=6.4759", "sweep=", "simulation={starts: 24}"]
     check = analyse(loads(example("horizontal").read_text(), overrides=over)).crosscheck
@@ -202,8 +204,8 @@ def test_overlay_lies_on_the_curves(checked) -> None:
 def test_results_do_not_depend_on_the_number_of_threads(example) -> None:
     d, gbar = np.linspace(0.25, 0.5, 9), 0.28
     starts = random_starts(d, 2.0, 3, seed=1)
-    one, two = (attractors(Groups(d, gbar, 0.5), starts, 500, workers=n) for n in (1, 2))
-    assert [[a.word for a in row] for row in one] == [[a.word for a in row] for row in two]
+    alone, paired = (attractors(Groups(d, gbar, 0.5), starts, 500, workers=n) for n in (1, 2))
+    assert [[a.word for a in row] for row in alone] == [[a.word for a in row] for row in paired]
 
 
 def test_without_a_simulation_block_nothing_of_it_is_imported(example) -> None:

@@ -20,9 +20,8 @@ from vireport.simulation import (
     Stage,
     course,
 )
-from vireport.study import provenance_of
+from vireport.study import provenance_of, sweep_of
 from vireport.study.coexistence import FoundBy, ends_at
-from vireport.study.study import sweep_of
 
 LITERATURE = """\
 schema_version: 1
@@ -47,8 +46,8 @@ def test_jumps_are_where_3_1_and_2_1_motion_end_and_the_loop_lies_between_them()
     assert [stage.attractor.word for stage in up.stages] == ["BBBT"] * 4 + ["BBT"]
     assert [stage.attractor.word for stage in down.stages] == ["BBT"] * 4 + ["BBBT"]
     assert [stage.value for stage in down.stages] == [stage.value for stage in up.stages][::-1]
-    for one, at in ((up, FOLD), (down, GRAZING)):
-        (jump,) = one.jumps
+    for followed, at in ((up, FOLD), (down, GRAZING)):
+        (jump,) = followed.jumps
         assert abs(jump.after.value - jump.before.value) <= 1e-8
         assert jump.value == pytest.approx(at, abs=1e-8)
     (loop,) = slowly.loops
@@ -72,9 +71,9 @@ def test_one_direction_has_no_loops(example):
 def test_a_period_doubling_is_no_jump(example):
     swept = sweep_of(load(example("inclined")).scenario)
     slowly = follow_sweep(swept, [0.625, 0.635], SimulationBlock(follow="both"))
-    words = [[stage.attractor.word for stage in one.stages] for one in slowly.courses.values()]
+    words = [[stage.attractor.word for stage in followed.stages] for followed in slowly.courses.values()]
     assert words == [["BTBT", "BT"], ["BT", "BTBT"]]
-    assert not any(one.jumps for one in slowly.courses.values())
+    assert not any(followed.jumps for followed in slowly.courses.values())
 
 
 def test_mirror_images_are_no_hysteresis(example):
@@ -112,13 +111,13 @@ def test_chaos_beyond_a_fold_is_a_jump_both_ways(example):
     # Next to the fold a chaotic motion stays beside the former cycle for tens of thousands of impacts.
     swept = sweep_of(load(example("inclined")).scenario)
     slowly = follow_sweep(swept, [0.59, 0.598, 0.75], SimulationBlock(follow="both"))
-    for one in slowly.courses.values():
-        assert [stage.attractor.word for stage in sorted(one.stages, key=lambda stage: stage.value)] == [
+    for followed in slowly.courses.values():
+        assert [stage.attractor.word for stage in sorted(followed.stages, key=lambda stage: stage.value)] == [
             "",
             "BTBT",
             "BT",
         ]
-        (jump,) = one.jumps
+        (jump,) = followed.jumps
         assert jump.value == pytest.approx(0.5969964175550663, abs=2e-6)
 
 
@@ -130,7 +129,7 @@ def test_stable_motions_are_left_where_their_family_ends(name: str, example):
         text = example(name).read_text(encoding="utf-8")
     study = analyse(loads(f"{text}\nsimulation: {{follow: both, starts: 1}}\nmotions: {{}}\n"), ("json",))
     check, left = study.crosscheck, 0
-    for jump in (jump for one in check.hysteresis.courses.values() for jump in one.jumps):
+    for jump in (jump for followed in check.hysteresis.courses.values() for jump in followed.jumps):
         attractor = jump.before.attractor
         if attractor.cycle is not None and len(attractor.word) <= 6 and attractor.period <= 4:
             left += 1
@@ -154,9 +153,9 @@ def test_results_and_coexisting_motions(example):
     assert jump["from"] < jump["vertex"]["sweep_value"] < jump["to"]
     assert [sample["word"] for sample in data["up"]["samples"]].count("BBBT") == 20
     drawn = pictures(study)
-    (picture,) = [one for one in drawn if one.name == "figure-hysteresis"]
+    (picture,) = [picture for picture in drawn if picture.name == "figure-hysteresis"]
     assert "2 jumps; the motion depends on the direction at s = 0.22104 to 0.22804 m." in picture.caption
-    named = {one.name: one for one in drawn}
+    named = {picture.name: picture for picture in drawn}
     page = render_html(Report(study, named, provenance_of(study.loaded, "test"))).decode()
     table = page.partition("The family before ends at")[2].partition("</table>")[0]
     assert table.index("BBBT every") < table.index("fold, 0.228038763") < table.index("grazing, 0.221044520")

@@ -6,10 +6,10 @@ from math import cos, pi, sin
 
 import pytest
 
-from vireport.checks import compare_with_paper
-from vireport.checks.paper import CASES, Agreement, Misprint
-from vireport.scenario.loading import load
-from vireport.study.study import analyse
+from vireport.checks import Agreement, Misprint, compare_with_paper
+from vireport.checks.paper import CASES
+from vireport.scenario import load
+from vireport.study import analyse
 
 # What is in print, what 40-digit arithmetic gives, and whether they agree.
 OURS = {

@@ -11,8 +11,25 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from vireport.base.errors import NumericalError
-from vireport.checks import measurements, ranking, reference
+from vireport.base import NumericalError
+from vireport.checks import (
+    ACCURACIES,
+    CLOSED,
+    EXPLICIT,
+    METHOD_NAMES,
+    PRINTED,
+    RK4,
+    SIMULATED,
+    SIMULATED_TRANSIENT,
+    WHOLE,
+    MethodRun,
+    WorkPrecision,
+    find_root,
+    measure,
+    measurements,
+    ranking,
+    reference,
+)
 from vireport.checks.benchmark import (
     Benchmark,
     Guess,
@@ -29,38 +46,15 @@ from vireport.checks.flights import (
     runge_kutta,
     simulated,
 )
-from vireport.checks.methods import (
-    CLOSED,
-    EXPLICIT,
-    METHOD_NAMES,
-    METHODS,
-    PRINTED,
-    RK4,
-    SIMULATED,
-    SIMULATED_TRANSIENT,
-    WHOLE,
-    Knob,
-    Method,
-    settle,
-    shoot,
-    shoot_critical,
-)
+from vireport.checks.methods import METHODS, Knob, Method, settle, shoot, shoot_critical
 from vireport.checks.reference import reference_orbit, reference_voltage
-from vireport.checks.rootfinding import find_root
 from vireport.checks.timing import Machine, Spread
-from vireport.checks.workprecision import (
-    ACCURACIES,
-    MethodRun,
-    WorkPrecision,
-    compare,
-    measure,
-)
+from vireport.checks.workprecision import compare
 from vireport.figures import alt_text
 from vireport.figures.accuracy import figure_accuracy, shown_errors
 from vireport.motions import Sweep
-from vireport.physics.device import Device
-from vireport.physics.energy import Membrane
-from vireport.scenario.parameters import Parameter
+from vireport.physics import Device, Membrane
+from vireport.scenario import Parameter
 from vireport.study import Task
 from vireport.text import plain_text
 
@@ -126,12 +120,12 @@ def test_the_error_of_a_phase_is_in_radians_whatever_its_turns(inclined) -> None
 
 
 def test_reference_does_not_depend_on_the_guess() -> None:
-    one, two = (
+    left, right = (
         reference_orbit(INCLINED, Parameter.LENGTH, (*guess, length(INCLINED, 0.4604)))
         for guess in ((1.0, 0.57, 0.59), (1.01, 0.56, 0.58))
     )
-    assert abs(one.velocity - two.velocity) < mpf(10) ** -40
-    assert abs(one.phase - two.phase) < mpf(10) ** -40
+    assert abs(left.velocity - right.velocity) < mpf(10) ** -40
+    assert abs(left.phase - right.phase) < mpf(10) ** -40
 
 
 @pytest.mark.parametrize(
@@ -182,10 +176,10 @@ def exact():
 def test_exact_flights_find_the_orbit(flight, target, exact) -> None:
     if flight is simulated:
         pytest.importorskip("numba")
-    found = shoot(flight, target, 1e-10, ample())
-    assert abs(found.velocity - exact.velocity) < 1e-13
-    assert abs(found.phase - exact.phase) < 1e-13
-    assert abs(found.q - exact.q) < 1e-13
+    orbit = shoot(flight, target, 1e-10, ample())
+    assert abs(orbit.velocity - exact.velocity) < 1e-13
+    assert abs(orbit.phase - exact.phase) < 1e-13
+    assert abs(orbit.q - exact.q) < 1e-13
 
 
 def test_newton_on_the_return_map_is_quadratic(target, exact) -> None:
@@ -217,8 +211,8 @@ def test_jacobian_of_the_conditions_at_a_critical_point_is_exact(name: str, stud
 def test_exact_flights_agree_flight_by_flight() -> None:
     pytest.importorskip("numba")
     for phase in (0.2, 0.5, 0.9, 1.4):
-        one, two = (method(0.0).fly(MODEL, 1, 1.3, phase, ample()) for method in (explicit, simulated))
-        assert one == pytest.approx(two, rel=0, abs=1e-14)
+        left, right = (method(0.0).fly(MODEL, 1, 1.3, phase, ample()) for method in (explicit, simulated))
+        assert left == pytest.approx(right, rel=0, abs=1e-14)
 
 
 def test_transient_converges_with_its_tolerance(target, exact) -> None:
@@ -266,10 +260,10 @@ def test_closed_form_reaches_rounding(work) -> None:
 
 def test_every_quantity_has_an_error_in_every_good_run(work) -> None:
     for run in work.runs:
-        keys = {one.key for one in work.quantities if one.task == run.task}
+        keys = {quantity.key for quantity in work.quantities if quantity.task == run.task}
         assert run.failed or set(run.errors) == keys
         assert run.failed or all(isfinite(error) for error in run.errors.values())
-    assert {one.key for one in work.quantities} == {"velocity", "phase", "voltage", "critical"}
+    assert {quantity.key for quantity in work.quantities} == {"velocity", "phase", "voltage", "critical"}
 
 
 @pytest.mark.parametrize("method", [RK4, "SciPy RK45", "SciPy DOP853"])
@@ -280,11 +274,11 @@ def test_finer_settings_are_more_accurate(work, method: str) -> None:
 
 
 def test_fitted_orders_are_those_of_theory(work) -> None:
-    orders = {(one.method, one.task, one.against): one for one in work.orders}
+    orders = {(order.method, order.task, order.against): order for order in work.orders}
     for task in MethodTask:
-        one = orders[RK4, task, "step"]
-        assert one.theory == (4.0,)
-        assert one.fitted == pytest.approx(4.0, abs=0.5)
+        measured = orders[RK4, task, "step"]
+        assert measured.theory == (4.0,)
+        assert measured.fitted == pytest.approx(4.0, abs=0.5)
     assert orders[SIMULATED_TRANSIENT, "orbit", "tolerance"].fitted == pytest.approx(1.0, abs=0.1)
 
 
@@ -294,10 +288,10 @@ def test_errors_and_counts_do_not_change_from_run_to_run(inclined) -> None:
         for method in METHODS
         if method.name in (CLOSED, EXPLICIT, "SciPy LSODA")
     ]
-    one, two = (
+    left, right = (
         [(run.errors, run.evaluations, run.failed) for run in compare(inclined, some, 1).runs] for _ in range(2)
     )
-    assert one == two
+    assert left == right
 
 
 def test_failures_are_shown(inclined) -> None:
@@ -310,16 +304,16 @@ def test_failures_are_shown(inclined) -> None:
     def spending(target: Target, setting: float, budget: Budget):
         budget.spend(11)
 
-    one = Method("SciPy RK45", Knob.RTOL, (1e-3, 1e-6), missing, wrong, 10)
+    failing = Method("SciPy RK45", Knob.RTOL, (1e-3, 1e-6), missing, wrong, 10)
     two = Method("SciPy Radau", Knob.RTOL, (1e-3, 1e-6), spending, None, 10)
-    found = compare(inclined, (one, two), 1)
-    reasons = [run.failed for run in found.runs]
+    work = compare(inclined, (failing, two), 1)
+    reasons = [run.failed for run in work.runs]
     assert reasons[:2] == ["missed the impact at the top"] * 2
     assert all("found something else" in reason for reason in reasons[2:4])
     assert reasons[4:] == ["budget of 10 evaluations reached", "not tried: a coarser setting spent the budget"]
-    assert found.fastest("orbit", 1e-6) == inf
-    assert "missed the impact at the top" in plain_text((*measurements(found, every=True), *ranking(found)))
-    figure_accuracy(found)
+    assert work.fastest("orbit", 1e-6) == inf
+    assert "missed the impact at the top" in plain_text((*measurements(work, every=True), *ranking(work)))
+    figure_accuracy(work)
 
 
 def test_the_fastest_run_that_is_accurate_enough() -> None:
@@ -355,11 +349,11 @@ def test_report_and_figure_name_every_method(work) -> None:
 def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch) -> None:
     monkeypatch.setattr("vireport.checks.workprecision.find_spec", lambda name: None)
     some = [replace(method, settings=method.settings[:1]) for method in METHODS[:6]]
-    found = compare(inclined, some, 1)
-    assert {run.method for run in found.runs} == {CLOSED, WHOLE, PRINTED, EXPLICIT}
-    assert {name for name, _ in found.absent} == {SIMULATED, SIMULATED_TRANSIENT}
-    assert all("pip install 'vireport[" in reason for _, reason in found.absent)
-    assert "not tried: needs the package numba" in plain_text(ranking(found))
+    work = compare(inclined, some, 1)
+    assert {run.method for run in work.runs} == {CLOSED, WHOLE, PRINTED, EXPLICIT}
+    assert {name for name, _ in work.absent} == {SIMULATED, SIMULATED_TRANSIENT}
+    assert all("pip install 'vireport[" in reason for _, reason in work.absent)
+    assert "not tried: needs the package numba" in plain_text(ranking(work))
 
 
 def test_nothing_to_compare_is_said(tmp_path) -> None:
@@ -372,9 +366,9 @@ def test_nothing_to_compare_is_said(tmp_path) -> None:
         "sweep: {parameter: length_m, from: 0.3, to: 0.35}\n",
         encoding="utf-8",
     )
-    found = measure(analyse(load(scenario)).solution, 1)
-    assert found.nothing
-    assert found.runs == ()
-    assert "no stable" in found.nothing
-    assert not list(measurements(found))
-    assert not list(ranking(found))
+    work = measure(analyse(load(scenario)).solution, 1)
+    assert work.nothing
+    assert work.runs == ()
+    assert "no stable" in work.nothing
+    assert not list(measurements(work))
+    assert not list(ranking(work))

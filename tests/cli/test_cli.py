@@ -73,9 +73,9 @@ def test_json_is_alone_on_stdout_and_writes_no_file(example, tmp_path: Path) -> 
 
 @pytest.mark.slow
 def test_default_command_and_run_are_the_same(example) -> None:
-    one, two = vireport(str(example("inclined")), "--json"), vireport("run", str(example("inclined")), "--json")
-    assert one.stdout == two.stdout
-    assert vireport("--json", str(example("inclined"))).stdout == one.stdout
+    short, full = vireport(str(example("inclined")), "--json"), vireport("run", str(example("inclined")), "--json")
+    assert short.stdout == full.stdout
+    assert vireport("--json", str(example("inclined"))).stdout == short.stdout
 
 
 def test_standard_input(example, tmp_path: Path) -> None:

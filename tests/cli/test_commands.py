@@ -29,10 +29,12 @@ def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path,
     out = capsys.readouterr().out
     assert "closed form" in out
     assert "device.ball_mass_kg is not given" in out
-    found = json.loads((folder / "accuracy.json").read_text())
-    errors = [e for run in found["accuracy"]["runs"] if run["method"] == "closed form" for e in run["errors"].values()]
+    accuracy = json.loads((folder / "accuracy.json").read_text())
+    errors = [
+        e for run in accuracy["accuracy"]["runs"] if run["method"] == "closed form" for e in run["errors"].values()
+    ]
     assert min(errors) < 1e-15
-    assert found["compliant"] is None
+    assert accuracy["compliant"] is None
     assert (folder / "figure-accuracy.png").read_bytes().startswith(b"\x89PNG")
     assert not (folder / "figure-stiffness.png").exists()
 
@@ -92,9 +94,9 @@ def test_certify_prints_enclosures_and_keeps_them(example, tmp_path: Path, capsy
     code = main(["run", str(example("inclined")), "--certify", "-o", str(tmp_path), "--format", "json", "-q"])
     assert code == 0
     assert "0.6294571410117573492782814" in capsys.readouterr().out
-    (one,) = json.loads((tmp_path / "results.json").read_text())["certificates"]
-    assert one["proved"]
-    assert one["bound_holds"]
+    (certificate,) = json.loads((tmp_path / "results.json").read_text())["certificates"]
+    assert certificate["proved"]
+    assert certificate["bound_holds"]
 
 
 def test_certify_without_a_sweep_says_that_there_is_nothing(example, tmp_path: Path, capsys) -> None:
@@ -122,7 +124,7 @@ def test_compare_writes_its_files(example, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("alone", [True, False])
 def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
-    from vireport.base.errors import NumericalError
+    from vireport.base import NumericalError
     from vireport.extremes import catalogue
     from vireport.extremes.judge import Case, CaseFinding
 

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import sentences
+from conftest import EXAMPLES, sentences, study
 from matplotlib.figure import Figure
 from pages import Page
 from PIL import Image
 
 import vireport
-from vireport import analyse, load
+from vireport import analyse, compare_figure, load
 from vireport.base import NumericalError, ScenarioError, UsageError
 from vireport.comparison import (
     Comparison,
@@ -35,20 +35,14 @@ from vireport.comparison import (
     render_comparison,
     terminal_summary,
 )
-from vireport.comparison.figures import compare_figure, compare_pictures
+from vireport.comparison.figures import compare_pictures
 from vireport.figures import SCENARIO_COLORS
 from vireport.report import render_html
 from vireport.scenario import DesignInput
 from vireport.study import Study
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 THREE = ("horizontal", "inclined", "inclined-forcing")
 PAPER_PANELS = {"figure-2": (3, 3), "figure-4": (2, 3), "figure-7": (1, 3)}
-
-
-@cache
-def study(name: str, *overrides: str) -> Study:
-    return analyse(load(EXAMPLES / f"{name}.yaml", overrides))
 
 
 @cache
@@ -120,16 +114,16 @@ def test_what_matters_comes_first_and_of_it_what_only_some_have_and_what_changed
 
 def test_the_largest_smallest_margin_is_best_and_numbers_are_those_of_the_studies() -> None:
     ranked = inclinations().ranking
-    assert [one.name for one in ranked] == [f"inclination_deg = {angle}" for angle in (0, 5, 15, 30, 45)]
-    for one in ranked:
-        design = one.study.solution.design
+    assert [scenario.name for scenario in ranked] == [f"inclination_deg = {angle}" for angle in (0, 5, 15, 30, 45)]
+    for place in ranked:
+        design = place.study.solution.design
         ends = [abs(end.relative) for end in design.endings() if end.relative is not None]
-        assert one.merits[Merit.MARGIN] == min(ends)
-        assert one.merits[Merit.VOLTAGE] == design.voltages.average_v[0]
-        assert one.merits[Merit.RATE] == 2 * 2.0 * design.voltages.average_v[0]  # two impacts a period of 2 Hz
+        assert place.merits[Merit.MARGIN] == min(ends)
+        assert place.merits[Merit.VOLTAGE] == design.voltages.average_v[0]
+        assert place.merits[Merit.RATE] == 2 * 2.0 * design.voltages.average_v[0]  # two impacts a period of 2 Hz
     assert "next inclination_deg = 5" in inclinations().headline
     data = json.loads(json.dumps(inclinations().to_dict()["ranking"], allow_nan=False))
-    assert [one["rank"] for one in data] == [1, 2, 3, 4, 5]
+    assert [row["rank"] for row in data] == [1, 2, 3, 4, 5]
     assert data[-1]["smallest_margin"] == pytest.approx(0.04722322153840652, rel=1e-9)
     assert (data[-1]["margin_parameter"], data[-1]["margin_kind"]) == ("frequency_hz", "period_doubling")
 
@@ -138,7 +132,7 @@ def test_requirements_come_before_stability_and_stability_before_margin() -> Non
     strict = study("inclined", "requirements.margin_any_percent=10")
     unstable = study("inclined", "inclination_deg=60")
     ranked = compare([strict, unstable, study("inclined")], names=("strict", "unstable", "plain")).ranking
-    assert [(one.name, one.rank) for one in ranked] == [("plain", 1), ("unstable", 2), ("strict", 3)]
+    assert [(scenario.name, scenario.rank) for scenario in ranked] == [("plain", 1), ("unstable", 2), ("strict", 3)]
     two = compare([unstable, study("inclined")], names=("unstable", "plain"))
     reason = "there is stable 1:1 motion at the design point, and there is none in unstable"
     assert two.headline.startswith(f"plain is best: {reason}")
@@ -167,30 +161,33 @@ def test_a_margin_that_is_not_known_is_not_told_as_a_number() -> None:
 
 
 def test_voltage_that_costs_margin_is_told() -> None:
-    assert [one.name for one in three().ranking] == ["horizontal", "inclined", "inclined-forcing"]
+    assert [scenario.name for scenario in three().ranking] == ["horizontal", "inclined", "inclined-forcing"]
     assert "inclined-forcing has the highest mean voltage (60.67 kV, +66 %) and a margin of 0.20 %" in three().headline
 
 
 def test_without_a_design_point_the_widest_stable_range_is_best() -> None:
     ranges = compare([study("inclined", "device.length_m=", f"device.restitution={r}") for r in (0.5, 0.6)])
-    assert [one.merits[Merit.RANGE] for one in ranges.ranking] == [pytest.approx(0.16), pytest.approx(0.120542859)]
+    assert [scenario.merits[Merit.RANGE] for scenario in ranges.ranking] == [
+        pytest.approx(0.16),
+        pytest.approx(0.120542859),
+    ]
     assert "the stable range is the widest (0.59 m ≤ s ≤ 0.75 m; next" in ranges.headline
 
 
 def test_a_scenario_without_a_design_point_comes_after_those_with_a_margin() -> None:
     mixed = compare([study("inclined", "device.length_m="), study("inclined")], names=("range", "point"))
-    assert [one.name for one in mixed.ranking] == ["point", "range"]
+    assert [scenario.name for scenario in mixed.ranking] == ["point", "range"]
     assert "(4.7 % in frequency; next range, none)" in mixed.headline
     assert "No design point, and so no margin to compare: range." in mixed.headline
 
 
 def test_of_two_stable_motions_the_one_with_less_voltage_counts() -> None:
-    one = study("horizontal", "inclination_deg=1", "device.length_m=0.36")
-    volts = one.solution.design.voltages.average_v[one.solution.design.motions.stable]
+    tilted = study("horizontal", "inclination_deg=1", "device.length_m=0.36")
+    volts = tilted.solution.design.voltages.average_v[tilted.solution.design.motions.stable]
     assert len(volts) == 2
     assert volts.min() < 0.999 * volts.max()
-    both = compare([one, study("horizontal")])
-    (ranked,) = [x for x in both.ranking if x.study is one]
+    both = compare([tilted, study("horizontal")])
+    (ranked,) = [x for x in both.ranking if x.study is tilted]
     assert (ranked.merits[Merit.VOLTAGE], ranked.merits[Merit.RATE]) == (volts.min(), 4 * volts.min())  # twice 2 Hz
     of = row_of(both, "U_ave of the stable motion at the design point")
     assert (of.values[0], of.notes[0]) == (volts.min(), "the least of 2")
@@ -198,7 +195,7 @@ def test_of_two_stable_motions_the_one_with_less_voltage_counts() -> None:
 
 def test_equals_share_a_rank_and_where_nothing_is_stable_nothing_is_best() -> None:
     same = compare([study("horizontal"), study("horizontal")], names=("one", "two"))
-    assert [one.rank for one in same.ranking] == [1, 1]
+    assert [scenario.rank for scenario in same.ranking] == [1, 1]
     assert same.headline.startswith("one and two are equally good")
     none = compare([study("inclined", "inclination_deg=60"), study("inclined", "inclination_deg=75")])
     assert none.headline.startswith("No scenario has stable 1:1 motion at the design point.")
@@ -474,13 +471,13 @@ def test_the_files_read_back() -> None:
     data = json.loads(files["compare.json"])
     assert [x["name"] for x in data["scenarios"]] == list(THREE)
     assert data["provenance"]["command"] == "vireport compare a b c"
-    for read, one in zip(data["quantities"], three().quantities, strict=True):
-        assert read["values"] == list(one.values)
-        assert read["sentence"] == one.sentence
+    for read, quantity in zip(data["quantities"], three().quantities, strict=True):
+        assert read["values"] == list(quantity.values)
+        assert read["sentence"] == quantity.sentence
     rows = list(csv.DictReader(io.StringIO(files["compare.csv"].decode())))
-    for row, one in zip(rows, three().quantities, strict=True):
-        assert [float(row[name]) if row[name] else None for name in THREE] == list(one.values)
-        assert row["differs"] == str(one.differs).lower()
+    for row, quantity in zip(rows, three().quantities, strict=True):
+        assert [float(row[name]) if row[name] else None for name in THREE] == list(quantity.values)
+        assert row["differs"] == str(quantity.differs).lower()
 
 
 @pytest.mark.slow

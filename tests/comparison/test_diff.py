@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from conftest import EXAMPLES, study
 from pages import Page, squeeze
 from pypdf import PdfReader
 
-from vireport import analyse, diff, load
+from vireport import diff
 from vireport.base import UsageError
 from vireport.cli import main
 from vireport.comparison import (
@@ -25,19 +26,11 @@ from vireport.comparison import (
     diff_text,
     read_baseline,
 )
-from vireport.study import Study
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-@cache
-def study(*overrides: str, name: str = "inclined") -> Study:
-    return analyse(load(EXAMPLES / f"{name}.yaml", overrides))
 
 
 @cache
 def _results(name: str) -> str:
-    return json.dumps(study(name=name).to_dict())
+    return json.dumps(study(name).to_dict())
 
 
 def results(name: str = "inclined") -> dict[str, Any]:
@@ -50,41 +43,47 @@ def of(group: str, rows: tuple[ComparisonRow, ...]) -> list[ComparisonRow]:
 
 @pytest.mark.parametrize("name", ["horizontal", "inclined", "inclined-forcing", "design-point"])
 def test_nothing_has_changed_since_the_same_scenario(name: str) -> None:
-    assert diff(results(name), study(name=name)) == ()
+    assert diff(results(name), study(name)) == ()
     assert diff_text(()) == "No change beyond tolerance since the baseline."
 
 
 def test_a_sweep_without_a_design_point_is_compared_as_well() -> None:
-    swept = study("device.length_m=")
+    swept = study("inclined", "device.length_m=")
     assert swept.solution.design is None
     assert diff(swept.to_dict(), swept) == ()
-    (moved,) = of("critical point", diff(swept.to_dict(), study("device.length_m=", "device.restitution=0.52")))
-    assert moved.after == study("device.restitution=0.52").solution.critical_points[0].sweep_value
+    (moved,) = of(
+        "critical point", diff(swept.to_dict(), study("inclined", "device.length_m=", "device.restitution=0.52"))
+    )
+    assert moved.after == study("inclined", "device.restitution=0.52").solution.critical_points[0].sweep_value
 
 
 def test_a_moved_critical_point_is_found_and_rounding_is_not() -> None:
     baseline = results()
     b1 = baseline["critical_points"][0]
     b1["sweep_value"] *= 1 + 1e-9
-    assert diff(baseline, study()) == ()
+    assert diff(baseline, study("inclined")) == ()
     b1["sweep_value"] *= 1.001
-    (change,) = diff(baseline, study())
+    (change,) = diff(baseline, study("inclined"))
     assert change.group == "critical point"
     assert change.after == pytest.approx(0.629457141, rel=1e-8)
     assert change.change == pytest.approx(-0.001, rel=1e-2)
     assert "B1" in change.sentence
     b1["error_bound"] = 0.01
-    assert diff(baseline, study()) == ()
+    assert diff(baseline, study("inclined")) == ()
     b1["error_bound"] = 0.0
-    assert diff(baseline, study(), relative=0.01) == ()
+    assert diff(baseline, study("inclined"), relative=0.01) == ()
 
 
 def test_a_changed_scenario_tells_cause_and_effect() -> None:
-    rows = diff(results(), study("device.restitution=0.52"))
+    rows = diff(results(), study("inclined", "device.restitution=0.52"))
     assert [(x.quantity, x.before, x.after) for x in of("scenario", rows)] == [("device.restitution", 0.5, 0.52)]
     (moved,) = of("critical point", rows)
     (start,) = of("stable range", rows)
-    assert moved.after == start.after == study("device.restitution=0.52").solution.critical_points[0].sweep_value
+    assert (
+        moved.after
+        == start.after
+        == study("inclined", "device.restitution=0.52").solution.critical_points[0].sweep_value
+    )
     before = {x.quantity: x.before for x in of("margin", rows)}
     for symbol, share in (("s", -9.2216), ("f", -4.7223)):
         name = f"margin from the design point to the period doubling below, in {symbol}"
@@ -94,7 +93,7 @@ def test_a_changed_scenario_tells_cause_and_effect() -> None:
 
 
 def test_a_point_that_appears_does_not_rename_the_others() -> None:
-    wide = study("sweep.from=0.02", "sweep.to=0.75", name="horizontal")
+    wide = study("horizontal", "sweep.from=0.02", "sweep.to=0.75")
     rows = diff(results("horizontal"), wide)
     before = {(x["kind"], round(x["d"], 9)) for x in results("horizontal")["critical_points"]}
     now = {(x.event, round(x.d, 9)) for x in wide.solution.critical_points}
@@ -110,13 +109,13 @@ def test_a_point_that_is_gone_is_told_apart_from_one_that_has_its_label_now() ->
     baseline["critical_points"].insert(0, b1 | {"sweep_value": 0.6, "d": 0.4})
     for point in (b1, *(x for x in baseline["design_point"]["margins"] if x["label"] == "B1")):
         point["label"] = "B2"
-    (gone,) = diff(baseline, study())
+    (gone,) = diff(baseline, study("inclined"))
     assert gone.quantity == "B1 of the baseline, period doubling of the asymmetric motion, s"
     assert (gone.before, gone.after) == (0.6, None)
 
 
 def test_what_vanishes_is_told() -> None:
-    rows = diff(results(), study("inclination_deg=60"))
+    rows = diff(results(), study("inclined", "inclination_deg=60"))
     assert [x.after for x in of("design point", rows)] == ["none"]
     (gone,) = of("critical point", rows)
     assert gone.after is None
@@ -128,7 +127,7 @@ def test_what_vanishes_is_told() -> None:
 
 
 def test_a_margin_of_another_family_is_told_from_that_which_is_gone() -> None:
-    rows = diff(results("horizontal"), study("inclination_deg=5", name="horizontal"))
+    rows = diff(results("horizontal"), study("horizontal", "inclination_deg=5"))
     above = "margin from the design point to the fold above, in s"
     gone, new = (
         next(row for row in rows if row.quantity == f"{above}, of the {family} motion")
@@ -140,7 +139,7 @@ def test_a_margin_of_another_family_is_told_from_that_which_is_gone() -> None:
 
 
 def test_another_swept_parameter_is_compared_in_d() -> None:
-    rows = diff(results(), study("sweep.parameter=amplitude_n", "sweep.from=3", "sweep.to=6"))
+    rows = diff(results(), study("inclined", "sweep.parameter=amplitude_n", "sweep.from=3", "sweep.to=6"))
     (moved,) = [x for x in of("critical point", rows) if "B1" in x.quantity]
     assert moved.unit == "1"
     assert moved.quantity.endswith(", d")
@@ -149,7 +148,7 @@ def test_another_swept_parameter_is_compared_in_d() -> None:
 
 
 def test_what_a_sweep_of_the_inclination_cannot_have_in_d_is_not_gone() -> None:
-    rows = diff(results(), study("sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=80"))
+    rows = diff(results(), study("inclined", "sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=80"))
     assert not of("stable range", rows)
     assert not of("margin", rows)
     assert len(of("critical point", rows)) == 2
@@ -159,14 +158,14 @@ def test_what_error_bounds_leave_open_is_no_change() -> None:
     baseline = results()
     baseline["stable_range"][0]["from"] *= 1.001
     baseline["design_point"]["margins"][0]["relative"] *= 1.001
-    assert {x.group for x in diff(baseline, study())} == {"stable range", "margin"}
+    assert {x.group for x in diff(baseline, study("inclined"))} == {"stable range", "margin"}
     baseline["stable_range"][0]["from_error_bound"] = 0.01
     baseline["design_point"]["margins"][0]["error_bound"] = 0.01
-    assert diff(baseline, study()) == ()
+    assert diff(baseline, study("inclined")) == ()
 
 
 def test_a_requirement_that_is_not_met_any_more_is_told() -> None:
-    baseline, now = results(), copy.deepcopy(study().to_dict())
+    baseline, now = results(), copy.deepcopy(study("inclined").to_dict())
     baseline["requirements"] = {"passed": True, "criteria": [{"key": "u_ave_at_least_v", "passed": True}]}
     now["requirements"] = {"passed": False, "criteria": [{"key": "u_ave_at_least_v", "passed": False}]}
     (change,) = changes(baseline, now)
@@ -174,7 +173,7 @@ def test_a_requirement_that_is_not_met_any_more_is_told() -> None:
 
 
 def test_texts_have_the_numbers() -> None:
-    rows = diff(results(), study("device.restitution=0.52"))
+    rows = diff(results(), study("inclined", "device.restitution=0.52"))
     text = diff_text(rows, "old.json")
     assert text.startswith(f"{len(rows)} changes since old.json:")
     assert "0.629457 m to 0.624644 m" in text
@@ -191,7 +190,7 @@ def test_texts_have_the_numbers() -> None:
 def test_numbers_are_told_with_the_digits_in_which_they_differ() -> None:
     baseline = results()
     baseline["critical_points"][0]["sweep_value"] *= 1 + 2e-6
-    (change,) = diff(baseline, study())
+    (change,) = diff(baseline, study("inclined"))
     ((_, _, before, after, _),) = changes_table([change]).rows
     assert before != after
     assert before.startswith("0.62945")
@@ -215,16 +214,16 @@ def test_what_is_no_baseline_is_refused(tmp_path: Path, text: str, message: str)
 def test_a_baseline_is_read_or_refused_with_what_is_missing(tmp_path: Path) -> None:
     path = tmp_path / "results.json"
     path.write_text(json.dumps(results()))
-    assert diff(read_baseline(path), study()) == ()
+    assert diff(read_baseline(path), study("inclined")) == ()
     with pytest.raises(UsageError, match="cannot be read"):
         read_baseline(tmp_path / "none.json")
     later = results() | {"schema_version": 99}
     with pytest.raises(UsageError, match="schema_version 99"):
-        diff(later, study())
+        diff(later, study("inclined"))
     broken = results()
     del broken["critical_points"][0]["kind"]
     with pytest.raises(UsageError, match="'kind' is missing"):
-        diff(broken, study())
+        diff(broken, study("inclined"))
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 10**400, -(10**400)])
@@ -278,7 +277,7 @@ def test_a_baseline_of_a_scenario_that_cannot_be_is_refused_or_compared(place, v
     data["scenario"][place] = value
     outcome: tuple[ComparisonRow, ...] | str
     try:
-        outcome = diff(data, study())
+        outcome = diff(data, study("inclined"))
     except UsageError as error:
         outcome = str(error)
     assert outcome
@@ -299,7 +298,7 @@ def test_a_report_tells_what_has_changed_since_a_baseline(tmp_path: Path, capsys
         assert ("No change beyond tolerance" in told) != bool(more)
     assert files["changed"] == files["again"]
     row = ("scenario", "device.restitution", "0.5", "0.52", "+4 %")
-    rows = diff(results("design-point"), study(*changed[1:], name="design-point"))
+    rows = diff(results("design-point"), study("design-point", *changed[1:]))
     table = Page(files["changed"]["report.html"]).tables[f"{len(rows)} changes since the baseline"]
     assert table.columns("Group", "What", "Before", "Now", "Change")[0] == row
     assert len(table.rows) == len(rows) + 1

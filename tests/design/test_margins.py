@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import first
+from mpmath import mp, mpf
 from strategies import random_sweeps
 
 from vireport import analyse, loads
-from vireport.base.errors import NumericalError
+from vireport.base import NumericalError
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
 from vireport.cli.outputs import results_outcome
 from vireport.design import Margin, design_point, margins
 from vireport.design.point import ending_beyond
@@ -71,10 +71,10 @@ def stable_along(device: Device, varied: DesignInput, values: Sequence[float]) -
     devices = [moved(device, varied, float(value)) for value in values]
     d, gbar, _ = (np.array(x, dtype=float) for x in zip(*(x.groups(*at_length(x)) for x in devices), strict=True))
     r = np.array([x.restitution for x in devices])
-    found = find_motions(Groups(d, gbar, r), device.period_ratio)
-    stable = found.admissible & (classify(found.trace, r[found.cell] ** 2) != UNSTABLE)
+    motions = find_motions(Groups(d, gbar, r), device.period_ratio)
+    stable = motions.admissible & (classify(motions.trace, r[motions.cell] ** 2) != UNSTABLE)
     places: list[list[Place]] = [[] for _ in devices]
-    for cell, u, phi in zip(found.cell[stable], found.orbit.u[stable], found.orbit.phi[stable], strict=True):
+    for cell, u, phi in zip(motions.cell[stable], motions.orbit.u[stable], motions.orbit.phi[stable], strict=True):
         places[cell].append((float(u), float(phi)))
     return places
 
@@ -93,9 +93,11 @@ def apart(one: tuple[float, float], other: tuple[float, float]) -> float:
 
 def ends(design: Any, varied: DesignInput) -> tuple[Margin | None, Margin | None]:
     """The nearest end of stable motion below and above the design point."""
-    own = [one for one in design.endings() if one.parameter is varied]
-    below = min((one for one in own if one.distance < 0), key=lambda one: -one.distance, default=None)
-    return below, min((one for one in own if one.distance > 0), key=lambda one: one.distance, default=None)
+    own = [ending for ending in design.endings() if ending.parameter is varied]
+    below = min((ending for ending in own if ending.distance < 0), key=lambda ending: -ending.distance, default=None)
+    return below, min(
+        (ending for ending in own if ending.distance > 0), key=lambda ending: ending.distance, default=None
+    )
 
 
 def goes_on(device: Device, varied: DesignInput, to: float) -> bool:
@@ -203,7 +205,9 @@ def test_horizontal_capsules_hand_their_stability_over() -> None:
         below, above = ends(design_point(moved(device, DesignInput.LENGTH, length), None), DesignInput.LENGTH)
         again = ends(design_point(moved(device, DesignInput.LENGTH, other), None), DesignInput.LENGTH)
         assert below.sweep_value == pytest.approx(0.28170667362150886, rel=1e-15)
-        assert [below.sweep_value, above.sweep_value] == pytest.approx([one.sweep_value for one in again], rel=1e-15)
+        assert [below.sweep_value, above.sweep_value] == pytest.approx(
+            [ending.sweep_value for ending in again], rel=1e-15
+        )
     diagram = solve(Sweep(device, Parameter.LENGTH, 0.2, 3.0))
     values = [point.sweep_value for point in diagram.critical_points]
     assert min(abs(value - above.sweep_value) for value in values) < 1e-15
@@ -247,9 +251,15 @@ def judged(device: Device, parameter: Parameter | None) -> tuple[Any, ...]:
     loaded = loads(text)
     study, exit_code = analyse(loaded, ["json"]), results_outcome(loaded, "", certify=False).exit_code
     design = study.solution.design
-    margins = [(one.parameter, one.event, one.sweep_value, one.distance, one.error_bound) for one in design.endings()]
+    margins = [
+        (ending.parameter, ending.event, ending.sweep_value, ending.distance, ending.error_bound)
+        for ending in design.endings()
+    ]
     fact = next((fact for fact in study.verdict.facts if fact.question == "With what margin?"), None)
-    outcomes = [(one.key, one.passed, one.outcome.value, one.outcome.margin) for one in study.criteria]
+    outcomes = [
+        (criterion.key, criterion.passed, criterion.outcome.value, criterion.outcome.margin)
+        for criterion in study.criteria
+    ]
     return margins, outcomes, study.verdict.status, study.verdict.word, fact and (fact.answer, fact.status), exit_code
 
 

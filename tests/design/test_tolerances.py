@@ -20,8 +20,8 @@ from vireport import (
     loads,
     recheck,
 )
-from vireport.base.errors import UsageError
-from vireport.cli.app import main
+from vireport.base import UsageError
+from vireport.cli import main
 from vireport.design import design_point, devices_off, prove_again, region_of
 from vireport.design.devices import SYMBOLS, Region, stable_motions
 from vireport.design.proof import Leaf, prove_region
@@ -55,7 +55,7 @@ def at(x: Affine, symbols: np.ndarray) -> list[mpf]:
 
 def escapes(seed: int, count: int = 20) -> int:
     """How many results of random operations are not where affine arithmetic has them, by 40-digit arithmetic."""
-    rng, ops, found = np.random.default_rng(seed), AFFINE, 0
+    rng, ops, outside = np.random.default_rng(seed), AFFINE, 0
     a, b = random_numbers(rng, count), random_numbers(rng, count)
     symbols = rng.choice([-1.0, 1.0, 0.3, -0.7], (SYMBOLS, count))
     with mp.workdps(40), np.errstate(all="ignore"):
@@ -72,9 +72,9 @@ def escapes(seed: int, count: int = 20) -> int:
                 x, exact = image, [true(p) for p in exact]
             for i in np.flatnonzero(np.isfinite(x.radius)):
                 linear = Affine(x.centre[[i]], x.linear[:, [i]], np.zeros(1))
-                found += abs(exact[i] - at(linear, symbols[:, [i]])[0]) > x.radius[i]
-                found += not x.lower[i] <= exact[i] <= x.upper[i]
-    return found
+                outside += abs(exact[i] - at(linear, symbols[:, [i]])[0]) > x.radius[i]
+                outside += not x.lower[i] <= exact[i] <= x.upper[i]
+    return outside
 
 
 @pytest.mark.parametrize("seed", first(3, range(100)))
@@ -185,7 +185,9 @@ def test_a_tenth_of_the_margin_is_proved_for_random_devices() -> None:
     count = 0
     for i, sweep in enumerate(random_sweeps(150, 5)):
         design = replace(sweep.device, period_ratio=(1, 1, 2, 3)[i % 4])
-        margins = [abs(one.relative) for one in design_point(design, None).endings() if one.relative is not None]
+        margins = [
+            abs(ending.relative) for ending in design_point(design, None).endings() if ending.relative is not None
+        ]
         if margins:
             proof = prove_region(relative(design, 0.1 * min(margins)))
             assert proof.failing is None
@@ -230,16 +232,16 @@ def test_what_is_proved_is_proved_again_from_the_results(example) -> None:
         load(example("design-point"), {"tolerances.length_percent": 9, "tolerances.restitution": 0.02}), ["json"]
     )
     data = json.loads(json.dumps(study.to_dict()))
-    found = data["tolerances"]
-    assert (found["answer"], found["open_share"], found["worst"]) == ("proved", 0, None)
-    assert found["boxes"] > 1
+    outcome = data["tolerances"]
+    assert (outcome["answer"], outcome["open_share"], outcome["worst"]) == ("proved", 0, None)
+    assert outcome["boxes"] > 1
     assert recheck(data) == 1
-    proof = found["proof"]
-    found["proof"] = proof | {key: [] for key in ("u", "phi_bottom_rad", "velocity_bottom")}
+    proof = outcome["proof"]
+    outcome["proof"] = proof | {key: [] for key in ("u", "phi_bottom_rad", "velocity_bottom")}
     with pytest.raises(UsageError, match="not complete"):
         recheck(data)
     for forged in (int(Leaf.PROVED), int(Leaf.OPEN), -3):
-        found["proof"] = proof | {"halved": [forged, *proof["halved"][1:]]}
+        outcome["proof"] = proof | {"halved": [forged, *proof["halved"][1:]]}
         assert recheck(data) < 1
     with pytest.raises(UsageError, match="no proof"):
         recheck({**data, "tolerances": None})
@@ -250,15 +252,15 @@ def test_the_worst_device_is_a_scenario_without_stable_motion(example, tmp_path)
     out = tmp_path / "out"
     over = [word for key in keys for word in ("--set", key)]
     assert main([str(example("design-point")), "-o", str(out), "--format", "json", *over]) == 0
-    found = json.loads((out / "results.json").read_text())["tolerances"]
+    outcome = json.loads((out / "results.json").read_text())["tolerances"]
     text = (out / "worst.yaml").read_text()
-    assert found["answer"] == "refuted"
-    assert found["worst"]["scenario"] == text
+    assert outcome["answer"] == "refuted"
+    assert outcome["worst"]["scenario"] == text
     worst = loads(text).scenario
     assert (worst.device.length_m, worst.excitation.frequency_hz) == pytest.approx((0.644, 1.96))
     assert worst.excitation.amplitude_n == pytest.approx(3.03)
     assert not analyse(loads(text)).solution.design.motions.stable.any()
-    design, share = device(example, "design-point"), found["worst"]["share"]
+    design, share = device(example, "design-point"), outcome["worst"]["share"]
     widths = {DesignInput.LENGTH: 0.056, DesignInput.FREQUENCY: 0.04, DesignInput.AMPLITUDE: 0.03}
     for factor, stable in ((0.9999, True), (1.0001, False)):
         steps = np.array([[-factor * share], [-factor * share], [factor * share]])
@@ -275,34 +277,36 @@ def test_a_design_without_stable_motion_is_its_own_worst_device(example) -> None
 def test_the_yield_of_one_input_is_what_its_margin_says(example) -> None:
     design = device(example, "design-point")
     (end,) = [
-        one for one in design_point(design, None).endings() if one.parameter is DesignInput.LENGTH and one.distance < 0
+        ending
+        for ending in design_point(design, None).endings()
+        if ending.parameter is DesignInput.LENGTH and ending.distance < 0
     ]
     edge = -end.relative / 0.12
     for distribution, exact in (
         ("uniform", (1 + edge) / 2),
         ("normal", 0.5 + erf(3 * edge / sqrt(2)) / erf(3 / sqrt(2)) / 2),
     ):
-        found = tolerances(example, length_percent=12, distribution=distribution)["yield"]
-        assert found["share"] == pytest.approx(exact, abs=5e-4)
-        assert found["low_95"] < exact < found["high_95"]
+        shares = tolerances(example, length_percent=12, distribution=distribution)["yield"]
+        assert shares["share"] == pytest.approx(exact, abs=5e-4)
+        assert shares["low_95"] < exact < shares["high_95"]
         # Wilson's score: both ends are 1.96 standard errors, as they would have them, from the share.
-        for end in (found["low_95"], found["high_95"]):
-            error = sqrt(end * (1 - end) / found["samples"])
-            assert abs(end - found["share"]) == pytest.approx(1.959963984540054 * error, rel=1e-9)
+        for end in (shares["low_95"], shares["high_95"]):
+            error = sqrt(end * (1 - end) / shares["samples"])
+            assert abs(end - shares["share"]) == pytest.approx(1.959963984540054 * error, rel=1e-9)
 
 
 @pytest.mark.slow
 def test_a_pitchfork_between_the_ends_is_left_open(example) -> None:
     """The motion there has a multiplier of exactly 1: it is neither stable nor far from it."""
-    found = tolerances(example, "horizontal", length_percent=30)
-    assert found["answer"] == "undecided"
-    assert 0 < found["open_share"] < 1e-5
-    assert found["yield"]["share"] == 1
+    outcome = tolerances(example, "horizontal", length_percent=30)
+    assert outcome["answer"] == "undecided"
+    assert 0 < outcome["open_share"] < 1e-5
+    assert outcome["yield"]["share"] == 1
 
 
 def test_ranges_are_those_of_velocity_and_voltage(example) -> None:
     """Of one input both are monotone: the ends are those at the ends of the tolerance."""
-    found = tolerances(example, length_percent=1)["ranges"]
+    ranges = tolerances(example, length_percent=1)["ranges"]
     ends = []
     for length in (0.693, 0.707):
         solution = analyse(load(example("design-point"), {"device.length_m": length}), ["json"]).solution
@@ -310,10 +314,10 @@ def test_ranges_are_those_of_velocity_and_voltage(example) -> None:
         ends.append((speed, solution.design.voltages.average_v[0]))
     for (low, high), key in zip(np.sort(np.transpose(ends)), ("velocity_bottom_m_s", "u_ave_v"), strict=True):
         span = high - low
-        assert low <= found[key]["least"] <= low + 1e-3 * span
-        assert high - 1e-3 * span <= found[key]["largest"] <= high
+        assert low <= ranges[key]["least"] <= low + 1e-3 * span
+        assert high - 1e-3 * span <= ranges[key]["largest"] <= high
         for share, name in ((0.05, "percentile_5"), (0.5, "median"), (0.95, "percentile_95")):
-            assert found[key][name] == pytest.approx(low + share * span, abs=5e-3 * span)
+            assert ranges[key][name] == pytest.approx(low + share * span, abs=5e-3 * span)
 
 
 def test_the_yield_is_required_with_its_interval(example) -> None:

@@ -13,14 +13,9 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport import load
-from vireport.base.errors import NumericalError
-from vireport.extremes.catalogue import (
-    catalogue,
-    run_catalogue,
-    summary,
-    table_data,
-    table_text,
-)
+from vireport.base import NumericalError
+from vireport.extremes import run_catalogue, table_data, table_text
+from vireport.extremes.catalogue import catalogue, summary
 from vireport.extremes.harvester import PAPER, harvester_of
 from vireport.extremes.judge import (
     Case,
@@ -30,8 +25,8 @@ from vireport.extremes.judge import (
     NotThereError,
     judge,
 )
-from vireport.motions.one_to_one import Motions
-from vireport.scenario.parameters import Parameter
+from vireport.motions import Motions
+from vireport.scenario import Parameter
 from vireport.simulation import FLIGHT, REST, VELOCITY
 from vireport.study import Study
 
@@ -142,7 +137,7 @@ FAULTS: tuple[tuple[str, str, Callable[[Any], Any]], ...] = (
             ),
         ),
     ),
-    ("share of the period: q = 1/2, horizontal", "another d", lambda found: replace(found, d=found.d * (1 + 1e-9))),
+    ("share of the period: q = 1/2, horizontal", "another d", lambda motion: replace(motion, d=motion.d * (1 + 1e-9))),
     ("membrane: deflection rb", "another voltage", lambda v: replace(v, average_v=v.average_v * (1 + 1e-9))),
     ("critical points: fold in a sweep", "a fold that is moved", moved),
     (

@@ -11,15 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.lines import Line2D
 
-from vireport.figures.labels import Label, write_labels
-from vireport.figures.layout import (
-    blank,
-    finished,
-    round_ticks,
-    tick_labels,
-    widened,
-)
-from vireport.figures.style import Picture, style
+from vireport.figures import Label, Picture, blank, finished, round_ticks, style
+from vireport.figures.labels import write_labels
+from vireport.figures.layout import tick_labels, widened
 
 
 def test_round_ticks() -> None:

@@ -192,19 +192,19 @@ def test_many_words_are_named_up_to_eight() -> None:
     study = simulated_study()
     check = study.crosscheck
     words = ["B" * k + "T" for k in range(1, 13)]
-    found = diagram_of([*words, Outcome.APERIODIC])
-    drawn = figure_diagram(study, found, check.values, check.groups.d)
+    outcomes = diagram_of([*words, Outcome.APERIODIC])
+    drawn = figure_diagram(study, outcomes, check.values, check.groups.d)
     assert "other" in texts_of(drawn)
     assert "not periodic" in texts_of(drawn)
     assert len(set(texts_of(drawn)) & set(words)) == len(WORDS) == 8
-    assert [name for name, _ in groups(found)][8:] == ["other", "not periodic"]
-    assert sum(points.sum() for _, points in groups(found)) == len(found.index)
+    assert [name for name, _ in groups(outcomes)][8:] == ["other", "not periodic"]
+    assert sum(points.sum() for _, points in groups(outcomes)) == len(outcomes.index)
 
 
 def test_only_a_ball_that_rests_or_flies_is_said_to_have_no_impacts() -> None:
     check = simulated_study().crosscheck
-    found = diagram_of(["BT", *Outcome])
-    told = diagram_picture(simulated_study(), found, check.values, check.groups.d).alt
+    outcomes = diagram_of(["BT", *Outcome])
+    told = diagram_picture(simulated_study(), outcomes, check.values, check.groups.d).alt
     still = f"; from some starts the ball ends {Outcome.REST}, or {Outcome.FREE}, which has no impacts."
     assert told.endswith(still)
 

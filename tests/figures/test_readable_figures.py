@@ -66,9 +66,8 @@ def test_of_what_is_measured() -> None:
 @pytest.mark.slow
 def test_of_a_map(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
-    from vireport.maps.cells import map_plan
+    from vireport.maps import map_plan, run_map
     from vireport.maps.figures import map_figures
-    from vireport.maps.run import run_map
 
     text = (ROOT / "examples" / "maps" / "map.yaml").read_text(encoding="utf-8")
     file = tmp_path / "map.yaml"

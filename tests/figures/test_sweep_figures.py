@@ -24,6 +24,7 @@ from vireport.figures import (
     PairedImpacts,
     figure_2,
     figure_7,
+    figure_css,
     pictures,
     simulated_points,
 )
@@ -34,7 +35,6 @@ from vireport.figures.curves import (
     stretches,
 )
 from vireport.figures.labels import LEADER
-from vireport.figures.style import figure_css
 from vireport.figures.sweeps import BRANCH_COLORS, LEAVES, NO_MOTION
 from vireport.physics import Voltages
 from vireport.scenario import load
@@ -82,8 +82,8 @@ def test_only_admissible_motions_are_drawn(name: str) -> None:
                 ((x, float(motions.q[row])), (x, float(1 - motions.q[row]))),
                 tuple((x, float(v[row] / unit)) for v in (volts.average_v, volts.bottom_v, volts.top_v)),
             )
-            for found, wanted in zip(drawn, expected, strict=True):
-                assert all((point in found) == admissible for point in wanted)
+            for actual, wanted in zip(drawn, expected, strict=True):
+                assert all((point in actual) == admissible for point in wanted)
 
 
 def test_there_are_inadmissible_motions_to_leave_out() -> None:

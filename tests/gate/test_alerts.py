@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from vireport import analyse, loads
-from vireport.base.errors import UsageError
-from vireport.design.sensitivity import contact_share, mass_elasticity, restitution_effect
+from vireport.base import UsageError
+from vireport.design import contact_share, mass_elasticity, restitution_effect
 from vireport.gate import Evidence, cause_of
 from vireport.gate.alerts import CAUSES
 from vireport.membranes import Grade
 from vireport.motions import Event, Stability, Symmetry
 from vireport.physics import Fitting
 from vireport.scenario import Parameter
-from vireport.text.alerts import CATALOGUE, AlertCode, explanation
+from vireport.text import CATALOGUE, AlertCode, explanation
 
 DIELECTRIC = "thickness_m: 1e-3, relative_permittivity: 4.7"
 
@@ -88,8 +88,8 @@ def test_next_to_a_fold_digits_are_said_to_be_missing(example, study_of) -> None
     tilted = analyse(loads(text, overrides=["inclination_deg=0.5"]))
     fold = next(c for c in tilted.solution.critical_points if c.event == "fold").sweep_value
     at = [f"device.length_m={float(np.nextafter(fold, side))!r}" for side in (0.0, 1.0)]
-    raised = [codes(example, "horizontal", "inclination_deg=0.5", one) for one in at]
-    assert any("VR008" in one for one in raised)
+    raised = [codes(example, "horizontal", "inclination_deg=0.5", place) for place in at]
+    assert any("VR008" in alerts for alerts in raised)
     assert "VR008" not in {alert.code for alert in study_of("horizontal").alerts}
 
 
@@ -112,25 +112,25 @@ def test_restitution_effect_is_the_derivative(study_of) -> None:
     assert effect.lost_at is None
     row = np.flatnonzero(study.solution.design.motions.stable)[0]
     before = study.solution.design.motions.velocity_bottom[row]
-    found = []
+    seen = []
     for r in (0.475, 0.525):
         text = study.loaded.document.text
         other = analyse(loads(text, overrides=[f"device.restitution={r}"])).solution.design.motions
-        found.append(abs(other.velocity_bottom[np.flatnonzero(other.stable)[0]] / before - 1) / 0.05)
-    assert effect.elasticity == pytest.approx(max(found), rel=1e-9)
+        seen.append(abs(other.velocity_bottom[np.flatnonzero(other.stable)[0]] / before - 1) / 0.05)
+    assert effect.elasticity == pytest.approx(max(seen), rel=1e-9)
 
 
 def test_mass_elasticity_of_gentle_impacts_is_that_of_the_deflection(study_of) -> None:
     """Shallow: the voltage grows as the square of the deflection, the deflection as m^(1/(h+1))."""
     membrane = study_of("inclined").solution.membrane
-    found = mass_elasticity(np.array([1e-6]), np.array([1e-6]), membrane)
-    assert found == pytest.approx(2 / (membrane.exponent + 1), rel=1e-3)
+    elasticity = mass_elasticity(np.array([1e-6]), np.array([1e-6]), membrane)
+    assert elasticity == pytest.approx(2 / (membrane.exponent + 1), rel=1e-3)
 
 
 def test_contacts_of_slow_impacts_are_the_longest(study_of) -> None:
     membrane = study_of("inclined").solution.membrane
-    one, both = (contact_share(np.array(v), membrane, 0.5, np.full(len(v), 2.0)) for v in ([1.0], [4.0, 1.0]))
-    assert one == both
+    single, both = (contact_share(np.array(v), membrane, 0.5, np.full(len(v), 2.0)) for v in ([1.0], [4.0, 1.0]))
+    assert single == both
     assert contact_share(np.array([1.0]), membrane, 0.0, np.array([2.0])) is None
 
 
@@ -227,11 +227,11 @@ def moved(stable: bool, *shifts: tuple[object, float]) -> dict[str, object]:
     }
 
 
-def simulated(**found: object) -> dict[str, object]:
+def simulated(**given: object) -> dict[str, object]:
     motion = SimpleNamespace(count=5, name="BBT every forcing period", stays=True)
     usual = {"passed": False, "orbits": 9, "misses": (1, 2), "velocity_difference": 1e-3, "phase_difference": 2e-3}
     usual |= {"tolerance": 1e-9, "elsewhere": (motion,) * 4, "motions": (motion,), "trials": 40, "reached": 20}
-    return {"crosscheck": SimpleNamespace(**usual | found)}
+    return {"crosscheck": SimpleNamespace(**usual | given)}
 
 
 def given(**values: object) -> SimpleNamespace:

@@ -14,19 +14,16 @@ import pytest
 from conftest import markdown
 
 from vireport import analyse, load, loads
-from vireport.cli.app import main
-from vireport.gate import REQUIREMENTS, Criterion, Evidence, Limit, Question, Requirement, assess, unmet
+from vireport.cli import main
+from vireport.gate import REQUIREMENTS, Criterion, Evidence, Limit, Question, Requirement, Status, assess, unmet
 from vireport.gate.evidence import held_against
 from vireport.gate.ranges import with_peaks
-from vireport.gate.verdict import Status
 from vireport.physics import ROUNDED, Groups, Rounded, generated_voltage
 from vireport.report import Report
 from vireport.scenario import LimitKind, RequirementsBlock
 from vireport.simulation import attractors, random_starts
-from vireport.study import results
-from vireport.study.plan import Task, plan
-from vireport.study.provenance import provenance_of
-from vireport.text.alerts import AlertCode
+from vireport.study import Task, plan, provenance_of, results
+from vireport.text import AlertCode
 
 ROOT = Path(__file__).resolve().parents[2]
 CI = ROOT / "examples" / "ci"
@@ -37,12 +34,12 @@ def judged(name: str, required: dict[str, object], **overrides: object) -> dict[
     over = {f"requirements.{key}": value for key, value in required.items()}
     given = {path.replace("__", "."): value for path, value in overrides.items()}
     study = analyse(load(ROOT / "examples" / f"{name}.yaml", over | given))
-    return {one.key: one for one in study.criteria}
+    return {criterion.key: criterion for criterion in study.criteria}
 
 
 def only(name: str, required: dict[str, object], **overrides: object) -> Criterion:
-    (one,) = judged(name, required, **overrides).values()
-    return one
+    (criterion,) = judged(name, required, **overrides).values()
+    return criterion
 
 
 def test_every_key_of_the_block_is_required_by_one_row() -> None:
@@ -65,13 +62,13 @@ def volts(study) -> dict[str, float]:
 def test_voltages_on_both_sides_of_their_limit(name: str, key: str, study_of) -> None:
     value, least = volts(study_of(name))[key], key.endswith("least_v")
     for change in (-1e-9, 0.0, 1e-9):
-        one = only(name, {key: value * (1 + change)})
-        assert one.outcome.value == value
-        assert one.passed is (change < 0 if least else change > 0)
-        assert 0 < one.outcome.error_bound < 1e-11 * value
+        criterion = only(name, {key: value * (1 + change)})
+        assert criterion.outcome.value == value
+        assert criterion.passed is (change < 0 if least else change > 0)
+        assert 0 < criterion.outcome.error_bound < 1e-11 * value
         # Exactly on the limit it is open on which side the true value lies, and what is open is not met.
-        assert ("not decided" in one.outcome.why) is (change == 0)
-        assert change == 0 or one.outcome.text.split()[0] != one.limit.text.split()[2]
+        assert ("not decided" in criterion.outcome.why) is (change == 0)
+        assert change == 0 or criterion.outcome.text.split()[0] != criterion.limit.text.split()[2]
 
 
 def test_of_two_stable_motions_the_worst_is_judged() -> None:
@@ -81,9 +78,9 @@ def test_of_two_stable_motions_the_worst_is_judged() -> None:
     for values in (x.average_v, x.bottom_v - x.top_v, x.deflection_m):
         assert np.ptp(values[stable]) > 1e-4 * values.max()
     for key, value in volts(study).items():
-        one = only("horizontal", {key: 1.0}, **two)
-        assert one.outcome.value == value
-        assert "of 2 stable motions" in one.outcome.why
+        criterion = only("horizontal", {key: 1.0}, **two)
+        assert criterion.outcome.value == value
+        assert "of 2 stable motions" in criterion.outcome.why
 
 
 DIELECTRIC = {"thickness_m": 0.5e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 1e8}
@@ -97,10 +94,10 @@ def test_power_and_field_on_both_sides_of_their_limit(key: str) -> None:
     value, least = (x.power_mw if key[0] == "p" else 1e-6 * x.field_v_m for x in [x.conversion]), key[0] == "p"
     value = float(next(value)[0])
     for change in (-1e-9, 0.0, 1e-9):
-        one = only("design-point", {key: value * (1 + change)}, **ELECTRICAL)
-        assert one.outcome.value == pytest.approx(value, rel=1e-15)
-        assert one.passed is (change < 0 if least else change > 0)
-        assert 0 < one.outcome.error_bound < 1e-11 * value
+        criterion = only("design-point", {key: value * (1 + change)}, **ELECTRICAL)
+        assert criterion.outcome.value == pytest.approx(value, rel=1e-15)
+        assert criterion.passed is (change < 0 if least else change > 0)
+        assert 0 < criterion.outcome.error_bound < 1e-11 * value
 
 
 @pytest.mark.parametrize("key", ["margin_period_doubling_percent", "margin_any_percent"])
@@ -110,25 +107,29 @@ def test_margin_to_the_period_doubling_that_is_nearest(name: str, key: str, stud
     assert (nearest.event, nearest.parameter) == ("period_doubling", "frequency_hz")
     value = 100 * abs(nearest.relative)
     for limit, passed in ((value - 1e-9, True), (value + 1e-9, False)):
-        one = only(name, {key: limit})
-        assert one.passed is passed
-        assert one.outcome.value == pytest.approx(value, rel=1e-12)
-        assert "period doubling B1 at frequency_hz = " in one.outcome.why
+        criterion = only(name, {key: limit})
+        assert criterion.passed is passed
+        assert criterion.outcome.value == pytest.approx(value, rel=1e-12)
+        assert "period doubling B1 at frequency_hz = " in criterion.outcome.why
 
 
 @pytest.mark.parametrize("key", ["margin_period_doubling_percent", "margin_any_percent"])
 def test_no_sweep_hides_a_margin(key: str) -> None:
     narrow = {"sweep__from": 0.69, "sweep__to": 0.70}
     for limit, passed in ((4.7, True), (4.8, False)):
-        one = only("inclined", {key: limit}, **narrow)
-        assert one.passed is passed
-        assert one.outcome.value == only("inclined", {key: limit}).outcome.value
+        criterion = only("inclined", {key: limit}, **narrow)
+        assert criterion.passed is passed
+        assert criterion.outcome.value == only("inclined", {key: limit}).outcome.value
 
 
 def test_no_grazing_point_ends_stability() -> None:
-    one = only("inclined", {"margin_grazing_percent": 5})
-    assert one.passed
-    assert (one.outcome.value, one.outcome.margin, one.outcome.text) == (None, None, "none in any input")
+    criterion = only("inclined", {"margin_grazing_percent": 5})
+    assert criterion.passed
+    assert (criterion.outcome.value, criterion.outcome.margin, criterion.outcome.text) == (
+        None,
+        None,
+        "none in any input",
+    )
 
 
 def test_margin_is_that_of_the_motion_that_ends_first() -> None:
@@ -141,15 +142,15 @@ def test_margin_is_that_of_the_motion_that_ends_first() -> None:
     for at, below in ((0.42, ["B2"]), (0.36, ["C1", "B2", "B1"]), (0.40, ["B2"])):
         over = {"inclination_deg": 1, "device.length_m": at}
         design = analyse(load(ROOT / "examples/horizontal.yaml", over)).solution.design
-        ends = [one for one in design.endings() if one.parameter == "length_m" and one.label]
-        assert {one.label for one in ends} <= {"B1", "B2", "C1"}
+        ends = [ending for ending in design.endings() if ending.parameter == "length_m" and ending.label]
+        assert {ending.label for ending in ends} <= {"B1", "B2", "C1"}
         assert ends[0].label == below[0]
 
 
 def test_no_mark_of_approval_stands_beside_a_requirement_that_is_not_met() -> None:
     study = analyse(load(CI / "failing.yaml"))
     status = {fact.question: fact.status for fact in study.verdict.facts}
-    missed = {one.question for one in study.criteria if not one.passed}
+    missed = {criterion.question for criterion in study.criteria if not criterion.passed}
     assert missed == {Question.WHERE, Question.MARGIN, Question.VOLTAGE}
     assert {status[question] for question in missed} == {Status.BAD}
 
@@ -168,7 +169,7 @@ def test_tolerances_that_are_not_kept_are_not_approved(
     over = {"tolerances": {"frequency_percent": 8, "samples": 64}, **required}
     verdict = analyse(load(ROOT / "examples/design-point.yaml", over)).verdict
     assert (verdict.status, verdict.word) == (status, word)
-    assert next(one.status for one in verdict.facts if one.question == Question.TOLERANCES) == fact
+    assert next(told.status for told in verdict.facts if told.question == Question.TOLERANCES) == fact
 
 
 @pytest.mark.parametrize(
@@ -179,9 +180,9 @@ def test_what_the_shaker_must_do(key: str, value: float | None) -> None:
     # The capsule's displacement is F/(M omega^2) to either side.
     value = 2 * 3 / (0.1245 * (4 * np.pi) ** 2) if value is None else value
     for limit, passed in ((value * (1 + 1e-12), True), (value * (1 - 1e-12), False)):
-        one = only("inclined", {key: limit})
-        assert one.passed is passed
-        assert one.outcome.value == pytest.approx(value, rel=1e-14)
+        criterion = only("inclined", {key: limit})
+        assert criterion.passed is passed
+        assert criterion.outcome.value == pytest.approx(value, rel=1e-14)
     # Without a design point it is the most that the sweep asks for: here its largest force.
     swept = analyse(
         load(ROOT / "examples/inclined-forcing.yaml", [f"requirements.{key}=1e3", "excitation.amplitude_n="])
@@ -193,10 +194,10 @@ def test_what_the_shaker_must_do(key: str, value: float | None) -> None:
 def test_stable_range_is_strict_at_a_critical_point_and_open_at_the_end_of_the_sweep(study_of) -> None:
     start = study_of("inclined").solution.stable_ranges[0].start
     for low, passed in ((start + 1e-12, True), (start, False), (start - 1e-12, False)):
-        one = only("inclined", {"stable_from": 0.75, "stable_to": low})
-        assert one.passed is passed
-        assert one.outcome.margin == pytest.approx(low - start, abs=1e-16)
-        assert ("period doubling" in one.outcome.why) is not passed
+        criterion = only("inclined", {"stable_from": 0.75, "stable_to": low})
+        assert criterion.passed is passed
+        assert criterion.outcome.margin == pytest.approx(low - start, abs=1e-16)
+        assert ("period doubling" in criterion.outcome.why) is not passed
     assert only("horizontal", {"stable_from": 0.45, "stable_to": 0.75}).passed
     assert only("horizontal", {"stable_from": 0.30, "stable_to": 0.75}).passed  # across the pitchfork C1
     nowhere = only("inclined", {"stable_from": 0.6, "stable_to": 0.62})
@@ -204,8 +205,8 @@ def test_stable_range_is_strict_at_a_critical_point_and_open_at_the_end_of_the_s
     # Of two stable ranges within the one required it is the wider one that falls short.
     over = {"device__length_m": 0.4, "excitation__amplitude_n": 5, "excitation__frequency_hz": 2.5}
     over |= {"inclination_deg": 30, "sweep__from": 0.24, "sweep__to": 0.42}
-    one = only("inclined", {"stable_from": 0.28, "stable_to": 0.41}, **over)
-    assert one.outcome.margin == pytest.approx(0.28 - 0.40332559901987)
+    criterion = only("inclined", {"stable_from": 0.28, "stable_to": 0.41}, **over)
+    assert criterion.outcome.margin == pytest.approx(0.28 - 0.40332559901987)
 
 
 def test_a_yield_is_all_only_where_that_is_proved() -> None:
@@ -213,8 +214,8 @@ def test_a_yield_is_all_only_where_that_is_proved() -> None:
     loaded = load(ROOT / "examples/inclined.yaml", over)
     sampled = SimpleNamespace(stable=64, samples=64, low=0.94)
     for proved in (True, False):
-        (one,) = assess(loaded, Evidence(None, tolerances=SimpleNamespace(proved=proved, sampled=sampled)))
-        assert (one.outcome.value, one.passed) == (100, proved)
+        (criterion,) = assess(loaded, Evidence(None, tolerances=SimpleNamespace(proved=proved, sampled=sampled)))
+        assert (criterion.outcome.value, criterion.passed) == (100, proved)
 
 
 @pytest.mark.parametrize(
@@ -226,9 +227,9 @@ def test_inclinations_up_to_the_period_doubling(sweep: dict[str, object] | None,
     (end,) = (m.sweep_value for m in margins if m.parameter == "inclination_deg" and m.event == "period_doubling")
     for to, passed in ((end - 1e-9, True), (end + 1e-9, False)):
         required = {"inclination_from_deg": 40, "inclination_to_deg": to}
-        one = only("inclined", required, device__length_m=0.70, sweep=sweep)
-        assert one.passed is passed
-        assert one.outcome.margin == pytest.approx(end - to, abs=1e-12)
+        criterion = only("inclined", required, device__length_m=0.70, sweep=sweep)
+        assert criterion.passed is passed
+        assert criterion.outcome.margin == pytest.approx(end - to, abs=1e-12)
 
 
 def test_difference_of_u_ave_is_that_of_many_design_points() -> None:
@@ -237,13 +238,13 @@ def test_difference_of_u_ave_is_that_of_many_design_points() -> None:
         analyse(load(ROOT / "examples/inclined.yaml", {"device.length_m": float(value)}))
         for value in np.linspace(low, high, 9)
     ]
-    found = [volts(point)["u_ave_at_least_v"] for point in points]
-    expected = max(found) - min(found)
+    values = [volts(point)["u_ave_at_least_v"] for point in points]
+    expected = max(values) - min(values)
     ends = {"stable_from": low, "stable_to": high}
     for change, passed in ((-1e-9, False), (1e-9, True)):
-        one = judged("inclined", {"u_ave_difference_at_most_v": expected * (1 + change), **ends})
-        assert one["u_ave_difference_at_most_v"].outcome.value == pytest.approx(expected, rel=1e-11)
-        assert one["u_ave_difference_at_most_v"].passed is passed
+        criteria = judged("inclined", {"u_ave_difference_at_most_v": expected * (1 + change), **ends})
+        assert criteria["u_ave_difference_at_most_v"].outcome.value == pytest.approx(expected, rel=1e-11)
+        assert criteria["u_ave_difference_at_most_v"].passed is passed
     assert only("inclined", {"u_ave_difference_at_most_v": 1e5}).outcome.value > expected
     broken = judged("inclined", {"u_ave_difference_at_most_v": 1e5, "stable_from": 0.6, "stable_to": 0.7})
     assert not broken["u_ave_difference_at_most_v"].passed
@@ -272,7 +273,7 @@ requirements: {{words: {words}, u_ave_at_least_v: {least}, margin_any_percent: 1
 
 def in_hysteresis(length: float, words: str, least: float = 1) -> dict[str, Criterion]:
     study = analyse(loads(HYSTERESIS.format(length=length, words=words, least=least)), ("json",))
-    return {one.key: one for one in study.criteria}
+    return {criterion.key: criterion for criterion in study.criteria}
 
 
 @pytest.mark.slow
@@ -289,7 +290,7 @@ def in_hysteresis(length: float, words: str, least: float = 1) -> dict[str, Crit
 )
 def test_every_stable_motion_is_one_of_the_words(length: float, words: str, passed: bool) -> None:
     study = analyse(loads(HYSTERESIS.format(length=length, words=words, least=1)), ("json",))
-    criteria = {one.key: one for one in study.criteria}
+    criteria = {criterion.key: criterion for criterion in study.criteria}
     assert criteria["word"].passed is passed
     # Where a motion was asked for that is the stable one, nothing is to be warned of.
     causes = [alert.cause for alert in study.alerts if alert.code is AlertCode.DESIGN_NOT_STABLE]
@@ -309,7 +310,7 @@ def test_voltages_are_those_of_the_stable_motion() -> None:
     assert end.word == "BBT"
     unit = float(study.solution.device.velocity_unit(study.solution.parameter, 0.23))
     mean = float(generated_voltage(unit * end.cycle.velocity, study.solution.membrane).mean())
-    value = next(one for one in study.criteria if one.key == "u_ave_at_least_v").outcome.value
+    value = next(criterion for criterion in study.criteria if criterion.key == "u_ave_at_least_v").outcome.value
     assert value == pytest.approx(mean, rel=1e-9)
     assert in_hysteresis(0.23, "[BBT]", 0.999 * mean)["u_ave_at_least_v"].passed
     assert not in_hysteresis(0.23, "[BBT]", 1.001 * mean)["u_ave_at_least_v"].passed
@@ -324,9 +325,9 @@ def test_of_two_stable_words_the_worst_is_judged() -> None:
     two = [generated_voltage(unit * x.velocity, study.solution.membrane) for _, x in study.atlas.stable_at(0.2245)]
     assert [len(volts) for volts in two] == [3, 4]
     means, spans = [volts.mean() for volts in two], [volts.max() - volts.min() for volts in two]
-    found = {one.key: one.outcome for one in study.criteria}
-    assert found["u_ave_at_least_v"].value == pytest.approx(min(means), rel=1e-9)
-    assert found["u_bottom_top_difference_at_most_v"].value == pytest.approx(max(spans), rel=1e-9)
+    outcomes = {criterion.key: criterion.outcome for criterion in study.criteria}
+    assert outcomes["u_ave_at_least_v"].value == pytest.approx(min(means), rel=1e-9)
+    assert outcomes["u_bottom_top_difference_at_most_v"].value == pytest.approx(max(spans), rel=1e-9)
     assert max(means) > 1.03 * min(means)
     assert max(spans) > 1.03 * min(spans)
 
@@ -392,12 +393,12 @@ def test_a_1_1_motion_is_judged_by_its_error_bounds_where_it_alone_is_stable(exa
 
 def test_without_stable_motion_nothing_is_met() -> None:
     keys = ("margin_period_doubling_percent", "margin_grazing_percent", "u_ave_at_least_v", "deflection_at_most_m")
-    found = judged("inclined", dict.fromkeys(keys, 1), device__length_m=0.6)
-    assert len(found) == 4
-    for one in found.values():
-        assert not one.passed
-        assert one.outcome.value is None
-        assert one.outcome.why == "there is no stable 1:1 motion at the design point"
+    criteria = judged("inclined", dict.fromkeys(keys, 1), device__length_m=0.6)
+    assert len(criteria) == 4
+    for criterion in criteria.values():
+        assert not criterion.passed
+        assert criterion.outcome.value is None
+        assert criterion.outcome.why == "there is no stable 1:1 motion at the design point"
 
 
 def test_what_an_error_bound_leaves_open_is_not_met() -> None:
@@ -411,10 +412,10 @@ def test_what_an_error_bound_leaves_open_is_not_met() -> None:
     assert held_against(5 + 1e-13, volts).text == "5.0000000000001 V"
 
 
-def crosscheck(**found: object):
+def crosscheck(**given: object):
     """A simulation that found something."""
     usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
-    return SimpleNamespace(**usual | {"tolerance": 1e-9} | found)
+    return SimpleNamespace(**usual | {"tolerance": 1e-9} | given)
 
 
 def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
@@ -439,13 +440,13 @@ def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
 
 def test_results_and_verdict_say_what_is_not_met() -> None:
     study = analyse(load(CI / "failing.yaml"))
-    found = results(study, provenance_of(study.loaded, "test"))["requirements"]
-    assert not found["passed"]
-    failed = [one["key"] for one in found["criteria"] if not one["passed"]]
+    accepted = results(study, provenance_of(study.loaded, "test"))["requirements"]
+    assert not accepted["passed"]
+    failed = [criterion["key"] for criterion in accepted["criteria"] if not criterion["passed"]]
     assert failed == [
         *("inclination_from_deg", "margin_period_doubling_percent", "margin_any_percent", "deflection_at_most_m")
     ]
-    json.dumps(found, allow_nan=False)
+    json.dumps(accepted, allow_nan=False)
     verdict = study.verdict
     assert (verdict.status, verdict.word) == ("bad", "Requirements not met")
     assert verdict.headline.startswith("4 of 9 requirements are not met: Stable 1:1 motion over the inclinations (from")

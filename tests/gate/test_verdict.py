@@ -5,47 +5,38 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from conftest import solved
 
-from vireport import analyse, load
-from vireport.gate import cause_of
-from vireport.gate.requirements import Evidence
-from vireport.gate.verdict import Question, Verdict, verdict_of
+from vireport.gate import Evidence, Question, Verdict, cause_of, verdict_of
 from vireport.membranes import Grade
 from vireport.physics import contacts
 from vireport.text import CATALOGUE
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 MOTION = SimpleNamespace(count=5, name="BBT every forcing period", stays=False)
 
 
-def solved(name: str, **over: object):
-    given = {path.replace("__", "."): value for path, value in over.items()}
-    return analyse(load(EXAMPLES / f"{name}.yaml", given), ("json",)).solution
-
-
-def said(solution, **found: object) -> Verdict:
+def said(solution, **given: object) -> Verdict:
     """The verdict on a solution with nothing else known, or with something found."""
-    return verdict_of(Evidence(solution, **found))
+    return verdict_of(Evidence(solution, **given))
 
 
 def fact(verdict: Verdict, question: Question):
-    return next(one for one in verdict.facts if one.question == question)
+    return next(fact for fact in verdict.facts if fact.question == question)
 
 
 def cause(code: str, evidence: Evidence) -> str:
     return cause_of(next(known for known in CATALOGUE if known.code == code), evidence)
 
 
-def check(**found: object) -> SimpleNamespace:
+def check(**given: object) -> SimpleNamespace:
     """A simulation that found something."""
     usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
     usual |= {"trials": 20, "reached": 15, "share": (0.75, 0.5, 0.9), "elsewhere": (), "motions": (), "values": [0]}
-    return SimpleNamespace(**usual | {"tolerance": 1e-9} | found)
+    return SimpleNamespace(**usual | {"tolerance": 1e-9} | given)
 
 
 @pytest.fixture(scope="module")
@@ -104,8 +95,8 @@ def test_voltages_are_of_stable_motions_alone(tilted) -> None:
     assert fact(said(light), Question.VOLTAGE).detail.endswith("inside the membrane model")
     swept = replace(tilted, design=None)
     volts = np.concatenate([b.voltages.average_v[b.motions.stable] for b in swept.branches]) / 1e3
-    found = [float(x) for x in re.findall(r"[\d.]+", fact(said(swept), Question.VOLTAGE).answer)]
-    assert found == pytest.approx([volts.min(), volts.max()], rel=1e-3)
+    numbers = [float(x) for x in re.findall(r"[\d.]+", fact(said(swept), Question.VOLTAGE).answer)]
+    assert numbers == pytest.approx([volts.min(), volts.max()], rel=1e-3)
 
 
 def test_the_stable_range_of_the_nearest_end_comes_first() -> None:
@@ -118,8 +109,8 @@ def test_the_stable_range_of_the_nearest_end_comes_first() -> None:
 def test_what_weighs_most_is_said_first(study_of: Callable) -> None:
     solution = study_of("inclined").solution
     rigid = [said(solution, compliance=SimpleNamespace(grade=grade)) for grade in sorted(Grade)]
-    assert [fact(one, Question.RIGID).status for one in rigid] == ["good", "caution", "bad"]
-    assert [one.word == "Stable" for one in rigid] == [True, True, False]
+    assert [fact(verdict, Question.RIGID).status for verdict in rigid] == ["good", "caution", "bad"]
+    assert [verdict.word == "Stable" for verdict in rigid] == [True, True, False]
     failed = said(solution, crosscheck=check(passed=False, misses=(1,), phase_difference=3e-3))
     assert (failed.status, failed.word) == ("caution", "Not verified")
     assert "leaves 1 of 9" in fact(failed, Question.SIMULATED).detail
@@ -133,9 +124,9 @@ def test_what_weighs_most_is_said_first(study_of: Callable) -> None:
 def test_starts_that_end_elsewhere_are_cautioned_against_and_counted(study_of: Callable) -> None:
     solution = study_of("inclined").solution
     for elsewhere, status in (((), "good"), ((MOTION,), "caution")):
-        found = check(elsewhere=elsewhere)
-        assert fact(said(solution, crosscheck=found), Question.REACHED).status == status
-        noted = cause("VR021", Evidence(solution, found))
+        answer = check(elsewhere=elsewhere)
+        assert fact(said(solution, crosscheck=answer), Question.REACHED).status == status
+        noted = cause("VR021", Evidence(solution, answer))
         assert noted.startswith("5 of 20 starts") if elsewhere else not noted
 
 
@@ -149,9 +140,11 @@ def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
     share = 2 * float(contacts(np.array(slowest), solution.membrane, 0.5).duration)
     assert f"some {100 * share:.2g} % of the forcing period" in cause("VR011", Evidence(solution))
     for shift in (0.2, -0.2):
-        one = SimpleNamespace(name="U_ave", shift=shift, grade=Grade.INSUFFICIENT)
-        found = SimpleNamespace(grade=one.grade, critical=None, quantities=[SimpleNamespace(unit="V", criterion=one)])
-        assert f"U_ave by {100 * shift:+.0f} %" in cause("VR013", Evidence(solution, compliance=found))
+        shifted = SimpleNamespace(name="U_ave", shift=shift, grade=Grade.INSUFFICIENT)
+        compliance = SimpleNamespace(
+            grade=shifted.grade, critical=None, quantities=[SimpleNamespace(unit="V", criterion=shifted)]
+        )
+        assert f"U_ave by {100 * shift:+.0f} %" in cause("VR013", Evidence(solution, compliance=compliance))
     membrane = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 2e7}
     charged = solved("design-point", **{f"device__membrane__{key}": value for key, value in membrane.items()})
     field = float(charged.design.conversion.field_v_m[charged.design.motions.stable].max())

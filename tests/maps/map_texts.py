@@ -9,8 +9,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from vireport.maps import run_map
-from vireport.maps.cells import MapPlan, cell_values, map_plan
+from vireport.maps import MapPlan, map_plan, run_map
+from vireport.maps.cells import cell_values
 from vireport.maps.store import Store
 from vireport.scenario import loads_map
 

@@ -9,8 +9,9 @@ import pytest
 from map_texts import TEXT, all_cells, plan_of, sampled
 from scipy.stats import qmc
 
-from vireport.base.errors import NumericalError
-from vireport.maps.cells import cell_values, map_plan
+from vireport.base import NumericalError
+from vireport.maps import map_plan
+from vireport.maps.cells import cell_values
 
 BOX = np.array([[0.0, 0.2], [90.0, 0.9]])
 

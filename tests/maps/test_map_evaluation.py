@@ -12,7 +12,7 @@ import pytest
 from map_texts import HELD, TEXT, plan_of, undisturbed_result
 
 from vireport import analyse, loads
-from vireport.maps.cells import MapPlan
+from vireport.maps import MapPlan
 from vireport.maps.evaluation import evaluate
 from vireport.simulation import VELOCITY, follow_impacts
 

@@ -26,7 +26,7 @@ def test_pictures_show_the_cells(file: Path) -> None:
     """The colour of the picture at a cell is that of its type."""
     from PIL import Image
 
-    from vireport.maps.cells import map_plan
+    from vireport.maps import map_plan
     from vireport.maps.figures import TYPES, map_figures
 
     out = file.parent / "out"
@@ -54,11 +54,11 @@ def test_pictures_are_the_same_in_every_run(file: Path) -> None:
         encoding="utf-8",
     )
     names = ("map-stability.png", "map-margin.png", "map-voltage.png")
-    found = []
+    shown = []
     for k in range(2):
         run_map(str(file), file.parent / f"out{k}", workers=1)
-        found.append([(file.parent / f"out{k}" / name).read_bytes() for name in names])
-    assert found[0] == found[1]
+        shown.append([(file.parent / f"out{k}" / name).read_bytes() for name in names])
+    assert shown[0] == shown[1]
 
 
 def test_samples_are_not_drawn(file: Path) -> None:

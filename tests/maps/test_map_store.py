@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 from map_texts import CHUNKS, TEXT, result, store_in, undisturbed_result, written_map
 
-from vireport.base.errors import OutputError, UsageError
+from vireport.base import OutputError, UsageError
 from vireport.maps import run_map
 from vireport.maps.store import RejectedFileError, encoded_chunk, read_chunk
 

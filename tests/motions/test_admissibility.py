@@ -26,7 +26,7 @@ def random_motions(seed: int, n: int, count: int = 4000) -> tuple[Orbits, float]
 
 def sampled_extremes(o: Orbits, r: float, i: int) -> list[float]:
     """Distances to the two walls at the turning points of both flights, from 40,000 samples of each."""
-    found = []
+    gaps = []
     flights = (
         (o.time_up[i], -r * o.velocity_bottom[i], o.sin_phi[i], o.cos_phi[i], o.d[i] / 2),
         (o.time_down[i], -r * o.velocity_top[i], o.sin_top[i], o.cos_top[i], -o.d[i] / 2),
@@ -37,8 +37,8 @@ def sampled_extremes(o: Orbits, r: float, i: int) -> list[float]:
         z = start + flight.displacement(t, velocity, sine, cosine, np.cos(phase), o.gbar[i])
         v = flight.velocity(t, velocity, sine, np.sin(phase), o.gbar[i])
         for k in np.nonzero(v[1:] * v[:-1] < 0)[0]:
-            found += [o.d[i] / 2 - z[k], z[k] + o.d[i] / 2]
-    return found
+            gaps += [o.d[i] / 2 - z[k], z[k] + o.d[i] / 2]
+    return gaps
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])

@@ -15,11 +15,10 @@ from hypothesis import given, settings
 from strategies import solvable_trees
 
 from vireport import analyse, loads
-from vireport.base.errors import NumericalError
+from vireport.base import NumericalError
 from vireport.cli.outputs import run_files
 from vireport.motions import Motions, orbits
-from vireport.study import results_json
-from vireport.study.provenance import provenance_of
+from vireport.study import provenance_of, results_json
 
 EXAMPLES = int(os.environ.get("EXAMPLES", "0"))
 
@@ -45,10 +44,10 @@ def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
         # Towards r = 1 motions attract so slowly that the budget of impacts may end first.
         assert study.crosscheck.passed or loaded.scenario.device.restitution > 0.99, study.crosscheck.misses
     designs = () if study.solution.design is None else (study.solution.design,)
-    for found in (one.voltages for one in (*study.solution.branches, *designs)):
-        if found is not None:
+    for volts in (source.voltages for source in (*study.solution.branches, *designs)):
+        if volts is not None:
             for name in ("bottom_v", "top_v", "average_v", "deflection_m"):
-                assert np.all(np.isfinite(getattr(found, name)) & (getattr(found, name) >= 0)), name
+                assert np.all(np.isfinite(getattr(volts, name)) & (getattr(volts, name) >= 0)), name
 
 
 @pytest.mark.slow

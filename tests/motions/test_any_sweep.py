@@ -75,19 +75,22 @@ def test_only_the_dimensionless_groups_matter(sweep: Sweep, masses: float, force
         device.inclination_deg,
         device.period_ratio,
     )
-    one, two = solve(sweep), solve(Sweep(other, Parameter.LENGTH, sweep.start * f / k, sweep.end * f / k))
-    assert [c.label for c in one.critical_points] == [c.label for c in two.critical_points]
-    for a, b in zip(one.critical_points, two.critical_points, strict=True):
+    left, right = solve(sweep), solve(Sweep(other, Parameter.LENGTH, sweep.start * f / k, sweep.end * f / k))
+    assert [c.label for c in left.critical_points] == [c.label for c in right.critical_points]
+    for a, b in zip(left.critical_points, right.critical_points, strict=True):
         np.testing.assert_allclose(b.d, a.d, rtol=1e-9)
 
 
 def test_a_sweep_reversed_gives_the_same_motions() -> None:
     device = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 45.0)
-    one, two = solve(Sweep(device, Parameter.LENGTH, 0.59, 0.75)), solve(Sweep(device, Parameter.LENGTH, 0.75, 0.59))
-    assert [(c.sweep_value, c.closed) for c in one.critical_points] == [
-        (c.sweep_value, c.closed) for c in two.critical_points
+    upward, downward = (
+        solve(Sweep(device, Parameter.LENGTH, 0.59, 0.75)),
+        solve(Sweep(device, Parameter.LENGTH, 0.75, 0.59)),
+    )
+    assert [(c.sweep_value, c.closed) for c in upward.critical_points] == [
+        (c.sweep_value, c.closed) for c in downward.critical_points
     ]
-    for a, b in zip(one.branches, two.branches, strict=True):
+    for a, b in zip(upward.branches, downward.branches, strict=True):
         np.testing.assert_array_equal(a.motions.sweep_value, b.motions.sweep_value)
 
 

@@ -32,7 +32,7 @@ def scan(d: float, gbar: float, r: float, samples: int = 400_001) -> list[tuple[
         - 2
         + 2 * np.cos(2 * np.pi * q)
     )
-    found = []
+    seen = []
     with np.errstate(invalid="ignore"):
         root = np.sqrt(b * b - 4 * a * c)
         for sign in (1.0, -1.0):
@@ -48,8 +48,8 @@ def scan(d: float, gbar: float, r: float, samples: int = 400_001) -> list[tuple[
             good &= np.abs(np.angle(np.exp(1j * (phase[1:] - phase[:-1])))) < 0.5
             for i in np.nonzero(good)[0]:
                 if velocity[i] > 0 > gbar * period / (1 + r) - velocity[i]:
-                    found.append((velocity[i], phase[i] % (2 * np.pi), q[i]))
-    return found
+                    seen.append((velocity[i], phase[i] % (2 * np.pi), q[i]))
+    return seen
 
 
 @pytest.mark.parametrize("seed", first(4, range(60)))

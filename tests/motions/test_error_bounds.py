@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 from conftest import first
 from exact import critical_motion, error_of, exact_at, exact_row
+from mpmath import mp, mpf
 from strategies import random_sweeps, sweep_grid
 
 from vireport.checks import reference
 from vireport.checks.crosscheck import orbits_at
-from vireport.checks.reference import mp, mpf
 from vireport.design import (
     Solution,
+    around_length,
     design_point,
     solution_of,
     stable_ranges,
 )
 from vireport.design.bounds import bounds_of
-from vireport.design.point import around_length
 from vireport.motions import (
     Branch,
     Event,
@@ -44,7 +44,9 @@ from vireport.physics import (
     voltages,
 )
 from vireport.scenario import Parameter
-from vireport.simulation.cycles import growth_bound
+from vireport.simulation import growth_bound
+
+pytestmark = pytest.mark.usefixtures("forty_digits")
 
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, 0.0041)
 DIELECTRIC = replace(MEMBRANE, dielectric=Dielectric(1e-3, 4.7, 1e8))
@@ -94,12 +96,6 @@ def ratios_of(solution: Solution, chosen: int) -> dict[str, list[float]]:
                 if away > 0 and np.isfinite(bound[row]):
                     ratios.setdefault(name, []).append(bound[row] / away)
     return ratios
-
-
-@pytest.fixture(autouse=True)
-def forty_digits():
-    with reference.precise():
-        yield
 
 
 @pytest.mark.parametrize("batch", first(1, range(30)))
@@ -220,13 +216,13 @@ def test_bounds_of_voltages_hold_and_are_not_wild(share: float) -> None:
         )
         speeds = float(10 ** rng.uniform(-2, 2)) * rng.uniform(0.01, 2.0, 2)
         bounds = voltage_bounds(*(Rounded(np.array([v]), np.array([share * v])) for v in speeds), membrane)
-        found = voltages(speeds[:1], -speeds[1:], membrane)
+        volts = voltages(speeds[:1], -speeds[1:], membrane)
         for sign in (-1, 0, 1) if share else (0,):
             impacts = [reference.voltage(abs(mpf(v) * (1 + sign * mpf(share))), membrane) for v in speeds]
             (deep_bottom, bottom), (deep_top, top) = impacts
             exact = {"bottom_v": bottom, "top_v": top, "average_v": (bottom + top) / 2}
             for name, value in {**exact, "deflection_m": max(deep_bottom, deep_top)}.items():
-                away = float(abs(mpf(float(getattr(found, name)[0])) - value))
+                away = float(abs(mpf(float(getattr(volts, name)[0])) - value))
                 assert away <= bounds[name][0], (membrane, speeds, name)
                 if away > 0 and sign == np.sign(share):
                     ratios.append(bounds[name][0] / away)
@@ -240,7 +236,7 @@ def test_bounds_of_margins_and_stable_ranges_hold(device: Device) -> None:
         at = float(getattr(device, parameter))
         low, high = (0.0, 90.0) if parameter is Parameter.INCLINATION else (at / 4, at * 4)
         diagram = solve(Sweep(device, parameter, low, high))
-        swept = (one for one in design_point(device, diagram).margins if one.parameter.sweepable is parameter)
+        swept = (margin for margin in design_point(device, diagram).margins if margin.parameter.sweepable is parameter)
         for margin in swept:
             value = critical_motion(diagram.sweep, margin.point)[3]
             errors.append(float(abs(mpf(margin.distance) - (value - mpf(at)))))
@@ -285,11 +281,11 @@ def test_bounds_of_simulated_multipliers_hold(study_of) -> None:
     study = study_of("simulated")
     check, r = study.crosscheck, study.solution.device.restitution
     errors = []
-    for motions, d, gbar, found in zip(
+    for motions, d, gbar, ends in zip(
         orbits_at(study.solution.diagram, check.values), check.groups.d, check.groups.gbar, check.found, strict=True
     ):
         exact = [multiplier(motions, row, d, gbar, r) for row in np.flatnonzero(motions.stable)]
-        for end in found:
+        for end in ends:
             if end.word == "BT" and end.period == 1:
                 errors.append(min(float(abs(modulus - mpf(end.cycle.growth))) for modulus in exact))
                 assert errors[-1] <= growth_bound(Groups(float(d), float(gbar), r), end.cycle)

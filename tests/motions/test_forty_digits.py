@@ -6,21 +6,16 @@ import numpy as np
 import pytest
 from conftest import first
 from exact import critical_motion, motion_near, quantities, unknowns
+from mpmath import mpf
 from strategies import random_sweeps
 
-from vireport.checks import reference
-from vireport.checks.reference import mpf
 from vireport.motions import solve
+
+pytestmark = pytest.mark.usefixtures("forty_digits")
 
 SWEEPS = random_sweeps(240, seed=20190301)
 TOLERANCE = 1e-12
 ROWS = 5
-
-
-@pytest.fixture(scope="module", autouse=True)
-def forty_digits():
-    with reference.precise():
-        yield
 
 
 @pytest.mark.parametrize("batch", first(1, range(12)))

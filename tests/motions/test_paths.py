@@ -16,8 +16,8 @@ def test_a_border_that_is_crossed_and_crossed_back_within_a_step_is_seen(inclina
     sweep = Sweep(Device(0.1245, 0.9, 9.8, None, 3.0, 2.0, inclination), Parameter.LENGTH, 0.5, 3.0)
     branch = solve(sweep).branches[1]
     points = [branch.family.critical_points.get(row) for row in range(len(branch.motions))]
-    found = [p for p in points if p is not None and p.event is Event.PERIOD_DOUBLING and 1.16 < p.sweep_value < 1.18]
-    assert len(found) == 2
+    labelled = [p for p in points if p is not None and p.event is Event.PERIOD_DOUBLING and 1.16 < p.sweep_value < 1.18]
+    assert len(labelled) == 2
     row = int(np.argmin(np.abs(branch.motions.sweep_value - 1.1)))
     low, high = sweep.coordinate_range
     motion = motion_at(branch.motions, row, 1)
@@ -28,4 +28,4 @@ def test_a_border_that_is_crossed_and_crossed_back_within_a_step_is_seen(inclina
     trail = follow(curve, PathPoint(curve, x, way if way[-1] > 0 else -way))
     doublings = [trail.points[k].x[-1] for k, event in trail.events if event is Event.PERIOD_DOUBLING][:2]
     # Where both are all but one, the trace determines each to the root of its rounding only.
-    assert doublings == pytest.approx(sorted(p.d for p in found), abs=1e-9)
+    assert doublings == pytest.approx(sorted(p.d for p in labelled), abs=1e-9)

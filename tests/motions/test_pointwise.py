@@ -79,12 +79,12 @@ def test_complex_step_is_the_derivative() -> None:
 
 
 def test_motions_of_the_paper() -> None:
-    found = at(replace(DEVICE, length_m=0.4604 * 3 / (4 * 0.1245 * 4)))
-    stable = (classify(found.trace, 0.25) != UNSTABLE) & found.admissible
+    motions = at(replace(DEVICE, length_m=0.4604 * 3 / (4 * 0.1245 * 4)))
+    stable = (classify(motions.trace, 0.25) != UNSTABLE) & motions.admissible
     (k,) = np.flatnonzero(stable)
-    assert found.orbit.velocity_bottom[k] == pytest.approx(1.00400474, abs=1e-8)
-    assert found.orbit.phi[k] == pytest.approx(0.56672469, abs=1e-8)
-    assert 0.5 + found.orbit.u[k] == pytest.approx(0.58606105, abs=1e-8)
+    assert motions.orbit.velocity_bottom[k] == pytest.approx(1.00400474, abs=1e-8)
+    assert motions.orbit.phi[k] == pytest.approx(0.56672469, abs=1e-8)
+    assert 0.5 + motions.orbit.u[k] == pytest.approx(0.58606105, abs=1e-8)
 
 
 @settings(max_examples=200)
@@ -100,13 +100,13 @@ def test_same_motions_as_on_the_followed_curve(r: float, n: int, force: float, a
     device = replace(
         DEVICE, restitution=r, period_ratio=n, amplitude_n=force, inclination_deg=angle, length_m=length * force * n / 3
     )
-    found, one = at(device).orbit, along_the_curve(device)
-    order, own = (np.lexsort((np.round(np.mod(o.phi, 2 * np.pi), 5), np.round(o.u, 6))) for o in (one, found))
-    assert len(found.u) == len(one.u)
+    orbit, along = at(device).orbit, along_the_curve(device)
+    order, own = (np.lexsort((np.round(np.mod(o.phi, 2 * np.pi), 5), np.round(o.u, 6))) for o in (along, orbit))
+    assert len(orbit.u) == len(along.u)
     # Followed only as far as a drawing needs it: digits are tested below.
     for name in ("u", "velocity_bottom", "velocity_top"):
-        np.testing.assert_allclose(getattr(found, name)[own], getattr(one, name)[order], rtol=0, atol=1e-6)
-    np.testing.assert_allclose(np.cos(found.phi[own] - one.phi[order]), 1.0, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(getattr(orbit, name)[own], getattr(along, name)[order], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(np.cos(orbit.phi[own] - along.phi[order]), 1.0, rtol=0, atol=1e-11)
 
 
 @pytest.mark.parametrize("gbar", [0.0, 1e-15, 1e-10, 1e-4, 0.29, 0.9])
@@ -114,11 +114,11 @@ def test_same_motions_as_on_the_followed_curve(r: float, n: int, force: float, a
 def test_motions_in_forty_digits(gbar: float, r: float, n: int) -> None:
     """Newton's method in 40 digits from each motion moves it by rounding alone, times how ill-posed it is."""
     mp = pytest.importorskip("mpmath").mp
-    found = find_motions(Groups(np.linspace(0.11, 0.9, 6) * n, np.full(6, gbar), r), n)
+    motions = find_motions(Groups(np.linspace(0.11, 0.9, 6) * n, np.full(6, gbar), r), n)
     with mp.workdps(40):
         scale = mp.mpf(1) / max(gbar, 1e-20)
-        for k, cell in enumerate(found.cell):
-            u, phi = float(found.orbit.u[k]), float(found.orbit.phi[k])
+        for k, cell in enumerate(motions.cell):
+            u, phi = float(motions.orbit.u[k]), float(motions.orbit.phi[k])
             d = mp.mpf(float((np.linspace(0.11, 0.9, 6) * n)[cell]))
 
             def off(u, phi, d=d):
@@ -129,7 +129,7 @@ def test_motions_in_forty_digits(gbar: float, r: float, n: int) -> None:
                 exact = [mp.mpf(0), mp.findroot(lambda x: off(mp.mpf(0), x)[1], phi)]
             else:
                 exact = mp.findroot(lambda x, y: off(x, y), (mp.mpf(u), mp.mpf(phi)))
-            ill_posed = 1 + 1 / abs(abs(found.trace[k] - 1) - r**4)
+            ill_posed = 1 + 1 / abs(abs(motions.trace[k] - 1) - r**4)
             assert abs(u - exact[0]) <= 4e-15 * ill_posed * max(abs(u), 1e-3 * gbar, 0.01 * (abs(u) > 0.01))
             assert abs(phi - exact[1]) <= 4e-14 * ill_posed
 
@@ -162,20 +162,20 @@ def test_nearly_horizontal_capsules_keep_every_motion(gbar: float) -> None:
 
 def test_a_horizontal_capsule_has_mirror_images() -> None:
     d = np.linspace(0.02, 1.0, 400)
-    found = find_motions(Groups(d, np.zeros(400), 0.5), 1)
+    motions = find_motions(Groups(d, np.zeros(400), 0.5), 1)
     for cell in range(400):
-        u = np.sort(found.orbit.u[found.cell == cell])
+        u = np.sort(motions.orbit.u[motions.cell == cell])
         np.testing.assert_allclose(u, -u[::-1], rtol=0, atol=1e-9)
 
 
 def test_motions_solve_the_equations() -> None:
     rng = np.random.default_rng(2)
     d, gbar = rng.uniform(0.01, 2, 4000), rng.uniform(0, 1.2, 4000)
-    found = find_motions(Groups(d, gbar, 0.5), 1)
-    again = orbits(found.orbit.u, found.orbit.phi, 0.5, 1)
-    assert len(found.cell) > 1000
-    np.testing.assert_allclose(again.d, d[found.cell], rtol=0, atol=1e-13)
-    np.testing.assert_allclose(again.gbar, gbar[found.cell], rtol=0, atol=1e-13)
+    motions = find_motions(Groups(d, gbar, 0.5), 1)
+    again = orbits(motions.orbit.u, motions.orbit.phi, 0.5, 1)
+    assert len(motions.cell) > 1000
+    np.testing.assert_allclose(again.d, d[motions.cell], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(again.gbar, gbar[motions.cell], rtol=0, atol=1e-13)
 
 
 def test_no_cell_depends_on_its_neighbours() -> None:
@@ -206,6 +206,6 @@ def test_every_cell_may_have_its_own_restitution() -> None:
 
 def test_where_no_motion_can_be_there_is_none() -> None:
     far = np.array([1e10, 1e-12, 1e300, 0.3])
-    found = find_motions(Groups(far, np.array([0.0, 1e-15, 1e300, 1e8]), 0.5), 1)
-    assert not found.admissible.any()
+    motions = find_motions(Groups(far, np.array([0.0, 1e-15, 1e300, 1e8]), 0.5), 1)
+    assert not motions.admissible.any()
     assert not len(find_motions(Groups(np.empty(0), np.empty(0), 0.5), 1).cell)

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from vireport.design import design_point
-from vireport.motions import Sweep, find_motions, solve
-from vireport.motions.diagram import table
+from vireport.motions import Sweep, find_motions, solve, table
 from vireport.physics import Device, Groups
 from vireport.scenario import Parameter
 
@@ -189,6 +188,6 @@ def test_asymmetric_motions_begin_towards_smaller_d_at_every_restitution(n: int)
     norm = np.sqrt((1 - r) ** 2 / (4 * np.cos(w) ** 2) + (1 + r) ** 2 * u**2 / np.sin(w) ** 2)
     d = (1 + r) / np.pi * (n * (1 - 4 * u**2) / 2 - 2 * u / np.pi / np.tan(w)) / norm
     assert (np.diff(d, axis=0) < 0).all()
-    found = find_motions(Groups(d[1:].ravel(), np.zeros(d[1:].size), r[1:].ravel()), n)
+    motions = find_motions(Groups(d[1:].ravel(), np.zeros(d[1:].size), r[1:].ravel()), n)
     for cell, wanted in enumerate(u[1:].ravel()):
-        assert np.abs(found.orbit.u[found.cell == cell] / wanted - 1).min() < 1e-12
+        assert np.abs(motions.orbit.u[motions.cell == cell] / wanted - 1).min() < 1e-12

@@ -71,8 +71,8 @@ def test_a_cubic_gives_a_start_for_a_search() -> None:
     rng = np.random.default_rng(1)
     zero, c2, c3 = rng.uniform(0, 1, 100), rng.uniform(-0.2, 0.2, 100), rng.uniform(-0.1, 0.1, 100)
     value = -(zero + c2 * zero**2 + c3 * zero**3)
-    found, slope = cubic_root(value, 1 + c2 + c3, (np.ones(100), c2, c3))
-    np.testing.assert_allclose(found, zero, rtol=0, atol=0.05)
+    root, slope = cubic_root(value, 1 + c2 + c3, (np.ones(100), c2, c3))
+    np.testing.assert_allclose(root, zero, rtol=0, atol=0.05)
     np.testing.assert_allclose(slope, 1 + 2 * c2 * zero + 3 * c3 * zero**2, rtol=0.05)
 
 

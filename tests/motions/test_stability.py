@@ -14,8 +14,9 @@ from vireport.motions import (
     eigenvalues,
     flight_jacobian,
     orbits,
+    return_trace,
 )
-from vireport.motions.stability import discriminant, return_trace
+from vireport.motions.stability import discriminant
 from vireport.physics import flight
 
 
@@ -88,24 +89,24 @@ def test_classification_at_and_around_each_boundary() -> None:
 
 @given(st.floats(-50, 50), st.floats(0.05, 0.99))
 def test_eigenvalues_solve_the_characteristic_equation(trace: float, r: float) -> None:
-    one, two = eigenvalues(trace, r * r)
-    assert one >= two
-    assert one + two == pytest.approx(trace, rel=1e-12, abs=1e-300)
+    larger, smaller = eigenvalues(trace, r * r)
+    assert larger >= smaller
+    assert larger + smaller == pytest.approx(trace, rel=1e-12, abs=1e-300)
     if discriminant(trace, r * r) >= 0:
-        assert one * two == pytest.approx(r**4, rel=1e-12)
-        small = min(abs(one), abs(two))
+        assert larger * smaller == pytest.approx(r**4, rel=1e-12)
+        small = min(abs(larger), abs(smaller))
         exact = np.roots([1.0, -trace, r**4]) if discriminant(trace, r * r) > 1e-3 else None
         if exact is not None:
             assert small == pytest.approx(min(abs(exact)), rel=1e-9)
     else:
-        assert one == two
+        assert larger == smaller
 
 
 def test_types_agree_with_the_eigenvalues() -> None:
     rng = np.random.default_rng(1)
     trace, r = rng.uniform(-3, 3, 10_000), 0.6
-    one, two = eigenvalues(trace, r * r)
-    largest = np.where(discriminant(trace, r * r) < 0, r * r, np.maximum(np.abs(one), np.abs(two)))
+    larger, smaller = eigenvalues(trace, r * r)
+    largest = np.where(discriminant(trace, r * r) < 0, r * r, np.maximum(np.abs(larger), np.abs(smaller)))
     words = np.array(STABILITIES)[classify(trace, r * r)]
     assert (np.char.startswith(words, "stable") == (largest < 1)).all()
     assert (np.char.endswith(words, "focus") == (discriminant(trace, r * r) < 0)).all()

@@ -53,12 +53,12 @@ def test_determinant_never_vanishes(u: float, r: float, n: int) -> None:
 @given(shares, phases, st.floats(0.01, 0.99), st.sampled_from([1, 3, 5]))
 def test_mirror_image_is_a_motion_against_gravity(u: float, phi: float, r: float, n: int) -> None:
     """Z to -Z with the forcing half a period later: q to 1 - q, gravity reversed, impact velocities exchanged."""
-    one = orbits(u, phi, r, n)
-    two = orbits(-u, np.arctan2(one.sin_top, one.cos_top) + np.pi, r, n)
-    scale = 1 + abs(one.velocity_bottom) + abs(one.velocity_top) + abs(one.d)
-    assert two.gbar == pytest.approx(-one.gbar, abs=1e-11 * scale)
-    assert two.d == pytest.approx(one.d, abs=1e-11 * scale * n)
-    assert two.velocity_bottom == pytest.approx(-one.velocity_top, abs=1e-11 * scale)
+    orbit = orbits(u, phi, r, n)
+    two = orbits(-u, np.arctan2(orbit.sin_top, orbit.cos_top) + np.pi, r, n)
+    scale = 1 + abs(orbit.velocity_bottom) + abs(orbit.velocity_top) + abs(orbit.d)
+    assert two.gbar == pytest.approx(-orbit.gbar, abs=1e-11 * scale)
+    assert two.d == pytest.approx(orbit.d, abs=1e-11 * scale * n)
+    assert two.velocity_bottom == pytest.approx(-orbit.velocity_top, abs=1e-11 * scale)
 
 
 def test_symmetric_family_in_closed_form() -> None:

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import first, sentences
+from design_texts import DEVICE
+from mpmath import mp, mpf
 
 from vireport import analyse, load, loads
-from vireport.base.errors import UsageError
+from vireport.base import UsageError
 from vireport.checks import reference
-from vireport.checks.reference import mp, mpf
-from vireport.cli.app import main
+from vireport.cli import main
 from vireport.gate import keeps_motion
 from vireport.motions import UNSTABLE, classify, find_motions
 from vireport.optimise import JudgedDesign, Problem, optimise, problem_of
@@ -29,17 +30,6 @@ from vireport.optimise.refine import SLOTS, _linear
 from vireport.physics import Groups
 from vireport.scenario import Objective, Parameter
 
-DEVICE = """\
-schema_version: 1
-device:
-  capsule_mass_kg: 0.1245
-  ball_mass_kg: 0.0041
-  restitution: 0.5
-  length_m: 0.7
-  membrane: {thickness_m: 1.0e-3, relative_permittivity: 4.7, breakdown_field_v_m: 1.0e+8}
-excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
-inclination_deg: 45
-"""
 LENGTH = "{path: device.length_m, from: 0.1, to: 1.2}"
 FREQUENCY = "{path: excitation.frequency_hz, from: 1, to: 4}"
 INCLINATION = "{path: inclination_deg, from: 10, to: 80}"
@@ -82,7 +72,9 @@ def best_of_map(problem: Problem, count: int) -> float:
     return -np.inf
 
 
-@pytest.mark.parametrize("objective", first(2, [one for one in Objective if one is not Objective.MARGIN]))
+@pytest.mark.parametrize(
+    "objective", first(2, [objective for objective in Objective if objective is not Objective.MARGIN])
+)
 def test_cells_are_what_a_run_has(objective: Objective) -> None:
     limits = "u_ave_at_least_v: 3e4, u_bottom_top_difference_at_most_v: 2e4, deflection_at_most_m: 0.018, "
     limits += "power_at_least_mw: 15, field_at_most_percent: 60, acceleration_at_most_g: 2.5, stroke_at_most_m: 0.3"
@@ -165,11 +157,11 @@ DIFFERENTIATED = {
 def with_inputs(search: Problem, t: list[Any]) -> tuple[Any, Any]:
     """Device and membrane of a design, in decimals, by the names of the keys."""
     device, membrane = search.at(np.array(t, dtype=float))
-    for one, share in zip(search.design.vary, t, strict=True):
-        name, value = one.path.rpartition(".")[2], one.from_ + (mpf(one.to) - one.from_) * share
+    for varied, share in zip(search.design.vary, t, strict=True):
+        name, value = varied.path.rpartition(".")[2], varied.from_ + (mpf(varied.to) - varied.from_) * share
         if name == "thickness_m":
             membrane = replace(membrane, dielectric=replace(membrane.dielectric, **{name: value}))
-        elif one.path.startswith("device.membrane.") or name == "ball_mass_kg":
+        elif varied.path.startswith("device.membrane.") or name == "ball_mass_kg":
             membrane = replace(membrane, **{name: value})
         else:
             device = replace(device, **{name: value})
@@ -207,8 +199,8 @@ def test_derivatives_are_those_of_40_digits(name: str) -> None:
     vary, at = DIFFERENTIATED[name]
     search = problem("power_mw", vary, LIMITED)
     here = _linear(search, np.array(at))
-    found = search.study(np.array(at)).solution.design.motions
-    guess = [mpf(float(x[0])) for x in (found.velocity_bottom, found.phi_bottom, found.u)]
+    motions = search.study(np.array(at)).solution.design.motions
+    guess = [mpf(float(x[0])) for x in (motions.velocity_bottom, motions.phi_bottom, motions.u)]
     with reference.precise():
         step, centre = mpf(10) ** -9, [mpf(x) for x in at]
         values = exact(search, centre, guess)
@@ -226,14 +218,14 @@ def test_every_stable_motion_is_in_the_picture(r: float) -> None:
     low, high, rng, count = np.array([np.log(0.02), 0.05]), np.array([np.log(5.0), 1.5]), np.random.default_rng(3), 3000
     picture = picture_of(r, 1, low, high)
     x, gbar = rng.uniform(low, high, (count, 2)).T
-    found = find_motions(Groups(np.exp(x), gbar, r), 1)
-    stable = found.admissible & (classify(found.trace, r * r) != UNSTABLE)
-    i, j = (picture.index(of[found.cell[stable]], axis) for axis, of in enumerate((x, gbar)))
-    speeds = np.stack([found.orbit.velocity_bottom, -found.orbit.velocity_top])[:, stable]
+    motions = find_motions(Groups(np.exp(x), gbar, r), 1)
+    stable = motions.admissible & (classify(motions.trace, r * r) != UNSTABLE)
+    i, j = (picture.index(of[motions.cell[stable]], axis) for axis, of in enumerate((x, gbar)))
+    speeds = np.stack([motions.orbit.velocity_bottom, -motions.orbit.velocity_top])[:, stable]
     assert stable.sum() > 40
     assert (picture.slowest[:, i, j] <= speeds).all()
     assert (speeds <= picture.fastest[:, i, j]).all()
-    without = np.setdiff1d(np.arange(count), found.cell[stable])
+    without = np.setdiff1d(np.arange(count), motions.cell[stable])
     empty = picture.fastest[0, picture.index(x[without], 0), picture.index(gbar[without], 1)] < 0
     assert empty.mean() > 0.5
 
@@ -279,10 +271,10 @@ def test_the_global_solver_needs_no_grid() -> None:
     search = problem(*PROBLEMS["rate"])
     first, again = (evolve(search, np.empty((0, 2)), None) for _ in range(2))
     assert (first == again).all()
-    found = evaluate(search, first[None])
-    assert (found.slack >= 0).all()
+    cells = evaluate(search, first[None])
+    assert (cells.slack >= 0).all()
     assert keeps_motion(search.designs(first[None]), search.share).all()
-    assert found.value[0] >= 0.9999 * best_of_map(search, 100)
+    assert cells.value[0] >= 0.9999 * best_of_map(search, 100)
 
 
 @pytest.mark.slow
@@ -301,7 +293,7 @@ def test_front_falls_and_ends_at_the_largest_margin() -> None:
     more = 100 * largest.best.margin + 0.5
     failing = optimise(problem("voltage_rate_v_s", vary, f"margin_any_percent: {more!r}, stroke_at_most_m: 0.35"))
     assert failing.best is None
-    missed = next(one for one in failing.nearest.study.criteria if not one.passed)
+    missed = next(criterion for criterion in failing.nearest.study.criteria if not criterion.passed)
     assert missed.key == "margin_any_percent"
     assert missed.outcome.margin == pytest.approx(-0.5, abs=1e-4)
     assert failing.evidence.widest * 100 < more
@@ -335,7 +327,7 @@ def test_the_best_design_runs_and_gives_the_same_numbers(tmp_path: Path, capsys)
     assert study.solution.membrane.ball_mass_kg == best["inputs"]["device.ball_mass_kg"]
     assert study.solution.sweep is not None
     assert study.scenario.design is None
-    assert [one.to_dict() | {"line": None} for one in study.criteria] == best["requirements"]
+    assert [criterion.to_dict() | {"line": None} for criterion in study.criteria] == best["requirements"]
     # The membrane allows no deeper impact: the best design is on that limit.
     assert study.solution.design.voltages.deflection_m[stable].max() == pytest.approx(0.018, rel=1e-7)
 
@@ -357,7 +349,7 @@ def test_what_is_in_the_way_is_named_and_by_how_much(required: str, said: str, t
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"optimise.json"}
     data = json.loads((tmp_path / "out/optimise.json").read_text())
     assert data["best"] is None
-    assert any(not one["passed"] for one in data["nearest"]["requirements"])
+    assert any(not requirement["passed"] for requirement in data["nearest"]["requirements"])
 
 
 def test_ranges_without_stable_motion_are_said_to_have_none(tmp_path: Path, capsys) -> None:
@@ -393,7 +385,7 @@ def test_a_design_block_changes_nothing_in_a_run() -> None:
 @pytest.mark.parametrize("vary", first(2, [(LENGTH,), (RESTITUTION,), (FORCE, BALL), (INCLINATION, RESTITUTION)]))
 def test_ends_of_the_ranges_are_reached_exactly(vary: tuple[str, ...]) -> None:
     search = problem("u_ave_v", vary)
-    ends = [(one.from_, one.to) for one in search.design.vary]
+    ends = [(varied.from_, varied.to) for varied in search.design.vary]
     assert search.values(np.zeros(len(vary))).tolist() == [min(end) for end in ends]
     assert search.values(np.ones(len(vary))).tolist() == [max(end) for end in ends]
 
@@ -434,8 +426,8 @@ def test_tolerances_that_no_design_has_are_in_the_way(tmp_path: Path, capsys) ->
     search = problem_of(loads(scenario.read_text()))
     nearest = np.array(
         [
-            (value - one.from_) / (one.to - one.from_)
-            for one, value in zip(search.design.vary, data["nearest"]["inputs"].values(), strict=True)
+            (value - varied.from_) / (varied.to - varied.from_)
+            for varied, value in zip(search.design.vary, data["nearest"]["inputs"].values(), strict=True)
         ]
     )
     assert (corner_slack(search, nearest[None], (share - 0.1) / 100) > 0).all()
@@ -468,5 +460,5 @@ def test_a_yield_that_no_design_reaches_is_named_with_what_is_missing(tmp_path: 
     data = json.loads(captured.out)
     assert data["evidence"]["yield_takes_percent"] is None
     assert data["evidence"]["judged"] > 1
-    (missed,) = (one for one in data["nearest"]["requirements"] if not one["passed"])
+    (missed,) = (requirement for requirement in data["nearest"]["requirements"] if not requirement["passed"])
     assert -60 < missed["margin"] < 0

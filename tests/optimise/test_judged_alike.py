@@ -7,25 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from design_texts import DEVICE
 
 from vireport import analyse, loads
-from vireport.cli.app import main
+from vireport.cli import main
 from vireport.gate import REQUIREMENTS, OfMotions, OfShaker, Requirement
 from vireport.optimise import DesignGrid, Problem, grid_of, optimise, problem_of
 from vireport.optimise.cells import evaluate
 from vireport.scenario import LimitKind, Need, Parameter, schema
 
-DEVICE = """\
-schema_version: 1
-device:
-  capsule_mass_kg: 0.1245
-  ball_mass_kg: 0.0041
-  restitution: 0.5
-  length_m: 0.7
-  membrane: {thickness_m: 1.0e-3, relative_permittivity: 4.7, breakdown_field_v_m: 1.0e+8}
-excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
-inclination_deg: 45
-"""
 BLOCKS = {
     Need.SWEEP: "sweep: {parameter: length_m, from: 0.55, to: 0.9}\n",
     Need.TOLERANCES: "tolerances: {length_percent: 2, frequency_percent: 3, restitution: 0.05, samples: 256}\n",

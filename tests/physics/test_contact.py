@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vireport.base.errors import NumericalError
+from vireport.base import NumericalError
 from vireport.physics import (
     SMALLEST_RESTITUTION,
     Membrane,
@@ -120,8 +120,8 @@ def test_duration_without_damping_is_a_beta_function() -> None:
 
 def test_depth_without_damping_is_that_of_the_paper() -> None:
     speed = np.array([0.01, 1.0, 6.0, -6.0])
-    found = contacts(speed, MEMBRANE, 1.0)
-    assert found.deflection == pytest.approx(deflection(speed, MEMBRANE), rel=1e-13)
+    contact = contacts(speed, MEMBRANE, 1.0)
+    assert contact.deflection == pytest.approx(deflection(speed, MEMBRANE), rel=1e-13)
     damped = contacts(speed, MEMBRANE, 0.5)
     assert damped.elastic_deflection == pytest.approx(deflection(speed, MEMBRANE), rel=1e-13)
     assert (damped.deflection < damped.elastic_deflection).all()
@@ -150,16 +150,16 @@ def test_duration_scales_with_mass_stiffness_and_velocity() -> None:
     def duration(speed: float, mass: float, factor: float) -> float:
         return float(contacts(np.array(speed), membrane(h, factor * MEMBRANE.stiffness, mass), 0.5).duration)
 
-    one = duration(2.0, MASS, 1.0)
-    assert duration(2.0, MASS, 1e8) / one == pytest.approx(1e8 ** (-1 / (h + 1)), rel=1e-12)
-    assert duration(2.0, 7 * MASS, 1.0) / one == pytest.approx(7 ** (1 / (h + 1)), rel=1e-12)
-    assert duration(20.0, MASS, 1.0) / one == pytest.approx(10 ** (-(h - 1) / (h + 1)), rel=1e-12)
+    time = duration(2.0, MASS, 1.0)
+    assert duration(2.0, MASS, 1e8) / time == pytest.approx(1e8 ** (-1 / (h + 1)), rel=1e-12)
+    assert duration(2.0, 7 * MASS, 1.0) / time == pytest.approx(7 ** (1 / (h + 1)), rel=1e-12)
+    assert duration(20.0, MASS, 1.0) / time == pytest.approx(10 ** (-(h - 1) / (h + 1)), rel=1e-12)
 
 
 def test_motion_at_rest_and_huge_ladders_stay_finite() -> None:
-    found = contacts(np.array([0.0, 1e-200, 1e100]), membrane(2.6, 1e280, 1e-12), 0.5)
-    assert all(np.isfinite(a).all() for a in (found.duration, found.deflection, found.damping))
-    assert found.deflection[0] == pytest.approx(0, abs=1e-100)
+    contact = contacts(np.array([0.0, 1e-200, 1e100]), membrane(2.6, 1e280, 1e-12), 0.5)
+    assert all(np.isfinite(a).all() for a in (contact.duration, contact.deflection, contact.damping))
+    assert contact.deflection[0] == pytest.approx(0, abs=1e-100)
 
 
 @pytest.mark.parametrize("r", [0.0, 1e-4, -0.5, 1.5, float("nan")])

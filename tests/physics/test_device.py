@@ -6,10 +6,10 @@ from dataclasses import replace
 from decimal import Decimal, localcontext
 
 import pytest
+from mpmath import mpf
 from strategies import random_sweeps
 
 from vireport.checks import reference
-from vireport.checks.reference import mpf
 from vireport.physics import (
     DIGITS,
     GROUP_ERROR,

@@ -12,7 +12,7 @@ import pytest
 from pypdf import PdfReader, PdfWriter
 
 from vireport import analyse, load
-from vireport.base.errors import UsageError
+from vireport.base import UsageError
 from vireport.cli import main
 from vireport.report import (
     Report,
@@ -62,7 +62,7 @@ def attaching(texts: dict[str, str], password: str = "") -> bytes:
 
 
 def attached(pdf: bytes) -> dict[str, str]:
-    return {name: found[0].decode() for name, found in PdfReader(BytesIO(pdf)).attachments.items()}
+    return {name: contents[0].decode() for name, contents in PdfReader(BytesIO(pdf)).attachments.items()}
 
 
 @pytest.mark.parametrize("given", [True, False])

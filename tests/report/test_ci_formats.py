@@ -22,8 +22,7 @@ from vireport.report import (
     render_html,
 )
 from vireport.scenario.document import read
-from vireport.study.plan import ALL_FORMATS, FORMATS
-from vireport.study.provenance import provenance_of
+from vireport.study import ALL_FORMATS, FORMATS, provenance_of
 
 ROOT = EXAMPLES.parent
 CI = EXAMPLES / "ci"
@@ -52,14 +51,14 @@ def test_junit_is_read_by_a_parser() -> None:
     cases = list(suite)
     assert (parsed.tests, parsed.failures, parsed.errors) == (suite.tests, suite.failures, suite.errors) == (9, 4, 0)
     assert (len(cases), sum(not case.is_passed for case in cases)) == (9, 4)
-    for case, one in zip(cases, study.criteria, strict=True):
-        assert case.name == f"{one.title}: {one.limit.text}"
-        assert case.is_passed is one.passed
-        if not one.passed:
+    for case, criterion in zip(cases, study.criteria, strict=True):
+        assert case.name == f"{criterion.title}: {criterion.limit.text}"
+        assert case.is_passed is criterion.passed
+        if not criterion.passed:
             (failure,) = case.result
             assert isinstance(failure, Failure)
-            assert one.outcome.text in failure.message
-            assert failure.type == one.key
+            assert criterion.outcome.text in failure.message
+            assert failure.type == criterion.key
 
 
 def test_junit_without_requirements_is_one_case(study_of) -> None:
@@ -113,15 +112,15 @@ def test_characters_that_xml_cannot_hold(odd) -> None:
 
 def test_annotations_point_to_the_lines(odd) -> None:
     lines = github(odd).splitlines()
-    failed = [one for one in odd.criteria if not one.passed]
+    failed = [criterion for criterion in odd.criteria if not criterion.passed]
     errors = [line for line in lines if line.startswith("::error ")]
     rows = odd.loaded.document.text.splitlines()
     assert len(errors) == len(failed) == 4
-    for line, one in zip(errors, failed, strict=True):
-        found = re.fullmatch(r"::error file=odd%2Cna%3Ame%25\.yaml,line=(\d+),title=([^:,]*)::(.*)", line)
-        assert found
-        assert rows[int(found[1]) - 1].split(":")[0].strip() == one.key
-        assert not re.search(r"%(?!25|0A|0D|3A|2C)", found[2] + found[3])
+    for line, unmet in zip(errors, failed, strict=True):
+        parts = re.fullmatch(r"::error file=odd%2Cna%3Ame%25\.yaml,line=(\d+),title=([^:,]*)::(.*)", line)
+        assert parts
+        assert rows[int(parts[1]) - 1].split(":")[0].strip() == unmet.key
+        assert not re.search(r"%(?!25|0A|0D|3A|2C)", parts[2] + parts[3])
     warnings = [line for line in lines if line.startswith("::warning ")]
     assert len(warnings) == sum(alert.severity == "warning" for alert in odd.alerts) > 0
     assert len(lines) == len(errors) + len(warnings)
@@ -137,13 +136,13 @@ def test_annotations_are_seen_from_the_root_of_the_repository(monkeypatch: pytes
 
 def test_what_is_set_over_the_file_has_no_line() -> None:
     study = analyse(load(CI / "passing.yaml", {"requirements.u_ave_at_least_v": 1e6}))
-    (one,) = (one for one in study.criteria if not one.passed)
-    assert (one.key, one.line) == ("u_ave_at_least_v", None)
+    (missed,) = (criterion for criterion in study.criteria if not criterion.passed)
+    assert (missed.key, missed.line) == ("u_ave_at_least_v", None)
     assert "::error file=" in github(study)
     assert "line=" not in github(study).split("::")[1]
-    assert sum(one.line is None for one in study.criteria) == 1
+    assert sum(criterion.line is None for criterion in study.criteria) == 1
     whole = analyse(load(CI / "passing.yaml", {"requirements": {"u_ave_at_least_v": 1}}))
-    assert [one.line for one in whole.criteria] == [None]
+    assert [criterion.line for criterion in whole.criteria] == [None]
 
 
 @pytest.mark.slow
@@ -155,9 +154,9 @@ def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
     assert (outcomes.count("✗ NOT MET"), outcomes.count("✓ met")) == (4, 5)
     lines = page.tables["Requirements"].columns("In the scenario")
     rows = (CI / "failing.yaml").read_text().splitlines()
-    for (line,), one in zip(lines, analyse(load(CI / "failing.yaml")).criteria, strict=True):
+    for (line,), criterion in zip(lines, analyse(load(CI / "failing.yaml")).criteria, strict=True):
         name, _, number = line.partition(":")
-        assert (name, rows[int(number) - 1].split(":")[0].strip()) == ("failing.yaml", one.key)
+        assert (name, rows[int(number) - 1].split(":")[0].strip()) == ("failing.yaml", criterion.key)
         assert f"#line-{number}" in page.attributes("href")
     assert "vireport" in page.text[page.text.index("Again, with the exit code") :][:80]
     plain = Report(study_of("inclined"), {}, provenance_of(study_of("inclined").loaded, "test"))

@@ -22,11 +22,11 @@ def report_of(study: Study) -> Report:
 
 def elements(drawing: str) -> list[tuple[str, dict[str, str], str]]:
     """The elements of a drawing in their order: name, attributes, text of its own."""
-    found = []
+    shown = []
     for element in BeautifulSoup(drawing, "html.parser").find_all(True):
         attributes = {name: tidy(str(value)) for name, value in element.attrs.items() if name != "xmlns"}
-        found.append((element.name, attributes, tidy("".join(element.find_all(string=True, recursive=False)))))
-    return found
+        shown.append((element.name, attributes, tidy("".join(element.find_all(string=True, recursive=False)))))
+    return shown
 
 
 def test_the_page_has_every_element_that_is_drawn_and_its_text(study_of) -> None:

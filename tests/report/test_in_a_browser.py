@@ -111,8 +111,8 @@ def test_axe_finds_no_violation(browser: Browser) -> None:
     browser.run("document.querySelectorAll('details').forEach(x => { x.open = true; })")
     for scheme, rules in (("light", {}), ("dark", {"runOnly": ["color-contrast"]})):
         browser.look(1440, scheme)
-        found: list[dict[str, Any]] = browser.run(f"axe.run({json.dumps(rules)}).then(x => x.violations)")
-        assert [(x["id"], [node["html"][:120] for node in x["nodes"][:3]]) for x in found] == []
+        violations: list[dict[str, Any]] = browser.run(f"axe.run({json.dumps(rules)}).then(x => x.violations)")
+        assert [(x["id"], [node["html"][:120] for node in x["nodes"][:3]]) for x in violations] == []
 
 
 def test_printed_everything_is_open(browser: Browser) -> None:

@@ -78,7 +78,7 @@ def test_the_keyboard_moves_the_crosshair_and_reaches_the_buttons(browser: Brows
 
 
 def test_the_pointer_picks_the_nearest_motion_and_a_critical_point_leads_to_its_row(browser: Browser) -> None:
-    found = browser.run("""(() => { const data = JSON.parse(document.getElementById('live-data').textContent);
+    shown = browser.run("""(() => { const data = JSON.parse(document.getElementById('live-data').textContent);
         const branch = data.branches.find(x => Object.values(x.labels).includes('B1'));
         const row = Object.keys(branch.labels).find(i => branch.labels[i] === 'B1');
         const svg = document.querySelector('svg[data-figure="figure-2"]');
@@ -88,8 +88,8 @@ def test_the_pointer_picks_the_nearest_motion_and_a_critical_point_leads_to_its_
         svg.dispatchEvent(new PointerEvent('pointermove', at));
         svg.dispatchEvent(new MouseEvent('click', at));
         return [document.querySelector('.live strong').textContent, location.hash]; })()""")
-    assert found[0].endswith("B1")
-    assert found[1] == "#point-B1"
+    assert shown[0].endswith("B1")
+    assert shown[1] == "#point-B1"
 
 
 def test_the_ball_is_on_the_membranes_at_the_impacts(browser: Browser) -> None:

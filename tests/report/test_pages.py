@@ -63,16 +63,16 @@ class Report:
 
 
 def texts(page: PageObject) -> list[Text]:
-    found = []
+    places = []
 
     def note(words: str, outer: Any, inner: Any, font: Any, size: float) -> None:
         if words.strip():
             height = inner[4] * outer[1] + inner[5] * outer[3] + outer[5]
             scale = (inner[0] * inner[3] - inner[1] * inner[2]) * (outer[0] * outer[3] - outer[1] * outer[2])
-            found.append(Text(words.strip(), height, abs(scale) ** 0.5 * size, "LibertinusSerif" in font["/BaseFont"]))
+            places.append(Text(words.strip(), height, abs(scale) ** 0.5 * size, "LibertinusSerif" in font["/BaseFont"]))
 
     page.extract_text(visitor_text=note)
-    return sorted((text for text in found if text.height > FOOTER), key=lambda text: -text.height)
+    return sorted((text for text in places if text.height > FOOTER), key=lambda text: -text.height)
 
 
 @pytest.fixture(scope="module", params=CASES, ids=" ".join)
@@ -81,7 +81,7 @@ def report(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     folder = tmp_path_factory.mktemp("pages")
     command, names = ("compare", COMPARED) if name == "comparison" else ("run", (name,))
     options = ["--format", "pdf", "--paper", paper, "-q", "-o", str(folder)]
-    assert main([command, *(str(EXAMPLES / f"{one}.yaml") for one in names), *options]) == (name == "ci/failing")
+    assert main([command, *(str(EXAMPLES / f"{name}.yaml") for name in names), *options]) == (name == "ci/failing")
     reader = PdfReader(folder / "report.pdf")
     return Report(name, paper, reader, [texts(page) for page in reader.pages])
 
@@ -145,8 +145,8 @@ def elements(node: Any, kind: str) -> Iterator[Any]:
 
 def below(node: Any) -> list[Any]:
     children = node.get("/K", [])
-    found = [child.get_object() for child in (children if isinstance(children, list) else [children])]
-    return [child for child in found if isinstance(child, dict)]
+    inner = [child.get_object() for child in (children if isinstance(children, list) else [children])]
+    return [child for child in inner if isinstance(child, dict)]
 
 
 def pages_of(node: Any) -> Iterator[int]:
@@ -158,8 +158,8 @@ def pages_of(node: Any) -> Iterator[int]:
 
 
 def test_figures_are_numbered_from_the_first_page_to_the_last(report: Report) -> None:
-    found = [re.fullmatch(r"Figure\s(\d+)\.", text.words) for page in report.texts for text in page]
-    numbers = [int(match[1]) for match in found if match]
+    captions = [re.fullmatch(r"Figure\s(\d+)\.", text.words) for page in report.texts for text in page]
+    numbers = [int(match[1]) for match in captions if match]
     assert numbers == list(range(1, len(numbers) + 1))
     assert len(numbers) > 1
 

@@ -19,15 +19,13 @@ from conftest import first
 from pages import Page, squeeze, tidy
 from pypdf import PdfReader
 
-from vireport.base.errors import RenderError, UsageError
+from vireport.base import RenderError, UsageError
 from vireport.figures import Picture, blank
-from vireport.gate.verdict import Question
+from vireport.gate import Question
 from vireport.report import Report, render_html, render_pdf
-from vireport.scenario.loading import load, loads
-from vireport.study import with_pages
-from vireport.study.provenance import provenance_of
-from vireport.study.study import Study, analyse
-from vireport.text.formatting import MINUS, words
+from vireport.scenario import load, loads
+from vireport.study import Study, analyse, provenance_of, with_pages
+from vireport.text import MINUS, words
 from vireport.wording import TEMPLATES
 
 ROOT = TEMPLATES.parent
@@ -88,9 +86,9 @@ def test_both_outputs_have_the_same_sections(name: str, page, reader) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_both_outputs_have_every_number(name: str, page, reader) -> None:
-    found = {squeeze(cell) for table in page(name).all_tables for row in table.rows for cell in row}
+    cells = {squeeze(cell) for table in page(name).all_tables for row in table.rows for cell in row}
     # In a PDF the text of cells that wrap may be in another order; numbers do not wrap.
-    numbers = {cell for cell in found if re.fullmatch(rf"[{MINUS}+]?[\d.]+(×10\S+|%)?", cell)}
+    numbers = {cell for cell in cells if re.fullmatch(rf"[{MINUS}+]?[\d.]+(×10\S+|%)?", cell)}
     assert len(numbers) > 60
     assert not {cell for cell in numbers if cell not in reader(name)[1]}
 
@@ -283,9 +281,9 @@ def test_without_the_ball_mass_there_is_no_energy(example) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_everything_left_out_is_named(name: str, page, study_of) -> None:
     rows = page(name).tables["Not in this report"].rows
-    found = {what: why.lower() for all_of_it, why in rows for what in all_of_it.lower().split("; ")}
+    reasons = {what: why.lower() for all_of_it, why in rows for what in all_of_it.lower().split("; ")}
     for step in study_of(name).plan.left_out:
-        assert found[words(step.what).lower()] == words(step.why).lower()
+        assert reasons[words(step.what).lower()] == words(step.why).lower()
     ids = page(name).attributes("id")
     assert [x for x in ids if x.startswith("VR")] == [alert.code for alert in study_of(name).alerts]
 
@@ -360,12 +358,12 @@ def test_source_date_epoch_is_the_only_clock(study_of, monkeypatch: pytest.Monke
 
 
 def test_the_page_needs_nothing_else(page) -> None:
-    found = page("inclined")
-    assert all(url.startswith(("#", "data:")) for name in ("href", "src") for url in found.attributes(name))
-    tags = {tag for tag, _ in found.tags}
+    report = page("inclined")
+    assert all(url.startswith(("#", "data:")) for name in ("href", "src") for url in report.attributes(name))
+    tags = {tag for tag, _ in report.tags}
     assert not tags & {"iframe", "object", "embed", "form"}
-    assert scripts(found) == [*["application/json"] * 3, None]
-    policy = next(a["content"] for t, a in found.tags if t == "meta" and a.get("http-equiv"))
+    assert scripts(report) == [*["application/json"] * 3, None]
+    policy = next(a["content"] for t, a in report.tags if t == "meta" and a.get("http-equiv"))
     assert policy is not None
     assert policy.startswith("default-src 'none';")
     for template in TEMPLATES.glob("*.j2"):
@@ -375,23 +373,23 @@ def test_the_page_needs_nothing_else(page) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_page_is_accessible(name: str, page) -> None:
-    found = page(name)
-    assert dict(found.tags)["html"]["lang"] == "en"
-    ids = found.attributes("id")
+    report = page(name)
+    assert dict(report.tags)["html"]["lang"] == "en"
+    ids = report.attributes("id")
     assert len(ids) == len(set(ids))
-    references = [url[1:] for url in found.attributes("href") if url.startswith("#")]
-    references += found.attributes("aria-labelledby")
+    references = [url[1:] for url in report.attributes("href") if url.startswith("#")]
+    references += report.attributes("aria-labelledby")
     assert set(references) <= set(ids)
-    for tag, attributes in found.tags:
+    for tag, attributes in report.tags:
         if tag == "img":
             assert attributes["alt"]
         if tag == "th":
             assert attributes["scope"] in ("col", "row")
         if attributes.get("role") == "math":
             assert attributes["aria-label"]
-    tags = [tag for tag, _ in found.tags]
+    tags = [tag for tag, _ in report.tags]
     assert tags.count("h1") == tags.count("main") == 1
-    assert tags.count("math") == found.attributes("role").count("math") > 20
+    assert tags.count("math") == report.attributes("role").count("math") > 20
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -492,16 +490,16 @@ def test_equations_have_roots_fractions_bars_and_accents_above_their_letters(mod
 
 
 def test_provenance_is_enough_to_repeat(model, page) -> None:
-    made = model("inclined").provenance
+    provenance = model("inclined").provenance
     for text in (
-        made.version,
-        made.scenario_sha256,
-        made.python,
-        made.command,
-        *(f"{n} {v}" for n, v in made.libraries),
+        provenance.version,
+        provenance.scenario_sha256,
+        provenance.python,
+        provenance.command,
+        *(f"{n} {v}" for n, v in provenance.libraries),
     ):
         assert text in page("inclined").text
-    assert {name for name, _ in made.libraries} == {
+    assert {name for name, _ in provenance.libraries} == {
         "jinja2",
         "matplotlib",
         "numpy",
@@ -509,7 +507,7 @@ def test_provenance_is_enough_to_repeat(model, page) -> None:
         "typst",
         "yaml",
     }
-    assert replace(made, timestamp=None).epoch == 0
+    assert replace(provenance, timestamp=None).epoch == 0
 
 
 def test_the_margin_names_the_pitchfork_on_the_way(study_of):

@@ -9,9 +9,9 @@ import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD, Bad
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from vireport.base.errors import ScenarioError
-from vireport.scenario import loads
-from vireport.scenario.blocks import MapFile, Scenario
+from vireport.base import ScenarioError
+from vireport.scenario import Scenario, loads
+from vireport.scenario.blocks import MapFile
 
 
 def refusal(text: str | bytes) -> ScenarioError:
@@ -32,7 +32,7 @@ def test_names_are_unique_and_cases_many():
 def test_every_mistake_is_named_by_line_and_key_in_one_line_of_our_words(case: Bad):
     error = refusal(case.text)
     assert error.exit_code == 2
-    assert [(mistake.line, mistake.path) for mistake in error.mistakes] == [found[:2] for found in case.expected]
+    assert [(mistake.line, mistake.path) for mistake in error.mistakes] == [place[:2] for place in case.expected]
     for mistake, (line, path, fragment) in zip(error.mistakes, case.expected, strict=True):
         assert fragment in mistake.message
         assert mistake.render("bad.yaml").startswith(f"bad.yaml:{line}: {path}: " if path else f"bad.yaml:{line}: ")

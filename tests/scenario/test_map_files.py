@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from vireport.base.errors import ScenarioError, UsageError
+from vireport.base import ScenarioError, UsageError
 from vireport.scenario import (
     Parameter,
     Sampling,
@@ -135,9 +135,9 @@ def test_every_parameter_of_a_scenario_can_be_varied():
 def test_a_mistake_is_named_by_line_and_key(old: str, new: str, expected: tuple[int, str, str]):
     assert old in TEXT
     text = TEXT.replace(old, new)
-    found = mistakes(text)
-    assert [expected[:2]] == [place[:2] for place in found]
-    assert expected[2] in found[0][2]
+    named = mistakes(text)
+    assert [expected[:2]] == [place[:2] for place in named]
+    assert expected[2] in named[0][2]
 
 
 @pytest.mark.parametrize(
@@ -160,9 +160,9 @@ def test_a_mistake_among_others(old: str, new: str, place: str, fragment: str):
     ],
 )
 def test_an_unknown_key_of_an_axis(key: str, path: str, fragment: str):
-    found = mistakes(TEXT.replace("count: 25", f"{key}: 25"))
-    assert [place[:2] for place in found] == [(7, "map.axes.1"), (10, path)]
-    assert fragment in found[1][2]
+    named = mistakes(TEXT.replace("count: 25", f"{key}: 25"))
+    assert [place[:2] for place in named] == [(7, "map.axes.1"), (10, path)]
+    assert fragment in named[1][2]
 
 
 def test_a_mistake_that_follows_from_another_one_is_left_out():
@@ -170,8 +170,8 @@ def test_a_mistake_that_follows_from_another_one_is_left_out():
         "map.axes.0.path"
     ]
     several = "values: [1, x, 2]"
-    found = mistakes(TEXT.replace("from: 0, to: 90, count: 20", several).replace("1, x, 2", "x"))
-    assert [path for _, path, _ in found] == ["map.axes.0.values.0"]
+    named = mistakes(TEXT.replace("from: 0, to: 90, count: 20", several).replace("1, x, 2", "x"))
+    assert [path for _, path, _ in named] == ["map.axes.0.values.0"]
 
 
 def test_all_mistakes_of_scenario_and_map_are_told_at_once():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from bad_scenarios import GOOD, MINIMAL
 
-from vireport.base.errors import ScenarioError
+from vireport.base import ScenarioError
 from vireport.scenario import loads, to_dict
 
 
@@ -104,8 +104,8 @@ def test_mistakes_in_overrides_name_the_override(override, path, fragment):
 def test_mistakes_in_file_and_overrides_are_named_together():
     with pytest.raises(ScenarioError) as caught:
         loads(GOOD.replace("0.1245", "x"), "s.yaml", ["sweep.to=-1", "inclination_deg=91"])
-    found = [(mistake.line, mistake.path) for mistake in caught.value.mistakes]
-    assert found == [(0, "inclination_deg"), (0, "sweep.to"), (4, "device.capsule_mass_kg")]
+    places = [(mistake.line, mistake.path) for mistake in caught.value.mistakes]
+    assert places == [(0, "inclination_deg"), (0, "sweep.to"), (4, "device.capsule_mass_kg")]
 
 
 def test_an_override_mends_a_value_of_the_file():

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import valid_trees
 
-from vireport.base.errors import ScenarioError
+from vireport.base import ScenarioError
 from vireport.scenario import Parameter, loads, to_dict
 
 REPEATABLE = settings(derandomize=True, max_examples=100, deadline=None)

@@ -13,7 +13,7 @@ import pytest
 from bad_scenarios import GOOD, MINIMAL
 from pydantic import ValidationError
 
-from vireport.base.errors import ScenarioError, UsageError
+from vireport.base import ScenarioError, UsageError
 from vireport.scenario import (
     Parameter,
     Scenario,
@@ -40,8 +40,8 @@ def test_examples(name):
     assert text.startswith("# yaml-language-server: $schema=scenario.schema.json\n")
     scenario = load(EXAMPLES / f"{name}.yaml").scenario
     sweep = scenario.sweep and (scenario.sweep.parameter, scenario.sweep.from_, scenario.sweep.to)
-    found = (scenario.inclination_deg, scenario.excitation.amplitude_n, scenario.device.length_m, sweep)
-    assert found == PAPER[name]
+    values = (scenario.inclination_deg, scenario.excitation.amplitude_n, scenario.device.length_m, sweep)
+    assert values == PAPER[name]
     assert (scenario.device.capsule_mass_kg, scenario.device.ball_mass_kg) == (0.1245, 0.0041)
     assert (scenario.device.restitution, scenario.excitation.frequency_hz) == (0.5, 2.0)
     assert (scenario.gravity_m_s2, scenario.period_ratio) == (9.8, 1)

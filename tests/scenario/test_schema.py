@@ -9,7 +9,7 @@ import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD
 from jsonschema import Draft202012Validator
 
-from vireport.base.errors import ScenarioError
+from vireport.base import ScenarioError
 from vireport.scenario import (
     Scenario,
     init_text,
@@ -114,7 +114,7 @@ UNITS = {"m": "m", "kg": "kg", "n": "N", "hz": "Hz", "deg": "deg", "v": "V", "mw
 @pytest.mark.parametrize("suffix", UNITS)
 def test_unit_in_the_key_is_the_unit_in_the_schema(suffix):
     ends = {path: [end for end in UNITS if path.endswith(f"_{end}")] for path in LEAVES}
-    matching = [path for path, found in ends.items() if max(found, key=len, default="") == suffix]
+    matching = [path for path, suffixes in ends.items() if max(suffixes, key=len, default="") == suffix]
     assert matching
     assert {KEYS[path]["unit"] for path in matching} == {UNITS[suffix]}
 

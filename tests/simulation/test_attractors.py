@@ -8,14 +8,29 @@ import numpy as np
 import pytest
 
 from vireport.physics import Groups
-from vireport.simulation import cycles
-from vireport.simulation.attractors import (
-    SETTLED,
+from vireport.simulation import (
+    BOTTOM,
+    PHASE,
+    REST,
+    RIDING,
+    RUNNING,
+    SETTLING,
+    TOP,
+    VELOCITY,
+    WALL,
+    Impact,
+    InFlight,
     Outcome,
     attractors,
+    check_model,
+    check_start,
+    cycles,
     diagram,
     find_attractor,
+    follow_impacts,
+    follow_one,
 )
+from vireport.simulation.attractors import SETTLED
 from vireport.simulation.cycles import (
     exponent,
     jacobians,
@@ -24,26 +39,7 @@ from vireport.simulation.cycles import (
     refine,
     word_of,
 )
-from vireport.simulation.events import (
-    BOTTOM,
-    TOP,
-    Impact,
-    InFlight,
-    as_start,
-    check_model,
-    check_start,
-    follow_impacts,
-    follow_one,
-)
-from vireport.simulation.kernel import (
-    PHASE,
-    REST,
-    RIDING,
-    RUNNING,
-    SETTLING,
-    VELOCITY,
-    WALL,
-)
+from vireport.simulation.events import as_start
 
 INCLINED = 0.1245 * 9.8 * sin(radians(45)) / 3
 CHAOS = (0.2545, 0.3, 0.5)
@@ -59,35 +55,35 @@ def trajectory(model, start, impacts):
 def test_the_period_four_orbit_of_figure_3gh() -> None:
     d, g = 0.2545, 0.1245 * 9.8 * sin(radians(45)) / 5.87
     for start in STARTS:
-        found = find_attractor(Groups(d, g, 0.5), start)
-        assert (found.outcome, found.word, found.period) == (Outcome.PERIODIC, "BTBT", 2)
-        cycle = found.cycle
+        attractor = find_attractor(Groups(d, g, 0.5), start)
+        assert (attractor.outcome, attractor.word, attractor.period) == (Outcome.PERIODIC, "BTBT", 2)
+        cycle = attractor.cycle
         assert cycle is not None
         assert cycle.velocity[0] == pytest.approx(0.71495891, abs=0.6e-8)
         assert cycle.phase[0] == pytest.approx(0.23548277, abs=0.6e-8)
         assert np.round(np.roll(cycle.flight, -1), 4).tolist() == [1.2131, 0.7495, 1.4245, 0.6129]
         assert cycle.residual < 1e-14
-        assert found.lyapunov == pytest.approx(log(0.08597951) / 2, abs=1e-6)
+        assert attractor.lyapunov == pytest.approx(log(0.08597951) / 2, abs=1e-6)
 
 
 @pytest.mark.parametrize(("away", "word"), [(1e-3, "BT"), (1e-5, "BT"), (-1e-5, "BTBT"), (-1e-3, "BTBT")])
 def test_near_a_period_doubling_the_transient_is_as_long_as_it_must_be(away: float, word: str) -> None:
-    found = find_attractor(Groups(DOUBLING + away, INCLINED, 0.5), Impact(BOTTOM, 0.9, 0.6), budget=2_000_000)
-    assert (found.outcome, found.word) == (Outcome.PERIODIC, word)
-    assert found.distance <= SETTLED
-    assert found.cycle is not None
-    assert found.cycle.residual < 1e-14
-    rate = abs(found.cycle.multipliers[0])
+    attractor = find_attractor(Groups(DOUBLING + away, INCLINED, 0.5), Impact(BOTTOM, 0.9, 0.6), budget=2_000_000)
+    assert (attractor.outcome, attractor.word) == (Outcome.PERIODIC, word)
+    assert attractor.distance <= SETTLED
+    assert attractor.cycle is not None
+    assert attractor.cycle.residual < 1e-14
+    rate = abs(attractor.cycle.multipliers[0])
     assert rate == pytest.approx(1 - abs(away) * (3.756 if away > 0 else 15.03), abs=5 * abs(away) ** 1.4)
     if abs(away) < 1e-4:
         needed = log(1e-4 / SETTLED) / -log(rate) * len(word)
-        assert needed / 2 < found.impacts < 10 * needed
+        assert needed / 2 < attractor.impacts < 10 * needed
 
 
 def test_a_transient_cut_by_the_budget_is_reported_with_its_distance() -> None:
-    found = find_attractor(Groups(DOUBLING + 1e-6, INCLINED, 0.5), Impact(BOTTOM, 0.9, 0.6), budget=400_000)
-    assert (found.outcome, found.word, found.impacts) == (Outcome.PERIODIC, "BT", 400_000)
-    assert SETTLED < found.distance < 1e-2
+    attractor = find_attractor(Groups(DOUBLING + 1e-6, INCLINED, 0.5), Impact(BOTTOM, 0.9, 0.6), budget=400_000)
+    assert (attractor.outcome, attractor.word, attractor.impacts) == (Outcome.PERIODIC, "BT", 400_000)
+    assert SETTLED < attractor.distance < 1e-2
 
 
 def test_the_pitchfork_has_two_mirror_orbits() -> None:
@@ -123,11 +119,11 @@ def test_twice_round_is_not_twice_the_period() -> None:
 
 
 def test_chaos_has_a_positive_exponent_and_no_word() -> None:
-    found = find_attractor(Groups(*CHAOS), STARTS[0], budget=50_000)
-    assert (found.outcome, found.word, found.period, found.cycle) == (Outcome.APERIODIC, "", 0, None)
-    assert found.impacts == 50_000
-    assert found.distance == inf
-    assert found.lyapunov > 0.1
+    attractor = find_attractor(Groups(*CHAOS), STARTS[0], budget=50_000)
+    assert (attractor.outcome, attractor.word, attractor.period, attractor.cycle) == (Outcome.APERIODIC, "", 0, None)
+    assert attractor.impacts == 50_000
+    assert attractor.distance == inf
+    assert attractor.lyapunov > 0.1
 
 
 def test_exponent_is_the_growth_of_a_small_difference() -> None:
@@ -190,9 +186,9 @@ def test_area_shrinks_by_the_square_of_r_and_is_kept_without_loss() -> None:
 @pytest.mark.parametrize("word", ["BT", "BTBT", "BBT"])
 def test_determinant_of_a_cycle_is_a_power_of_r(word: str) -> None:
     d, g = {"BT": (0.4604, INCLINED), "BTBT": (0.41, INCLINED), "BBT": (0.2, 0.3)}[word]
-    found = find_attractor(Groups(d, g, 0.5), STARTS[0])
-    assert found.word == word
-    cycle = found.cycle
+    attractor = find_attractor(Groups(d, g, 0.5), STARTS[0])
+    assert attractor.word == word
+    cycle = attractor.cycle
     assert cycle is not None
     model = check_model(Groups(d, g, 0.5))[0]
     lap = follow_one(model, (float(cycle.wall[0]), 0.0, cycle.velocity[0], cycle.phase[0]), len(word))[0]
@@ -210,16 +206,14 @@ def test_ends_of_every_kind() -> None:
         Outcome.PERIODIC: (0.4604, INCLINED, 0.5, STARTS[0]),
         Outcome.APERIODIC: (*CHAOS, STARTS[0]),
     }
-    found = {
-        outcome: find_attractor(Groups(*groups), start, budget=3000) for outcome, (*groups, start) in kinds.items()
-    }
-    assert all(end.outcome is outcome for outcome, end in found.items())
-    exponent = {outcome: end.lyapunov for outcome, end in found.items()}
+    ends = {outcome: find_attractor(Groups(*groups), start, budget=3000) for outcome, (*groups, start) in kinds.items()}
+    assert all(end.outcome is outcome for outcome, end in ends.items())
+    exponent = {outcome: end.lyapunov for outcome, end in ends.items()}
     assert exponent[Outcome.REST] == exponent[Outcome.STICKING] == -np.inf
     assert -np.inf < exponent[Outcome.PERIODIC] < 0 < exponent[Outcome.APERIODIC] < np.inf
     assert np.isnan(exponent[Outcome.FREE])
-    assert found[Outcome.APERIODIC].distance == np.inf
-    assert all(end.distance < 1e-8 for outcome, end in found.items() if outcome is not Outcome.APERIODIC)
+    assert ends[Outcome.APERIODIC].distance == np.inf
+    assert all(end.distance < 1e-8 for outcome, end in ends.items() if outcome is not Outcome.APERIODIC)
 
 
 def test_chaos_that_sticks_now_and_then_is_not_sold_as_a_cycle() -> None:
@@ -227,17 +221,17 @@ def test_chaos_that_sticks_now_and_then_is_not_sold_as_a_cycle() -> None:
     rng = np.random.default_rng(0)
     kinds = []
     for d, g in zip(rng.uniform(0.03, 0.45, 150), rng.uniform(0.4, 0.75, 150), strict=True):
-        found = find_attractor(Groups(d, g, 0.7), STARTS[0], budget=8000)
+        attractor = find_attractor(Groups(d, g, 0.7), STARTS[0], budget=8000)
         rows = trajectory((d, g, 0.7), STARTS[0], 8000)
         rides = (rows[rows[:, RIDING] > 0, WALL] == BOTTOM).sum()
-        if found.outcome is Outcome.STICKING:
-            assert found.cycle is not None
-            assert found.cycle.sticks
-            assert found.cycle.residual < cycles.STICK_TOL
+        if attractor.outcome is Outcome.STICKING:
+            assert attractor.cycle is not None
+            assert attractor.cycle.sticks
+            assert attractor.cycle.residual < cycles.STICK_TOL
             # What comes after a release comes after every release.
             lap = np.flatnonzero(rows[:, RIDING] > 0)[-1]
-            assert found.cycle.distance(rows[lap]) == 0.0
-        kinds.append((found.outcome, bool(rides > 1), len(found.word) > 20))
+            assert attractor.cycle.distance(rows[lap]) == 0.0
+        kinds.append((attractor.outcome, bool(rides > 1), len(attractor.word) > 20))
     assert kinds.count((Outcome.APERIODIC, True, False)) > 5
     assert kinds.count((Outcome.STICKING, True, False)) > 20
     assert kinds.count((Outcome.STICKING, True, True)) > 1
@@ -265,10 +259,10 @@ def test_words(velocities, rides, word: str) -> None:
     [(3.0, 1e-12), (-3.0, 1e-12), (0.1, 0.06), (0.0, 0.0), (-0.5, 0.0625), (2.0, 1.0)],
 )
 def test_multipliers_solve_their_polynomial(trace: float, determinant: float) -> None:
-    one, two = multipliers(trace, determinant)
-    assert abs(one) >= abs(two)
-    assert one + two == pytest.approx(trace, abs=1e-15)
-    assert one * two == pytest.approx(determinant, rel=1e-14, abs=1e-300)
+    larger, smaller = multipliers(trace, determinant)
+    assert abs(larger) >= abs(smaller)
+    assert larger + smaller == pytest.approx(trace, abs=1e-15)
+    assert larger * smaller == pytest.approx(determinant, rel=1e-14, abs=1e-300)
 
 
 def test_product_keeps_order_and_size() -> None:
@@ -309,9 +303,9 @@ def test_many_attractors_are_those_found_one_by_one() -> None:
     d = np.linspace(0.1, 0.5, 9)
     together = attractors(Groups(d, INCLINED, 0.5), STARTS, impacts=600)
     for row, value in zip(together, d, strict=True):
-        for found, start in zip(row, STARTS, strict=True):
+        for attractor, start in zip(row, STARTS, strict=True):
             alone = find_attractor(Groups(float(value), INCLINED, 0.5), start, budget=20_000)
-            assert (found.outcome, found.word, found.period) == (alone.outcome, alone.word, alone.period)
+            assert (attractor.outcome, attractor.word, attractor.period) == (alone.outcome, alone.word, alone.period)
 
 
 def test_equal_cycles_are_one_object_and_mirror_images_are_two() -> None:
@@ -350,8 +344,8 @@ def test_an_empty_list_of_starts_is_refused() -> None:
 
 def test_flights_that_lose_the_forcing_phase_are_not_called_chaotic() -> None:
     """Through d = 1e13 a ball flies some 1e13 t_c, after which rounding leaves nothing of the phase."""
-    found = find_attractor(Groups(1e13, 0.0, 0.5), InFlight(0.0, 0.8, 1.0))
-    assert (found.outcome, found.cycle) == (Outcome.UNRESOLVED, None)
+    attractor = find_attractor(Groups(1e13, 0.0, 0.5), InFlight(0.0, 0.8, 1.0))
+    assert (attractor.outcome, attractor.cycle) == (Outcome.UNRESOLVED, None)
     assert find_attractor(Groups(1e3, 0.0, 0.5), InFlight(0.0, 0.8, 1.0)).outcome is not Outcome.UNRESOLVED
 
 
@@ -367,9 +361,9 @@ def test_impacts_within_a_moment_are_no_periodic_motion() -> None:
 def test_a_slow_spiral_into_a_cycle_is_on_its_way() -> None:
     """At r = 1 - 1e-6 a motion is approached by 2e-6 in a period while it is circled: it cannot be waited for."""
     phase, velocity = 1.1037086014e-06, 0.7026427185643835
-    found = find_attractor(Groups(0.5, 0.0, 0.999999), Impact(BOTTOM, velocity * (1 + 1e-6), phase))
-    assert (found.outcome, found.word, found.period) == (Outcome.PERIODIC, "BT", 1)
-    assert SETTLED < found.distance < 1e-5
+    attractor = find_attractor(Groups(0.5, 0.0, 0.999999), Impact(BOTTOM, velocity * (1 + 1e-6), phase))
+    assert (attractor.outcome, attractor.word, attractor.period) == (Outcome.PERIODIC, "BT", 1)
+    assert SETTLED < attractor.distance < 1e-5
 
 
 def test_the_jacobian_of_a_flight_of_any_length_is_finite() -> None:

@@ -16,26 +16,24 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from vireport.physics import Groups
-from vireport.simulation.events import (
+from vireport.simulation import (
     BOTTOM,
-    TOP,
-    Impact,
-    InFlight,
-    as_start,
-    check_model,
-    check_start,
-    follow_impacts,
-    follow_one,
-)
-from vireport.simulation.kernel import (
     FLIGHT,
     FREE,
     PHASE,
     RIDING,
     SETTLING,
+    TOP,
     VELOCITY,
     WALL,
+    Impact,
+    InFlight,
+    check_model,
+    check_start,
+    follow_impacts,
+    follow_one,
 )
+from vireport.simulation.events import as_start
 
 FLIGHTS = 10_000
 # Where the terms of Z add up to no more than this many times t |Z'|, the crossing counts as transversal.
@@ -214,9 +212,9 @@ def test_impact_times_are_exact_to_a_few_ulp(flights) -> None:
     with mp.workdps(60):  # 40 good digits of the time need more where short hops cancel
         for i, row in enumerate(impact):
             target = 0 if row[WALL] == s["wall"][i] else mpf(float(s["d"][i]))
-            found = exact(row[FLIGHT], s["v"][i], s["gbar"][i], s["wall"][i], s["phase"][i], target)
-            assert found is not None, s["d"][i]
-            t, condition, rate = found
+            expected = exact(row[FLIGHT], s["v"][i], s["gbar"][i], s["wall"][i], s["phase"][i], target)
+            assert expected is not None, s["d"][i]
+            t, condition, rate = expected
             ulps = float(abs(t - mpf(float(row[FLIGHT])))) / np.spacing(float(t))
             if condition <= TRANSVERSAL:
                 worst = max(worst, ulps)
@@ -359,10 +357,10 @@ def test_ten_million_impacts_lose_no_accuracy() -> None:
 def test_a_turn_of_the_phase_changes_nothing() -> None:
     for start in (Impact(BOTTOM, 0.7, 0.25), InFlight(0.05, -0.2, 3.0)):
         turned = type(start)(*(getattr(start, f) for f in start.__slots__[:2]), start.phase + 2 * pi)
-        one = follow_one(check_model(Groups(*CHAOS))[0], check_start(start, CHAOS[0]), 30)[0]
+        followed = follow_one(check_model(Groups(*CHAOS))[0], check_start(start, CHAOS[0]), 30)[0]
         two = follow_one(check_model(Groups(*CHAOS))[0], check_start(turned, CHAOS[0]), 30)[0]
-        assert np.abs(one[1:, FLIGHT] - two[1:, FLIGHT]).max() < 1e-11
-        assert np.array_equal(one[:, WALL], two[:, WALL])
+        assert np.abs(followed[1:, FLIGHT] - two[1:, FLIGHT]).max() < 1e-11
+        assert np.array_equal(followed[:, WALL], two[:, WALL])
 
 
 def test_mirrored_motion_without_gravity() -> None:
@@ -370,12 +368,12 @@ def test_mirrored_motion_without_gravity() -> None:
     rng = np.random.default_rng(8)
     n = 20_000
     d, v, phase = rng.uniform(0.05, 0.8, n), rng.uniform(0.01, 1.5, n), rng.uniform(0, pi, n)
-    one = one_flight(d, 0.0, 1.0, np.ones(n), v, phase)
+    flight = one_flight(d, 0.0, 1.0, np.ones(n), v, phase)
     two = one_flight(d, 0.0, 1.0, -np.ones(n), -v, phase + pi)
-    assert np.array_equal(one[:, WALL], -two[:, WALL])
-    fast = np.abs(one[:, VELOCITY]) > 1e-3
-    assert np.abs(one[fast, FLIGHT] - two[fast, FLIGHT]).max() < 1e-12
-    assert np.abs(one[fast, VELOCITY] + two[fast, VELOCITY]).max() < 1e-12
+    assert np.array_equal(flight[:, WALL], -two[:, WALL])
+    fast = np.abs(flight[:, VELOCITY]) > 1e-3
+    assert np.abs(flight[fast, FLIGHT] - two[fast, FLIGHT]).max() < 1e-12
+    assert np.abs(flight[fast, VELOCITY] + two[fast, VELOCITY]).max() < 1e-12
 
 
 def test_a_start_in_flight_meets_the_flight_it_is_taken_from() -> None:

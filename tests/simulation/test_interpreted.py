@@ -54,9 +54,9 @@ def test_interpreted_impacts_are_the_compiled_ones() -> None:
 
 @pytest.mark.usefixtures("without_numba")
 def test_an_orbit_is_found_without_the_compiler() -> None:
-    found = find_attractor(Groups(0.4604, 0.1245 * 9.8 * np.sin(np.radians(45)) / 3, 0.5), Impact(BOTTOM, 1.0, 0.5))
-    assert (found.outcome, found.word) == (Outcome.PERIODIC, "BT")
-    assert found.cycle.velocity[0] == pytest.approx(1.00400474, abs=0.6e-8)
+    attractor = find_attractor(Groups(0.4604, 0.1245 * 9.8 * np.sin(np.radians(45)) / 3, 0.5), Impact(BOTTOM, 1.0, 0.5))
+    assert (attractor.outcome, attractor.word) == (Outcome.PERIODIC, "BT")
+    assert attractor.cycle.velocity[0] == pytest.approx(1.00400474, abs=0.6e-8)
 
 
 @pytest.mark.usefixtures("without_numba")

@@ -35,10 +35,10 @@ def test_starts_fill_the_states_evenly() -> None:
 
 
 def test_each_value_has_starts_of_its_own_and_every_run_the_same() -> None:
-    one, two = random_starts([0.4, 0.4], 2.0, 8, seed=3)
-    assert not np.isclose(one, two).any(axis=0)[1:].any()
-    np.testing.assert_array_equal(random_starts([0.4, 0.4], 2.0, 8, seed=3), [one, two])
-    assert not np.isclose(random_starts([0.4], 2.0, 8, seed=4)[0], one)[:, 1:].any()
+    left, right = random_starts([0.4, 0.4], 2.0, 8, seed=3)
+    assert not np.isclose(left, right).any(axis=0)[1:].any()
+    np.testing.assert_array_equal(random_starts([0.4, 0.4], 2.0, 8, seed=3), [left, right])
+    assert not np.isclose(random_starts([0.4], 2.0, 8, seed=4)[0], left)[:, 1:].any()
 
 
 def test_starts_reach_beyond_what_the_forcing_sustains_and_beyond_the_fastest_motion() -> None:

@@ -58,9 +58,9 @@ PUBLISHED = [
 
 @pytest.mark.parametrize(("d", "g", "velocity", "phase", "flights"), PUBLISHED)
 def test_published_orbits_are_arrived_at(d, g, velocity, phase, flights) -> None:
-    found = find_attractor(Groups(d, g, 0.5), Impact(BOTTOM, velocity * 1.01, phase * 0.98))
-    assert found.outcome is Outcome.PERIODIC
-    cycle = found.cycle
+    attractor = find_attractor(Groups(d, g, 0.5), Impact(BOTTOM, velocity * 1.01, phase * 0.98))
+    assert attractor.outcome is Outcome.PERIODIC
+    cycle = attractor.cycle
     assert cycle is not None
     assert cycle.word == "BT" * (len(flights) // 2)
     assert cycle.period == round(sum(flights) / 2)
@@ -179,7 +179,7 @@ def integrated(start, impacts: int, rtol: float):
     """Same motion with an ODE solver: DOP853, terminal events, no use of the closed form."""
     d, g, r = CHAOS
     wall, speed, phase = start
-    z, v, t, found = wall * d / 2, -r * speed, 0.0, []
+    z, v, t, history = wall * d / 2, -r * speed, 0.0, []
 
     def rate(t, y):
         return [y[1], g + np.cos(pi * t + phase)]
@@ -192,7 +192,7 @@ def integrated(start, impacts: int, rtol: float):
 
     bottom.terminal = top.terminal = True
     bottom.direction, top.direction = 1, -1
-    while len(found) < impacts:
+    while len(history) < impacts:
         run = solve_ivp(
             rate,
             (t, t + 9),
@@ -206,8 +206,8 @@ def integrated(start, impacts: int, rtol: float):
         side = BOTTOM if len(run.t_events[0]) else TOP
         t, v = run.t[-1], -r * run.y[1, -1]
         z = side * d / 2
-        found.append((side, t, run.y[1, -1]))
-    return np.array(found)
+        history.append((side, t, run.y[1, -1]))
+    return np.array(history)
 
 
 @pytest.mark.parametrize("start", STARTS, ids=str)
@@ -217,9 +217,9 @@ def test_an_ode_solver_converges_to_the_same_motion(start) -> None:
     times = np.cumsum(rows[1:, FLIGHT])
     errors = []
     for rtol in (1e-5, 1e-8, 1e-11):
-        found = integrated(start, impacts, rtol)
-        assert np.array_equal(found[:, 0], rows[1:, WALL])
-        error = np.maximum(np.abs(found[:, 1] - times), np.abs(found[:, 2] - rows[1:, VELOCITY])) / growth
+        steps = integrated(start, impacts, rtol)
+        assert np.array_equal(steps[:, 0], rows[1:, WALL])
+        error = np.maximum(np.abs(steps[:, 1] - times), np.abs(steps[:, 2] - rows[1:, VELOCITY])) / growth
         errors.append(error.max())
     assert errors[0] > 20 * errors[1] > 400 * errors[2] or errors[2] < 1e-13
     assert errors[2] < 1e-10

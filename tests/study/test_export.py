@@ -10,11 +10,10 @@ import math
 import numpy as np
 import pytest
 from exact import critical_motion, error_of, exact_row
+from mpmath import mpf
 
 from vireport.checks import reference
-from vireport.checks.reference import mpf
-from vireport.study import branches_csv, results_json
-from vireport.study.provenance import provenance_of
+from vireport.study import branches_csv, provenance_of, results_json
 
 ARRAYS = [
     *("sweep_value", "d", "gbar", "q", "phi_bottom_rad", "phi_top_rad", "velocity_bottom", "velocity_top"),
@@ -81,14 +80,14 @@ NAMES = {
 def test_numbers_are_within_the_bounds_written_beside_them(study) -> None:
     """By their names, against 40 digits."""
     errors: dict[str, float] = {}
-    for branch, found in zip(study.solution.branches, parse(study)["branches"], strict=True):
+    for branch, data in zip(study.solution.branches, parse(study)["branches"], strict=True):
         for row in np.linspace(0, len(branch.motions) - 1, 4).astype(int):
             with reference.precise():
                 exact = exact_row(study.solution.sweep, branch.motions, row, study.solution.membrane)
-                for column, bounds in found["error_bounds"].items():
+                for column, bounds in data["error_bounds"].items():
                     if column == "null_means" or bounds[row] is None:
                         continue
-                    errors[column] = error_of(found[column][row], exact[NAMES[column]], column)
+                    errors[column] = error_of(data[column][row], exact[NAMES[column]], column)
                     assert errors[column] <= bounds[row], (branch.number, row, column)
     assert set(errors) == set(NAMES) - {"stability", "admissible"}
 
@@ -104,7 +103,9 @@ def test_stable_ranges_and_margins_are_within_the_bounds_written_beside_them(stu
                 assert reason in exact or part[end] in (sweep.start, sweep.end)
                 assert abs(mpf(part[end]) - value) <= part[f"{end}_error_bound"]
         swept = results["design_point"]["parameter"]
-        margins = [one for one in results["design_point"]["margins"] if one["parameter"] == swept and one["label"]]
+        margins = [
+            margin for margin in results["design_point"]["margins"] if margin["parameter"] == swept and margin["label"]
+        ]
         assert len(margins) >= len(exact)
         for margin in margins:
             away = mpf(margin["distance"]) - (exact[margin["label"]] - mpf(results["design_point"]["value"]))

@@ -33,17 +33,17 @@ def of(text: str, *formats: str, **overrides: object):
     return plan(loads(text, overrides=over).scenario, formats or FORMATS)
 
 
-def why(made, task: Task) -> str:
-    (step,) = [step for step in made.steps if step.task is task]
+def why(planned, task: Task) -> str:
+    (step,) = [step for step in planned.steps if step.task is task]
     assert not step.runs
     return step.why
 
 
 def test_every_task_is_listed_once_and_runs_where_everything_is_asked_for():
-    made = of(EVERYTHING, *ALL_FORMATS, inclination_deg=0, device__membrane=ELECTRICAL)
-    assert sorted(step.task for step in made.steps) == sorted(Task)
-    assert [step.task for step in made.left_out] == [Task.OPTIMISE]
-    assert "vireport optimise" in why(made, Task.OPTIMISE)
+    planned = of(EVERYTHING, *ALL_FORMATS, inclination_deg=0, device__membrane=ELECTRICAL)
+    assert sorted(step.task for step in planned.steps) == sorted(Task)
+    assert [step.task for step in planned.left_out] == [Task.OPTIMISE]
+    assert "vireport optimise" in why(planned, Task.OPTIMISE)
 
 
 @pytest.mark.parametrize("text", [DESIGN, DESIGN + SWEEP, EVERYTHING])
@@ -57,26 +57,26 @@ def test_every_step_has_words_of_its_own(text: str):
 
 
 def test_a_design_point_has_no_branches_and_two_figures():
-    made, drawn = of(DESIGN), {Task.FIGURE_DEVICE, Task.FIGURE_MARGINS}
-    assert not made.runs(Task.BRANCHES, Task.CRITICAL, Task.CSV, *set(FIGURES) - drawn)
-    assert made.runs(Task.DESIGN)
-    assert all(made.runs(figure) for figure in (*drawn, Task.PNG))
-    assert why(made, Task.FIGURE_2) == "no sweep: a single design point has no branches to follow"
+    planned, drawn = of(DESIGN), {Task.FIGURE_DEVICE, Task.FIGURE_MARGINS}
+    assert not planned.runs(Task.BRANCHES, Task.CRITICAL, Task.CSV, *set(FIGURES) - drawn)
+    assert planned.runs(Task.DESIGN)
+    assert all(planned.runs(figure) for figure in (*drawn, Task.PNG))
+    assert why(planned, Task.FIGURE_2) == "no sweep: a single design point has no branches to follow"
 
 
 def test_reasons_name_what_is_missing():
-    made = of(DESIGN + SWEEP, device__length_m=None, device__ball_mass_kg=None)
-    assert why(made, Task.DESIGN) == "device.length_m is not given"
-    assert why(made, Task.ENERGY) == why(made, Task.FIGURE_7) == "device.ball_mass_kg is not given"
-    assert why(made, Task.SYMMETRIC).startswith("gravity along the capsule")
+    planned = of(DESIGN + SWEEP, device__length_m=None, device__ball_mass_kg=None)
+    assert why(planned, Task.DESIGN) == "device.length_m is not given"
+    assert why(planned, Task.ENERGY) == why(planned, Task.FIGURE_7) == "device.ball_mass_kg is not given"
+    assert why(planned, Task.SYMMETRIC).startswith("gravity along the capsule")
     assert why(of(DESIGN, inclination_deg=0, period_ratio=2), Task.SYMMETRIC).startswith("for an even period ratio")
 
 
 def test_figures_are_drawn_only_where_an_output_shows_them():
-    made = of(EVERYTHING, "json", "csv")
-    assert not made.runs(*FIGURES)
-    assert why(made, Task.FIGURE_2) == "no figure, HTML or PDF is asked for"
-    assert why(made, Task.HTML) == "not among the formats asked for"
+    planned = of(EVERYTHING, "json", "csv")
+    assert not planned.runs(*FIGURES)
+    assert why(planned, Task.FIGURE_2) == "no figure, HTML or PDF is asked for"
+    assert why(planned, Task.HTML) == "not among the formats asked for"
     assert of(EVERYTHING, "png").runs(Task.FIGURE_7)
 
 

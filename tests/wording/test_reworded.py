@@ -9,7 +9,8 @@ import pytest
 
 from vireport import analyse, load
 from vireport.base import RenderError
-from vireport.checks.paper import Agreement, ComparedRow, ComparedTypes, Misprint, PrintedPhase, PrintedQuantity
+from vireport.checks import Agreement, Misprint
+from vireport.checks.paper import ComparedRow, ComparedTypes, PrintedPhase, PrintedQuantity
 from vireport.cli import main
 from vireport.motions import Event, Stability, Symmetry
 from vireport.report.templates import fill

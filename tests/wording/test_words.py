@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from conftest import solved
 from jinja2 import nodes
 from jinja2.compiler import CodeGenerator
 from jinja2.meta import find_undeclared_variables
 
-from vireport import analyse, load
 from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
 from vireport.membranes import Grade
@@ -27,7 +26,6 @@ from vireport.wording import TEMPLATES, Words, environment_of
 from vireport.wording import templates as wording
 
 WORDS = sorted((TEMPLATES / "words").rglob("*.j2"))
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FROM_OUTSIDE = {"report", "macros"}
 """Names that sections take from the template that includes them."""
 
@@ -89,18 +87,12 @@ def said(words: str, macro: str, *given: object) -> str:
     return Words(words)(macro, *given)
 
 
-@cache
-def solved(name: str, **over: object):
-    given = {path.replace("__", "."): value for path, value in over.items()}
-    return analyse(load(EXAMPLES / f"{name}.yaml", given), ("json",)).solution
-
-
-def check(**found: object) -> SimpleNamespace:
+def check(**given: object) -> SimpleNamespace:
     """A simulation that found every stable motion again, and some other motions."""
     others = tuple(thing(count=count, name=name) for count, name in ((4, "BBT"), (3, "BTBT"), (2, "chaos"), (1, "B")))
     usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
     usual |= {"trials": 20, "reached": 15, "share": (0.75, 0.5, 0.9), "elsewhere": (), "motions": others, "values": [0]}
-    return thing(**usual | found, others=others)
+    return thing(**usual | given, others=others)
 
 
 def followed(*words: str) -> SimpleNamespace:

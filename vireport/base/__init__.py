@@ -2,6 +2,7 @@
 
 from vireport.base import interrupts, streams
 from vireport.base.errors import (
+    EXTRAS,
     Mistake,
     NumericalError,
     OutputError,
@@ -17,6 +18,7 @@ from vireport.base.shares import wilson
 from vireport.base.version import __version__
 
 __all__ = [
+    "EXTRAS",
     "Mistake",
     "NumericalError",
     "OutputError",

@@ -4,7 +4,7 @@ from vireport.chart import outputs
 from vireport.chart.chart import Chart, chart
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import FollowedLocus
-from vireport.chart.over import chart_of
+from vireport.chart.over import chart_of, plane_of
 from vireport.chart.plane import Plane, StraightSweep
 
 __all__ = [
@@ -16,4 +16,5 @@ __all__ = [
     "chart",
     "chart_of",
     "outputs",
+    "plane_of",
 ]

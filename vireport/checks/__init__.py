@@ -9,10 +9,10 @@ from vireport.checks.benchmark import stable_motion
 from vireport.checks.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
 from vireport.checks.hysteresis import Hysteresis
 from vireport.checks.methods import CLOSED, EXPLICIT, METHOD_NAMES, PRINTED, RK4, SIMULATED, SIMULATED_TRANSIENT, WHOLE
-from vireport.checks.paper import PAPER, PaperComparison, compare_with_paper
+from vireport.checks.paper import PAPER, Agreement, Misprint, PaperComparison, compare_with_paper
 from vireport.checks.reproduction import Reproduction, reproduce
 from vireport.checks.rootfinding import Floats, find_root
-from vireport.checks.timing import timed_in_turns
+from vireport.checks.timing import machine, timed_in_turns
 from vireport.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision, accuracy_data, measure
 
 __all__ = [
@@ -26,10 +26,12 @@ __all__ = [
     "SIMULATED",
     "SIMULATED_TRANSIENT",
     "WHOLE",
+    "Agreement",
     "CrossCheck",
     "Floats",
     "Hysteresis",
     "MethodRun",
+    "Misprint",
     "MotionCount",
     "PaperComparison",
     "Reproduction",
@@ -39,6 +41,7 @@ __all__ = [
     "crosscheck",
     "find_root",
     "is_one_to_one",
+    "machine",
     "measure",
     "measurements",
     "power",

@@ -2,7 +2,7 @@
 
 from vireport.gate.alerts import Alert, alerts, cause_of, longest_contact
 from vireport.gate.designs import DISPLACED, RINGS, Designs, extreme, keeps_motion
-from vireport.gate.evidence import Criterion, Evidence, Judgement, Limit, Question
+from vireport.gate.evidence import Criterion, Evidence, Limit, Question
 from vireport.gate.impacts import generated, impacts_of
 from vireport.gate.requirements import (
     REQUIREMENTS,
@@ -15,7 +15,7 @@ from vireport.gate.requirements import (
     required,
     unmet,
 )
-from vireport.gate.verdict import SWEEP_END, Verdict, WordedFact, WordedVerdict, verdict_of
+from vireport.gate.verdict import SWEEP_END, Status, Verdict, WordedFact, WordedVerdict, verdict_of
 
 __all__ = [
     "DISPLACED",
@@ -26,7 +26,6 @@ __all__ = [
     "Criterion",
     "Designs",
     "Evidence",
-    "Judgement",
     "Limit",
     "OfMargin",
     "OfMotions",
@@ -34,6 +33,7 @@ __all__ = [
     "OfShaker",
     "Question",
     "Requirement",
+    "Status",
     "Verdict",
     "WordedFact",
     "WordedVerdict",

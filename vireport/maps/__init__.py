@@ -1,8 +1,11 @@
 """Maps over two or more parameters, of any size."""
 
+from vireport.maps.cells import MapPlan, map_plan
 from vireport.maps.run import run_map, terminal_progress
 
 __all__ = [
+    "MapPlan",
+    "map_plan",
     "run_map",
     "terminal_progress",
 ]

@@ -3,14 +3,12 @@
 from vireport.optimise import outputs
 from vireport.optimise.grid import DesignGrid, JudgedDesign, grid_of
 from vireport.optimise.problem import Problem, problem_of
-from vireport.optimise.search import SearchEvidence, SearchResult, optimise
+from vireport.optimise.search import optimise
 
 __all__ = [
     "DesignGrid",
     "JudgedDesign",
     "Problem",
-    "SearchEvidence",
-    "SearchResult",
     "grid_of",
     "optimise",
     "outputs",
