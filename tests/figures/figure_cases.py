@@ -92,7 +92,7 @@ def motion(name: str) -> Portrait:
     starts = [Impact(BOTTOM, 0.7, 0.4)]
     length = d * force / (4 * M * FREQUENCY**2)
     groups = Groups(*map(float, device.groups(Parameter.LENGTH, length)))
-    return portrait(Groups(groups, starts, f"s = {Parameter.LENGTH.show(length)}"))
+    return portrait(groups, starts, f"s = {Parameter.LENGTH.show(length)}")
 
 
 def curves(axes: Axes) -> list[Line2D]:

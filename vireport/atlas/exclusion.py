@@ -224,6 +224,8 @@ class Exclusion:
         rows, x = self._solved(rows, x)
         if word.one_sided and len(corner) > 1:
             # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
+            # Without them 7e-6 and 1e-5 of all flight times of three and four such impacts stay undecided in an
+            # inclined capsule over 2 periods, with them none.
             solved, _ = self._solved(np.arange(len(rows)), x.by_others())
             rows, x = rows[solved], x.at(solved)
         possible, small = np.zeros(len(period), dtype=bool), np.flatnonzero(side[rows] <= WALLS)

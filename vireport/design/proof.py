@@ -112,8 +112,9 @@ def _tube(d: Affine, gbar: Affine, r: Affine, n: int, guess: Floats) -> tuple[Ma
     jacobian = np.stack([g.linear[FACTORS:TIME] / PROBE for g in residual])
     singular = np.linalg.det(jacobian.T) == 0
     inverse = np.linalg.inv(np.where(singular[:, None, None], np.eye(3), jacobian.T)).T
-    # dx/dp = -(df/dx)^-1 df/dp: a tube along it is narrower than one about a fixed point by what the factors move the
-    # motion, so that it need only hold what bends.
+    # dx/dp = -(df/dx)^-1 df/dp: the tube goes along with the motion, and need only hold what bends. About a fixed
+    # point, and without the sizes by which the factor to halve is chosen, a box of 1.5 to 3 % of three inputs of an
+    # inclined capsule stays wholly open, which is proved in two parts.
     along = -_applied(inverse, [g.linear[:FACTORS] for g in residual])
     guess = guess - _applied(inverse, [g.centre for g in residual])
     width = np.zeros_like(guess)

@@ -124,8 +124,6 @@ def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Be
                 begins = Event.GRAZING if len(removed) == count * len(rests) else Event.ZERO_VELOCITY
                 x = side.vector(own)
                 tangent = side.tangent(x)
-                # The point ends each of these families: the motions are on one side of it, and which is not known
-                # before.
                 yield from ((begins, side, *pair) for way in (tangent, -tangent) for pair in off(side, x, way))
 
 
