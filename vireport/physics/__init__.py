@@ -21,6 +21,7 @@ from vireport.physics.flight import Flight
 from vireport.physics.groups import Groups
 from vireport.physics.numbers import (
     ARRAYS,
+    COMPLEX,
     DIGITS,
     FLOATS,
     FUNCTION,
@@ -39,6 +40,7 @@ __all__ = [
     "AFFINE",
     "AFFINE_ROUNDING",
     "ARRAYS",
+    "COMPLEX",
     "DIGITS",
     "FINEST_D",
     "FINEST_GBAR",
