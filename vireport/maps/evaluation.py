@@ -25,7 +25,7 @@ from vireport.motions import (
     find_motions,
 )
 from vireport.physics import Groups, Membrane, voltages
-from vireport.scenario import DesignInput, MapSimulationBlock, Parameter
+from vireport.scenario import MapSimulationBlock, Parameter
 
 DECIMALS = 9
 """Decimals of the impact velocity up to which two motions are as fast: mirror images differ by rounding alone."""
@@ -99,10 +99,8 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
     """
     values = dict(zip(plan.names, cell_values(plan, numbers), strict=True))
     count = len(numbers)
-    varied = {name: value for name, value in values.items() if name not in ("restitution", "ball_mass_kg")}
-    # Restitution and ball mass go their own way, as neither changes d and gbar.
-    device = replace(plan.device, **varied)  # type: ignore[arg-type]
-    device = device.with_values({DesignInput.RESTITUTION: values["restitution"]}) if "restitution" in values else device
+    # The ball's mass is no number of the device: it counts for the voltage alone.
+    device = plan.device.with_values({name: value for name, value in values.items() if name != "ball_mass_kg"})
     known = device.groups(Parameter.LENGTH, device.length_m)
     groups = Groups(*(np.broadcast_to(np.asarray(group, dtype=float), count) for group in known))
     columns: dict[str, Any] = {**values, "d": groups.d, "gbar": groups.gbar}
