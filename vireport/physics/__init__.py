@@ -21,7 +21,6 @@ from vireport.physics.flight import Flight
 from vireport.physics.groups import Groups
 from vireport.physics.numbers import (
     ARRAYS,
-    COMPLEX,
     DIGITS,
     FLOATS,
     FUNCTION,
@@ -40,7 +39,6 @@ __all__ = [
     "AFFINE",
     "AFFINE_ROUNDING",
     "ARRAYS",
-    "COMPLEX",
     "DIGITS",
     "FINEST_D",
     "FINEST_GBAR",
