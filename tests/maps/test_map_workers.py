@@ -57,10 +57,10 @@ def test_kill_9_of_a_run_loses_no_chunk_and_leaves_no_process(file: Path, tmp_pa
     script, out = tmp_path / "run.py", tmp_path / "out"
     script.write_text(RUN, encoding="utf-8")
     run = subprocess.Popen([sys.executable, str(script), str(file), str(out)], start_new_session=True)
-    wait_until(lambda: len(list((out / ".chunks").glob("*.parquet"))) >= 3 or run.poll() is not None)
+    wait_until(lambda: len(list((out / ".chunks").glob("*.chunk"))) >= 3 or run.poll() is not None)
     run.kill()
     run.wait()
-    assert 3 <= len(list((out / ".chunks").glob("*.parquet"))) < 167
+    assert 3 <= len(list((out / ".chunks").glob("*.chunk"))) < 167
     wait_until(lambda: not is_running(run.pid))
     run_map(str(file), out, workers=1, draw=False)
     run_map(str(file), tmp_path / "calm", workers=1, draw=False)

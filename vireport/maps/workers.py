@@ -19,7 +19,6 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from functools import partial
 from importlib import import_module
-from io import BytesIO
 from multiprocessing import connection, forkserver, parent_process, resource_tracker
 from multiprocessing.context import BaseContext
 from typing import Any
@@ -232,7 +231,7 @@ def _on_cluster(store: Store, todo: deque[int], scheduler: str) -> Iterator[int]
         submit = partial(executor.submit, encoded_chunk, store.plan, store.map_sha256)
         for number, data in _complete(todo, submit, watch.room):
             try:
-                read_chunk(store, number, BytesIO(data))
+                read_chunk(store, number, data)
             except RejectedFileError as error:
                 raise NumericalError(
                     f"--scheduler {scheduler}: what a worker computed {error} (install the same versions everywhere)"
