@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 import socketserver
+import struct
 import subprocess
 import sys
 import threading
@@ -164,6 +165,39 @@ def test_something_else_in_the_place_of_a_scheduler_is_told(scheme: str, tmp_pat
         with pytest.raises(NumericalError, match="is no Dask scheduler"):
             compute_on(f"{scheme}://127.0.0.1:{server.server_address[1]}", tmp_path)
         server.shutdown()
+
+
+NONSENSE = {
+    "a frame that is no message": struct.pack("<QQQ", 21, 1, 5) + b"\xc1\xff\xff\xff\xff",
+    "more than there is memory for": struct.pack("<QQ", 1 << 62, 1 << 40),
+    "a page": b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("said", NONSENSE.values(), ids=NONSENSE)
+def test_a_scheduler_that_speaks_nonsense_is_told_in_one_line(said: bytes, file: Path) -> None:
+    class Nonsense(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            self.request.sendall(said)
+            self.request.recv(1000)
+
+    class Server(socketserver.ThreadingTCPServer):
+        daemon_threads = True
+
+    with Server(("127.0.0.1", 0), Nonsense) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        place = f"tcp://127.0.0.1:{server.server_address[1]}"
+        run = subprocess.run(
+            [sys.executable, "-m", "vireport", "sweep", file.name, "--scheduler", place],
+            cwd=file.parent,
+            capture_output=True,
+            text=True,
+        )
+        server.shutdown()
+    assert run.returncode == 3
+    (line,) = run.stderr.splitlines()
+    assert "is no Dask scheduler" in line
 
 
 @pytest.mark.slow

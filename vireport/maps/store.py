@@ -328,7 +328,7 @@ def _digest_of(path: Path) -> bytes:
 def _counted(store: Store, path: Path) -> StabilityCounts:
     """Count the cells of the whole map by the type of their motion."""
     counts: StabilityCounts = Counter()
-    with pq.ParquetFile(path) as file:
+    with open(path, "rb") as finished, pq.ParquetFile(finished) as file:
         _require_identity(file, store.identity())
         for group in range(file.num_row_groups):
             for pair in file.read_row_group(group, ["stability"]).column(0).value_counts().to_pylist():
@@ -347,8 +347,10 @@ def merge(store: Store, rejected: list[str]) -> StabilityCounts:
     unfinished = store.folder / UNFINISHED
     metadata = store.identity().metadata() | {b"map": store.text.encode()}
     try:
-        _write(unfinished, store.plan, metadata, _row_groups(store, rejected))
-        with open(unfinished, "rb+") as file:
+        # Opened here, as Arrow takes no name that is not UTF-8.
+        with open(unfinished, "wb") as file:
+            _write(file, store.plan, metadata, _row_groups(store, rejected))
+            file.flush()
             # Without it a power failure after the rename could leave the name with an empty file, and the chunks are
             # removed next.
             os.fsync(file.fileno())
