@@ -11,6 +11,7 @@ from __future__ import annotations
 import json as plain_json
 import os
 import sys
+from contextlib import nullcontext
 from difflib import get_close_matches
 from enum import StrEnum
 from pathlib import Path
@@ -501,10 +502,11 @@ def sweep(
     """Compute a map over two or more parameters. Begun anew, it resumes where it was interrupted."""
     from vireport.maps import run_map, terminal_progress
 
-    shown = None if quiet or not sys.stderr.isatty() else terminal_progress()
+    folder = output or _default_folder(map_file)
+    silent = quiet or not sys.stderr.isatty()
     try:
-        folder = output or _default_folder(map_file)
-        summary = run_map(map_file, folder, scheduler, workers, shown, figures)
+        with nullcontext() if silent else terminal_progress() as shown:
+            summary = run_map(map_file, folder, scheduler, workers, shown, figures)
         interrupts.check()
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None
