@@ -80,7 +80,10 @@ def _place(study: Study, line: int | None) -> dict[str, str]:
 
 def _from_root(path: Path) -> Path:
     """A path as the job's system counts it: from the root of the repository, where that is known."""
-    root, whole = Path(os.environ.get("GITHUB_WORKSPACE") or Path.cwd()).resolve(), path.resolve()
+    try:
+        root, whole = Path(os.environ.get("GITHUB_WORKSPACE") or Path.cwd()).resolve(), path.resolve()
+    except FileNotFoundError:  # the current folder has been deleted
+        return path
     return whole.relative_to(root) if whole.is_relative_to(root) else path
 
 

@@ -245,6 +245,10 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 what = _cost(scenario)
             elif runs and row.task is Task.ACCURACY:
                 what = _methods()
+            elif runs and row.task is Task.COMPLIANT:
+                what = f"{Task.COMPLIANT.what}: about a minute"
+            elif row.task is Task.OPTIMISE:
+                what = _search(scenario)
             elif runs and row.task is Task.MOTIONS and (limits := scenario.motion_limits):
                 periods = "periods" if limits.periods > 1 else "period"
                 most = f"at most {limits.impacts} impacts in {limits.periods} forcing {periods}"
@@ -283,4 +287,10 @@ def _cost(scenario: Scenario) -> str:
 def _methods() -> str:
     """The comparison of methods, with what it will lack."""
     lacking = "" if find_spec("numba") is not None else f", without those that need numba: {install_command('numba')}"
-    return f"{Task.ACCURACY.what}{lacking}"
+    return f"{Task.ACCURACY.what}: about a minute{lacking}"
+
+
+def _search(scenario: Scenario) -> str:
+    """The best design, with what its search will take: a run for each of the best cells, where these are needed."""
+    costly = scenario.tolerances or scenario.motion_limits or scenario.simulation
+    return f"{Task.OPTIMISE.what}, by vireport optimise: {'minutes' if costly else 'about 20 s'}"
