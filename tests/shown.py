@@ -1,4 +1,4 @@
-"""What a page or a terminal shows, read back: numbers with their digits and units, cells of tables, numbers in sentences.
+"""What a page or a terminal shows, read back: numbers with digits and units, cells of tables, numbers in sentences.
 
 A number that is shown is compared with what it should be in SI units, so that a column with another quantity, a wrong
 factor and a wrong unit in its head all fail, whatever the program computed on the way.
@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from itertools import takewhile
 
 NUMBER = r"[−+-]?\d+(?:\.\d+)?(?: × 10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|e[+-]\d+)?"
 PREFIXES = {"n": -9, "µ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
@@ -165,16 +166,15 @@ class TerminalTable:
 
 
 def terminal_tables(text: str) -> list[TerminalTable]:
-    """Read the tables of a terminal: columns are where blanks, two or more, stand one below another in all lines."""
+    """Read the tables of a terminal: lines with wide gaps below a caption, columns where all lines have one."""
     tables = []
     for block in re.split(r"\n\s*\n", text):
-        lines = block.splitlines()
-        for first in range(1, len(lines) - 1):
-            columns = _columns(lines[first:])
-            if len(columns) > 1 and "  " in lines[first].strip():
-                cells = [[line[start:end].strip() for start, end in columns] for line in lines[first:]]
-                tables.append(TerminalTable(lines[first - 1].strip(), cells[0], cells[1:]))
-                break
+        caption, *lines = block.splitlines()
+        lines = list(takewhile(lambda line: "  " in line.strip(), lines))
+        if len(lines) > 1:
+            columns = _columns(lines)
+            head, *rows = [[line[start:end].strip() for start, end in columns] for line in lines]
+            tables.append(TerminalTable(caption.strip(), head, rows))
     return tables
 
 

@@ -1,7 +1,7 @@
-"""What each table and sentence of a report should show, from results.json and the definitions: `TABLES`, `SENTENCES`.
+"""What each table and sentence of a report should show, from results.json and the definitions.
 
-A table of the report is held by a row of `TABLES`: its caption and a function that gives, of each row, what should stand
-under each head. One that has only words is named in `WORDS_ONLY`. A table that is in neither fails the tests.
+A table of the report is held by a row of `TABLES`: its caption and a function that gives, of each row, what should
+stand under each head. One that has only words is named in `WORDS_ONLY`. A table that is in neither fails the tests.
 """
 
 from __future__ import annotations
@@ -336,10 +336,6 @@ def motions_at_design(x: Results) -> list[Row]:
 # Voltage and energy.
 
 
-def _shown_in(volts: list[float]) -> str:
-    return "V"
-
-
 def voltages(x: Results) -> list[Row]:
     return [
         {
@@ -619,7 +615,7 @@ def families(x: Results) -> list[Row]:
                 "Begins": _end(of["begins_with"]),
                 "Ends": _end(of["ends_with"]),
                 "Uave": Amount(mean(gains), "V", 4),
-                " 2" if False else "": Amount(rate * mean(gains), "V/s", 4),
+                "": Amount(rate * mean(gains), "V/s", 4),
             }
         )
     return rows
@@ -701,6 +697,13 @@ def simulated(x: Results) -> list[Row]:
             *(percentage(basin[key], 3) for key in ("share", "low_95", "high_95")),
         )
     return [{"Question": question, "Answer": answer} for question, answer in answers.items()]
+
+
+OUTCOMES = {
+    "aperiodic": "chaotic, or not periodic within the budget",
+    "sticking": "chatter with sticking, periodic",
+    "rest": "at rest on the bottom membrane",
+}
 
 
 def _kind(of: dict[str, Any]) -> str:
@@ -911,16 +914,15 @@ def _of_stable(x: Results) -> Iterator[Said]:
         share = percentage(abs(distance) / getattr(x.device, end["parameter"]))
         name = _name(end)
         yield Said(
-            f"{{}} in {quantity} {name[0].upper()}{name[1:]} at {symbol} = {{}}, {'below' if distance < 0 else 'above'} "
-            "the design point",
+            f"{{}} in {quantity} {name[0].upper()}{name[1:]} at {symbol} = {{}}, "
+            f"{'below' if distance < 0 else 'above'} the design point",
             share, in_input(end["parameter"], end["sweep_value"]),
         )  # fmt: skip
         yield Said(f"), {{}} away in {quantity}.", share)
     if not x.sweep:
         nearest = x.ending[0]["parameter"]
         ordered = sorted(x.design["stable_range"], key=lambda part: part["parameter"] != nearest)
-        for lead, part in zip(("stable? ✓{}{}", *["{}{}"] * 5), ordered, strict=True):
-            del lead
+        for part in ordered:
             yield inequality(x, part, part["parameter"])
 
 
@@ -1057,9 +1059,7 @@ def _of_simulation(x: Results) -> Iterator[Said]:
         else Said("velocity uniform up to {} to {} of the unit yc in", number(min(fastest), 3), number(max(fastest), 3))
     )
     if (basin := of["basin"]) is not None:
-        interval = [percentage(basin[key]) for key in ("low_95", "high_95")]
         yield Said(f"Of {basin['trials']} random starts, {{}} reach it", percentage(basin["share"]))
-        del interval
 
 
 def headline(x: Results) -> Iterator[Said]:
@@ -1092,3 +1092,147 @@ def headline(x: Results) -> Iterator[Said]:
     if x.data["tolerances"] is not None and x.data["tolerances"]["answer"] == "refuted":
         of = x.data["tolerances"]["yield"]
         yield Said("stable for {} of the devices within the tolerances", percentage(of["share"]))
+
+
+# Comparisons, the best design, charts and figures.
+
+
+def ranking(named: dict[str, Results]) -> list[Row]:
+    """The ranking of scenarios with requirements: those that miss fewer come first, then larger margins."""
+    rows = []
+    for name, x in named.items():
+        criteria = x.data["requirements"]["criteria"]
+        met = sum(of["passed"] for of in criteria)
+        end, (part,) = x.ending[0], x.data["stable_range"]
+        average = min(mean([x.device.gain(v) for v in speeds]) for speeds in x.design_speeds)
+        share = abs(end["sweep_value"] / getattr(x.device, end["parameter"]) - 1)
+        row = {
+            "Scenario": name,
+            "Verdict": "Requirements not met" if met < len(criteria) else ANYTHING,
+            "Requirements": f"{met} of {len(criteria)}",
+            "Smallest margin": Said(f"{{}} in {SYMBOLS[end['parameter']][0]}", percentage(share)),
+            "Mean voltage": Said("{}", Amount(average, "V", 4)),
+            "Per second": Said("{}", Amount(2 * x.device.frequency_hz / x.device.period_ratio * average, "V/s", 4)),
+            "Stable range": inequality(x, part, x.parameter),
+        }
+        rows.append((len(criteria) - met, -share, row))
+    return [{"Rank": str(k), **row} for k, (_, _, row) in enumerate(sorted(rows, key=lambda of: of[:2]), 1)]
+
+
+def nearest_ends(named: dict[str, Results]) -> list[Row]:
+    """The nearest end of stable motion in each input, of scenarios as they are ranked."""
+    rows = []
+    for name in (row["Scenario"] for row in ranking(named)):
+        x, row = named[name], {"Scenario": name}
+        for parameter, (quantity, symbol, _) in SYMBOLS.items():
+            end = next(of for of in x.ending if of["parameter"] == parameter)
+            share = end["sweep_value"] / getattr(x.device, parameter) - 1
+            letter = {"period_doubling": "B", "fold": "C", "pitchfork": "C", "grazing": "G"}[end["kind"]]
+            said = Said("{}{} {}", "+" if share > 0 else "−", percentage(abs(share)), letter)
+            row[f"{quantity} {symbol}"] = said
+        rows.append(row)
+    return rows
+
+
+def differing_settings(named: dict[str, Results]) -> dict[tuple[str, str], Any]:
+    """The values that two scenarios do not share, by name and key."""
+    leaves = {name: dict(_leaves(x.scenario)) for name, x in named.items()}
+    keys = dict.fromkeys(key for of in leaves.values() for key in of)
+    return {
+        (name, key): of.get(key)
+        for key in keys
+        if key not in ("schema_version", "title")
+        for name, of in leaves.items()
+        if len({str(other.get(key)) for other in leaves.values()}) > 1
+    }
+
+
+def compared(named: dict[str, Results]) -> Iterator[Said]:
+    """What the terminal says of each quantity that differs."""
+    names = list(named)
+
+    def line(what: str, of: Callable[[Results], float], unit: str, digits: int, between: str = " and ") -> Said:
+        amounts = [Amount(of(x), unit, digits) for x in named.values()]
+        return Said(f"{what} {between.join(f'{{}} in {name}' for name in names)} (", *amounts)
+
+    def average(x: Results, pick: Callable[[Any], float]) -> float:
+        return pick(mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x))
+
+    yield line("Lowest U_ave over the stable range:", lambda x: average(x, min), "V", 4)
+    yield line("Highest U_ave over the stable range:", lambda x: average(x, max), "V", 4)
+    yield line("U_ave of the stable motion at the design point:", lambda x: mean(
+        [x.device.gain(v) for v in x.design_speeds[0]]), "V", 4)  # fmt: skip
+    for label in ("B1", "G1"):
+        yield line(
+            f"{label}, {'period doubling' if label == 'B1' else 'grazing'} of the asymmetric motion: d =",
+            lambda x, label=label: next(
+                x.device.at(x.parameter, of["sweep_value"]).d for of in x.points if of["label"] == label
+            ),
+            "", 6,
+        )  # fmt: skip
+    for parameter in ("frequency_hz", "length_m"):
+
+        def nearest(x: Results, parameter: str = parameter) -> float:
+            end = next(
+                of for of in x.ending
+                if (of["parameter"], of["kind"]) == (parameter, "period_doubling") and of["relative"] < 0
+            )  # fmt: skip
+            return 100 * (end["sweep_value"] / getattr(x.device, parameter) - 1)
+
+        yield line(
+            f"Margin from the design point to the period doubling below, in {SYMBOLS[parameter][1]}:", nearest, "%", 3
+        )
+
+
+def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
+    """What the captions and the alternative texts of figures 2, 4 and 7 say, by the figure."""
+    others = [key for key in SYMBOLS if key not in (x.parameter, "capsule_mass_kg", "restitution")]
+    held = ", ".join(f"{SYMBOLS[key][1]} = {{}}" for key in others)
+    amounts = [in_input(key, getattr(x.device, key), 8) for key in others]
+    amounts += [Amount(x.device.capsule_mass_kg, "kg", 8), number(x.device.restitution, 8)]
+    ends = [swept(x, x.sweep[end]) for end in ("from", "to")]
+    conditions = Said(f"{held}, M = {{}}, r = {{}}; {x.symbol} from {{}} to {{}}", *amounts, *ends)
+    for figure in ("figure-2", "figure-4", "figure-7"):
+        yield figure, conditions
+        places = [f"{point['label']} {{}}" for point in x.points]
+        yield (
+            figure,
+            Said(
+                f"Critical points, at {x.symbol}: {'; '.join(places)}.",
+                *(swept(x, of["sweep_value"]) for of in x.points),
+            ),
+        )
+    if x.parameter == "length_m":
+        yield "figure-2", Said("F/(2 M f) = {}", Amount(x.device.velocity_unit, "m/s", 4))
+    yield "figure-7", Said(
+        "m = {}, U_in = {}", Amount(1e3 * x.device.ball_mass_kg, "g", 4),
+        Amount(x.device.membrane["bias_voltage_v"], "V", 4),
+    )  # fmt: skip
+    volts = [mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x)]
+    yield (
+        "figure-7",
+        Said("Stable motions: average voltage {} to {}.", Amount(min(volts), "V", 3), Amount(max(volts), "V", 3)),
+    )
+    bottom, top = zip(*_speeds_along(x), strict=True)
+    if x.parameter == "length_m":
+        unit = x.device.velocity_unit
+        yield (
+            "figure-2",
+            Said(
+                "Stable motions: impact speed at the bottom {} to {}, impact speed at the top {} to {}, phase",
+                *(number(of / unit, 3) for of in (min(bottom), max(bottom), min(top), max(top))),
+            ),
+        )
+
+
+def of_margins(x: Results) -> Iterator[Said]:
+    """What the caption and the alternative text of the figure of margins say."""
+    end = x.ending[0]
+    quantity, symbol, _ = SYMBOLS[end["parameter"]]
+    value = in_input(end["parameter"], end["sweep_value"])
+    yield Said(f"The nearest end of stable motion is the {_name(end)} at {symbol} = {{}}.", value)
+    for key, slope in end["derivatives"].items():
+        shift = slope * getattr(x.device, key) / end["sweep_value"]
+        if shift:
+            yield Said(f"{SYMBOLS[key][0]} {{}}", Amount(shift, "%", 3))
+    yield Said(f"moves the {_name(end)} in {quantity} by:")
