@@ -204,7 +204,8 @@ def test_a_comparison_shows_its_values_in_the_columns_of_their_scenarios() -> No
         head, *lines = page.tables[caption].rows
         assert head[1:-1] == list(named)
         for quantity, *cells, apart in lines:
-            row = next(rows[key] for key in rows if quantity.startswith(key[:1].upper() + key[1:]))
+            name = re.sub(r" \[[^\]]*\]$", "", quantity).casefold()
+            row = next(row for key, row in rows.items() if key.replace("U_ave", "Uave").casefold() == name)
             for value, cell in zip(row["values"], cells, strict=True):
                 if value is not None:
                     wrong += [fault for fault in [Said("{}", number(value)).faults(cell.split(" (")[0], True)] if fault]
@@ -220,7 +221,8 @@ def search() -> SearchResult:
     """As a search might end: two inputs, three designs, and evidence with numbers that are all different."""
     overrides = {
         "device.length_m": 0.69, "design.maximise": "power_mw", "design.vary": [
-            {"path": "device.length_m", "from": 0.2, "to": 1.2}, {"path": "excitation.frequency_hz", "from": 1, "to": 4},
+            {"path": "device.length_m", "from": 0.2, "to": 1.2},
+            {"path": "excitation.frequency_hz", "from": 1, "to": 4},
         ], **DIELECTRIC, **required(margin_any_percent=5, stroke_at_most_m=0.35),
     }  # fmt: skip
     problem = problem_of(load(EXAMPLES / "design-point.yaml", overrides))
