@@ -544,6 +544,20 @@ def inputs_faults(x: Results, rows: list[list[str]]) -> Iterator[str]:
                 yield f"{key} is shown in {unit!r}"
 
 
+def printed_faults(rows: list[list[str]]) -> Iterator[str]:
+    """The numbers of the paper beside ours: they agree where they differ by less than one in the last digit printed."""
+    for quantity, printed, computed, told, _ in rows:
+        if printed != "—":
+            unit = 10.0 ** -len(printed.partition(".")[2])
+            agrees = abs(float(computed.replace("−", "-")) - float(printed.replace("−", "-"))) < unit
+            if len(computed.replace(".", "")) < len(printed.replace(".", "")):
+                yield f"{quantity}: {computed} is shown as computed to fewer digits than the paper has"
+            if told == "agrees" and not agrees and "d = " not in quantity:
+                yield f"{quantity}: {printed} beside {computed} is said to agree"
+        elif told:
+            yield f"{quantity}: nothing is printed, and it {told}"
+
+
 NO_UNIT = ("device.membrane.stiffness", "simulation.samples")
 
 
@@ -806,9 +820,6 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
 WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Slips in the text .*", "Types of motion along .*")
 """Captions of tables of words, or of numbers that are no results: what was run, with what."""
 
-ELSEWHERE = ("Values, and where they come from", "Numbers")
-"""Captions of tables that are held by functions of their own."""
-
 
 # Sentences: key numbers, alerts, notes below tables, the verdict.
 
@@ -842,6 +853,16 @@ def sentences(x: Results) -> Iterator[Said]:
                         f"At {{}} only the sweep ends: stable motion continues to the {kind} at {{}}.",
                         *(swept(x, value, 8) for value in ends),
                     )
+    for alert in x.data["alerts"]:
+        mark = "! Warning" if alert["severity"] == "warning" else "i Note"
+        cause, remedy = (" ".join(alert[key].replace("U_ave", "Uave").split()[:2]) for key in ("cause", "remedy"))
+        yield Said(f"{mark} {alert['code']}: {alert['title'].replace('U_ave', 'Uave')}. {cause}")
+        yield Said(f"Remedy. {remedy}")
+    if x.points and x.data["stable_range"] and any(alert["code"] == "VR011" for alert in x.data["alerts"]):
+        largest = max(point["error_bound"] for point in x.points)
+        yield Said(f"far above that of the solution, {{}} {x.unit} in {x.symbol}", Bound(largest))
+    if x.data["requirements"] is not None and not all(met for *_, met in _asked(x)):
+        yield Said("Verdict ✗ Requirements not met.")
     if x.design is not None:
         yield from _of_design(x)
     if x.stable:
