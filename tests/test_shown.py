@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import EXAMPLES
+from matplotlib.text import Text
 from pages import Page
 from shown import Amount, Bound, Said, plain, table_faults, terminal_tables
 from shown_tables import (
@@ -302,6 +303,15 @@ def test_the_best_design_is_told_with_its_own_numbers() -> None:
     (line,) = [line for line in picture.figure.axes[0].lines if line.get_marker() == "o"]
     expected = [(row["margin"].value, 1e3 * row["mean electrical power"].value) for row in rows]
     assert np.column_stack(line.get_data()) == pytest.approx(np.array(expected), rel=1e-9)
+    (required_margin,) = [line for line in picture.figure.axes[0].lines if line.get_linestyle() == "--"]
+    assert set(required_margin.get_xdata()) == {5.0}
+    costs = [1e3 * row["cost of 1 %"].value for row in rows[1:]]
+    legend = " ".join(text.get_text() for text in picture.figure.findobj(Text))
+    wrong += [
+        fault
+        for of in (Said("costs {} to {} mW", number(min(costs), 3), number(max(costs), 3)),)
+        if (fault := of.faults(legend))
+    ]
     assert not wrong, "\n".join(wrong)
 
 
@@ -372,5 +382,9 @@ def test_the_figures_of_a_design_point_have_the_numbers_of_the_results() -> None
     text = f"{drawn['figure-margins'].caption} {drawn['figure-margins'].alt}"
     wrong = [fault for said in of_margins(x) if (fault := said.faults(text))]
     assert not wrong, "\n".join(wrong)
+    end, bars = x.ending[0], [bar.get_width() for bar in drawn["figure-margins"].figure.axes[0].patches]
+    shifts = [slope * getattr(x.device, key) / end["sweep_value"] for key, slope in end["derivatives"].items()]
+    expected = sorted((shift for shift in shifts if shift), key=abs, reverse=True)
+    assert bars == pytest.approx(expected, rel=1e-9)
     device = drawn["figure-device"]
     assert Said("s = {}", Amount(x.device.length_m, "m", 6)).faults(device.alt) == ""
