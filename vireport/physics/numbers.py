@@ -8,7 +8,6 @@ rounding error. Affine numbers are in `affine`; balls are in `vireport.proofs`, 
 
 from __future__ import annotations
 
-import cmath
 import math
 from decimal import Decimal, getcontext
 from functools import lru_cache
@@ -101,8 +100,8 @@ def wrapped(angle: Any) -> Any:
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
-ARRAYS, FLOATS, COMPLEX = DoubleOps(np), DoubleOps(math), DoubleOps(cmath)
-"""Functions of arrays of doubles, of single ones, and of single complex numbers, for derivatives."""
+ARRAYS, FLOATS = DoubleOps(np), DoubleOps(math)
+"""Functions of arrays of doubles, complex ones among them for derivatives, and of single doubles."""
 
 
 class DecimalOps:
