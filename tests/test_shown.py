@@ -284,7 +284,9 @@ def test_the_best_design_is_told_with_its_own_numbers() -> None:
     for design in result.front:
         of = of_design(design)
         margin, power = 100 * abs(of.ending[0]["relative"]), power_w(of, *of.design_speeds[0])
-        cost = "" if before is None else Amount((before[1] - power) / (margin - before[0]), "W", 3)
+        # Where margin costs nothing, as a limit holds both values, the table has 0.
+        fall = 0.0 if before is None else max(before[1] - power, 0.0)
+        cost = "" if before is None else Amount(fall / (margin - before[0]), "W", 3)
         row = {"margin": Amount(margin, "%", 4), "mean electrical power": Amount(power, "W"), "cost of 1 %": cost}
         rows.append(
             row
