@@ -17,7 +17,7 @@ from vireport.motions.events import Event
 from vireport.motions.motion import Motion
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import Orbits
-from vireport.motions.periodicity import Grouped
+from vireport.motions.periodicity import Varied
 from vireport.motions.points import place_of, solved_on_sweep
 from vireport.motions.polish import DECIMALS, Equation, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
@@ -71,7 +71,7 @@ def at_value(sweep: Sweep, value: float) -> Equation:
 
 
 def solve_one_to_one(
-    grouped: Callable[[Any], Grouped],
+    grouped: Callable[[Any], Varied],
     orbit: Orbits,
     r: float,
     n: int,

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.motions.conditions import IMAGINARY
 from vireport.motions.motion import Motion
-from vireport.motions.periodicity import Grouped, residuals
-from vireport.physics import ARRAYS, DIGITS, DecimalOps, Groups, Word
+from vireport.motions.periodicity import Varied, linearised, residuals
+from vireport.physics import ARRAYS, DIGITS, FLOATS, DecimalOps, Groups, Word
 
 Floats = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ def newton(
         If the corrections do not settle, or lead farther.
     """
     start = [value if isinstance(value, Decimal) else Decimal(float(value)) for value in guess]
-    place, x = f"the motion near {', '.join(f'{float(value):.6g}' for value in guess)}", start
+    x = start
     for attempt in range(MOST_JACOBIANS):
         matrix = jacobian([float(value) for value in x]) if attempt < DOUBLE_JACOBIANS else _differences(exact, x)
         # Only residuals have to be exact. With a Jacobian in doubles each correction is a small share of the last, that
@@ -95,14 +95,19 @@ def newton(
             x = [value - Decimal(float(off)) for value, off in zip(x, step, strict=True)]
             size = float(np.abs(step).max())
             if not max(abs(float(a - b)) for a, b in zip(x[watched], start[watched], strict=True)) < reach:
-                raise NumericalError(f"{place} was lost (correction {size:.1g})")
+                raise NumericalError(f"{_near(guess)} was lost (correction {size:.1g})")
             # With one Jacobian each correction is about the same share of the last: so the next one is known.
             if size < SETTLED or (last and size * size < SETTLED * last and size < last):
                 return x
             if last and size > SLOW * last:
                 break
             last = size
-    raise NumericalError(f"{place} did not settle (last correction {size:.1g})")
+    raise NumericalError(f"{_near(guess)} did not settle (last correction {size:.1g})")
+
+
+def _near(guess: Sequence[Any]) -> str:
+    """The motion sought, in words."""
+    return f"the motion near {', '.join(f'{float(value):.6g}' for value in guess)}"
 
 
 def _differences(exact: Function, x: list[Decimal]) -> Floats:
@@ -153,7 +158,7 @@ class Solved:
 
 
 def solve_motion(
-    grouped: Callable[[Any], Grouped],
+    grouped: Callable[[Any], Varied],
     guess: Motion,
     equation: Equation,
     symmetric: bool = False,
@@ -164,7 +169,7 @@ def solve_motion(
     Parameters
     ----------
     grouped : callable
-        What varies of the device, in a kind of number: `DECIMALS` or `ARRAYS`.
+        What varies of the device, in a kind of number: `DECIMALS`, `ARRAYS` or `FLOATS`.
     guess : Motion
         Good to a few digits, with its touches as impacts of velocity zero.
     equation : callable
@@ -183,7 +188,7 @@ def solve_motion(
     half, k = count // 2, guess.word.periods
     back = [i for i, wall in enumerate(word.walls) if wall == word.walls[(i + 1) % count]]
     # What is held depends on the kind of number alone: worked out at each correction it took a tenth of the time.
-    models = {ops: grouped(ops) for ops in (DECIMALS, ARRAYS)}
+    exact, arrays, floats = (grouped(ops) for ops in (DECIMALS, ARRAYS, FLOATS))
 
     def whole(y: list[Any]) -> list[Any]:
         if not symmetric:
@@ -192,27 +197,42 @@ def solve_motion(
         velocity, time = y[:half], y[half:-1]
         return [*velocity, *(-v for v in velocity), *time, *(t + k for t in time), y[-1]]
 
-    def conditions(y: list[Any], ops: Any) -> list[Any]:
-        x, model = whole(y), models[ops]
-        values = residuals(word, x, model, ops)
-        # A flight back to the membrane that it left covers nothing in no time either: divided by its duration, the
-        # distance only vanishes where the ball has been away. Touches a moment after an impact are lost otherwise.
+    def duration(x: Sequence[Any], i: int) -> Any:
+        return (x[count + i + 1] if i + 1 < count else x[count] + 2 * k) - x[count + i]
+
+    # A flight back to the membrane that it left covers nothing in no time either: divided by its duration, the distance
+    # only vanishes where the ball has been away. Touches a moment after an impact are lost otherwise.
+    def conditions(y: list[Any]) -> list[Any]:
+        x = whole(y)
+        values = residuals(word, x, exact, DECIMALS)
         for i in back:
-            duration = (x[count + i + 1] if i + 1 < count else x[count] + 2 * k) - x[count + i]
-            if ops is DECIMALS and not duration:
+            if not duration(x, i):
                 raise NumericalError(f"two impacts of {word.letters} come at one time")
-            values[2 * i + 1] /= duration
+            values[2 * i + 1] /= duration(x, i)
         # Of a symmetric motion the second half of the conditions repeats the first one, and is left out.
-        return [*values[: len(y) - 1], equation(x, model.at(x[2 * count :]), ops)]
+        return [*values[: len(y) - 1], equation(x, exact.at(x[2 * count :]), DECIMALS)]
 
     def jacobian(y: list[float]) -> Floats:
-        # One evaluation for all derivatives: an unknown is an array, moved in its own column only.
-        steps = np.array(y)[:, None] + 1j * IMAGINARY * np.eye(len(y))
-        return np.imag(conditions(list(steps), ARRAYS)) / IMAGINARY
+        x = whole(y)
+        values, rows = linearised(word, np.array(x), floats)
+        for i in back:
+            by_times = np.zeros(len(x))
+            by_times[[count + i, count + (i + 1) % count]] += -1.0, 1.0
+            rows[2 * i + 1] -= values[2 * i + 1] / duration(x, i) * by_times
+            rows[2 * i + 1] /= duration(x, i)
+        if symmetric:
+            rows = rows[: 2 * half]
+            by_velocity, by_time = np.split(rows[:, : 2 * count], 2, axis=1)
+            moved = by_velocity[:, :half] - by_velocity[:, half:], by_time[:, :half] + by_time[:, half:]
+            rows = np.hstack([*moved, rows[:, 2 * count :]])
+        # The equation has no derivatives of its own: each unknown is an array, moved in its own column only.
+        steps = whole(list(np.array(y)[:, None] + 1j * IMAGINARY * np.eye(len(y))))
+        slope = np.imag(equation(steps, arrays.at(steps[2 * count :]), ARRAYS)) / IMAGINARY
+        return np.vstack([rows, slope])
 
     start = [*guess.velocity.tolist(), *guess.time.tolist(), guess.coordinate]
     if symmetric:
         start = [*start[:half], *start[count : count + half], start[-1]]
     times = slice(half, 2 * half) if symmetric else slice(count, 2 * count)
-    x = whole(newton(lambda y: conditions(y, DECIMALS), jacobian, start, reach, times))
-    return Solved(word, x, models[DECIMALS].at(x[2 * count :]), symmetric)
+    x = whole(newton(conditions, jacobian, start, reach, times))
+    return Solved(word, x, exact.at(x[2 * count :]), symmetric)
