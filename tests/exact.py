@@ -150,7 +150,7 @@ def critical_motion(sweep: Sweep, critical: Point) -> list[Any]:
     border = {Event.PERIOD_DOUBLING: -(1 + r**4), Event.NODE_FOCUS: 2 * r * r}.get(critical.event, 1 + r**4)
     guess = [point.velocity_bottom, point.phi_bottom, point.u, critical.sweep_value]
     orbit = orbits(np.array([point.u]), np.array([point.phi_bottom]), float(r), n)
-    near = touches(orbit, float(r))
+    near = touches(orbit, orbit.flights(float(r)))
 
     def condition(state: reference.State, d: Any, gbar: Any, *time: Any) -> list[Any]:
         if critical.rest is not None:

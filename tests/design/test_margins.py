@@ -143,7 +143,8 @@ def exact_end(device: Device, inputs: dict[str, Any], end: Margin) -> Any:
     n, point, r0 = device.period_ratio, end.point.closed, float(device.restitution)
     symmetric = end.point.symmetry is Symmetry.SYMMETRIC
     r0 = end.sweep_value if end.parameter is DesignInput.RESTITUTION else r0
-    near = touches(orbits(np.array([point.u]), np.array([point.phi_bottom]), r0, n), r0)
+    orbit = orbits(np.array([point.u]), np.array([point.phi_bottom]), r0, n)
+    near = touches(orbit, orbit.flights(r0))
     grazing = end.event is Event.GRAZING
     at_rest = grazing and end.point.rest is not None
 

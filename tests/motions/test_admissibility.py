@@ -57,7 +57,7 @@ def test_gap_against_dense_sampling(seed: int, n: int) -> None:
 def test_turning_points_are_at_rest_and_inside_their_flight(n: int) -> None:
     o, r = random_motions(11, n)
     count = 0
-    for impact, turn in flight_turns(o, r):
+    for impact, turn in flight_turns(o, o.flights(r)):
         k, upward = turn.index, impact == 0
         before = o.velocity_bottom[k] if upward else o.velocity_top[k]
         sine, cosine = (o.sin_phi[k], o.cos_phi[k]) if upward else (o.sin_top[k], o.cos_top[k])

@@ -271,9 +271,10 @@ def _candidates(sweep: Sweep, event: Event, point: OneToOne) -> Iterator[Candida
 
 def _touching(orbit: Orbits, r: float) -> Iterator[Touching]:
     """Turning points near a wall, the nearest first, then touches shortly after an impact."""
-    for _, time, upward, at_start in touches(orbit, r)[:FIRST_TRIES]:
+    flights = orbit.flights(r)
+    for _, time, upward, at_start in touches(orbit, flights)[:FIRST_TRIES]:
         yield Touching(upward, at_start, time)
-    for upward, way in zip((True, False), orbit.flights(r), strict=True):
+    for upward, way in zip((True, False), flights, strict=True):
         acceleration, jerk = float(way.pressing(way.cosine)[0]), float(way.jerk(way.sine)[0])
         if r == 0:
             # The ball leaves at rest, and touches where the membrane begins to hold it.

@@ -214,7 +214,7 @@ def _solved(device: Device, end: Ending) -> tuple[Solved, tuple[int, ...], tuple
 
 def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
     """The end of a motion as it was located, where it does not settle in decimals."""
-    orbit, r = _place(device, end)
+    orbit, _ = _place(device, end)
     position, line = float(end.x[-1]), along(end.line, device, FLOATS)
     numbers = {name: float(getattr(orbit, field)[0]) for name, field in LOCATED.items()}
     # A root that does not settle is known as far as the path was halved: its bracket is stated as the error, instead
@@ -226,7 +226,7 @@ def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
         for at in (position, position - left_open, position + left_open)
     )
     event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
-    closed = one_to_one(r, device.period_ratio, numbers, bounds)
+    closed = one_to_one(device.period_ratio, numbers, bounds)
     motion = motion_of(orbit, device.period_ratio, position)
     error = max(abs(other - value) for other in ends)
     return Point(event, motion, numbers["d"], numbers["gbar"], value, error, closed)

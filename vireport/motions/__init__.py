@@ -2,7 +2,6 @@
 
 from vireport.motions.branches import Branch, admissible_families
 from vireport.motions.conditions import Condition
-from vireport.motions.critical import motion_at, motion_of, place_at, solve_one_to_one
 from vireport.motions.diagram import BifurcationDiagram, TableRow, solve, table
 from vireport.motions.error_bounds import NO_BOUND, one_to_one_bounds, rounded_up, undecided
 from vireport.motions.events import CRITICAL, TRACE_LEVELS, Event
@@ -14,7 +13,18 @@ from vireport.motions.one_to_one import Motions, impact_velocities, motions_of
 from vireport.motions.orbits import Orbits, coefficients, orbits
 from vireport.motions.paths import RANK, STEEPEST, Arc, Curve, Path, PathPoint, Trail, completed, follow
 from vireport.motions.periodicity import Model, linearised, residuals, trace, weighted_trace
-from vireport.motions.points import OneToOne, Point, model_of, one_to_one, point_of, polished
+from vireport.motions.points import (
+    OneToOne,
+    Point,
+    model_of,
+    motion_at,
+    motion_of,
+    one_to_one,
+    place_at,
+    point_of,
+    polished,
+    solve_one_to_one,
+)
 from vireport.motions.pointwise import PointwiseMotions, differentiated_motions, find_motions
 from vireport.motions.polish import DECIMALS, FARTHEST, Solved, in_decimals, newton
 from vireport.motions.stability import (

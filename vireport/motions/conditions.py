@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import prod
 from typing import Any
@@ -78,6 +78,10 @@ class Condition:
         x = [x[i] for i in (*kept, *(count + i for i in kept))]
         level = self.sign * TRACE_LEVELS[self.event](groups.decay(word.walls))
         return weighted_trace(word, x, groups, ops) - level * prod(x[: len(kept)])
+
+    def equation(self, word: Word) -> Callable[[Sequence[Any], Groups[Any], Any], Any]:
+        """The condition for the motions of one word, of (unknowns, groups, functions of the kind of number)."""
+        return lambda x, groups, ops: self.value(word, x, groups, ops)
 
     def linearised(self, word: Word, x: Floats, groups: Groups[float], gradients: Floats) -> tuple[float, Floats]:
         """The value and its derivatives by the unknowns, over the length of these.

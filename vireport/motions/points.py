@@ -1,12 +1,16 @@
-"""Motions at which something happens, with error bounds: critical points of a sweep, and where families meet."""
+"""Motions at which something happens, with error bounds: critical points of a sweep, and where families meet.
+
+From where a motion is in doubles, or in the closed form of 1:1 motions, to its last digit. Grazing, where a turning
+point of the ball comes to touch a membrane and a family ends, is the touch as an impact of velocity zero.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import lru_cache
-from math import inf
+from math import inf, pi
 from typing import Any
 
 import numpy as np
@@ -15,11 +19,17 @@ from vireport.base import NumericalError
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion, Symmetry
-from vireport.motions.orbits import orbits
-from vireport.motions.periodicity import Model, trace
+from vireport.motions.one_to_one import Motions
+from vireport.motions.orbits import Orbits
+from vireport.motions.periodicity import Model, Varied, trace
 from vireport.motions.polish import DECIMALS, Equation, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
-from vireport.physics import FLOATS, Groups
+from vireport.motions.turning import near_touch
+from vireport.physics import ARRAYS, FLOATS, Word
+
+AT_ONCE = 1e-9
+"""Time since the impact, below which a touch is as good as the moment in which the membrane begins to hold the ball:
+the expansion is off by a share of the time, so what it says of the acceleration by the square of that."""
 
 DETAILS = {
     (Event.PERIOD_DOUBLING, None): "lambda = -1",
@@ -140,7 +150,7 @@ def point_of(
     velocity = np.array([float(number) for number in solved.x[:count]])
     time = np.array([float(number) for number in solved.x[count : 2 * count]])
     velocity[list(rests)] = 0.0
-    d, gbar, r = map(float, solved.groups)
+    d, gbar, _ = map(float, solved.groups)
     rounded = float(value)
     error = max(abs(float(value - Decimal(rounded))), float(np.spacing(abs(rounded))))
     motion = Motion(word, velocity, time, float(solved.x[-1]))
@@ -161,7 +171,7 @@ def point_of(
     # Rounding to a double is half a spacing; a whole one also covers what the polish has left.
     bounds = {name: float(np.spacing(abs(number))) for name, number in numbers.items()}
     bounds |= {name: 0.0 for i, name in ((bottom, "velocity_bottom"), (top, "velocity_top")) if i in rests}
-    return Point(event, motion, d, gbar, rounded, error, one_to_one(r, word.periods, numbers, bounds))
+    return Point(event, motion, d, gbar, rounded, error, one_to_one(word.periods, numbers, bounds))
 
 
 def place_of(solved: Solved, bottom: int = 0, top: int = 1) -> tuple[float, float]:
@@ -181,13 +191,12 @@ def place_of(solved: Solved, bottom: int = 0, top: int = 1) -> tuple[float, floa
     return u, float(DECIMALS.pi * start % (2 * DECIMALS.pi))
 
 
-def one_to_one(r: float, n: int, numbers: dict[str, float], bounds: dict[str, float]) -> OneToOne:
+def one_to_one(n: int, numbers: dict[str, float], bounds: dict[str, float]) -> OneToOne:
     """Complete the numbers of a 1:1 motion, with their bounds, by the phase at the top."""
     u, phi = numbers["u"], numbers["phi_bottom"]
-    orbit = orbits(u, phi, r, n)
-    phi_top = float(np.mod(np.arctan2(orbit.sin_top, orbit.cos_top), 2 * np.pi))
     # The phase at the top is phi + pi T q, T = 2n: it moves by 2 pi n with u, and by one with the phase at the bottom.
-    rounding = (10 + 10 * n) * float(np.finfo(float).eps)
+    phi_top = (phi + pi * n + 2 * pi * n * u) % (2 * pi)
+    rounding = (10 + 15 * n) * float(np.finfo(float).eps)
     top = {"phi_top": bounds["phi_bottom"] + 2 * np.pi * n * bounds["u"] + rounding}
     return OneToOne(u, phi, phi_top, numbers["velocity_bottom"], numbers["velocity_top"], {**bounds, **top})
 
@@ -222,11 +231,7 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
     # Delta = tr^2 - 4 det is zero at two traces of opposite sign: the double has chosen one.
     sign = -1 if event is Event.NODE_FOCUS and trace(motion.word, x, model) < 0 else 1
-    condition = Condition(event, motion.rests, sign)
-
-    def equation(x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
-        return condition.value(motion.word, x, groups, ops)
-
+    equation = Condition(event, motion.rests, sign).equation(motion.word)
     with in_decimals():
         try:
             solved = solved_on_sweep(sweep, motion, equation, event is Event.PITCHFORK)
@@ -237,3 +242,122 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
             return Point(event, motion, float(d), float(gbar), float(sweep.value(d, gbar)), inf)
         d, gbar, _ = solved.groups
         return point_of(solved, event, sweep.value(d, gbar, DECIMALS), motion.rests)
+
+
+def motion_of(orbit: Orbits, n: int, coordinate: float) -> Motion:
+    """The motion of numbers of the closed form, or of arrays of length one.
+
+    Parameters
+    ----------
+    orbit : Orbits
+    n : int
+        Forcing periods per motion.
+    coordinate : float
+        What varies.
+    """
+    start, up = (float(np.ravel(column)[0]) for column in (orbit.phi, orbit.time_up))
+    velocity = np.ravel([orbit.velocity_bottom, orbit.velocity_top])
+    return Motion(Word((1, -1), n), velocity, np.array([start / pi, start / pi + up]), coordinate)
+
+
+def motion_at(motions: Motions, row: int, n: int) -> Motion:
+    """A row of 1:1 motions, in n forcing periods, by its impacts; what varies is the swept value."""
+    start, up = motions.phi_bottom[row] / pi, 2 * n * (0.5 + motions.u[row])
+    velocity = np.array([motions.velocity_bottom[row], motions.velocity_top[row]])
+    return Motion(Word((1, -1), n), velocity, np.array([start, start + up]), float(motions.sweep_value[row]))
+
+
+def solve_one_to_one(
+    grouped: Callable[[Any], Varied],
+    orbit: Orbits,
+    r: float,
+    n: int,
+    coordinate: float,
+    condition: Condition,
+    symmetric: bool,
+) -> tuple[Solved, tuple[int, ...]]:
+    """Solve for a 1:1 motion at which a condition holds; within `in_decimals`.
+
+    Parameters
+    ----------
+    grouped : callable
+        As for `polish.solve_motion`.
+    orbit : Orbits
+        The motion as far as it is known (arrays of length one).
+    r : float
+        Restitution coefficient there.
+    n : int
+        Forcing periods per motion.
+    coordinate : float
+        What varies there.
+    condition : Condition
+        The impacts in `rests` are 0 for the bottom and 1 for the top; not needed for grazing.
+    symmetric : bool
+        Whether the motion is its own mirror image.
+
+    Returns
+    -------
+    Solved
+    tuple of int
+        The impacts of it that are touches.
+
+    Raises
+    ------
+    NumericalError
+        If it does not settle.
+    """
+    motion = motion_of(orbit, n, coordinate)
+    touched: tuple[int, ...] = ()
+    if condition.event is Event.GRAZING:
+        touch = near_touch(orbit, r)
+        if touch.acceleration is not None:
+            pressing = _pressing(motion.word, 0 if touch.upward else 1, touch.acceleration)
+            solved = solve_motion(grouped, motion, pressing, symmetric)
+            if touch.time < AT_ONCE:  # for r = 0 the ball starts at rest, and touches where the membrane begins to hold
+                return solved, ()
+            velocity, time = (np.array([float(v) for v in part]) for part in (solved.x[:2], solved.x[2:4]))
+            motion = Motion(motion.word, velocity, time, float(solved.x[-1]))
+        # Of a symmetric motion the touch half a period later comes with it.
+        for after in (1, 0) if symmetric else (0 if touch.upward else 1,):
+            wall = motion.word.walls[after] if touch.at_start else -motion.word.walls[after]
+            motion = motion.with_impact(after, wall, float(motion.time[after]) + touch.time)
+        touched = motion.rests
+        condition = Condition(Event.GRAZING, touched)
+    return solve_motion(grouped, motion, condition.equation(motion.word), symmetric), touched
+
+
+def _pressing(word: Word, leaves: int, acceleration: float) -> Equation:
+    """The equation that the ball is pressed to the membrane of an impact with an acceleration."""
+    wall, count = word.walls[leaves], len(word)
+    return lambda x, groups, ops: wall * groups.pull(ops.cos(ops.pi * x[count + leaves])) - ops.exact(acceleration)
+
+
+def at_value(sweep: Sweep, value: float) -> Equation:
+    """The equation that the swept parameter has a value."""
+    asked = {ops: sweep.coordinate_of(value, ops) for ops in (DECIMALS, ARRAYS)}
+    return lambda x, groups, ops: x[-1] - asked[ops]
+
+
+def place_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach: float) -> tuple[float, float]:
+    """Place of the motion at a value of the swept parameter: q - 1/2 and phase, correctly rounded.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    value : float
+    orbit : Orbits
+        The motion as far as it is known.
+    symmetric : bool
+        Whether the motion is its own mirror image.
+    reach : float
+        How far from it the motion may be.
+
+    Raises
+    ------
+    NumericalError
+        If it does not settle.
+    """
+    n = sweep.device.period_ratio
+    with in_decimals():
+        motion = motion_of(orbit, n, float(np.ravel(sweep.coordinate(orbit))[0]))
+        return place_of(solved_on_sweep(sweep, motion, at_value(sweep, value), symmetric, reach=reach))

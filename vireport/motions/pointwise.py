@@ -209,7 +209,7 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
         phi = phi + 1j * (of_gbar * along_u.d.imag - of_d * along_u.gbar.imag) / determinant
     orbit = replace(orbits(u, phi, r, n), gbar=gbar, d=d)
     gap = d.copy()
-    for impact, turn in flight_turns(motions.orbit, r.real, nearest=True):
+    for impact, turn in flight_turns(motions.orbit, motions.orbit.flights(r.real), nearest=True):
         way = orbit.flights(r)[impact].select(turn.index)
         angle = np.pi * turn.time
         covered = way.covered(turn.time, way.turned(np.sin(angle), np.cos(angle))[1])

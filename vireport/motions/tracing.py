@@ -18,14 +18,21 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.motions.branches import Branch, family_of
 from vireport.motions.conditions import Condition
-from vireport.motions.critical import motion_of, place_at, solve_one_to_one
 from vireport.motions.events import Event
 from vireport.motions.families import Mark
 from vireport.motions.level_curve import COLUMNS, GRAZING, MEETING, TRACED, VALIDITY, LevelCurve, Samples, Strand
 from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions, motions_of
 from vireport.motions.orbits import Orbits, orbits
-from vireport.motions.points import Point, model_of, one_to_one, point_of
+from vireport.motions.points import (
+    Point,
+    model_of,
+    motion_of,
+    one_to_one,
+    place_at,
+    point_of,
+    solve_one_to_one,
+)
 from vireport.motions.polish import DECIMALS, FARTHEST, in_decimals
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import NODE, UNSTABLE
@@ -361,7 +368,7 @@ def _bracketed(curve: LevelCurve, piece: Piece, row: int, event: Event, rests: t
     for name in (("velocity_bottom", "velocity_top")[rest] for rest in rests):
         numbers[name] = bounds[name] = 0.0  # by the condition, not what the bracket leaves of it
     motion = motion_of(orbit.select([0]), curve.n, float(sweep.coordinate(orbit)[0]))
-    closed = one_to_one(curve.r, curve.n, numbers, bounds)
+    closed = one_to_one(curve.n, numbers, bounds)
     return Point(event, motion, numbers["d"], numbers["gbar"], float(value[0]), spread(value), closed)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from math import acos, cos, pi, sin
+from math import acos, cos, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +30,10 @@ SMALLEST_STEP = 1e-10
 
 BISECTIONS = 60
 """Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""
+
+SHORT = 1e-3
+"""Time since the impact [t_c], below which a touch is a ball that comes back before it has left. It is found from its
+expansion, for in doubles the distance covered is lost against the length of the capsule."""
 
 SETTLED = 1e-8
 """Newton step [t_c] at which a turning point of one motion is found, which is followed and solved for afterwards."""
@@ -168,9 +172,9 @@ def _at_rest(way: Flight, phase: Floats, low: Floats, high: Floats, settled: flo
     return newton_root(speed, low, high, rising, settled)
 
 
-def flight_turns(orbit: Orbits, r: float | Floats, nearest: bool = False) -> Iterator[tuple[int, Turns]]:
+def flight_turns(orbit: Orbits, flights: tuple[Flight, Flight], nearest: bool = False) -> Iterator[tuple[int, Turns]]:
     """The turning points of 1:1 motions, by the impact that begins the flight: 0 for the bottom, 1 for the top."""
-    up, down = orbit.flights(r)
+    up, down = flights
     for part in turning_points(up, orbit.phi, False, nearest):
         yield 0, part
     for part in turning_points(down, np.arctan2(orbit.sin_top, orbit.cos_top), False, nearest):
@@ -194,7 +198,7 @@ def wall_gap(orbit: Orbits, r: float | Floats) -> Floats:
         wall to wall without ever turning back.
     """
     gap = np.array(orbit.d, dtype=float)
-    for _, part in flight_turns(orbit, r, nearest=True):
+    for _, part in flight_turns(orbit, orbit.flights(r), nearest=True):
         np.minimum.at(gap.reshape(-1), part.index, np.minimum(part.covered, part.room))
     return gap
 
@@ -208,14 +212,53 @@ class Touch(NamedTuple):
     at_start: bool
 
 
-def touches(orbit: Orbits, r: float) -> list[Touch]:
+def touches(orbit: Orbits, flights: tuple[Flight, Flight]) -> list[Touch]:
     """The turning points of one 1:1 motion (arrays of length one) with their distance from either wall, in order."""
     return sorted(
         Touch(abs(float(distance)), float(time), after == 0, at_start)
-        for after, part in flight_turns(orbit, r)
+        for after, part in flight_turns(orbit, flights)
         for at_start, gap in ((True, part.covered), (False, part.room))
         for distance, time in zip(gap, part.time, strict=True)
     )
+
+
+class NearTouch(NamedTuple):
+    """The turning point of a 1:1 motion that is as good as a touch of a membrane.
+
+    Attributes
+    ----------
+    upward : bool
+        Whether it is in the flight from the bottom.
+    at_start : bool
+        Whether the membrane is the one that the flight left.
+    time : float
+        Since the flight began [t_c].
+    acceleration : float or None
+        Towards the membrane left, as the flight begins, where the ball is back before it has really left.
+    """
+
+    upward: bool
+    at_start: bool
+    time: float
+    acceleration: float | None
+
+
+def near_touch(orbit: Orbits, r: float) -> NearTouch:
+    """The turning point of a 1:1 motion (arrays of length one) that is nearest to a membrane.
+
+    A ball that touches again shortly after an impact has v t = a t^2/2 + j t^3/6 and v = a t + j t^2/2, which give the
+    acceleration a = (-8 j v/3)^(1/2) towards the wall that it leaves, and t = -3 a/(2 j).
+    """
+    up, down = flights = orbit.flights(r)
+    nearest = next(iter(touches(orbit, flights)), None)
+    if nearest is not None and not (nearest.time < SHORT and nearest.at_start):
+        return NearTouch(nearest.upward, nearest.at_start, nearest.time, None)
+    pressed_less = float(abs(up.pressing(up.cosine)[0])) < float(abs(down.pressing(down.cosine)[0]))
+    upward = nearest.upward if nearest is not None else pressed_less
+    way = up if upward else down
+    jerk = -float(way.jerk(way.sine)[0])
+    acceleration = sqrt(max(-8 * jerk * abs(float(way.velocity[0])) / 3, 0.0))
+    return NearTouch(upward, True, -1.5 * acceleration / jerk if acceleration else 0.0, acceleration)
 
 
 class Turn(NamedTuple):
