@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import lru_cache
-from math import inf, pi
+from math import atan2, cos, inf, pi, sin
 from typing import Any
 
 import numpy as np
@@ -194,9 +194,11 @@ def place_of(solved: Solved, bottom: int = 0, top: int = 1) -> tuple[float, floa
 def one_to_one(n: int, numbers: dict[str, float], bounds: dict[str, float]) -> OneToOne:
     """Complete the numbers of a 1:1 motion, with their bounds, by the phase at the top."""
     u, phi = numbers["u"], numbers["phi_bottom"]
-    # The phase at the top is phi + pi T q, T = 2n: it moves by 2 pi n with u, and by one with the phase at the bottom.
-    phi_top = (phi + pi * n + 2 * pi * n * u) % (2 * pi)
-    rounding = (10 + 15 * n) * float(np.finfo(float).eps)
+    # The phase at the top is phi + pi T q, T = 2n, so phi + 2 pi n u and n half turns: these as a sign, as a whole turn
+    # in doubles is not one, and a phase just below it would become zero, at the other end of a figure.
+    moved, way = phi + 2 * pi * n * u, (-1) ** n
+    phi_top = atan2(way * sin(moved), way * cos(moved)) % (2 * pi)
+    rounding = (10 + 10 * n) * float(np.finfo(float).eps)
     top = {"phi_top": bounds["phi_bottom"] + 2 * np.pi * n * bounds["u"] + rounding}
     return OneToOne(u, phi, phi_top, numbers["velocity_bottom"], numbers["velocity_top"], {**bounds, **top})
 
