@@ -57,7 +57,7 @@ class Plane:
         device = self.device_at([abs(value) for value in varied])
         groups = device.groups(Parameter.LENGTH, device.length_m, self.ops)
         if self.ops is ARRAYS:  # as Python's numbers, with which arithmetic is several times as fast as with NumPy's
-            groups = Groups(*map(float, groups))
+            groups = groups.as_floats()
         return groups._replace(gbar=self._side(varied) * groups.gbar)
 
     def here(self, varied: Sequence[float]) -> Here:

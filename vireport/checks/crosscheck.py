@@ -260,7 +260,7 @@ def _simulated_values(solution: Solution, samples: int) -> tuple[Floats, list[Mo
 
 
 def _portrait(device: Device, parameter: Parameter, value: float, count: int, seed: int) -> Portrait:
-    groups = Groups(*map(float, device.groups(parameter, value)))
+    groups = device.groups(parameter, value).as_floats()
     starts = [start_of(row) for row in random_starts(groups.d, start_speed(groups.restitution), count, seed)[0]]
     return portrait(groups, starts, f"{parameter.symbol} = {parameter.show(value)}")
 

@@ -11,7 +11,6 @@ from itertools import pairwise
 from typing import ClassVar
 
 from vireport.motions import Sweep
-from vireport.physics import Groups
 from vireport.scenario import Direction, SimulationBlock
 from vireport.simulation import (
     CLOSE,
@@ -72,7 +71,7 @@ def follow_sweep(sweep: Sweep, values: list[float], asked: SimulationBlock) -> H
     """Go through values of a sweep as the scenario asks; downwards after upwards from where that ended."""
 
     def at(value: float) -> Conditions:
-        groups = Groups(*map(float, sweep.device.groups(sweep.parameter, value)))
+        groups = sweep.device.groups(sweep.parameter, value).as_floats()
         return Conditions(groups, float(sweep.device.velocity_unit(sweep.parameter, value)))
 
     ascending = sorted(values)

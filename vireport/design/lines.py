@@ -104,7 +104,7 @@ class AlongLine:
 def along(line: Line, device: Device, ops: Any) -> AlongLine:
     """A line through a device, all of whose inputs are given, in a kind of number."""
     groups = device.groups(Parameter.LENGTH, device.length_m, ops)
-    return AlongLine(line, Groups(*map(float, groups)) if ops is FLOATS else groups, ops)
+    return AlongLine(line, groups.as_floats() if ops is FLOATS else groups, ops)
 
 
 def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[Any], ops: Any) -> Any:

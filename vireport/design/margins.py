@@ -263,7 +263,7 @@ def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
     velocity, time = (np.array([float(x) for x in solved.x[k : k + count]]) for k in (0, count))
     # Where two touches mirror each other either can be taken: with both as impacts each would be a condition.
     motion = Motion(solved.word, velocity, time, 0.0).without_impacts(rests[1:] if len(solved.word) > 2 else ())
-    groups = Groups(*map(float, solved.groups))
+    groups = solved.groups.as_floats()
     x = np.concatenate([motion.velocity, motion.time, groups])
     condition = Condition(end.event, rests[:1])
     if end.event is Event.GRAZING and not rests:

@@ -41,7 +41,7 @@ class Harvester:
     @property
     def groups(self) -> Groups[float]:
         """The groups of the device."""
-        return Groups(*map(float, self.device.groups(Parameter.LENGTH, self.device.length_m)))
+        return self.device.groups(Parameter.LENGTH, self.device.length_m).as_floats()
 
     def with_device(self, **changes: Any) -> Harvester:
         """A harvester with other values of the device."""

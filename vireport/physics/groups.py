@@ -32,6 +32,10 @@ class Groups(NamedTuple, Generic[Number]):
     gbar: Number
     restitution: Number
 
+    def as_floats(self) -> Groups[float]:
+        """The groups as Python's numbers, in which one motion is evaluated ten times as fast as in NumPy's."""
+        return Groups(*map(float, self))  # type: ignore[arg-type]
+
     def restitution_at(self, wall: int) -> Number:
         """The restitution coefficient of a membrane: 1 for the bottom one, -1 for the top one."""
         return self.restitution

@@ -396,7 +396,7 @@ def simulation_data(
                 "sweep_value": float(value),
                 "d": float(groups[0]),
                 "start_velocity_at_most": float(speed),
-                "ends": [_end(attractor, Groups(*map(float, groups))) for attractor in ends],
+                "ends": [_end(attractor, Groups(*groups).as_floats()) for attractor in ends],
             }
             for value, speed, ends, *groups in zip(
                 check.values, check.start_speed, check.found, *check.groups, strict=True
